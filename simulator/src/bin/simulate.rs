@@ -1,0 +1,378 @@
+//! `simulate`: steps a scene and writes its trace.
+
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use simulator::output::OutputFile;
+use simulator::scene::schema::IntegratorSchema;
+use simulator::scene::{self, Overrides, ParseOptions};
+use simulator::simulation::Simulation;
+use simulator::statistics::Statistics;
+use simulator::trace::csv::CsvWriter;
+use simulator::trace::energy::EnergyWriter;
+use simulator::trace::fosssim::FosssimWriter;
+use simulator::trace::{Shape, TraceFormat, TraceWriter};
+use simulator::{force, integrator, vocabulary};
+
+/// Simulate a mass-spring scene and write the state after every step.
+#[derive(Parser)]
+#[command(name = "simulate", version)]
+struct Cli {
+    /// Scene file (XML)
+    #[arg(value_name = "SCENE", required_unless_present = "scene_option")]
+    scene: Option<PathBuf>,
+
+    /// Where the trace goes; without it, the scene is simulated and nothing is written
+    #[arg(short, long, value_name = "TRACE")]
+    output: Option<PathBuf>,
+
+    /// Format of the trace [default: by extension; .csv or .bin]
+    #[arg(long, value_enum, requires = "output")]
+    format: Option<Format>,
+
+    /// Use this integrator instead of the scene's
+    #[arg(long, value_name = "TYPE", value_parser = parse_integrator)]
+    integrator: Option<&'static IntegratorSchema>,
+
+    /// Use this time step (seconds) instead of the scene's
+    #[arg(long, value_name = "SECONDS", value_parser = parse_time_step, allow_negative_numbers = true)]
+    dt: Option<f64>,
+
+    /// Simulate this long (seconds) instead of the scene's duration
+    #[arg(long, value_name = "SECONDS", value_parser = parse_duration, allow_negative_numbers = true)]
+    duration: Option<f64>,
+
+    /// Write kinetic, potential and total energy and momentum of every state (CSV)
+    #[arg(long, value_name = "FILE")]
+    energy: Option<PathBuf>,
+
+    /// Print what the run cost: evaluations, factorisations, iterations, solver, residual
+    #[arg(long)]
+    stats: bool,
+
+    /// Unknown elements and attributes of the scene are errors, not warnings
+    #[arg(long)]
+    strict: bool,
+
+    /// Scene file, as FOSSSim spells it; the trace is then FOSSSim binary unless it is a .csv
+    #[arg(
+        short = 's',
+        value_name = "SCENE",
+        conflicts_with = "scene",
+        help_heading = "FOSSSim's spelling"
+    )]
+    scene_option: Option<PathBuf>,
+
+    /// Display; only 0 (none) is there
+    #[arg(short = 'd', value_name = "0", value_parser = ["0"], help_heading = "FOSSSim's spelling")]
+    display: Option<String>,
+
+    /// Start paused; without a display, it means nothing
+    #[arg(short = 'p', value_name = "0|1", value_parser = ["0", "1"], help_heading = "FOSSSim's spelling")]
+    paused: Option<String>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Format {
+    /// Comma-separated text, one row a state
+    Csv,
+    /// FOSSSim's raw little-endian f64
+    #[value(alias = "bin")]
+    Fosssim,
+}
+
+/// A message for the user; the run has failed.
+struct Failure(String);
+
+impl Failure {
+    fn at(path: &Path, error: impl Display) -> Self {
+        Self(format!("{}: {error}", path.display()))
+    }
+
+    fn cannot_create(path: &Path, error: &io::Error) -> Self {
+        Self::at(path, format!("{error}\n  help: name a file in a folder that takes new files"))
+    }
+}
+
+impl<E: std::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}
+
+fn main() -> ExitCode {
+    let matches = Cli::command().after_help(registries()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    std::panic::set_hook(Box::new(|panic| {
+        complain(
+            "internal error",
+            format!(
+                "{panic}\n  help: this is a defect of simulate; please report it with the scene"
+            ),
+        );
+    }));
+    match std::panic::catch_unwind(|| run(&cli)) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(Failure(message))) => {
+            complain("error", message);
+            ExitCode::from(2)
+        }
+        Err(_) => ExitCode::from(3),
+    }
+}
+
+fn run(cli: &Cli) -> Result<(), Failure> {
+    let options = ParseOptions {
+        strict: cli.strict,
+        overrides: Overrides {
+            integrator: cli.integrator,
+            time_step: cli.dt,
+            duration: cli.duration,
+        },
+    };
+    let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
+    let path = path.ok_or_else(|| Failure("no scene is named".to_owned()))?;
+    let format = trace_format(cli)?;
+    // A device takes both; a file would keep only the one that comes last.
+    let same = cli.output.as_ref().filter(|path| cli.energy.as_ref() == Some(path));
+    if same.is_some_and(|path| !path.exists() || path.is_file()) {
+        let message = "the trace and the energies cannot go to one file\n  help: name another file with --energy";
+        return Err(Failure(message.to_owned()));
+    }
+    let parsed = scene::load(path, &vocabulary(), &options)?;
+    for warning in &parsed.warnings {
+        complain("warning", warning);
+    }
+    match parsed.n_warnings - parsed.warnings.len() {
+        0 => {}
+        more => complain("warning", format!("{more} more like these")),
+    }
+    let scene = parsed.scene;
+    let mut simulation = Simulation::new(&scene)?;
+
+    let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(&scene))?;
+    let mut energy = match &cli.energy {
+        Some(path) => {
+            let file =
+                OutputFile::create(path).map_err(|error| Failure::cannot_create(path, &error))?;
+            let writer = EnergyWriter::new(file, scene.dimension);
+            Some((writer.map_err(|error| Failure::at(path, error))?, path))
+        }
+        None => None,
+    };
+    let started = Instant::now();
+    let mut progress = Progress::new(&scene.name, simulation.n_steps());
+    loop {
+        trace.write(&simulation)?;
+        if let Some((writer, path)) = &mut energy {
+            let written = writer.write(simulation.state(), &simulation.energies());
+            written.map_err(|error| Failure::at(path, error))?;
+        }
+        if !simulation.advance()? {
+            break;
+        }
+        progress.at(simulation.statistics().steps);
+    }
+    let elapsed = started.elapsed();
+    drop(progress);
+
+    trace.finish()?;
+    if let Some((writer, path)) = energy {
+        let committed = writer.into_inner().and_then(OutputFile::commit);
+        committed.map_err(|error| Failure::at(path, error))?;
+    }
+    if cli.stats {
+        print_statistics(&simulation, elapsed);
+    }
+    Ok(())
+}
+
+fn trace_format(cli: &Cli) -> Result<TraceFormat, Failure> {
+    let Some(path) = &cli.output else { return Ok(TraceFormat::Csv) };
+    let by_extension = TraceFormat::of_path(path);
+    match (cli.format, by_extension) {
+        (Some(Format::Csv), _) => Ok(TraceFormat::Csv),
+        (Some(Format::Fosssim), _) => Ok(TraceFormat::Fosssim),
+        (None, Some(format)) => Ok(format),
+        (None, None) if cli.scene_option.is_some() => Ok(TraceFormat::Fosssim),
+        (None, None) => Err(Failure::at(
+            path,
+            "the extension names no trace format\n  help: call it .csv or .bin, or add --format csv or --format fosssim",
+        )),
+    }
+}
+
+/// The trace being written, if one is.
+enum Trace {
+    None,
+    Csv(Box<CsvWriter<OutputFile>>, PathBuf),
+    Fosssim(FosssimWriter<OutputFile>, PathBuf),
+}
+
+impl Trace {
+    fn start(path: Option<&Path>, format: TraceFormat, shape: Shape) -> Result<Self, Failure> {
+        let Some(path) = path else { return Ok(Self::None) };
+        let fail = |error: io::Error| Failure::at(path, error);
+        let file =
+            OutputFile::create(path).map_err(|error| Failure::cannot_create(path, &error))?;
+        Ok(match format {
+            TraceFormat::Csv => {
+                Self::Csv(Box::new(CsvWriter::new(file, shape).map_err(fail)?), path.to_path_buf())
+            }
+            TraceFormat::Fosssim => Self::Fosssim(FosssimWriter::new(file), path.to_path_buf()),
+        })
+    }
+
+    fn write(&mut self, simulation: &Simulation) -> Result<(), Failure> {
+        let (result, path) = match self {
+            Self::None => return Ok(()),
+            Self::Csv(writer, path) => (writer.write(simulation.state()), path),
+            Self::Fosssim(writer, path) => (writer.write(simulation.state()), path),
+        };
+        result.map_err(|error| Failure::at(path, error))
+    }
+
+    fn finish(self) -> Result<(), Failure> {
+        let (result, path) = match self {
+            Self::None => return Ok(()),
+            Self::Csv(writer, path) => (writer.into_inner().and_then(OutputFile::commit), path),
+            Self::Fosssim(writer, path) => (writer.into_inner().commit(), path),
+        };
+        result.map_err(|error| Failure::at(&path, error))
+    }
+}
+
+/// A bar on the terminal, for runs that take longer than a moment.
+struct Progress {
+    name: String,
+    n_steps: u64,
+    started: Instant,
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    /// Steps between two looks at the clock.
+    const STRIDE: u64 = 64;
+
+    fn new(name: &str, n_steps: u64) -> Self {
+        Self { name: name.to_owned(), n_steps, started: Instant::now(), bar: None }
+    }
+
+    fn at(&mut self, step: u64) {
+        if !step.is_multiple_of(Self::STRIDE) {
+            return;
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_position(step);
+        } else if self.started.elapsed() > Duration::from_millis(500) && io::stderr().is_terminal()
+        {
+            let bar =
+                ProgressBar::with_draw_target(Some(self.n_steps), ProgressDrawTarget::stderr());
+            let style = "{msg} {wide_bar} step {human_pos} of {human_len}, {eta} left";
+            bar.set_style(
+                ProgressStyle::with_template(style)
+                    .unwrap_or_else(|_| ProgressStyle::default_bar()),
+            );
+            bar.set_message(self.name.clone());
+            self.bar = Some(bar);
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn print_statistics(simulation: &Simulation, elapsed: Duration) {
+    let Statistics {
+        steps,
+        force_evaluations,
+        assemblies,
+        newton_iterations,
+        max_newton_iterations,
+        linear_solver,
+        linear,
+    } = simulation.statistics();
+    let mut rows: Vec<(&str, String)> = vec![
+        ("steps", steps.to_string()),
+        ("time", format!("{:.3} ms", elapsed.as_secs_f64() * 1e3)),
+        ("force evaluations", force_evaluations.to_string()),
+    ];
+    if !linear_solver.is_empty() {
+        rows.extend([
+            ("linear solver", linear_solver.clone()),
+            ("matrix assemblies", assemblies.to_string()),
+            ("linear solves", linear.solves.to_string()),
+            ("factorisations", linear.factorisations.to_string()),
+            ("refinements", linear.refinements.to_string()),
+            ("indefinite matrices", linear.indefinite.to_string()),
+            ("complete pivotings", linear.complete_pivotings.to_string()),
+            ("worst linear residual", format!("{:.1e}", linear.worst_residual)),
+        ]);
+    }
+    if *newton_iterations > 0 {
+        rows.push((
+            "Newton iterations",
+            format!("{newton_iterations}, at most {max_newton_iterations} a step"),
+        ));
+    }
+    let mut out = anstream::stdout();
+    for (name, value) in rows {
+        // A closed pipe is no failure of the run.
+        let _ = writeln!(out, "{name:<22} {value}");
+    }
+}
+
+fn complain(kind: &str, message: impl Display) {
+    let _ = writeln!(anstream::stderr(), "{kind}: {message}");
+}
+
+/// The forces and integrators there are, for the help text.
+fn registries() -> String {
+    let mut text = String::from("Integrators:\n");
+    for kind in integrator::REGISTRY {
+        text += &format!("  {:<26} {}\n", kind.schema.name, kind.schema.summary);
+        if !kind.schema.aliases.is_empty() {
+            text += &format!("  {:<26} also: {}\n", "", kind.schema.aliases.join(", "));
+        }
+    }
+    text += "\nForces:\n";
+    for kind in force::REGISTRY {
+        text += &format!("  {:<26} {}\n", kind.schema.title, kind.schema.example);
+    }
+    text += "\nExit codes: 0 the trace is whole, 2 the scene or the call is wrong (nothing is written), ";
+    text += "3 a defect of simulate.";
+    text
+}
+
+fn parse_integrator(text: &str) -> Result<&'static IntegratorSchema, String> {
+    let vocabulary = vocabulary();
+    vocabulary.integrator(text).ok_or_else(|| {
+        let names: Vec<&str> = vocabulary.integrators.iter().map(|schema| schema.name).collect();
+        format!("known types: {}", names.join(", "))
+    })
+}
+
+fn parse_time_step(text: &str) -> Result<f64, String> {
+    parse_seconds(text, |seconds| seconds > 0.0, "a number of seconds above 0")
+}
+
+fn parse_duration(text: &str) -> Result<f64, String> {
+    parse_seconds(text, |seconds| seconds >= 0.0, "a number of seconds, 0 or more")
+}
+
+fn parse_seconds(text: &str, accept: fn(f64) -> bool, must_be: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && accept(seconds) => Ok(seconds),
+        _ => Err(format!("it must be {must_be}")),
+    }
+}

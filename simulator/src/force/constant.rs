@@ -1,0 +1,28 @@
+//! Constant force: one force `f` for every particle, whatever its mass.
+//!
+//! ```text
+//! U = −Σ f·x_i       F_i = f       ∂F/∂x = ∂F/∂v = 0
+//! ```
+//!
+//! Source: the course's scene schema. Several elements add up.
+
+use super::uniform::{Uniform, Weight, components};
+use super::{Force, ForceKind, Numbered};
+use crate::scene::Scene;
+use crate::scene::schema::{ActsOn, ForceSchema};
+
+pub(super) static KIND: ForceKind = ForceKind {
+    schema: ForceSchema {
+        tag: "constantforce",
+        title: "constant force",
+        acts_on: ActsOn::EveryParticle,
+        parameters: &components(["force along x", "force along y", "force along z"]),
+        example: r#"<constantforce fx="0.5" fy="-1"/>"#,
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+fn build<const D: usize>(_scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
+    Box::new(Uniform::<D>::new(elements, Weight::One))
+}

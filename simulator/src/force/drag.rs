@@ -1,0 +1,65 @@
+//! Linear drag: every particle is slowed in proportion to its velocity, whatever its mass.
+//!
+//! ```text
+//! F_i = −b v_i       ∂F/∂x = 0       ∂F_i/∂v_i = −b I
+//! ```
+//!
+//! It has no energy. Source: hand-out of milestone 2, section 3.3; of milestone 3, section 8.6. Several
+//! elements add up.
+
+use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
+use super::{add_to, vector_of};
+use crate::scene::Scene;
+use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+
+pub(super) static KIND: ForceKind = ForceKind {
+    schema: ForceSchema {
+        tag: "dragdamping",
+        title: "linear drag",
+        acts_on: ActsOn::EveryParticle,
+        parameters: &[ParameterSchema::new("b", "damping", (0.1, 10.0)).non_negative()],
+        example: r#"<dragdamping b="0.5"/>"#,
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
+    let damping = elements.iter().map(|(_, element)| element.parameters[0]).sum();
+    let n_particles = scene.particles.len();
+    Box::new(Drag { damping, n_particles })
+}
+
+struct Drag {
+    damping: f64,
+    n_particles: usize,
+}
+
+impl<const D: usize> Force<D> for Drag {
+    fn energy(&self, _state: State<'_>) -> Option<f64> {
+        None
+    }
+
+    fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {
+        for particle in 0..self.n_particles {
+            add_to(force, particle, &(vector_of::<D>(state.velocities, particle) * -self.damping));
+        }
+        Ok(())
+    }
+
+    fn add_jacobians(
+        &self,
+        _state: State<'_>,
+        sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        let by_velocity = Block::identity() * -self.damping;
+        for particle in 0..self.n_particles {
+            sink.add(particle, particle, &Block::zeros(), &by_velocity);
+        }
+        Ok(())
+    }
+
+    fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
+        (0..self.n_particles).map(Coupling::Diagonal).for_each(visit);
+    }
+}

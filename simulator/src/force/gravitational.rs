@@ -1,0 +1,69 @@
+//! Gravitation between two particles.
+//!
+//! ```text
+//! U    = −G m_i m_j / l                    l = |d|,  n = d/l
+//! f    = −G m_i m_j / l² n
+//! ∂f/∂d = −G m_i m_j / l³ (I − 3 n nᵀ)
+//! ```
+//!
+//! Source: hand-out of milestone 2, section 3.2; of milestone 3, section 8.5. Not defined where the two
+//! particles are in the same place.
+
+use super::pair::{PairForce, PairLaw};
+use super::{Block, Force, ForceKind, Numbered, Vector};
+use crate::scene::Scene;
+use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+
+pub(super) static KIND: ForceKind = ForceKind {
+    schema: ForceSchema {
+        tag: "gravitationalforce",
+        title: "gravitation between two particles",
+        acts_on: ActsOn::Pair,
+        parameters: &[ParameterSchema::new("G", "gravitational constant", (0.1, 10.0))],
+        example: r#"<gravitationalforce i="0" j="1" G="0.000118419"/>"#,
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
+    Box::new(PairForce::new(scene, elements, |parameters, [i, j]| {
+        let masses = scene.particles[i].mass * scene.particles[j].mass;
+        Gravitation { strength: parameters[0] * masses }
+    }))
+}
+
+/// `strength` is `G m_i m_j`.
+struct Gravitation {
+    strength: f64,
+}
+
+impl<const D: usize> PairLaw<D> for Gravitation {
+    fn energy(&self, distance: f64) -> Option<f64> {
+        Some(-self.strength / distance)
+    }
+
+    fn force(&self, d: &Vector<D>, _w: &Vector<D>) -> Option<Vector<D>> {
+        let distance = d.norm();
+        if distance == 0.0 {
+            return None;
+        }
+        let n = d * (1.0 / distance);
+        Some(n * -(self.strength / (distance * distance)))
+    }
+
+    fn jacobians(&self, d: &Vector<D>, _w: &Vector<D>) -> Option<(Block<D>, Block<D>)> {
+        let distance = d.norm();
+        if distance == 0.0 {
+            return None;
+        }
+        let n = d * (1.0 / distance);
+        let shape = Block::identity() - n * n.transpose() * 3.0;
+        let strength = self.strength / (distance * distance * distance);
+        Some((shape * -strength, Block::zeros()))
+    }
+
+    fn symmetric(&self) -> bool {
+        true
+    }
+}

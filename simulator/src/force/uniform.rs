@@ -1,0 +1,78 @@
+//! A force that is the same everywhere: the assembly shared by simple gravity and the constant force.
+//!
+//! ```text
+//! U = −Σ w_i f·x_i       F_i = w_i f       ∂F/∂x = ∂F/∂v = 0       w_i = m_i or 1
+//! ```
+
+use super::{
+    Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, add_to, vector_of,
+};
+use crate::scene::schema::ParameterSchema;
+
+/// What the vector of a uniform force is multiplied by on each particle.
+#[derive(Clone, Copy)]
+pub(super) enum Weight {
+    /// The particle's mass: the vector is an acceleration.
+    Mass,
+    /// Nothing: the vector is a force.
+    One,
+}
+
+/// The sum of all elements of one kind.
+pub(super) struct Uniform<const D: usize> {
+    vector: Vector<D>,
+    weight: Weight,
+}
+
+impl<const D: usize> Uniform<D> {
+    /// The sum of the elements' vectors, which are their first `D` parameters.
+    pub(super) fn new(elements: &[Numbered<'_>], weight: Weight) -> Self {
+        let vector_of_element = |(_, element): &Numbered<'_>| -> Vector<D> {
+            Vector::from_column_slice(&element.parameters[..D])
+        };
+        Self { vector: elements.iter().map(vector_of_element).sum(), weight }
+    }
+
+    fn on(&self, mass: f64) -> Vector<D> {
+        match self.weight {
+            Weight::Mass => self.vector * mass,
+            Weight::One => self.vector,
+        }
+    }
+}
+
+/// The attributes `fx fy fz`, whose meaning is `meanings` in their order.
+pub(super) const fn components(meanings: [&'static str; 3]) -> [ParameterSchema; 3] {
+    const TYPICAL: (f64, f64) = (-10.0, 10.0);
+    [
+        ParameterSchema::new("fx", meanings[0], TYPICAL),
+        ParameterSchema::new("fy", meanings[1], TYPICAL),
+        ParameterSchema::new("fz", meanings[2], TYPICAL).default_to(0.0).in_three_dimensions(),
+    ]
+}
+
+impl<const D: usize> Force<D> for Uniform<D> {
+    fn energy(&self, state: State<'_>) -> Option<f64> {
+        let of_particle = |(particle, mass): (usize, &f64)| {
+            -self.on(*mass).dot(&vector_of(state.positions, particle))
+        };
+        Some(state.masses.iter().enumerate().map(of_particle).sum())
+    }
+
+    fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {
+        for (particle, mass) in state.masses.iter().enumerate() {
+            add_to(force, particle, &self.on(*mass));
+        }
+        Ok(())
+    }
+
+    fn add_jacobians(
+        &self,
+        _state: State<'_>,
+        _sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        Ok(())
+    }
+
+    fn couplings(&self, _visit: &mut dyn FnMut(Coupling)) {}
+}

@@ -1,0 +1,91 @@
+//! Vortex: one particle stirs the other around it, and drags it along.
+//!
+//! With `r = |d|` and `R` the quarter turn `(x, y) → (−y, x)`, which in three dimensions is about the z
+//! axis and leaves z alone,
+//!
+//! ```text
+//! f    = kvc (kbs R d / r³ − w / r²)
+//! ∂f/∂d = kvc (kbs (R − 3 R n nᵀ) / r³ + 2 w nᵀ / r³)            n = d/r
+//! ∂f/∂w = −kvc / r² I
+//! ```
+//!
+//! It has no energy. Source of the force: hand-out of milestone 3, section 11, and the course's
+//! definition `F_j = (kvc/r²)(kbs R n̂ − (v_j − v_i))` with `n̂` from i to j. The course gives no
+//! Jacobians; these follow from `∂(1/rᵖ)/∂d = −p d/rᵖ⁺²`. Not defined where the two particles are in
+//! the same place.
+
+use super::pair::{PairForce, PairLaw};
+use super::{Block, Force, ForceKind, Numbered, Vector};
+use crate::scene::Scene;
+use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+
+pub(super) static KIND: ForceKind = ForceKind {
+    schema: ForceSchema {
+        tag: "vortexforce",
+        title: "vortex between two particles",
+        acts_on: ActsOn::Pair,
+        parameters: &[
+            ParameterSchema::new("kbs", "strength of the Biot-Savart rotation", (0.1, 10.0)),
+            ParameterSchema::new("kvc", "strength of the viscous coupling", (0.1, 10.0)),
+        ],
+        example: r#"<vortexforce i="0" j="1" kbs="0.8" kvc="1000"/>"#,
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
+    Box::new(PairForce::new(scene, elements, |parameters, _| Vortex {
+        biot_savart: parameters[0],
+        viscous: parameters[1],
+    }))
+}
+
+struct Vortex {
+    biot_savart: f64,
+    viscous: f64,
+}
+
+/// The quarter turn about the z axis.
+fn quarter_turn<const D: usize>() -> Block<D> {
+    let mut turn = Block::identity();
+    turn[(0, 0)] = 0.0;
+    turn[(1, 1)] = 0.0;
+    turn[(0, 1)] = -1.0;
+    turn[(1, 0)] = 1.0;
+    turn
+}
+
+impl<const D: usize> PairLaw<D> for Vortex {
+    fn energy(&self, _distance: f64) -> Option<f64> {
+        None
+    }
+
+    fn force(&self, d: &Vector<D>, w: &Vector<D>) -> Option<Vector<D>> {
+        let distance_squared = d.norm_squared();
+        if distance_squared == 0.0 {
+            return None;
+        }
+        let turned = quarter_turn() * d / distance_squared.sqrt();
+        Some((turned * self.biot_savart - w) * (self.viscous / distance_squared))
+    }
+
+    fn jacobians(&self, d: &Vector<D>, w: &Vector<D>) -> Option<(Block<D>, Block<D>)> {
+        let distance_squared = d.norm_squared();
+        if distance_squared == 0.0 {
+            return None;
+        }
+        let distance = distance_squared.sqrt();
+        let n = d / distance;
+        let turn = quarter_turn();
+        let rotation = (turn - turn * n * n.transpose() * 3.0) * self.biot_savart;
+        let drag = w * n.transpose() * 2.0;
+        let by_position = (rotation + drag) * (self.viscous / (distance_squared * distance));
+        let by_velocity = Block::identity() * (-self.viscous / distance_squared);
+        Some((by_position, by_velocity))
+    }
+
+    fn symmetric(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,40 @@
+//! Explicit (forward) Euler, first order, one force evaluation a step.
+//!
+//! ```text
+//! q' = q + h v        v' = v + h M⁻¹ F(q, v)
+//! ```
+//!
+//! Source: hand-out of milestone 2, section 3.5.
+
+use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
+use crate::scene::schema::IntegratorSchema;
+use crate::system::System;
+
+pub(super) static KIND: IntegratorKind = IntegratorKind {
+    schema: IntegratorSchema {
+        name: "explicit-euler",
+        aliases: &[],
+        summary: "q' = q + h v, v' = v + h F(q, v)/m",
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+#[expect(clippy::unnecessary_wraps, reason = "the registry's signature")]
+fn build<const D: usize>(system: &System<D>) -> Result<Box<dyn Integrator<D>>, StepError> {
+    Ok(Box::new(ExplicitEuler { force: vec![0.0; system.n_particles() * D] }))
+}
+
+struct ExplicitEuler {
+    force: Vec<f64>,
+}
+
+impl<const D: usize> Integrator<D> for ExplicitEuler {
+    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+        system.force(step.positions, step.velocities, &mut self.force)?;
+        step.statistics.force_evaluations += 1;
+        drift(step.positions, step.velocities, step.size);
+        kick(system, &self.force, step.size, step.velocities);
+        Ok(())
+    }
+}

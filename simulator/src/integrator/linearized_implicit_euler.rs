@@ -1,0 +1,45 @@
+//! Linearized implicit Euler, first order: one linear solve a step.
+//!
+//! ```text
+//! (M − h² ∂F/∂x − h ∂F/∂v) δ = h F        v' = v + δ        q' = q + h v'
+//! ```
+//!
+//! with force and Jacobians at `(q + h v, v)`. Source: hand-out of milestone 3, section 6, equation (2).
+
+use super::backward::{Linearisation, Point};
+use super::{Integrator, IntegratorKind, Step, StepError, drift};
+use crate::scene::schema::IntegratorSchema;
+use crate::system::System;
+
+pub(super) static KIND: IntegratorKind = IntegratorKind {
+    schema: IntegratorSchema {
+        name: "linearized-implicit-euler",
+        aliases: &["linearized-implicit"],
+        summary: "one Newton step of implicit Euler, from v' = v",
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+fn build<const D: usize>(system: &System<D>) -> Result<Box<dyn Integrator<D>>, StepError> {
+    let delta = vec![0.0; system.n_particles() * D];
+    Ok(Box::new(LinearizedImplicitEuler { linearisation: Linearisation::new(system)?, delta }))
+}
+
+struct LinearizedImplicitEuler<const D: usize> {
+    linearisation: Linearisation<D>,
+    delta: Vec<f64>,
+}
+
+impl<const D: usize> Integrator<D> for LinearizedImplicitEuler<D> {
+    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+        let Step { size: h, positions, velocities, statistics } = step;
+        let point = Point { h, positions, velocities, iterate: velocities };
+        self.linearisation.solve(system, point, &mut self.delta, statistics)?;
+        for (velocity, change) in velocities.iter_mut().zip(&self.delta) {
+            *velocity += change;
+        }
+        drift(positions, velocities, h);
+        Ok(())
+    }
+}

@@ -1,0 +1,139 @@
+//! Time integrators: one step of size `h` from `(x, v)`, one method a file.
+//!
+//! A fixed particle feels no force: its velocity never changes, and its position moves with that
+//! velocity under every method.
+//!
+//! # Adding an integrator
+//!
+//! One new file with an [`IntegratorKind`], and one line in [`REGISTRY`].
+
+use crate::force::Degenerate;
+use crate::scene::schema::IntegratorSchema;
+use crate::solver::LinearError;
+use crate::statistics::Statistics;
+use crate::system::System;
+
+mod backward;
+
+mod explicit_euler;
+mod implicit_euler;
+mod linearized_implicit_euler;
+mod symplectic_euler;
+
+pub use backward::MAX_DENSE_SIZE;
+
+/// Every integrator.
+pub static REGISTRY: &[&IntegratorKind] = &[
+    &explicit_euler::KIND,
+    &symplectic_euler::KIND,
+    &linearized_implicit_euler::KIND,
+    &implicit_euler::KIND,
+];
+
+/// An integrator as the registry knows it.
+pub struct IntegratorKind {
+    /// How a scene mentions it.
+    pub schema: IntegratorSchema,
+    /// Builds it for two dimensions.
+    pub build_2d: fn(&System<2>) -> Result<Box<dyn Integrator<2>>, StepError>,
+    /// Builds it for three dimensions.
+    pub build_3d: fn(&System<3>) -> Result<Box<dyn Integrator<3>>, StepError>,
+}
+
+/// The integrators, in `D` dimensions.
+pub trait BuildIntegrator<const D: usize> {
+    /// Makes room for the system, and chooses solvers that fit it.
+    ///
+    /// # Errors
+    /// Where the system is more than the method can take.
+    fn build(&self, system: &System<D>) -> Result<Box<dyn Integrator<D>>, StepError>;
+}
+
+impl BuildIntegrator<2> for IntegratorKind {
+    fn build(&self, system: &System<2>) -> Result<Box<dyn Integrator<2>>, StepError> {
+        (self.build_2d)(system)
+    }
+}
+
+impl BuildIntegrator<3> for IntegratorKind {
+    fn build(&self, system: &System<3>) -> Result<Box<dyn Integrator<3>>, StepError> {
+        (self.build_3d)(system)
+    }
+}
+
+/// A method with the room it needs for one system.
+pub trait Integrator<const D: usize>: Send {
+    /// Replaces the state by the one a time `step.size` later.
+    ///
+    /// # Errors
+    /// Where the step has no answer; the state is then meaningless.
+    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError>;
+}
+
+/// The state that a step replaces, and what is kept of the work.
+pub struct Step<'a> {
+    /// Time step `h`.
+    pub size: f64,
+    /// Positions, `n·D`, particle-major.
+    pub positions: &'a mut [f64],
+    /// Velocities, the same shape.
+    pub velocities: &'a mut [f64],
+    /// Counts of the work done.
+    pub statistics: &'a mut Statistics,
+}
+
+/// A step that has no answer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StepError {
+    /// A force is not defined where the step needs it.
+    Degenerate(Degenerate),
+    /// Newton's method did not converge.
+    NotConverged {
+        /// Iterations made.
+        iterations: u64,
+        /// l2 norm of the last update of the velocities.
+        update: f64,
+        /// l2 norm of the equations' residual, in units of momentum, at the last iterate but one.
+        residual: f64,
+    },
+    /// A linear system could not be solved.
+    Linear(LinearError),
+    /// The scene couples more degrees of freedom than a dense solver takes.
+    TooLarge {
+        /// Degrees of freedom that are coupled to each other.
+        size: usize,
+    },
+}
+
+impl From<Degenerate> for StepError {
+    fn from(degenerate: Degenerate) -> Self {
+        Self::Degenerate(degenerate)
+    }
+}
+
+impl From<LinearError> for StepError {
+    fn from(error: LinearError) -> Self {
+        Self::Linear(error)
+    }
+}
+
+/// `x ← x + h·v`.
+fn drift(positions: &mut [f64], velocities: &[f64], h: f64) {
+    for (position, velocity) in positions.iter_mut().zip(velocities) {
+        *position += h * velocity;
+    }
+}
+
+/// `v ← v + h·F/m` for the particles that are free.
+fn kick<const D: usize>(system: &System<D>, force: &[f64], h: f64, velocities: &mut [f64]) {
+    let particles = velocities.chunks_exact_mut(D).zip(force.chunks_exact(D));
+    for ((velocity, force), (mass, fixed)) in
+        particles.zip(system.masses().iter().zip(system.fixed()))
+    {
+        if !fixed {
+            for (velocity, force) in velocity.iter_mut().zip(force) {
+                *velocity += h * (force / mass);
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Symplectic (semi-implicit, forward-backward) Euler, first order, one force evaluation a step.
+//!
+//! ```text
+//! v' = v + h M⁻¹ F(q, v)        q' = q + h v'
+//! ```
+//!
+//! Source: hand-out of milestone 2, section 3.5.
+
+use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
+use crate::scene::schema::IntegratorSchema;
+use crate::system::System;
+
+pub(super) static KIND: IntegratorKind = IntegratorKind {
+    schema: IntegratorSchema {
+        name: "symplectic-euler",
+        aliases: &["symplectic", "forward-backward-euler"],
+        summary: "v' = v + h F(q, v)/m, q' = q + h v'",
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+#[expect(clippy::unnecessary_wraps, reason = "the registry's signature")]
+fn build<const D: usize>(system: &System<D>) -> Result<Box<dyn Integrator<D>>, StepError> {
+    Ok(Box::new(SymplecticEuler { force: vec![0.0; system.n_particles() * D] }))
+}
+
+struct SymplecticEuler {
+    force: Vec<f64>,
+}
+
+impl<const D: usize> Integrator<D> for SymplecticEuler {
+    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+        system.force(step.positions, step.velocities, &mut self.force)?;
+        step.statistics.force_evaluations += 1;
+        kick(system, &self.force, step.size, step.velocities);
+        drift(step.positions, step.velocities, step.size);
+        Ok(())
+    }
+}

@@ -1,0 +1,298 @@
+//! The plain model of a scene: what a file says, resolved and checked, and nothing of how it said it.
+//!
+//! Particles, edges and forces are numbered from 0 in the order of the file. Units are whatever the
+//! scene's author chose, used consistently. Source: the course's XML schema (hand-outs of
+//! milestones 1 to 3).
+
+pub mod error;
+pub mod schema;
+pub mod xml;
+
+mod lines;
+
+use std::path::{Path, PathBuf};
+
+use error::{Problem, SceneError};
+use schema::{ForceSchema, IntegratorSchema, MAX_PARAMETERS, Vocabulary};
+
+/// The most steps a scene may ask for.
+pub const MAX_STEPS: u64 = 1_000_000_000;
+
+/// The largest scene file that is read, in bytes.
+pub const MAX_FILE_SIZE: u64 = 256 << 20;
+
+/// A place in a scene file, both counted from 1; columns count characters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct Location {
+    /// Line, from 1.
+    pub line: u32,
+    /// Column, from 1.
+    pub column: u32,
+}
+
+/// How many coordinates a particle has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// `x`, `y`: the scene has no `pz`, `vz` or `fz` anywhere.
+    Two,
+    /// `x`, `y`, `z`.
+    Three,
+}
+
+impl Dimension {
+    /// 2 or 3.
+    pub fn count(self) -> usize {
+        match self {
+            Self::Two => 2,
+            Self::Three => 3,
+        }
+    }
+}
+
+/// A scene: physics, timeline and the data for drawing it.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// What messages call the scene: its path, as given.
+    pub name: String,
+    /// `<description text>`.
+    pub description: Option<String>,
+    /// `<scenetag tag>`: the name of a scripted scene.
+    pub tag: Option<String>,
+    /// Whether states carry a z coordinate.
+    pub dimension: Dimension,
+    /// Simulated time, in seconds.
+    pub duration: f64,
+    /// Time step `h`, in seconds.
+    pub time_step: f64,
+    /// The time integrator.
+    pub integrator: &'static IntegratorSchema,
+    /// `<maxsimfreq max>`: steps a second when shown live.
+    pub max_simulation_frequency: Option<f64>,
+    /// The particles.
+    pub particles: Vec<Particle>,
+    /// The edges. An edge is drawn; it exerts no force unless a spring names it.
+    pub edges: Vec<Edge>,
+    /// The forces, one entry an element of the file.
+    pub forces: Vec<ForceElement>,
+    /// Data for drawing.
+    pub rendering: Rendering,
+}
+
+impl Scene {
+    /// Number of steps: `ceil(duration / time_step)`, in f64 as the course's oracle computes it.
+    pub fn n_steps(&self) -> u64 {
+        step_count(self.duration, self.time_step) as u64
+    }
+}
+
+/// `ceil(duration / time_step)`, still as an f64: it may be larger than any integer.
+fn step_count(duration: f64, time_step: f64) -> f64 {
+    (duration / time_step).ceil()
+}
+
+/// `<particle>`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Particle {
+    /// Mass; positive.
+    pub mass: f64,
+    /// Position; z is 0 in a scene of two dimensions.
+    pub position: [f64; 3],
+    /// Velocity; z is 0 in a scene of two dimensions.
+    pub velocity: [f64; 3],
+    /// A fixed particle feels no force: it keeps its velocity, and moves with it.
+    pub fixed: bool,
+    /// Radius it is drawn with.
+    pub radius: f64,
+    /// `tag`, a name scripts use.
+    pub tag: Option<String>,
+}
+
+/// `<edge>`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Edge {
+    /// The two particles it joins.
+    pub particles: [usize; 2],
+    /// Radius it is drawn with.
+    pub radius: f64,
+}
+
+/// One force element, such as one `<springforce>`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceElement {
+    /// Which force it is.
+    pub schema: &'static ForceSchema,
+    /// The two particles it acts between; `None` where it acts on every particle.
+    pub pair: Option<[usize; 2]>,
+    /// The edge it was attached to by the file, if it was.
+    pub edge: Option<usize>,
+    /// Its parameters, in the order of the schema; the rest is 0.
+    pub parameters: [f64; MAX_PARAMETERS],
+    /// Where it stands in the file.
+    pub location: Location,
+}
+
+/// Colour with components from 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Color {
+    /// Red.
+    pub r: f64,
+    /// Green.
+    pub g: f64,
+    /// Blue.
+    pub b: f64,
+}
+
+/// What a scene says of how it should be drawn. Nothing here changes the physics.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Rendering {
+    /// `<viewport>`, the camera.
+    pub viewport: Option<Viewport>,
+    /// `<backgroundcolor>`.
+    pub background: Option<Color>,
+    /// `<particlecolor>`: particle and its colour.
+    pub particle_colors: Vec<(usize, Color)>,
+    /// `<edgecolor>`: edge and its colour.
+    pub edge_colors: Vec<(usize, Color)>,
+    /// `<particlepath>`: trails.
+    pub particle_paths: Vec<ParticlePath>,
+}
+
+/// `<viewport>`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewport {
+    /// Centre of the view.
+    pub center: [f64; 2],
+    /// Size of the view.
+    pub size: f64,
+}
+
+/// `<particlepath>`: a trail behind a particle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParticlePath {
+    /// The particle that leaves the trail.
+    pub particle: usize,
+    /// How many seconds the trail lasts.
+    pub duration: f64,
+    /// Its colour.
+    pub color: Color,
+}
+
+/// How to read a scene.
+#[derive(Debug, Clone, Default)]
+pub struct ParseOptions {
+    /// Unknown elements and attributes are errors instead of warnings.
+    pub strict: bool,
+    /// What to use instead of what the file says.
+    pub overrides: Overrides,
+}
+
+/// Values that replace the file's own.
+#[derive(Debug, Clone, Default)]
+pub struct Overrides {
+    /// Another integrator.
+    pub integrator: Option<&'static IntegratorSchema>,
+    /// Another time step, in seconds; positive.
+    pub time_step: Option<f64>,
+    /// Another duration, in seconds; not negative.
+    pub duration: Option<f64>,
+}
+
+/// A scene, and what was odd about its file without being wrong.
+#[derive(Debug)]
+pub struct Parsed {
+    /// The scene.
+    pub scene: Scene,
+    /// Remarks on the file, in its order; the first hundred of them.
+    pub warnings: Vec<SceneError>,
+    /// How many remarks there are.
+    pub n_warnings: usize,
+}
+
+/// Reads the scene file at `path`.
+///
+/// # Errors
+/// Where the file cannot be read, is larger than [`MAX_FILE_SIZE`], is not UTF-8 text, or is not a
+/// scene that this vocabulary can express.
+pub fn load(
+    path: &Path,
+    vocabulary: &Vocabulary,
+    options: &ParseOptions,
+) -> Result<Parsed, SceneError> {
+    let bytes = read_bounded(path)?;
+    parse_bytes(&bytes, path, vocabulary, options)
+}
+
+/// Reads the scene that `bytes`, the content of the file at `path`, hold.
+///
+/// # Errors
+/// As [`load`], but for reading the file.
+pub fn parse_bytes(
+    bytes: &[u8],
+    path: &Path,
+    vocabulary: &Vocabulary,
+    options: &ParseOptions,
+) -> Result<Parsed, SceneError> {
+    let name = path.display().to_string();
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    match std::str::from_utf8(bytes) {
+        Ok(text) => xml::parse(text, &name, vocabulary, options),
+        Err(error) => {
+            let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+            let location = lines::LineCounter::new(&before).locate(before.len());
+            let byte = bytes[error.valid_up_to()];
+            Err(SceneError::new(&name, location, Problem::NotText { byte }))
+        }
+    }
+}
+
+/// The whole file, refused by its size before it is read.
+///
+/// # Errors
+/// Where it cannot be read, or is too large.
+pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
+    use std::io::Read;
+    let unreadable = |source: std::io::Error| SceneError::unreadable(path, source);
+    let too_large = |size| {
+        let name = path.display().to_string();
+        SceneError::whole_file(&name, Problem::TooLarge { size, limit: MAX_FILE_SIZE })
+    };
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if metadata.is_dir() {
+        return Err(unreadable(std::io::ErrorKind::IsADirectory.into()));
+    }
+    if metadata.len() > MAX_FILE_SIZE {
+        return Err(too_large(metadata.len()));
+    }
+    let mut bytes = Vec::new();
+    // A pipe has no size: it is read up to the limit.
+    file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_FILE_SIZE {
+        return Err(too_large(bytes.len() as u64));
+    }
+    Ok(bytes)
+}
+
+/// Every scene file (`*.xml`) below `folder`, sorted by path.
+///
+/// # Errors
+/// Where a folder cannot be listed.
+pub fn find_scene_files(folder: &Path) -> Result<Vec<PathBuf>, SceneError> {
+    let mut found = Vec::new();
+    let mut pending = vec![folder.to_path_buf()];
+    while let Some(folder) = pending.pop() {
+        let unreadable = |source| SceneError::unreadable(&folder, source);
+        for entry in std::fs::read_dir(&folder).map_err(unreadable)? {
+            let entry = entry.map_err(unreadable)?;
+            let path = entry.path();
+            // Links to folders are not followed: they could form a loop.
+            if entry.file_type().map_err(unreadable)?.is_dir() {
+                pending.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "xml") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}

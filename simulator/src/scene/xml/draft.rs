@@ -1,0 +1,66 @@
+//! What has been read of a scene before references are resolved.
+
+use crate::scene::schema::{ForceSchema, MAX_PARAMETERS};
+use crate::scene::{Color, Location, Particle, Viewport};
+
+/// What has been read so far. References by number are kept with the attribute that made them.
+#[derive(Default)]
+pub(super) struct Draft {
+    pub(super) description: Once<String>,
+    pub(super) tag: Once<String>,
+    pub(super) duration: Once<f64>,
+    pub(super) integrator: Once<IntegratorDraft>,
+    pub(super) max_simulation_frequency: Once<f64>,
+    pub(super) viewport: Once<Viewport>,
+    pub(super) background: Once<Color>,
+    pub(super) particles: Vec<Particle>,
+    pub(super) three_dimensional: bool,
+    pub(super) edges: Vec<([Reference; 2], f64)>,
+    pub(super) forces: Vec<ForceDraft>,
+    pub(super) particle_colors: Vec<(Reference, Color)>,
+    pub(super) edge_colors: Vec<(Reference, Color)>,
+    pub(super) particle_paths: Vec<(Reference, f64, Color)>,
+}
+
+pub(super) struct IntegratorDraft {
+    pub(super) spelling: String,
+    pub(super) type_offset: usize,
+    pub(super) time_step: f64,
+}
+
+pub(super) struct ForceDraft {
+    pub(super) schema: &'static ForceSchema,
+    pub(super) target: TargetDraft,
+    pub(super) parameters: [f64; MAX_PARAMETERS],
+    pub(super) location: Location,
+}
+
+pub(super) enum TargetDraft {
+    EveryParticle,
+    Pair([Reference; 2]),
+    Edge(Reference),
+}
+
+/// A number that names a particle or an edge, and where it stands.
+#[derive(Clone, Copy)]
+pub(super) struct Reference {
+    pub(super) index: usize,
+    pub(super) tag: &'static str,
+    pub(super) attribute: &'static str,
+    pub(super) offset: usize,
+}
+
+/// The value of an element that counts once, and its place.
+pub(super) struct Once<T>(pub(super) Option<(T, Location)>);
+
+impl<T> Default for Once<T> {
+    fn default() -> Self {
+        Self(None)
+    }
+}
+
+impl<T> Once<T> {
+    pub(super) fn into_value(self) -> Option<T> {
+        self.0.map(|(value, _)| value)
+    }
+}

@@ -1,0 +1,224 @@
+//! The elements of the schema, one by one.
+
+use quick_xml::events::BytesStart;
+
+use super::attributes::Element;
+use super::draft::{Draft, ForceDraft, IntegratorDraft, Once, Reference, TargetDraft};
+use super::{ELEMENTS, Parser, UNMODELLED, closest};
+use crate::scene::error::{Problem, SceneError};
+use crate::scene::schema::{ActsOn, Domain, ForceSchema, MAX_PARAMETERS};
+use crate::scene::{Color, Location, Particle, Viewport};
+
+impl Parser<'_> {
+    /// Reads the element that starts at `offset`, inside the root.
+    pub(super) fn read_element(
+        &mut self,
+        start: &BytesStart<'_>,
+        tag: &str,
+        offset: usize,
+    ) -> Result<(), SceneError> {
+        if let Some(schema) = self.vocabulary.force(tag) {
+            let element = self.element(start, schema.tag, offset)?;
+            return self.force(&element, schema);
+        }
+        let Some(known) = ELEMENTS.iter().find(|&&element| element == tag).copied() else {
+            return self.unknown_element(tag, offset);
+        };
+        let element = self.element(start, known, offset)?;
+        let known_attributes: &[&str] = match known {
+            "description" => {
+                let text = self.text_of(&element, "text")?.to_owned();
+                self.once(|draft| &mut draft.description, text, known, offset)?;
+                &["text"]
+            }
+            "scenetag" => {
+                let text = self.text_of(&element, "tag")?.to_owned();
+                self.once(|draft| &mut draft.tag, text, known, offset)?;
+                &["tag"]
+            }
+            "duration" => {
+                let time = self.number(&element, "time", Domain::NonNegative)?;
+                self.once_only(|draft| &mut draft.duration, time, known, offset)?;
+                &["time"]
+            }
+            "integrator" => {
+                let spelling = self.text_of(&element, "type")?.trim().to_owned();
+                let type_offset = element.find("type").map_or(offset, |attribute| attribute.offset);
+                let time_step = self.number(&element, "dt", Domain::Positive)?;
+                let integrator = IntegratorDraft { spelling, type_offset, time_step };
+                self.once_only(|draft| &mut draft.integrator, integrator, known, offset)?;
+                &["type", "dt"]
+            }
+            "maxsimfreq" => {
+                let max = self.number(&element, "max", Domain::NonNegative)?;
+                self.once(|draft| &mut draft.max_simulation_frequency, max, known, offset)?;
+                &["max"]
+            }
+            "particle" => {
+                let particle = self.particle(&element)?;
+                self.draft.particles.push(particle);
+                &["m", "px", "py", "pz", "vx", "vy", "vz", "fixed", "radius", "tag"]
+            }
+            "edge" => {
+                let ends = [self.reference(&element, "i")?, self.reference(&element, "j")?];
+                self.different(ends)?;
+                let radius = self.number_or(&element, "radius", Domain::NonNegative, 0.015)?;
+                self.draft.edges.push((ends, radius));
+                &["i", "j", "radius"]
+            }
+            "particlecolor" => {
+                let color = (self.reference(&element, "i")?, self.color(&element)?);
+                self.draft.particle_colors.push(color);
+                &["i", "r", "g", "b"]
+            }
+            "edgecolor" => {
+                let color = (self.reference(&element, "i")?, self.color(&element)?);
+                self.draft.edge_colors.push(color);
+                &["i", "r", "g", "b"]
+            }
+            "backgroundcolor" => {
+                let color = self.color(&element)?;
+                self.once(|draft| &mut draft.background, color, known, offset)?;
+                &["r", "g", "b"]
+            }
+            "particlepath" => {
+                let duration = self.number(&element, "duration", Domain::NonNegative)?;
+                let path = (self.reference(&element, "i")?, duration, self.color(&element)?);
+                self.draft.particle_paths.push(path);
+                &["i", "duration", "r", "g", "b"]
+            }
+            "viewport" => {
+                let center = [
+                    self.number(&element, "cx", Domain::Finite)?,
+                    self.number(&element, "cy", Domain::Finite)?,
+                ];
+                let size = self.number(&element, "size", Domain::Positive)?;
+                self.once(|draft| &mut draft.viewport, Viewport { center, size }, known, offset)?;
+                &["cx", "cy", "size"]
+            }
+            _ => return self.unknown_element(tag, offset),
+        };
+        self.check_attributes(&element, known_attributes)
+    }
+
+    fn unknown_element(&mut self, tag: &str, offset: usize) -> Result<(), SceneError> {
+        if UNMODELLED.iter().any(|beginning| tag.starts_with(beginning)) {
+            let tag = tag.to_owned();
+            return Err(self.error(offset, Problem::UnmodelledPhysics { tag }));
+        }
+        let forces = self.vocabulary.forces.iter().map(|schema| schema.tag);
+        let known: Vec<&'static str> = ELEMENTS.iter().copied().chain(forces).collect();
+        let suggestion = closest(tag, &known);
+        self.warn(offset, Problem::UnknownElement { tag: tag.to_owned(), suggestion })
+    }
+
+    fn particle(&mut self, element: &Element<'_>) -> Result<Particle, SceneError> {
+        let deep = element.find("pz").is_some() || element.find("vz").is_some();
+        self.draft.three_dimensional |= deep;
+        let fixed = match self.text_of(element, "fixed")?.trim() {
+            "0" => false,
+            "1" => true,
+            _ => return Err(self.out_of_domain(element, "fixed", "0 (free) or 1 (fixed)")),
+        };
+        Ok(Particle {
+            mass: self.number(element, "m", Domain::Positive)?,
+            position: [
+                self.number(element, "px", Domain::Finite)?,
+                self.number(element, "py", Domain::Finite)?,
+                self.number_or(element, "pz", Domain::Finite, 0.0)?,
+            ],
+            velocity: [
+                self.number(element, "vx", Domain::Finite)?,
+                self.number(element, "vy", Domain::Finite)?,
+                self.number_or(element, "vz", Domain::Finite, 0.0)?,
+            ],
+            fixed,
+            radius: self.number_or(element, "radius", Domain::NonNegative, 0.1)?,
+            tag: element.find("tag").map(|attribute| attribute.value.to_string()),
+        })
+    }
+
+    fn force(
+        &mut self,
+        element: &Element<'_>,
+        schema: &'static ForceSchema,
+    ) -> Result<(), SceneError> {
+        let (target, mut known): (_, Vec<&'static str>) = match schema.acts_on {
+            ActsOn::EveryParticle => (TargetDraft::EveryParticle, vec![]),
+            ActsOn::Pair => {
+                let pair = [self.reference(element, "i")?, self.reference(element, "j")?];
+                self.different(pair)?;
+                (TargetDraft::Pair(pair), vec!["i", "j"])
+            }
+            ActsOn::Edge => {
+                let edge = self.reference(element, "edge")?;
+                (TargetDraft::Edge(edge), vec!["edge"])
+            }
+        };
+        let mut parameters = [0.0; MAX_PARAMETERS];
+        for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
+            let given = element.find(parameter.name).is_some();
+            self.draft.three_dimensional |= given && parameter.three_dimensional;
+            *value = match parameter.default {
+                Some(default) => {
+                    self.number_or(element, parameter.name, parameter.domain, default)?
+                }
+                None => self.number(element, parameter.name, parameter.domain)?,
+            };
+            known.push(parameter.name);
+        }
+        let location = self.lines.locate(element.offset);
+        self.draft.forces.push(ForceDraft { schema, target, parameters, location });
+        self.check_attributes(element, &known)
+    }
+
+    fn color(&mut self, element: &Element<'_>) -> Result<Color, SceneError> {
+        Ok(Color {
+            r: self.number(element, "r", Domain::UnitInterval)?,
+            g: self.number(element, "g", Domain::UnitInterval)?,
+            b: self.number(element, "b", Domain::UnitInterval)?,
+        })
+    }
+
+    fn different(&mut self, [i, j]: [Reference; 2]) -> Result<(), SceneError> {
+        if i.index != j.index {
+            return Ok(());
+        }
+        let problem = Problem::SameParticle { tag: i.tag.to_owned(), particle: i.index };
+        Err(self.error(i.offset.max(j.offset), problem))
+    }
+
+    /// Stores the value of an element of which the last counts.
+    fn once<T>(
+        &mut self,
+        slot: fn(&mut Draft) -> &mut Once<T>,
+        value: T,
+        tag: &'static str,
+        offset: usize,
+    ) -> Result<(), SceneError> {
+        let location = self.lines.locate(offset);
+        if let Some((_, Location { line: first, .. })) =
+            slot(&mut self.draft).0.replace((value, location))
+        {
+            self.warn(offset, Problem::RepeatedElement { tag, first, fatal: false })?;
+        }
+        Ok(())
+    }
+
+    /// Stores the value of an element that may stand only once.
+    fn once_only<T>(
+        &mut self,
+        slot: fn(&mut Draft) -> &mut Once<T>,
+        value: T,
+        tag: &'static str,
+        offset: usize,
+    ) -> Result<(), SceneError> {
+        let location = self.lines.locate(offset);
+        if let Some((_, Location { line: first, .. })) =
+            slot(&mut self.draft).0.replace((value, location))
+        {
+            return Err(self.error(offset, Problem::RepeatedElement { tag, first, fatal: true }));
+        }
+        Ok(())
+    }
+}

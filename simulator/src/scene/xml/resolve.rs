@@ -1,0 +1,135 @@
+//! From what was read to a scene: references resolved, overrides applied, the whole checked.
+
+use super::draft::{ForceDraft, IntegratorDraft, Reference, TargetDraft};
+use super::{Parser, closest};
+use crate::scene::error::{Problem, SceneError};
+use crate::scene::schema::IntegratorSchema;
+use crate::scene::{
+    Dimension, Edge, ForceElement, MAX_STEPS, Parsed, ParticlePath, Rendering, Scene, step_count,
+};
+
+impl Parser<'_> {
+    /// Resolves what names other elements, applies the overrides, and checks the whole.
+    pub(super) fn finish(mut self) -> Result<Parsed, SceneError> {
+        let draft = std::mem::take(&mut self.draft);
+        let n_particles = draft.particles.len();
+        let n_edges = draft.edges.len();
+
+        let mut edges = Vec::with_capacity(n_edges);
+        for ([i, j], radius) in draft.edges {
+            let particles =
+                [self.particle_index(i, n_particles)?, self.particle_index(j, n_particles)?];
+            edges.push(Edge { particles, radius });
+        }
+        let mut forces = Vec::with_capacity(draft.forces.len());
+        for ForceDraft { schema, target, parameters, location } in draft.forces {
+            let (pair, edge) = match target {
+                TargetDraft::EveryParticle => (None, None),
+                TargetDraft::Pair([i, j]) => {
+                    let i = self.particle_index(i, n_particles)?;
+                    (Some([i, self.particle_index(j, n_particles)?]), None)
+                }
+                TargetDraft::Edge(edge) => {
+                    let edge = self.resolve(edge, "edge", n_edges)?;
+                    (Some(edges[edge].particles), Some(edge))
+                }
+            };
+            forces.push(ForceElement { schema, pair, edge, parameters, location });
+        }
+        let mut rendering = Rendering {
+            viewport: draft.viewport.into_value(),
+            background: draft.background.into_value(),
+            ..Rendering::default()
+        };
+        for (particle, color) in draft.particle_colors {
+            let particle = self.particle_index(particle, n_particles)?;
+            rendering.particle_colors.push((particle, color));
+        }
+        for (edge, color) in draft.edge_colors {
+            rendering.edge_colors.push((self.resolve(edge, "edge", n_edges)?, color));
+        }
+        for (particle, duration, color) in draft.particle_paths {
+            let particle = self.particle_index(particle, n_particles)?;
+            rendering.particle_paths.push(ParticlePath { particle, duration, color });
+        }
+
+        let Some((duration, duration_location)) = draft.duration.0 else {
+            return Err(self.missing("duration", "<duration time=\"10\"/>"));
+        };
+        let Some((integrator, _)) = draft.integrator.0 else {
+            let example = "<integrator type=\"symplectic-euler\" dt=\"0.01\"/>";
+            return Err(self.missing("integrator", example));
+        };
+        if n_particles == 0 {
+            let example = "<particle m=\"1\" px=\"0\" py=\"0\" vx=\"0\" vy=\"0\" fixed=\"0\"/>";
+            return Err(self.missing("particle", example));
+        }
+        let overrides = &self.options.overrides;
+        let duration = overrides.duration.unwrap_or(duration);
+        let time_step = overrides.time_step.unwrap_or(integrator.time_step);
+        let integrator = match overrides.integrator {
+            Some(integrator) => integrator,
+            None => self.integrator(integrator)?,
+        };
+        let steps = step_count(duration, time_step);
+        if steps > MAX_STEPS as f64 {
+            let problem = Problem::TooManySteps { duration, time_step, steps, limit: MAX_STEPS };
+            return Err(SceneError::new(self.name, duration_location, problem));
+        }
+
+        let dimension = if draft.three_dimensional { Dimension::Three } else { Dimension::Two };
+        let scene = Scene {
+            name: self.name.to_owned(),
+            description: draft.description.into_value(),
+            tag: draft.tag.into_value(),
+            dimension,
+            duration,
+            time_step,
+            integrator,
+            max_simulation_frequency: draft.max_simulation_frequency.into_value(),
+            particles: draft.particles,
+            edges,
+            forces,
+            rendering,
+        };
+        Ok(Parsed { scene, warnings: self.warnings, n_warnings: self.n_warnings })
+    }
+
+    fn integrator(
+        &mut self,
+        draft: IntegratorDraft,
+    ) -> Result<&'static IntegratorSchema, SceneError> {
+        if let Some(schema) = self.vocabulary.integrator(&draft.spelling) {
+            return Ok(schema);
+        }
+        let names: Vec<&str> =
+            self.vocabulary.integrators.iter().map(|schema| schema.name).collect();
+        let problem = Problem::UnknownIntegrator {
+            suggestion: closest(&draft.spelling, &names),
+            known: names.join(", "),
+            found: draft.spelling,
+        };
+        Err(self.error(draft.type_offset, problem))
+    }
+
+    fn missing(&self, tag: &'static str, example: &'static str) -> SceneError {
+        SceneError::whole_file(self.name, Problem::MissingElement { tag, example })
+    }
+
+    fn particle_index(&mut self, reference: Reference, count: usize) -> Result<usize, SceneError> {
+        self.resolve(reference, "particle", count)
+    }
+
+    fn resolve(
+        &mut self,
+        Reference { index, tag, attribute, offset }: Reference,
+        what: &'static str,
+        count: usize,
+    ) -> Result<usize, SceneError> {
+        if index < count {
+            return Ok(index);
+        }
+        let (tag, attribute) = (tag.to_owned(), attribute.to_owned());
+        Err(self.error(offset, Problem::NoSuch { tag, attribute, index, what, count }))
+    }
+}

@@ -1,0 +1,274 @@
+//! A scene stepped from its start to its end.
+
+use std::fmt;
+
+use crate::force::ForceKind;
+use crate::integrator::MAX_DENSE_SIZE;
+use crate::integrator::{BuildIntegrator, Integrator, IntegratorKind, REGISTRY, Step, StepError};
+use crate::scene::{Dimension, Location, Scene};
+use crate::solver::LinearError;
+use crate::statistics::Statistics;
+use crate::system::{BuildForce, System};
+
+/// One state of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StateView<'a> {
+    /// Number of the state: 0 is the initial one.
+    pub step: u64,
+    /// `step` times the time step, in seconds.
+    pub time: f64,
+    /// Positions, `n·D`, particle-major.
+    pub positions: &'a [f64],
+    /// Velocities, the same shape.
+    pub velocities: &'a [f64],
+}
+
+/// Energies and momentum of a state. Fixed particles count as any other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Energies {
+    /// Kinetic energy.
+    pub kinetic: f64,
+    /// Potential energy of the forces that have one.
+    pub potential: f64,
+    /// Momentum, one component a dimension.
+    pub momentum: Vec<f64>,
+}
+
+/// A scene on its way. The dimension is dispatched here, once.
+pub struct Simulation {
+    run: Box<dyn Run>,
+    scene: String,
+    forces: Vec<(&'static str, [usize; 2], Location)>,
+    dimension: Dimension,
+    time_step: f64,
+    n_steps: u64,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    statistics: Statistics,
+}
+
+impl Simulation {
+    /// Puts the scene at its initial state.
+    ///
+    /// # Errors
+    /// Where the scene is more than its integrator can take.
+    ///
+    /// # Panics
+    /// Where the scene's integrator is not one of the registry.
+    pub fn new(scene: &Scene) -> Result<Self, SimulationError> {
+        let of_every_particle = |vector: fn(&crate::scene::Particle) -> &[f64; 3]| {
+            let components = scene.dimension.count();
+            let particles = scene.particles.iter();
+            particles.flat_map(|particle| vector(particle)[..components].to_vec()).collect()
+        };
+        let run: Result<Box<dyn Run>, StepError> = match scene.dimension {
+            Dimension::Two => Runner::<2>::start(scene),
+            Dimension::Three => Runner::<3>::start(scene),
+        };
+        let run = run.map_err(|error| {
+            let kind = FailureKind::of(error, &[]);
+            SimulationError { scene: scene.name.clone(), step: 0, time: 0.0, kind }
+        })?;
+        let forces = scene.forces.iter().map(|element| {
+            (element.schema.tag, element.pair.unwrap_or_default(), element.location)
+        });
+        Ok(Self {
+            run,
+            scene: scene.name.clone(),
+            forces: forces.collect(),
+            dimension: scene.dimension,
+            time_step: scene.time_step,
+            n_steps: scene.n_steps(),
+            positions: of_every_particle(|particle| &particle.position),
+            velocities: of_every_particle(|particle| &particle.velocity),
+            statistics: Statistics::default(),
+        })
+    }
+
+    /// Takes the next step; false where the scene is at its end.
+    ///
+    /// # Errors
+    /// Where the step has no answer. The simulation is then of no further use.
+    pub fn advance(&mut self) -> Result<bool, SimulationError> {
+        if self.statistics.steps == self.n_steps {
+            return Ok(false);
+        }
+        let step = Step {
+            size: self.time_step,
+            positions: &mut self.positions,
+            velocities: &mut self.velocities,
+            statistics: &mut self.statistics,
+        };
+        self.run.step(step).map_err(|error| self.failure(FailureKind::of(error, &self.forces)))?;
+        if let Some(kind) = self.not_finite() {
+            return Err(self.failure(kind));
+        }
+        self.statistics.steps += 1;
+        Ok(true)
+    }
+
+    /// The current state.
+    pub fn state(&self) -> StateView<'_> {
+        StateView {
+            step: self.statistics.steps,
+            time: self.statistics.steps as f64 * self.time_step,
+            positions: &self.positions,
+            velocities: &self.velocities,
+        }
+    }
+
+    /// Energies and momentum of the current state.
+    pub fn energies(&self) -> Energies {
+        self.run.energies(&self.positions, &self.velocities)
+    }
+
+    /// What the run has cost so far.
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+
+    /// How many coordinates a particle has.
+    pub fn dimension(&self) -> Dimension {
+        self.dimension
+    }
+
+    /// Steps from the start to the end of the scene.
+    pub fn n_steps(&self) -> u64 {
+        self.n_steps
+    }
+
+    fn failure(&self, kind: FailureKind) -> SimulationError {
+        let step = self.statistics.steps + 1;
+        let time = self.statistics.steps as f64 * self.time_step;
+        SimulationError { scene: self.scene.clone(), step, time, kind }
+    }
+
+    fn not_finite(&self) -> Option<FailureKind> {
+        let count = self.dimension.count();
+        let look = |values: &[f64], what| {
+            // Without an early exit, the usual case is one vectorised pass.
+            let all = values.iter().fold(true, |all, value| all & value.is_finite());
+            let place = if all { None } else { values.iter().position(|value| !value.is_finite()) };
+            place.map(|place| FailureKind::NotFinite {
+                what,
+                particle: place / count,
+                coordinate: ["x", "y", "z"][place % count],
+            })
+        };
+        look(&self.positions, "position").or_else(|| look(&self.velocities, "velocity"))
+    }
+}
+
+/// A system with its integrator, its dimension forgotten.
+trait Run: Send {
+    fn step(&mut self, step: Step<'_>) -> Result<(), StepError>;
+    fn energies(&self, positions: &[f64], velocities: &[f64]) -> Energies;
+}
+
+struct Runner<const D: usize> {
+    system: System<D>,
+    integrator: Box<dyn Integrator<D>>,
+}
+
+impl<const D: usize> Runner<D>
+where
+    ForceKind: BuildForce<D>,
+    IntegratorKind: BuildIntegrator<D>,
+{
+    fn start(scene: &Scene) -> Result<Box<dyn Run>, StepError> {
+        let system = System::new(scene);
+        let kind = REGISTRY.iter().find(|kind| kind.schema.name == scene.integrator.name);
+        let kind = kind.expect("a scene holds schemas of the registry");
+        let integrator = kind.build(&system)?;
+        Ok(Box::new(Self { system, integrator }))
+    }
+}
+
+impl<const D: usize> Run for Runner<D> {
+    fn step(&mut self, step: Step<'_>) -> Result<(), StepError> {
+        self.integrator.step(&self.system, step)
+    }
+
+    fn energies(&self, positions: &[f64], velocities: &[f64]) -> Energies {
+        Energies {
+            kinetic: self.system.kinetic_energy(velocities),
+            potential: self.system.potential_energy(positions, velocities),
+            momentum: self.system.momentum(velocities).to_vec(),
+        }
+    }
+}
+
+/// A scene that could not be simulated to its end.
+///
+/// Displays as one message and a second line `  help: remedy`.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub struct SimulationError {
+    /// The scene, as messages call it.
+    pub scene: String,
+    /// The step that has no answer, from 1; 0 if none was tried.
+    pub step: u64,
+    /// The time at which that step starts, in seconds.
+    pub time: f64,
+    /// Why.
+    pub kind: FailureKind,
+}
+
+/// Why a step has no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
+pub enum FailureKind {
+    #[error("<{tag}> has no direction: particles {} and {} are at the same place", particles[0], particles[1])]
+    Coincident { tag: &'static str, particles: [usize; 2], location: Location },
+    #[error(
+        "Newton's method did not converge: after {iterations} iterations the update is {update:.1e} and the residual {residual:.1e}"
+    )]
+    NotConverged { iterations: u64, update: f64, residual: f64 },
+    #[error("the linear system of the step cannot be solved: {0}")]
+    Linear(LinearError),
+    #[error("the {what} of particle {particle} is no longer finite (coordinate {coordinate})")]
+    NotFinite { what: &'static str, particle: usize, coordinate: &'static str },
+    #[error(
+        "{size} degrees of freedom are coupled to each other, and an implicit method solves for at most {MAX_DENSE_SIZE}"
+    )]
+    TooLarge { size: usize },
+}
+
+impl FailureKind {
+    fn of(error: StepError, forces: &[(&'static str, [usize; 2], Location)]) -> Self {
+        match error {
+            StepError::Degenerate(degenerate) => {
+                let (tag, particles, location) = forces[degenerate.element];
+                Self::Coincident { tag, particles, location }
+            }
+            StepError::NotConverged { iterations, update, residual } => {
+                Self::NotConverged { iterations, update, residual }
+            }
+            StepError::Linear(error) => Self::Linear(error),
+            StepError::TooLarge { size } => Self::TooLarge { size },
+        }
+    }
+
+    fn remedy(&self) -> &'static str {
+        match self {
+            Self::Coincident { .. } => "move one of them, or shorten the time step",
+            Self::NotConverged { .. } | Self::NotFinite { .. } => {
+                "shorten the time step, or soften the forces; the motion may be unstable"
+            }
+            Self::Linear(_) => "shorten the time step; check masses and stiffnesses",
+            Self::TooLarge { .. } => "use symplectic-euler, or split the scene",
+        }
+    }
+}
+
+impl fmt::Display for SimulationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.scene)?;
+        if let FailureKind::Coincident { location: Location { line, column }, .. } = self.kind {
+            write!(f, "{line}:{column}:")?;
+        }
+        if self.step > 0 {
+            write!(f, " step {} (from t = {} s):", self.step, self.time)?;
+        }
+        write!(f, " {}\n  help: {}", self.kind, self.kind.remedy())
+    }
+}

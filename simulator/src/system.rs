@@ -1,0 +1,151 @@
+//! Masses, forces and fixed particles of one scene, put together.
+//!
+//! All slices of positions, velocities and forces hold `n·D` numbers, particle-major. Sums run in the
+//! order of the registry, and within a force in the order of the file, so that they are the same bits
+//! every time.
+
+use crate::force::{
+    Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, REGISTRY, State,
+};
+use crate::scene::Scene;
+
+/// The forces of a kind, in `D` dimensions.
+pub trait BuildForce<const D: usize> {
+    /// Builds the force that all of `elements` make together.
+    fn build(&self, scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>>;
+}
+
+impl BuildForce<2> for ForceKind {
+    fn build(&self, scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<2>> {
+        (self.build_2d)(scene, elements)
+    }
+}
+
+impl BuildForce<3> for ForceKind {
+    fn build(&self, scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<3>> {
+        (self.build_3d)(scene, elements)
+    }
+}
+
+/// The physics of one scene.
+pub struct System<const D: usize> {
+    masses: Vec<f64>,
+    fixed: Vec<bool>,
+    forces: Vec<Box<dyn Force<D>>>,
+}
+
+impl<const D: usize> System<D>
+where
+    ForceKind: BuildForce<D>,
+{
+    /// The system that `scene` describes, with the forces it mentions and no others.
+    pub fn new(scene: &Scene) -> Self {
+        let mut forces = Vec::new();
+        for kind in REGISTRY {
+            let is_of_kind = |(_, element): &Numbered<'_>| element.schema.tag == kind.schema.tag;
+            let elements: Vec<Numbered<'_>> =
+                scene.forces.iter().enumerate().filter(is_of_kind).collect();
+            if !elements.is_empty() {
+                forces.push(kind.build(scene, &elements));
+            }
+        }
+        Self {
+            masses: scene.particles.iter().map(|particle| particle.mass).collect(),
+            fixed: scene.particles.iter().map(|particle| particle.fixed).collect(),
+            forces,
+        }
+    }
+}
+
+impl<const D: usize> System<D> {
+    /// Mass of each particle.
+    pub fn masses(&self) -> &[f64] {
+        &self.masses
+    }
+
+    /// Which particles are fixed.
+    pub fn fixed(&self) -> &[bool] {
+        &self.fixed
+    }
+
+    /// Number of particles.
+    pub fn n_particles(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// Number of particles that are not fixed.
+    pub fn n_free(&self) -> usize {
+        self.fixed.iter().filter(|fixed| !**fixed).count()
+    }
+
+    /// Sets `force` to the sum of all forces; zero on fixed particles.
+    ///
+    /// # Errors
+    /// Where a force is not defined at this state.
+    pub fn force(
+        &self,
+        positions: &[f64],
+        velocities: &[f64],
+        force: &mut [f64],
+    ) -> Result<(), Degenerate> {
+        force.fill(0.0);
+        let state = self.state(positions, velocities);
+        for each in &self.forces {
+            each.add_force(state, force)?;
+        }
+        for (of_particle, fixed) in force.chunks_exact_mut(D).zip(&self.fixed) {
+            if *fixed {
+                of_particle.fill(0.0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands every block of `∂F/∂x` and `∂F/∂v` to `sink`, those of fixed particles included.
+    ///
+    /// # Errors
+    /// Where a force is not defined at this state.
+    pub fn jacobians(
+        &self,
+        positions: &[f64],
+        velocities: &[f64],
+        sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        let state = self.state(positions, velocities);
+        self.forces.iter().try_for_each(|each| each.add_jacobians(state, sink))
+    }
+
+    /// Says which particles the Jacobians couple, fixed ones included.
+    pub fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
+        self.forces.iter().for_each(|each| each.couplings(visit));
+    }
+
+    /// Kinetic energy `½ Σ m_i |v_i|²`, of fixed particles too.
+    pub fn kinetic_energy(&self, velocities: &[f64]) -> f64 {
+        let of_particle = |(velocity, mass): (&[f64], &f64)| {
+            0.5 * mass * velocity.iter().map(|component| component * component).sum::<f64>()
+        };
+        velocities.chunks_exact(D).zip(&self.masses).map(of_particle).sum()
+    }
+
+    /// Potential energy: the sum over the forces that have one.
+    pub fn potential_energy(&self, positions: &[f64], velocities: &[f64]) -> f64 {
+        let state = self.state(positions, velocities);
+        self.forces.iter().filter_map(|each| each.energy(state)).sum()
+    }
+
+    /// Momentum `Σ m_i v_i`, of fixed particles too.
+    pub fn momentum(&self, velocities: &[f64]) -> [f64; D] {
+        let mut momentum = [0.0; D];
+        for (velocity, mass) in velocities.chunks_exact(D).zip(&self.masses) {
+            for (sum, component) in momentum.iter_mut().zip(velocity) {
+                *sum += mass * component;
+            }
+        }
+        momentum
+    }
+
+    fn state<'a>(&'a self, positions: &'a [f64], velocities: &'a [f64]) -> State<'a> {
+        State { masses: &self.masses, positions, velocities }
+    }
+}

@@ -1,0 +1,235 @@
+//! Traces as comma-separated text.
+//!
+//! ```text
+//! step,time,x0,y0,vx0,vy0,x1,y1,vx1,vy1,…        (x0,y0,z0,vx0,vy0,vz0,… in three dimensions)
+//! 0,0.0,…
+//! ```
+//!
+//! A header, then a row a state, the initial state first. Numbers are the shortest decimals that read
+//! back to the same f64. The time of a row is its step times the time step.
+
+use std::io::{self, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+
+use csv::ByteRecord;
+
+use super::{Shape, State, TraceError, TraceFault, TraceReader, TraceWriter};
+use crate::scene::Dimension;
+use crate::simulation::StateView;
+
+/// No number takes more than this many bytes of a line, its comma included.
+const MAX_FIELD: usize = 64;
+
+/// The columns of a trace of this shape.
+pub fn header(shape: Shape) -> impl Iterator<Item = String> {
+    let axes: &'static [&'static str] = match shape.dimension {
+        Dimension::Two => &["x", "y", "vx", "vy"],
+        Dimension::Three => &["x", "y", "z", "vx", "vy", "vz"],
+    };
+    let of_particle =
+        move |particle: usize| axes.iter().map(move |axis| format!("{axis}{particle}"));
+    ["step", "time"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain((0..shape.n_particles).flat_map(of_particle))
+}
+
+/// Writes a trace.
+pub struct CsvWriter<W: Write> {
+    writer: csv::Writer<W>,
+    dimension: usize,
+}
+
+impl<W: Write> CsvWriter<W> {
+    /// Starts a trace with its header.
+    ///
+    /// # Errors
+    /// Where the output takes nothing.
+    pub fn new(output: W, shape: Shape) -> io::Result<Self> {
+        let mut writer = csv::Writer::from_writer(output);
+        writer.write_record(header(shape))?;
+        Ok(Self { writer, dimension: shape.dimension.count() })
+    }
+
+    /// Writes out what is buffered, and gives the output back.
+    ///
+    /// # Errors
+    /// Where the output takes no more.
+    pub fn into_inner(self) -> io::Result<W> {
+        self.writer.into_inner().map_err(|error| error.into_error())
+    }
+}
+
+impl<W: Write> TraceWriter for CsvWriter<W> {
+    fn write(&mut self, state: StateView<'_>) -> io::Result<()> {
+        self.writer.write_field(state.step.to_string())?;
+        let mut digits = ryu::Buffer::new();
+        self.writer.write_field(digits.format(state.time))?;
+        let positions = state.positions.chunks_exact(self.dimension);
+        for (position, velocity) in positions.zip(state.velocities.chunks_exact(self.dimension)) {
+            for value in position.iter().chain(velocity) {
+                self.writer.write_field(digits.format(*value))?;
+            }
+        }
+        Ok(self.writer.write_record(None::<&[u8]>)?)
+    }
+}
+
+/// Reads a trace.
+pub struct CsvReader<R: Read> {
+    reader: csv::Reader<LimitedLines<BufReader<R>>>,
+    record: ByteRecord,
+    path: PathBuf,
+    shape: Shape,
+    next_step: u64,
+}
+
+impl<R: Read> CsvReader<R> {
+    /// Reads the header. `path` is what messages call the trace.
+    ///
+    /// # Errors
+    /// Where the header is not the one of a trace of this shape.
+    pub fn new(input: R, path: &Path, shape: Shape) -> Result<Self, TraceError> {
+        let limit = MAX_FIELD * (2 + 2 * shape.n_coordinates());
+        let input = LimitedLines::new(BufReader::with_capacity(1 << 16, input), limit);
+        let reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .quoting(false)
+            .from_reader(input);
+        let path = path.to_path_buf();
+        let mut this = Self { reader, record: ByteRecord::new(), path, shape, next_step: 0 };
+        this.read_header()?;
+        Ok(this)
+    }
+
+    fn read_header(&mut self) -> Result<(), TraceError> {
+        let expected: Vec<String> = header(self.shape).collect();
+        if !self.read_record()? {
+            let columns = expected[..expected.len().min(8)].join(",");
+            return Err(self.at_line(1, TraceFault::NoHeader { expected: columns }));
+        }
+        let found: Vec<String> =
+            self.record.iter().map(|field| excerpt(field.trim_ascii())).collect();
+        let differ = |(found, expected): (&String, &String)| found != expected;
+        let fault = match found.iter().zip(&expected).position(differ) {
+            Some(column) => TraceFault::Header {
+                column: column + 1,
+                expected: expected[column].clone(),
+                found: found[column].clone(),
+            },
+            None if found.len() != expected.len() => TraceFault::HeaderLength {
+                expected: expected.len(),
+                found: found.len(),
+                header: excerpt(found.join(",").as_bytes()),
+            },
+            None => return Ok(()),
+        };
+        Err(self.at_line(1, fault))
+    }
+
+    /// Reads the next row; false where there is none.
+    fn read_record(&mut self) -> Result<bool, TraceError> {
+        self.reader.read_byte_record(&mut self.record).map_err(|error| {
+            match error.into_kind() {
+                csv::ErrorKind::Io(error) if error.kind() == io::ErrorKind::FileTooLarge => {
+                    // What follows is read ahead of the records.
+                    let LimitedLines { limit, line, .. } = *self.reader.get_ref();
+                    self.at_line(line, TraceFault::LineTooLong { limit })
+                }
+                csv::ErrorKind::Io(source) => {
+                    TraceError::Unreadable { path: self.path.clone(), source }
+                }
+                other => {
+                    let source = io::Error::other(format!("{other:?}"));
+                    TraceError::Unreadable { path: self.path.clone(), source }
+                }
+            }
+        })
+    }
+
+    fn at_line(&self, line: u64, fault: TraceFault) -> TraceError {
+        TraceError::Line { path: self.path.clone(), line, fault }
+    }
+
+    /// Line of the record that was read last.
+    fn line(&self) -> u64 {
+        self.record.position().map_or(0, csv::Position::line)
+    }
+
+    fn number(&self, column: usize) -> Result<f64, TraceError> {
+        let field = self.record.get(column).unwrap_or_default().trim_ascii();
+        let parsed = std::str::from_utf8(field).ok().and_then(|text| text.parse().ok());
+        parsed.ok_or_else(|| {
+            let column = header(self.shape).nth(column).unwrap_or_default();
+            self.at_line(self.line(), TraceFault::NotANumber { column, text: excerpt(field) })
+        })
+    }
+}
+
+impl<R: Read + Send> TraceReader for CsvReader<R> {
+    fn read(&mut self, state: &mut State) -> Result<bool, TraceError> {
+        if !self.read_record()? {
+            return Ok(false);
+        }
+        let expected = 2 + 2 * self.shape.n_coordinates();
+        if self.record.len() != expected {
+            let found = self.record.len();
+            return Err(self.at_line(self.line(), TraceFault::RowLength { expected, found }));
+        }
+        let step = self.record.get(0).unwrap_or_default().trim_ascii();
+        if std::str::from_utf8(step).ok().and_then(|step| step.parse().ok()) != Some(self.next_step)
+        {
+            let fault = TraceFault::StepOrder { expected: self.next_step, found: excerpt(step) };
+            return Err(self.at_line(self.line(), fault));
+        }
+        self.next_step += 1;
+        state.time = Some(self.number(1)?);
+        let dimension = self.shape.dimension.count();
+        for coordinate in 0..self.shape.n_coordinates() {
+            let (particle, axis) = (coordinate / dimension, coordinate % dimension);
+            let column = 2 + particle * 2 * dimension + axis;
+            state.positions[coordinate] = self.number(column)?;
+            state.velocities[coordinate] = self.number(column + dimension)?;
+        }
+        Ok(true)
+    }
+}
+
+/// The beginning of some bytes, as text fit for a message.
+fn excerpt(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(80)]);
+    text.chars().take(40).collect()
+}
+
+/// Fails where a line is longer than `limit`, so that no line fills the memory.
+struct LimitedLines<R> {
+    inner: R,
+    limit: usize,
+    /// The line that is being read, from 1.
+    line: u64,
+    since_newline: usize,
+}
+
+impl<R> LimitedLines<R> {
+    fn new(inner: R, limit: usize) -> Self {
+        Self { inner, limit, line: 1, since_newline: 0 }
+    }
+}
+
+impl<R: Read> Read for LimitedLines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        for line in buffer[..count].split_inclusive(|byte| *byte == b'\n') {
+            self.since_newline += line.len();
+            if self.since_newline > self.limit {
+                return Err(io::ErrorKind::FileTooLarge.into());
+            }
+            if line.ends_with(b"\n") {
+                self.since_newline = 0;
+                self.line += 1;
+            }
+        }
+        Ok(count)
+    }
+}

@@ -1,0 +1,150 @@
+//! States to and from files, one at a time: memory does not grow with the length of a trace.
+//!
+//! A trace holds the initial state and one state after every step.
+
+pub mod csv;
+pub mod energy;
+pub mod fosssim;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::scene::{Dimension, Scene};
+use crate::simulation::StateView;
+
+/// How many numbers a state has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shape {
+    /// Coordinates of a particle.
+    pub dimension: Dimension,
+    /// Particles.
+    pub n_particles: usize,
+}
+
+impl Shape {
+    /// The shape of the states of `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        Self { dimension: scene.dimension, n_particles: scene.particles.len() }
+    }
+
+    /// Numbers in the positions of a state, and as many in its velocities.
+    pub fn n_coordinates(self) -> usize {
+        self.dimension.count() * self.n_particles
+    }
+}
+
+/// A trace's file format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TraceFormat {
+    /// Comma-separated text: see [`mod@csv`].
+    Csv,
+    /// The course's binary: see [`fosssim`].
+    Fosssim,
+}
+
+impl TraceFormat {
+    /// Every format.
+    pub const ALL: [Self; 2] = [Self::Csv, Self::Fosssim];
+
+    /// The extension of its files.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Fosssim => "bin",
+        }
+    }
+
+    /// The format that the extension of `path` names.
+    pub fn of_path(path: &Path) -> Option<Self> {
+        let extension = path.extension()?;
+        Self::ALL.into_iter().find(|format| extension == format.extension())
+    }
+}
+
+/// A state read from a trace.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Time in seconds, where the format tells it.
+    pub time: Option<f64>,
+    /// Positions, `n·D`, particle-major.
+    pub positions: Vec<f64>,
+    /// Velocities, the same shape.
+    pub velocities: Vec<f64>,
+}
+
+impl State {
+    /// A state of this shape, all zero.
+    pub fn zeros(shape: Shape) -> Self {
+        let zeros = vec![0.0; shape.n_coordinates()];
+        Self { time: None, positions: zeros.clone(), velocities: zeros }
+    }
+}
+
+/// Where states go.
+pub trait TraceWriter {
+    /// Writes the next state.
+    ///
+    /// # Errors
+    /// Where the output takes no more.
+    fn write(&mut self, state: StateView<'_>) -> io::Result<()>;
+}
+
+/// Where states come from.
+pub trait TraceReader: Send {
+    /// Reads the next state into `state`; false where there is none.
+    ///
+    /// # Errors
+    /// Where the trace cannot be read on, or what is there is no state of the expected shape.
+    fn read(&mut self, state: &mut State) -> Result<bool, TraceError>;
+}
+
+/// Opens the trace at `path` for reading.
+///
+/// # Errors
+/// Where it cannot be opened, or its first lines already show that it is no such trace.
+pub fn open(
+    path: &Path,
+    format: TraceFormat,
+    shape: Shape,
+) -> Result<Box<dyn TraceReader>, TraceError> {
+    let file = std::fs::File::open(path)
+        .map_err(|source| TraceError::Unreadable { path: path.to_path_buf(), source })?;
+    Ok(match format {
+        TraceFormat::Csv => Box::new(csv::CsvReader::new(file, path, shape)?),
+        TraceFormat::Fosssim => Box::new(fosssim::FosssimReader::new(file, path, shape)),
+    })
+}
+
+/// A trace that cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
+pub enum TraceError {
+    #[error("{}: cannot be read: {source}", path.display())]
+    Unreadable { path: PathBuf, source: io::Error },
+    #[error("{}:{line}: {fault}", path.display())]
+    Line { path: PathBuf, line: u64, fault: TraceFault },
+    #[error("{}: record {record}: {fault}", path.display())]
+    Record { path: PathBuf, record: u64, fault: TraceFault },
+}
+
+/// What is wrong with the content of a trace.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
+pub enum TraceFault {
+    #[error("there is no header line; it starts with `{expected}`")]
+    NoHeader { expected: String },
+    #[error("column {column} of the header is {found:?}, not {expected:?}")]
+    Header { column: usize, expected: String, found: String },
+    #[error("the header has {found} columns, not {expected}: {header:?}")]
+    HeaderLength { expected: usize, found: usize, header: String },
+    #[error("the row has {found} fields, not {expected}")]
+    RowLength { expected: usize, found: usize },
+    #[error("column {column}: {text:?} is not a number")]
+    NotANumber { column: String, text: String },
+    #[error("the step is {found:?} where {expected} comes next")]
+    StepOrder { expected: u64, found: String },
+    #[error("the line is longer than {limit} bytes")]
+    LineTooLong { limit: usize },
+    #[error("the file ends after {found} of the record's {expected} bytes")]
+    PartialRecord { expected: usize, found: usize },
+}

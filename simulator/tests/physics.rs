@@ -1,0 +1,820 @@
+//! Facts about the physics, against closed forms, finite differences and conservation laws; none of it
+//! against what the simulator once said.
+
+mod support;
+
+use std::fs;
+
+use simulator::force::{Block, Coupling, ForceKind, JacobianSink, REGISTRY as FORCES};
+use simulator::integrator::{
+    BuildIntegrator, IntegratorKind, REGISTRY as INTEGRATORS, Step, StepError,
+};
+use simulator::scene::schema::{ActsOn, ForceSchema};
+use simulator::scene::{ParseOptions, Scene, xml};
+use simulator::simulation::Simulation;
+use simulator::statistics::Statistics;
+use simulator::system::{BuildForce, System};
+use simulator::vocabulary;
+use support::{simulate, stderr};
+use tempfile::TempDir;
+
+fn parse(text: &str) -> Scene {
+    let options = ParseOptions { strict: true, ..ParseOptions::default() };
+    let parsed = xml::parse(text, "test.xml", &vocabulary(), &options);
+    parsed.unwrap_or_else(|error| panic!("{error}\n{text}")).scene
+}
+
+/// A scene of these elements, by this integrator.
+fn scene(integrator: &str, dt: f64, duration: f64, elements: &str) -> Scene {
+    parse(&format!(
+        r#"<scene><duration time="{duration}"/><integrator type="{integrator}" dt="{dt}"/>
+        {elements}</scene>"#
+    ))
+}
+
+/// All states of the scene: positions and velocities.
+fn states(scene: &Scene) -> Vec<[Vec<f64>; 2]> {
+    let mut simulation = Simulation::new(scene).unwrap();
+    let mut states = Vec::new();
+    loop {
+        let state = simulation.state();
+        states.push([state.positions.to_vec(), state.velocities.to_vec()]);
+        if !simulation.advance().unwrap() {
+            return states;
+        }
+    }
+}
+
+fn statistics(scene: &Scene) -> Statistics {
+    let mut simulation = Simulation::new(scene).unwrap();
+    while simulation.advance().unwrap() {}
+    simulation.statistics().clone()
+}
+
+fn names() -> impl Iterator<Item = &'static str> {
+    INTEGRATORS.iter().map(|kind| kind.schema.name)
+}
+
+fn bits(numbers: &[f64]) -> Vec<u64> {
+    numbers.iter().map(|number| number.to_bits()).collect()
+}
+
+fn largest(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    numbers
+        .into_iter()
+        .fold(0.0, |largest, number| if number.abs() <= largest { largest } else { number.abs() })
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    largest(a.iter().zip(b).map(|(a, b)| a - b))
+}
+
+fn uniform(random: &mut fastrand::Rng, (low, high): (f64, f64)) -> f64 {
+    low + (high - low) * random.f64()
+}
+
+/// Four particles near the corners of a square, moving; every pair of them joined by an edge.
+fn random_particles(random: &mut fastrand::Rng, dimensions: usize) -> String {
+    let mut text = String::new();
+    for corner in [(0.0, 0.0), (2.0, 0.0), (0.0, 2.0), (2.0, 2.0)] {
+        let mut near = |place| uniform(random, (place - 0.5, place + 0.5));
+        let (px, py, vx, vy) = (near(corner.0), near(corner.1), near(0.0), near(0.0));
+        let (pz, vz) = (near(0.0), near(0.0));
+        let mass = uniform(random, (0.5, 3.0));
+        text +=
+            &format!(r#"<particle m="{mass}" px="{px}" py="{py}" vx="{vx}" vy="{vy}" fixed="0""#);
+        text += &if dimensions == 3 { format!(r#" pz="{pz}" vz="{vz}"/>"#) } else { "/>".into() };
+    }
+    for (i, j) in PAIRS {
+        text += &format!(r#"<edge i="{i}" j="{j}"/>"#);
+    }
+    text
+}
+
+/// All pairs of four particles; some the wrong way round.
+const PAIRS: [(usize, usize); 6] = [(0, 1), (2, 0), (0, 3), (1, 2), (3, 1), (2, 3)];
+
+/// Elements of the force with random parameters; one for each pair where it acts on pairs.
+fn random_elements(random: &mut fastrand::Rng, force: &ForceSchema, dimensions: usize) -> String {
+    let mut text = String::new();
+    for (edge, (i, j)) in PAIRS.into_iter().enumerate() {
+        let target = match force.acts_on {
+            ActsOn::EveryParticle if edge > 1 => break,
+            ActsOn::EveryParticle => String::new(),
+            ActsOn::Pair => format!(r#"i="{i}" j="{j}""#),
+            ActsOn::Edge => format!(r#"edge="{edge}""#),
+        };
+        text += &format!("<{} {target}", force.tag);
+        for parameter in force.parameters {
+            if dimensions == 3 || !parameter.three_dimensional {
+                let value = uniform(random, parameter.typical);
+                text += &format!(r#" {}="{value}""#, parameter.name);
+            }
+        }
+        text += "/>";
+    }
+    text
+}
+
+/// Elements of every force that `keep` keeps.
+fn random_forces(
+    random: &mut fastrand::Rng,
+    dimensions: usize,
+    keep: impl Fn(&ForceSchema) -> bool,
+) -> String {
+    let schemas = FORCES.iter().map(|kind| &kind.schema).filter(|schema| keep(schema));
+    schemas.map(|schema| random_elements(random, schema, dimensions)).collect()
+}
+
+/// Positions and velocities at the start of the scene.
+fn start(scene: &Scene) -> [Vec<f64>; 2] {
+    let simulation = Simulation::new(scene).unwrap();
+    let state = simulation.state();
+    [state.positions.to_vec(), state.velocities.to_vec()]
+}
+
+fn force_at<const D: usize>(system: &System<D>, x: &[f64], v: &[f64]) -> Vec<f64> {
+    let mut force = vec![0.0; x.len()];
+    system.force(x, v, &mut force).unwrap();
+    force
+}
+
+/// The derivatives of a vector by each number of `at`, column by column: central differences.
+fn differences(at: &[f64], f: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Vec<f64>> {
+    // Cube root of the rounding error: where both errors of the difference are about 1e-10.
+    const H: f64 = 1e-5;
+    let shifted = |place: usize, by: f64| {
+        let mut at = at.to_vec();
+        at[place] += by;
+        f(&at)
+    };
+    let column = |place| {
+        let (above, below) = (shifted(place, H), shifted(place, -H));
+        above.iter().zip(&below).map(|(above, below)| (above - below) / (2.0 * H)).collect()
+    };
+    (0..at.len()).map(column).collect()
+}
+
+/// Both Jacobians as full matrices, column by column.
+struct Full {
+    by_position: Vec<Vec<f64>>,
+    by_velocity: Vec<Vec<f64>>,
+}
+
+impl Full {
+    fn of<const D: usize>(system: &System<D>, x: &[f64], v: &[f64]) -> Self {
+        let zeros = vec![vec![0.0; x.len()]; x.len()];
+        let mut full = Self { by_position: zeros.clone(), by_velocity: zeros };
+        system.jacobians(x, v, &mut full).unwrap();
+        full
+    }
+}
+
+impl<const D: usize> JacobianSink<D> for Full {
+    fn add(&mut self, row: usize, column: usize, by_position: &Block<D>, by_velocity: &Block<D>) {
+        for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
+            self.by_position[column * D + j][row * D + i] += by_position[(i, j)];
+            self.by_velocity[column * D + j][row * D + i] += by_velocity[(i, j)];
+        }
+    }
+}
+
+/// For every registered force, the scene of four random particles on which it acts alone.
+fn for_each_force(dimensions: usize, mut check: impl FnMut(&ForceSchema, &Scene)) {
+    let mut random = fastrand::Rng::with_seed(2026);
+    for kind in FORCES {
+        for _ in 0..5 {
+            let elements = random_particles(&mut random, dimensions)
+                + &random_elements(&mut random, &kind.schema, dimensions);
+            let scene = scene("explicit-euler", 1.0, 1.0, &elements);
+            assert_eq!(scene.dimension.count(), dimensions);
+            check(&kind.schema, &scene);
+        }
+    }
+}
+
+fn jacobians_are_derivatives<const D: usize>()
+where
+    ForceKind: BuildForce<D>,
+{
+    for_each_force(D, |schema, scene| {
+        let (system, [x, v]) = (System::<D>::new(scene), start(scene));
+        assert!(largest(force_at(&system, &x, &v)) > 1e-3, "{} does nothing", schema.tag);
+        let full = Full::of(&system, &x, &v);
+        let by_position = differences(&x, |x| force_at(&system, x, &v)).concat();
+        let by_velocity = differences(&v, |v| force_at(&system, &x, v)).concat();
+        let found = [full.by_position.concat(), full.by_velocity.concat()];
+        for (found, expected) in found.iter().zip([by_position, by_velocity]) {
+            let scale = largest(expected.iter().copied()).max(1.0);
+            let error = largest_difference(found, &expected) / scale;
+            assert!(error < 1e-7, "{} in {D} dimensions: {error:e}", schema.tag);
+        }
+    });
+}
+
+#[test]
+fn jacobians_are_the_derivatives_of_the_force() {
+    jacobians_are_derivatives::<2>();
+    jacobians_are_derivatives::<3>();
+}
+
+fn force_is_minus_gradient<const D: usize>()
+where
+    ForceKind: BuildForce<D>,
+{
+    for_each_force(D, |schema, scene| {
+        let (system, [x, v]) = (System::<D>::new(scene), start(scene));
+        // At rest, so that the damping of a spring has no part in the force.
+        let rest = vec![0.0; v.len()];
+        if system.potential_energy(&x, &rest) == 0.0 {
+            return;
+        }
+        let energy = |x: &[f64]| vec![system.potential_energy(x, &rest)];
+        let expected: Vec<f64> =
+            differences(&x, energy).concat().iter().map(|slope| -slope).collect();
+        let found = force_at(&system, &x, &rest);
+        let scale = largest(expected.iter().copied());
+        assert!(scale > 1e-3, "{} has no gradient", schema.tag);
+        let error = largest_difference(&found, &expected) / scale;
+        assert!(error < 1e-7, "{} in {D} dimensions: {error:e}", schema.tag);
+    });
+}
+
+#[test]
+fn the_force_at_rest_is_minus_the_gradient_of_the_energy() {
+    force_is_minus_gradient::<2>();
+    force_is_minus_gradient::<3>();
+}
+
+#[test]
+fn each_force_depends_on_what_its_law_says() {
+    // Without this, two Jacobians of zeros would agree with each other above.
+    let laws = [
+        // tag, has an energy, depends on positions, depends on velocities
+        ("simplegravity", true, false, false),
+        ("constantforce", true, false, false),
+        ("springforce", true, true, true),
+        ("gravitationalforce", true, true, false),
+        ("dragdamping", false, false, true),
+        ("vortexforce", false, true, true),
+    ];
+    for_each_force(2, |schema, scene| {
+        let Some(law) = laws.iter().find(|law| law.0 == schema.tag) else { return };
+        let (system, [x, v]) = (System::<2>::new(scene), start(scene));
+        let full = Full::of(&system, &x, &v);
+        let is_there = |matrix: Vec<Vec<f64>>| largest(matrix.concat()) > 1e-3;
+        let energy = system.potential_energy(&x, &v) != 0.0;
+        let found = (schema.tag, energy, is_there(full.by_position), is_there(full.by_velocity));
+        assert_eq!(found, *law);
+    });
+    assert!(laws.iter().all(|law| FORCES.iter().any(|kind| kind.schema.tag == law.0)));
+}
+
+fn couplings_cover_the_jacobians<const D: usize>()
+where
+    ForceKind: BuildForce<D>,
+{
+    for_each_force(D, |schema, scene| {
+        let (system, [x, v]) = (System::<D>::new(scene), start(scene));
+        let n = system.n_particles();
+        let (mut coupled, mut on_diagonal, mut all_symmetric) =
+            (vec![false; n * n], vec![false; n], true);
+        system.couplings(&mut |coupling| match coupling {
+            Coupling::Diagonal(particle) => on_diagonal[particle] = true,
+            Coupling::Pair { particles: [i, j], symmetric } => {
+                for (a, b) in [(i, i), (i, j), (j, i), (j, j)] {
+                    coupled[a * n + b] = true;
+                }
+                all_symmetric &= symmetric;
+            }
+        });
+        let full = Full::of(&system, &x, &v);
+        for matrix in [full.by_position, full.by_velocity] {
+            for (row, column) in (0..n * D).flat_map(|i| (0..n * D).map(move |j| (i, j))) {
+                let (a, b) = (row / D, column / D);
+                let allowed = coupled[a * n + b] || row == column && on_diagonal[a];
+                let entry = matrix[column][row];
+                assert!(allowed || entry == 0.0, "{}: ({row}, {column})", schema.tag);
+                let mirrored = matrix[row][column];
+                let near = (entry - mirrored).abs() <= 1e-12 * entry.abs();
+                assert!(!all_symmetric || near, "{}: {entry} and {mirrored}", schema.tag);
+            }
+        }
+    });
+}
+
+#[test]
+fn couplings_say_where_the_jacobians_are_not_zero_and_whether_they_are_symmetric() {
+    couplings_cover_the_jacobians::<2>();
+    couplings_cover_the_jacobians::<3>();
+}
+
+/// Two particles five apart: m = 2 at the origin with v = (1, 0), m = 4 at (3, 4) with v = (0, 2).
+const FIVE_APART: &str = r#"<particle m="2" px="0" py="0" vx="1" vy="0" fixed="0"/>
+    <particle m="4" px="3" py="4" vx="0" vy="2" fixed="0"/><edge i="0" j="1"/>"#;
+
+#[test]
+fn forces_are_what_their_laws_give_by_hand() {
+    // n = (0.6, 0.8) from the first to the second; they part at n·(v₁ − v₀) = -0.6 + 1.6 = 1 a second.
+    let cases = [
+        // k (r − l0) + b = 6·2 + 0.5 along n
+        (r#"<springforce edge="0" k="6" l0="3" b="0.5"/>"#, [7.5, 10.0, -7.5, -10.0]),
+        // 6·(5 − 7) = -12: it pushes
+        (r#"<springforce edge="0" k="6" l0="7"/>"#, [-7.2, -9.6, 7.2, 9.6]),
+        (r#"<springforce edge="0" k="6" l0="0"/>"#, [18.0, 24.0, -18.0, -24.0]),
+        // G m₀ m₁/r² = 10·8/25
+        (r#"<gravitationalforce i="0" j="1" G="10"/>"#, [1.92, 2.56, -1.92, -2.56]),
+        (r#"<simplegravity fx="0.5" fy="-10"/>"#, [1.0, -20.0, 2.0, -40.0]),
+        (r#"<constantforce fx="0.5" fy="-10"/>"#, [0.5, -10.0, 0.5, -10.0]),
+        (r#"<dragdamping b="0.5"/>"#, [-0.5, 0.0, 0.0, -1.0]),
+        // F₁ = 50/25 (10 (-0.8, 0.6) − (-1, 2)), the same whichever is named first
+        (r#"<vortexforce i="0" j="1" kbs="10" kvc="50"/>"#, [14.0, -8.0, -14.0, 8.0]),
+        (r#"<vortexforce i="1" j="0" kbs="10" kvc="50"/>"#, [14.0, -8.0, -14.0, 8.0]),
+        (r#"<dragdamping b="0.5"/><dragdamping b="1"/>"#, [-1.5, 0.0, 0.0, -3.0]),
+        (r#"<constantforce fx="1" fy="2"/><dragdamping b="1"/>"#, [0.0, 2.0, 1.0, 0.0]),
+    ];
+    for (element, expected) in cases {
+        let scene = scene("explicit-euler", 1.0, 1.0, &format!("{FIVE_APART}{element}"));
+        let [x, v] = start(&scene);
+        let found = force_at(&System::<2>::new(&scene), &x, &v);
+        assert!(largest_difference(&found, &expected) < 1e-13, "{element}: {found:?}");
+    }
+}
+
+#[test]
+fn the_rotation_of_a_vortex_in_three_dimensions_is_about_z_and_leaves_z_alone() {
+    // r = 7: 49/7² (7 R n − (v₁ − v₀)), with 7 R n = (-3, 2, 6) where 7 n = (2, 3, 6).
+    let scene = scene(
+        "explicit-euler",
+        1.0,
+        1.0,
+        r#"<particle m="2" px="0" py="0" pz="0" vx="0" vy="0" vz="0" fixed="0"/>
+           <particle m="4" px="2" py="3" pz="6" vx="1" vy="-1" vz="2" fixed="0"/>
+           <vortexforce i="0" j="1" kbs="7" kvc="49"/>"#,
+    );
+    let [x, v] = start(&scene);
+    let found = force_at(&System::<3>::new(&scene), &x, &v);
+    assert!(largest_difference(&found, &[4.0, -3.0, -4.0, -4.0, 3.0, 4.0]) < 1e-13, "{found:?}");
+}
+
+/// Forces between particles: what one feels, the other feels reversed.
+fn internal(schema: &ForceSchema) -> bool {
+    schema.acts_on != ActsOn::EveryParticle
+}
+
+/// `Σ m v`, and `Σ m |v|` to compare it with.
+fn momentum(scene: &Scene, v: &[f64]) -> (Vec<f64>, f64) {
+    let d = scene.dimension.count();
+    let (mut sum, mut scale) = (vec![0.0; d], 0.0);
+    for (particle, v) in scene.particles.iter().zip(v.chunks(d)) {
+        sum.iter_mut().zip(v).for_each(|(sum, v)| *sum += particle.mass * v);
+        scale += particle.mass * largest(v.iter().copied());
+    }
+    (sum, scale)
+}
+
+#[test]
+fn forces_between_particles_conserve_momentum_under_every_integrator() {
+    for (name, dimensions) in names().flat_map(|name| [(name, 2), (name, 3)]) {
+        let mut random = fastrand::Rng::with_seed(11);
+        let elements = random_particles(&mut random, dimensions)
+            + &random_forces(&mut random, dimensions, internal);
+        let scene = scene(name, 0.002, 0.1, &elements);
+        let states = states(&scene);
+        let (initial, _) = momentum(&scene, &states[0][1]);
+        assert!(
+            largest(initial.clone()) > 0.1
+                && largest_difference(&states[0][1], &states[9][1]) > 0.1
+        );
+        for (step, [_, v]) in states.iter().enumerate() {
+            let (now, scale) = momentum(&scene, v);
+            let error = largest_difference(&now, &initial) / scale;
+            assert!(error < 1e-12, "{name} in {dimensions} dimensions, step {step}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn symplectic_euler_conserves_angular_momentum_under_central_forces() {
+    // x' × v' = (x + h v') × v' = x × v', and the forces along the lines between particles have no torque.
+    let central =
+        |schema: &ForceSchema| ["springforce", "gravitationalforce"].contains(&schema.tag);
+    for dimensions in [2, 3] {
+        let mut random = fastrand::Rng::with_seed(12);
+        let elements = random_particles(&mut random, dimensions)
+            + &random_forces(&mut random, dimensions, central);
+        let scene = scene("symplectic-euler", 0.005, 0.5, &elements);
+        let angular = |[x, v]: &[Vec<f64>; 2]| -> (Vec<f64>, f64) {
+            let planes = if dimensions == 2 { vec![(0, 1)] } else { vec![(0, 1), (1, 2), (2, 0)] };
+            let terms = |(a, b): (usize, usize)| {
+                let of_particle = move |(i, particle): (usize, &simulator::scene::Particle)| {
+                    let (x, v) = (&x[i * dimensions..], &v[i * dimensions..]);
+                    [particle.mass * x[a] * v[b], -particle.mass * x[b] * v[a]]
+                };
+                scene.particles.iter().enumerate().flat_map(of_particle).collect::<Vec<_>>()
+            };
+            let scale = planes.iter().flat_map(|plane| terms(*plane)).map(f64::abs).sum();
+            (planes.into_iter().map(|plane| terms(plane).iter().sum()).collect(), scale)
+        };
+        let states = states(&scene);
+        let (initial, _) = angular(&states[0]);
+        assert!(largest(initial.clone()) > 0.1);
+        for (step, state) in states.iter().enumerate() {
+            let (now, scale) = angular(state);
+            let error = largest_difference(&now, &initial) / scale;
+            assert!(error < 1e-13, "{dimensions} dimensions, step {step}: {error:e}");
+        }
+    }
+}
+
+/// `m x'' = −k x − b x'` in the plane, on a spring without rest length to a fixed particle at 0, and drag.
+const OSCILLATOR: &str = r#"<particle m="2" px="0" py="0" vx="0" vy="0" fixed="1"/>
+    <particle m="2" px="1" py="-0.5" vx="0.25" vy="2" fixed="0"/>
+    <edge i="0" j="1"/><springforce edge="0" k="6" l0="0"/><dragdamping b="1.5"/>"#;
+
+/// Its exact solution at `t`: one coordinate that starts at `x` with velocity `v`.
+fn oscillation(x: f64, v: f64, t: f64) -> [f64; 2] {
+    let (k, b, m) = (6.0_f64, 1.5, 2.0);
+    let decay = b / (2.0 * m);
+    let frequency = (k / m - decay * decay).sqrt();
+    let (sin, cos) = (frequency * t).sin_cos();
+    let sine = (v + decay * x) / frequency;
+    let envelope = (-decay * t).exp();
+    let position = envelope * (x * cos + sine * sin);
+    [position, envelope * frequency * (sine * cos - x * sin) - decay * position]
+}
+
+#[test]
+fn every_integrator_is_of_first_order() {
+    for name in names() {
+        let error = |dt: f64| {
+            let states = states(&scene(name, dt, 1.0, OSCILLATOR));
+            let [x, v] = states.last().unwrap();
+            let [[x0, v0], [x1, v1]] = [oscillation(1.0, 0.25, 1.0), oscillation(-0.5, 2.0, 1.0)];
+            largest_difference(&[x[2], x[3], v[2], v[3]], &[x0, x1, v0, v1])
+        };
+        let (coarse, fine) = (error(1.0 / 512.0), error(1.0 / 1024.0));
+        let slope = (coarse / fine).log2();
+        assert!(
+            (slope - 1.0).abs() < 0.05,
+            "{name}: order {slope}, errors {coarse:e} and {fine:e}"
+        );
+        assert!(fine > 1e-5, "{name}: an error so small is no first order");
+    }
+}
+
+#[test]
+fn both_implicit_methods_are_the_same_on_a_linear_problem() {
+    let [linearized, implicit] = ["linearized-implicit-euler", "implicit-euler"]
+        .map(|name| states(&scene(name, 0.125, 5.0, OSCILLATOR)).concat().concat());
+    let error = largest_difference(&linearized, &implicit);
+    assert!(error < 1e-14, "{error:e}");
+    // Newton's method has the solution after one iteration, and a second one to see that it has.
+    let statistics = statistics(&scene("implicit-euler", 0.125, 5.0, OSCILLATOR));
+    assert_eq!((statistics.newton_iterations, statistics.max_newton_iterations), (80, 2));
+}
+
+#[test]
+fn both_implicit_methods_differ_on_a_nonlinear_problem() {
+    let elements = format!(r#"{FIVE_APART}<gravitationalforce i="0" j="1" G="20"/>"#);
+    let [linearized, implicit] = ["linearized-implicit-euler", "implicit-euler"]
+        .map(|name| states(&scene(name, 0.125, 0.125, &elements)).concat().concat());
+    assert!(largest_difference(&linearized, &implicit) > 1e-6);
+}
+
+#[test]
+fn steps_of_the_oscillator_follow_their_closed_recurrences() {
+    let (h, k, b, m) = (0.125, 6.0, 1.5, 2.0);
+    for name in names() {
+        let step = |[x, v]: [f64; 2]| match name {
+            "explicit-euler" => [x + h * v, v + h / m * (-k * x - b * v)],
+            "symplectic-euler" => {
+                let v = v + h / m * (-k * x - b * v);
+                [x + h * v, v]
+            }
+            // m (v' − v) = h (−k (x + h v') − b v'), for both.
+            "linearized-implicit-euler" | "implicit-euler" => {
+                let v = (m * v - h * k * x) / (m + h * b + h * h * k);
+                [x + h * v, v]
+            }
+            _ => panic!("{name} has no recurrence here: add it"),
+        };
+        let mut expected = [[1.0, 0.25], [-0.5, 2.0]];
+        for (i, [x, v]) in states(&scene(name, h, 5.0, OSCILLATOR)).into_iter().enumerate() {
+            let found = [[x[2], v[2]], [x[3], v[3]]];
+            let error = largest_difference(found.as_flattened(), expected.as_flattened());
+            assert!(error < 1e-13, "{name}, step {i}: {error:e}");
+            expected = expected.map(step);
+        }
+    }
+}
+
+#[test]
+fn drag_divides_or_multiplies_the_velocity_by_the_same_factor_every_step() {
+    let (h, b, m) = (0.25, 0.5, 4.0);
+    let elements =
+        r#"<particle m="4" px="1" py="2" vx="3" vy="-4" fixed="0"/><dragdamping b="0.5"/>"#;
+    for name in names() {
+        let factor: f64 =
+            if name.contains("implicit") { 1.0 / (1.0 + h * b / m) } else { 1.0 - h * b / m };
+        for (i, [_, v]) in states(&scene(name, h, 10.0, elements)).iter().enumerate() {
+            let expected = [3.0, -4.0].map(|v| v * factor.powi(i as i32));
+            assert!(largest_difference(v, &expected) < 1e-14, "{name}, step {i}: {v:?}");
+        }
+    }
+}
+
+#[test]
+fn a_free_fall_is_exact_in_binary() {
+    // After n steps v = n h g, and x = h² g n (n ± 1)/2: minus where the step starts with the old velocity.
+    let elements = r#"<particle m="3" px="0" py="0" vx="0" vy="0" fixed="0"/><simplegravity fx="0.5" fy="-10"/>"#;
+    for name in names() {
+        let (steps, h) = (64.0, 0.125);
+        let states = states(&scene(name, h, steps * h, elements));
+        let side = if name == "explicit-euler" { -1.0 } else { 1.0 };
+        let distance = h * h * steps * (steps + side) / 2.0;
+        let [x, v] = states.last().unwrap();
+        // Implicit methods divide m h g by m.
+        assert!(
+            largest_difference(v, &[0.5 * steps * h, -10.0 * steps * h]) < 1e-12,
+            "{name}: {v:?}"
+        );
+        assert!(
+            largest_difference(x, &[0.5 * distance, -10.0 * distance]) < 1e-11,
+            "{name}: {x:?}"
+        );
+    }
+}
+
+#[test]
+fn a_circular_orbit_gains_keeps_or_loses_energy_as_its_integrator_does() {
+    // A particle of mass 1 around a fixed one of mass 4 at distance 1, G = 1: v = 2, E = −2, once in π.
+    // An explicit step adds about h²/2 (a² + v²·4) = 16 h² to the energy, an implicit one takes it.
+    let elements = r#"<particle m="4" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <particle m="1" px="1" py="0" vx="0" vy="2" fixed="0"/><gravitationalforce i="0" j="1" G="1"/>"#;
+    for name in names() {
+        let mut simulation = Simulation::new(&scene(name, 0.005, 3.0, elements)).unwrap();
+        let energy = |simulation: &Simulation| {
+            let energies = simulation.energies();
+            energies.kinetic + energies.potential
+        };
+        assert_eq!(energy(&simulation), -2.0);
+        while simulation.advance().unwrap() {}
+        let end = energy(&simulation);
+        match name {
+            "explicit-euler" => assert!(end > -1.9, "{name}: {end}"),
+            "symplectic-euler" => assert!((end + 2.0).abs() < 1e-3, "{name}: {end}"),
+            _ => assert!(end < -2.1, "{name}: {end}"),
+        }
+    }
+}
+
+/// Random particles under all forces at once, the second of them fixed and moving.
+fn everything(name: &str, dt: f64, dimensions: usize, seed: u64) -> Scene {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let elements = random_particles(&mut random, dimensions)
+        + &random_forces(&mut random, dimensions, |_| true);
+    let mut scene = scene(name, dt, 20.0 * dt, &elements);
+    scene.particles[1].fixed = true;
+    scene
+}
+
+#[test]
+fn a_step_of_implicit_euler_solves_its_equation() {
+    for seed in 0..5 {
+        let scene = everything("implicit-euler", 0.01, 2, seed);
+        let (h, system) = (scene.time_step, System::<2>::new(&scene));
+        for window in states(&scene).windows(2) {
+            let [[x, v], [x1, v1]] = window else { panic!() };
+            // m (v' − v) = h F(x', v')
+            let force = force_at(&system, x1, v1);
+            let mut change = Vec::new();
+            for (i, (new, old)) in v1.iter().zip(v).enumerate() {
+                assert_eq!(x1[i], x[i] + h * new);
+                change.push(scene.particles[i / 2].mass * (new - old));
+            }
+            let impulse: Vec<f64> = force.iter().map(|force| h * force).collect();
+            let error = largest_difference(&change, &impulse) / largest(impulse);
+            assert!(error < 1e-9, "seed {seed}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_step_of_linearized_implicit_euler_solves_equation_2_at_the_moved_positions() {
+    for seed in 0..5 {
+        let scene = everything("linearized-implicit-euler", 0.01, 2, seed);
+        let (h, system) = (scene.time_step, System::<2>::new(&scene));
+        for window in states(&scene).windows(2) {
+            let [[x, v], [_, v1]] = window else { panic!() };
+            // (M − h² ∂F/∂x − h ∂F/∂v) δ = h F at (x + h v, v), the derivatives by differences.
+            let moved: Vec<f64> = x.iter().zip(v).map(|(x, v)| x + h * v).collect();
+            let by_position = differences(&moved, |x| force_at(&system, x, v));
+            let by_velocity = differences(v, |v| force_at(&system, &moved, v));
+            let delta: Vec<f64> = v1.iter().zip(v).map(|(new, old)| new - old).collect();
+            let mut left: Vec<f64> = delta
+                .iter()
+                .enumerate()
+                .map(|(i, delta)| scene.particles[i / 2].mass * delta)
+                .collect();
+            for (j, delta) in delta.iter().enumerate() {
+                for (i, left) in left.iter_mut().enumerate() {
+                    *left -= h * (h * by_position[j][i] + by_velocity[j][i]) * delta;
+                }
+            }
+            let right: Vec<f64> =
+                force_at(&system, &moved, v).iter().map(|force| h * force).collect();
+            let error = largest_difference(&left, &right) / largest(right);
+            assert!(error < 1e-7, "seed {seed}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_fixed_particle_feels_nothing_and_keeps_moving() {
+    for (name, dimensions) in names().flat_map(|name| [(name, 2), (name, 3)]) {
+        let scene = everything(name, 0.01, dimensions, 3);
+        let states = states(&scene);
+        let fixed = dimensions..2 * dimensions;
+        let mut expected = states[0][0][fixed.clone()].to_vec();
+        let velocity = states[0][1][fixed.clone()].to_vec();
+        assert!(largest(velocity.clone()) > 0.01);
+        for [x, v] in &states {
+            assert_eq!(bits(&v[fixed.clone()]), bits(&velocity), "{name}");
+            assert_eq!(bits(&x[fixed.clone()]), bits(&expected), "{name}");
+            expected.iter_mut().zip(&velocity).for_each(|(x, v)| *x += 0.01 * v);
+        }
+        // The others do feel it: without it, they would move otherwise.
+        let mut released = scene.clone();
+        released.particles[1].fixed = false;
+        assert!(
+            largest_difference(&self::states(&released)[20][0][..1], &states[20][0][..1]) > 1e-6
+        );
+    }
+}
+
+/// The scene with z = 0 everywhere, in three dimensions.
+fn embedded(scene: &Scene) -> Scene {
+    Scene { dimension: simulator::scene::Dimension::Three, ..scene.clone() }
+}
+
+/// The largest difference between the scene in the plane and in space; 0 only if all bits are the same.
+fn difference_in_space(flat: &Scene) -> f64 {
+    let mut worst = 0.0;
+    for (flat_state, state) in states(flat).iter().zip(states(&embedded(flat))) {
+        for (flat_values, values) in flat_state.iter().zip(state) {
+            assert!(values.chunks(3).all(|vector| vector[2] == 0.0), "it left the plane");
+            let in_plane: Vec<f64> = values.chunks(3).flat_map(|v| [v[0], v[1]]).collect();
+            if bits(&in_plane) != bits(flat_values) {
+                worst =
+                    largest([worst, largest_difference(&in_plane, flat_values), f64::MIN_POSITIVE]);
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn a_scene_in_a_plane_of_space_moves_bit_for_bit_as_it_does_in_the_plane() {
+    for (name, seed) in names().flat_map(|name| (0..10).map(move |seed| (name, seed))) {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let springs = random_particles(&mut random, 2)
+            + &random_forces(&mut random, 2, |schema| schema.tag == "springforce");
+        let springs = scene(name, 0.01, 0.2, &springs);
+        let mut pair = everything(name, 0.005, 2, seed);
+        pair.particles[2].fixed = true;
+        let mut all = everything(name, 0.005, 2, seed);
+        all.particles[1].fixed = false;
+        for (what, scene) in [("springs", springs), ("pair", pair), ("all", all)] {
+            assert_eq!(difference_in_space(&scene), 0.0, "{what} by {name}, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn three_coupled_particles_move_in_space_as_in_the_plane_but_for_rounding() {
+    // Their 6 rows are solved by complete pivoting in the plane, their 9 rows in space are not.
+    for (name, seed) in names().flat_map(|name| (0..10).map(move |seed| (name, seed))) {
+        let difference = difference_in_space(&everything(name, 0.005, 2, seed));
+        assert!(difference < 1e-9, "{name}, seed {seed}: {difference:e}");
+    }
+}
+
+#[test]
+fn explicit_methods_evaluate_once_a_step_and_never_solve() {
+    for name in ["explicit-euler", "symplectic-euler"] {
+        let expected = Statistics { steps: 20, force_evaluations: 20, ..Statistics::default() };
+        assert_eq!(statistics(&everything(name, 0.01, 2, 1)), expected, "{name}");
+    }
+}
+
+#[test]
+fn a_scene_without_coupling_is_solved_by_division() {
+    let mut random = fastrand::Rng::with_seed(1);
+    let forces = random_forces(&mut random, 2, |schema| !internal(schema));
+    let elements = random_particles(&mut random, 2) + &forces;
+    for name in ["linearized-implicit-euler", "implicit-euler"] {
+        let statistics = statistics(&scene(name, 0.01, 0.1, &elements));
+        assert_eq!(statistics.linear_solver, "diagonal of 8", "{name}");
+        assert_eq!(statistics.linear.factorisations, 0, "{name}");
+        assert!(statistics.linear.solves >= 10, "{name}");
+    }
+}
+
+#[test]
+fn separate_springs_are_separate_small_systems() {
+    let mut elements = String::new();
+    for spring in 0..14 {
+        let y = f64::from(spring);
+        elements += &format!(
+            r#"<particle m="1" px="0" py="{y}" vx="0" vy="0.5" fixed="0"/>
+            <particle m="2" px="1" py="{y}" vx="1" vy="0" fixed="0"/>
+            <edge i="{}" j="{}"/><springforce edge="{spring}" k="5" l0="0.5" b="0.25"/>"#,
+            2 * spring,
+            2 * spring + 1
+        );
+    }
+    let statistics = statistics(&scene("linearized-implicit", 0.01, 0.1, &elements));
+    assert_eq!(statistics.linear_solver, "14 of dense complete-pivoting LU 4 × 4");
+    assert_eq!((statistics.linear.solves, statistics.linear.factorisations), (10, 140));
+}
+
+#[test]
+fn a_spring_to_a_fixed_particle_couples_nothing_but_its_own_end() {
+    let elements = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <particle m="1" px="1" py="0" vx="0" vy="1" fixed="0"/>
+        <particle m="1" px="-1" py="0" vx="0" vy="1" fixed="0"/>
+        <edge i="0" j="1"/><edge i="0" j="2"/>
+        <springforce edge="0" k="5" l0="0.5"/><springforce edge="1" k="5" l0="0.5"/>"#;
+    let statistics = statistics(&scene("implicit", 0.01, 0.1, elements));
+    assert_eq!(statistics.linear_solver, "2 of dense complete-pivoting LU 2 × 2");
+}
+
+#[test]
+fn more_coupled_freedoms_than_a_dense_solver_takes_are_refused_before_the_first_step() {
+    let mut elements = String::from(r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>"#);
+    for i in 0..4096 {
+        elements += &format!(
+            r#"<particle m="1" px="{}" py="0" vx="0" vy="0" fixed="0"/>
+            <edge i="{i}" j="{}"/><springforce edge="{i}" k="1" l0="1"/>"#,
+            i + 1,
+            i + 1
+        );
+    }
+    let chain = scene("implicit", 0.01, 0.01, &elements);
+    let system = System::<2>::new(&chain);
+    let kind: &IntegratorKind =
+        INTEGRATORS.iter().find(|kind| kind.schema.name == "implicit-euler").unwrap();
+    assert_eq!(kind.build(&system).err(), Some(StepError::TooLarge { size: 8194 }));
+    let message = Simulation::new(&chain).err().unwrap().to_string();
+    assert!(message.starts_with("test.xml: 8194 degrees of freedom are coupled"), "{message}");
+    // A method that solves nothing takes it.
+    assert_eq!(statistics(&scene("symplectic", 0.01, 0.01, &elements)).steps, 1);
+}
+
+#[test]
+fn a_step_depends_on_the_state_alone() {
+    // A method that kept something of earlier steps would differ on its second way through.
+    for kind in INTEGRATORS {
+        let name = kind.schema.name;
+        let scene = everything(name, 0.01, 2, 5);
+        let system = System::<2>::new(&scene);
+        let [x, v] = start(&scene);
+        let mut used = kind.build(&system).unwrap();
+        let mut first = None;
+        for _ in 0..3 {
+            let (mut positions, mut velocities) = (x.clone(), v.clone());
+            let statistics = &mut Statistics::default();
+            for _ in 0..4 {
+                let (positions, velocities) = (&mut positions, &mut velocities);
+                used.step(&system, Step { size: 0.01, positions, velocities, statistics }).unwrap();
+            }
+            let found = (bits(&positions), bits(&velocities));
+            assert_eq!(first.get_or_insert_with(|| found.clone()), &found, "{name}");
+        }
+    }
+}
+
+#[test]
+fn two_runs_write_the_same_bytes() {
+    let mut random = fastrand::Rng::with_seed(8);
+    for dimensions in [2, 3] {
+        let elements = random_particles(&mut random, dimensions)
+            + &random_forces(&mut random, dimensions, |_| true);
+        for name in names() {
+            let folder = TempDir::new().unwrap();
+            let text = format!(
+                r#"<scene><duration time="0.1"/><integrator type="{name}" dt="0.002"/>{elements}</scene>"#
+            );
+            fs::write(folder.path().join("scene.xml"), text).unwrap();
+            let [first, second] = ["first.bin", "second.bin"].map(|trace| {
+                let run = simulate(folder.path(), &["scene.xml", "-o", trace]);
+                assert_eq!((run.status.code(), stderr(&run)), (Some(0), ""), "{name}");
+                fs::read(folder.path().join(trace)).unwrap()
+            });
+            assert_eq!(first.len(), 51 * 2 * 4 * dimensions * 8);
+            assert!(first == second, "{name} in {dimensions} dimensions");
+        }
+    }
+}

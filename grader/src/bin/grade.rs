@@ -1,0 +1,427 @@
+//! `grade`: grades a simulator against the oracle's traces.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use grader::compare::Comparison;
+use grader::grading::{self, Grading, Outcome};
+use grader::jacobian;
+use grader::oracle::{self, Change, Oracle, Regeneration};
+use grader::report;
+use grader::rubric::Rubric;
+use grader::submission::Submission;
+use grader::suite::{Section, Suite};
+use simulator::force;
+use simulator::output::OutputFile;
+use simulator::scene::ParseOptions;
+
+/// Grade a mass-spring simulator, feature by feature, against oracle traces.
+///
+/// Without arguments: the built-in simulator on every scene of assets/ and extracreditassets/, against
+/// expected/, and the Jacobians of every force.
+#[derive(Parser)]
+#[command(name = "grade", version, args_conflicts_with_subcommands = true)]
+#[command(
+    after_help = "Exit codes: 0 all passed, 1 something failed, 2 bad usage or input, 3 grader fault."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+
+    #[command(flatten)]
+    grade: GradeArgs,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Check each force's Jacobians against central differences of the force
+    Jacobians(JacobianArgs),
+    /// Make the oracle traces anew, or see whether they still match
+    #[command(subcommand)]
+    Oracle(OracleCommand),
+}
+
+#[derive(Args)]
+struct GradeArgs {
+    /// Grade the traces of this folder (GROUP/SCENE.csv or .bin) instead of running anything
+    #[arg(long, value_name = "DIR")]
+    traces: Option<PathBuf>,
+
+    /// Grade only scenes whose name or integrator contains this text
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+
+    /// Format of the report
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+
+    /// Write the report to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    /// The most scenes whose failure is told in detail (text only)
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    details: usize,
+
+    #[command(flatten)]
+    suite: SuiteArgs,
+}
+
+#[derive(Args)]
+struct SuiteArgs {
+    /// Folder that holds assets/, extracreditassets/ and expected/ [default: here or above]
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
+
+    /// Required scenes; then there is no extra credit but by --extra-credit
+    #[arg(long, value_name = "DIR")]
+    assets: Option<PathBuf>,
+
+    /// Extra-credit scenes
+    #[arg(long, value_name = "DIR")]
+    extra_credit: Option<PathBuf>,
+
+    /// Oracle traces [default: expected/ beside the required scenes]
+    #[arg(long, value_name = "DIR")]
+    expected: Option<PathBuf>,
+
+    /// Tolerances and points [default: rubric.toml among the required scenes, else the course's criteria]
+    #[arg(long, value_name = "FILE")]
+    rubric: Option<PathBuf>,
+
+    /// Unknown elements and attributes of scenes are errors, not warnings
+    #[arg(long)]
+    strict: bool,
+
+    /// Threads to use [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+#[derive(Args)]
+struct JacobianArgs {
+    /// Random states a force and dimension
+    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..))]
+    states: u32,
+
+    /// Seed of the random states
+    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().seed)]
+    seed: u64,
+
+    /// Check only this force
+    #[arg(long, value_name = "TAG", value_parser = force::REGISTRY.iter().map(|kind| kind.schema.tag).collect::<Vec<_>>())]
+    force: Option<String>,
+}
+
+#[derive(Subcommand)]
+enum OracleCommand {
+    /// Make every oracle trace anew with the built-in simulator; replace expected/ whole or not at all
+    Regenerate {
+        /// Replace also traces that changed beyond their tolerance, and remove those without a scene
+        #[arg(long)]
+        accept: bool,
+
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
+    /// Say whether expected/ still matches its scenes and its manifest
+    Verify {
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people
+    Text,
+    /// For programs; schema in docs/report.schema.json
+    Json,
+    /// For continuous integration
+    Junit,
+}
+
+/// How a run of `grade` ends.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Exit {
+    /// All passed.
+    Passed = 0,
+    /// Something failed.
+    Failed = 1,
+    /// Bad usage or input.
+    BadInput = 2,
+    /// The grader itself is at fault.
+    GraderFault = 3,
+}
+
+/// A message for the user, and the exit code that goes with it.
+struct Stop(Exit, String);
+
+impl Stop {
+    fn bad_input(error: impl std::fmt::Display) -> Self {
+        Self(Exit::BadInput, error.to_string())
+    }
+
+    fn fault(error: impl std::fmt::Display) -> Self {
+        Self(Exit::GraderFault, error.to_string())
+    }
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    std::panic::set_hook(Box::new(|panic| {
+        complain(
+            "internal error",
+            format!("{panic}\n  help: this is a defect of grade; please report it"),
+        );
+    }));
+    let exit = match std::panic::catch_unwind(|| run(&cli)) {
+        Ok(Ok(exit)) => exit,
+        Ok(Err(Stop(exit, message))) => {
+            complain("error", message);
+            exit
+        }
+        Err(_) => Exit::GraderFault,
+    };
+    ExitCode::from(exit as u8)
+}
+
+fn run(cli: &Cli) -> Result<Exit, Stop> {
+    match &cli.command {
+        None => grade(&cli.grade),
+        Some(Command::Jacobians(args)) => check_jacobians(args),
+        Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
+            regenerate(*accept, suite)
+        }
+        Some(Command::Oracle(OracleCommand::Verify { suite })) => verify(suite),
+    }
+}
+
+fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
+    let Inputs { mut suite, expected, rubric } = args.suite.read()?;
+    if let Some(text) = &args.only {
+        let total = suite.cases.len();
+        suite.cases.retain(|case| case.id.contains(text) || case.feature.integrator.contains(text));
+        if suite.cases.is_empty() {
+            let message = format!("no scene's name or integrator contains {text:?}");
+            return Err(Stop::bad_input(message));
+        }
+        complain("note", format!("{} of {total} scenes are graded", suite.cases.len()));
+    }
+    let oracle = Oracle::open(&expected).map_err(Stop::bad_input)?;
+    let submission = match &args.traces {
+        Some(folder) if !folder.is_dir() => {
+            return Err(Stop::bad_input(format!("{}: there is no such folder", folder.display())));
+        }
+        Some(folder) => Submission::Traces(folder.clone()),
+        None => Submission::BuiltIn,
+    };
+    let jacobians = match submission {
+        Submission::BuiltIn => jacobian::check_all(jacobian::Config::default(), |_| true),
+        Submission::Traces(_) => Vec::new(),
+    };
+    let grading = grading::grade(&suite, &submission, &oracle, &rubric, jacobians);
+    deliver(args, &grading)?;
+    Ok(match grading.outcome() {
+        Outcome::Passed => Exit::Passed,
+        Outcome::Failed => Exit::Failed,
+        Outcome::GraderFault => Exit::GraderFault,
+    })
+}
+
+/// Writes the report where it is wanted.
+fn deliver(args: &GradeArgs, grading: &Grading) -> Result<(), Stop> {
+    let mut bytes = Vec::new();
+    match args.format {
+        Format::Text => {
+            let config = report::text::Config { details: args.details };
+            report::text::write(&mut bytes, grading, config).map_err(Stop::fault)?;
+        }
+        Format::Json => bytes = report::json::render(grading).map_err(Stop::fault)?.into_bytes(),
+        Format::Junit => bytes = report::junit::render(grading).map_err(Stop::fault)?.into_bytes(),
+    }
+    match &args.output {
+        None => {
+            print(&bytes);
+            Ok(())
+        }
+        Some(path) => write_file(path, &bytes)
+            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display()))),
+    }
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = OutputFile::create(path)?;
+    // A file is no terminal: it gets no colours.
+    anstream::StripStream::new(&mut file as &mut dyn Write).write_all(bytes)?;
+    file.commit()
+}
+
+fn check_jacobians(args: &JacobianArgs) -> Result<Exit, Stop> {
+    let config = jacobian::Config { states: args.states, seed: args.seed };
+    let selected = |tag: &str| args.force.as_ref().is_none_or(|force| force == tag);
+    let checks = jacobian::check_all(config, selected);
+    let mut bytes = Vec::new();
+    report::text::write_jacobians(&mut bytes, &checks).map_err(Stop::fault)?;
+    print(&bytes);
+    let passed = checks.iter().all(jacobian::JacobianCheck::is_pass);
+    Ok(if passed { Exit::Passed } else { Exit::Failed })
+}
+
+fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {
+    let Inputs { suite, expected, rubric } = args.read()?;
+    let regeneration =
+        oracle::regenerate(&suite, &expected, &rubric, accept).map_err(Stop::bad_input)?;
+    print(describe(&regeneration, &expected).as_bytes());
+    Ok(if regeneration.refused() { Exit::Failed } else { Exit::Passed })
+}
+
+fn describe(regeneration: &Regeneration, folder: &Path) -> String {
+    let mut text = String::new();
+    let mut unchanged = 0;
+    for (name, change) in &regeneration.changes {
+        let words = match change {
+            Change::Unchanged => {
+                unchanged += 1;
+                continue;
+            }
+            Change::New => "new".to_owned(),
+            Change::Removed => "removed: its scene is gone".to_owned(),
+            Change::Changed { scene_edited, comparison } => {
+                describe_change(*scene_edited, comparison)
+            }
+        };
+        let mark = if change.needs_accepting() { "!" } else { " " };
+        text += &format!("{mark} {name}: {words}\n");
+    }
+    let folder = folder.display();
+    text += &format!("{unchanged} of {} traces are unchanged\n", regeneration.changes.len());
+    text += &match (regeneration.replaced, regeneration.refused()) {
+        (true, _) => format!("{folder} was replaced\n"),
+        (false, true) => format!(
+            "{folder} was NOT replaced: review what is marked ! and run again with --accept\n"
+        ),
+        (false, false) => format!("{folder} is as it was\n"),
+    };
+    text
+}
+
+fn describe_change(scene_edited: bool, comparison: &Comparison) -> String {
+    let cause = if scene_edited { "scene edited; " } else { "" };
+    let extent = if comparison.verdict.is_pass() { "within tolerance" } else { "beyond tolerance" };
+    let size = match &comparison.first_wrong {
+        Some(first) => format!(", first at {}", first.place),
+        None if comparison.verdict.is_pass() => String::new(),
+        None => format!(", {}", comparison.verdict),
+    };
+    let (position, velocity) = (comparison.position.largest, comparison.velocity.largest);
+    format!("{cause}changed {extent}, position by {position:.1e}, velocity by {velocity:.1e}{size}")
+}
+
+fn verify(args: &SuiteArgs) -> Result<Exit, Stop> {
+    let Inputs { suite, expected, .. } = args.read()?;
+    let oracle = Oracle::open(&expected).map_err(Stop::bad_input)?;
+    let findings = oracle::verify(&suite, &oracle);
+    let mut text = String::new();
+    for finding in &findings {
+        text += &format!("{finding}\n");
+    }
+    let (folder, count) = (expected.display(), suite.cases.len());
+    text += &match findings.len() {
+        0 => format!("{folder} matches its {count} scenes and its manifest\n"),
+        1 => format!("{folder}: 1 thing does not match\n"),
+        n => format!("{folder}: {n} things do not match\n"),
+    };
+    print(text.as_bytes());
+    Ok(if findings.is_empty() { Exit::Passed } else { Exit::Failed })
+}
+
+/// What a run works on.
+struct Inputs {
+    suite: Suite,
+    expected: PathBuf,
+    rubric: Rubric,
+}
+
+impl SuiteArgs {
+    fn read(&self) -> Result<Inputs, Stop> {
+        if let Some(threads) = self.threads {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+            pool.build_global().map_err(Stop::fault)?;
+        }
+        let Folders { assets, extra_credit, expected } = self.folders()?;
+        let mut sections = vec![(Section::Required, assets.clone())];
+        sections.extend(extra_credit.map(|folder| (Section::ExtraCredit, folder)));
+        let options = ParseOptions { strict: self.strict, ..ParseOptions::default() };
+        let suite = Suite::load(&sections, &options).map_err(Stop::bad_input)?;
+        for warning in &suite.warnings {
+            complain("warning", warning);
+        }
+        let beside = assets.join("rubric.toml");
+        let rubric_path = self.rubric.clone().or_else(|| beside.is_file().then_some(beside));
+        let rubric = match &rubric_path {
+            Some(path) => {
+                let rubric = Rubric::load(path).map_err(Stop::bad_input)?;
+                rubric.check(&suite, path).map_err(Stop::bad_input)?;
+                rubric
+            }
+            None => Rubric::default(),
+        };
+        Ok(Inputs { suite, expected, rubric })
+    }
+
+    fn folders(&self) -> Result<Folders, Stop> {
+        for folder in [&self.root, &self.assets, &self.extra_credit].into_iter().flatten() {
+            if !folder.is_dir() {
+                return Err(Stop::bad_input(format!(
+                    "{}: there is no such folder",
+                    folder.display()
+                )));
+            }
+        }
+        let (assets, extra_credit) = match &self.assets {
+            Some(assets) => (assets.clone(), self.extra_credit.clone()),
+            None => {
+                let root = match &self.root {
+                    Some(root) => root.clone(),
+                    None => find_root()?,
+                };
+                let extra_credit = self.extra_credit.clone();
+                (root.join("assets"), Some(extra_credit.unwrap_or(root.join("extracreditassets"))))
+            }
+        };
+        let expected = self.expected.clone().unwrap_or_else(|| assets.with_file_name("expected"));
+        Ok(Folders { assets, extra_credit, expected })
+    }
+}
+
+struct Folders {
+    assets: PathBuf,
+    extra_credit: Option<PathBuf>,
+    expected: PathBuf,
+}
+
+/// The nearest folder, here or above, that holds assets/; as a short relative path where it is here.
+fn find_root() -> Result<PathBuf, Stop> {
+    if Path::new("assets").is_dir() {
+        return Ok(PathBuf::new());
+    }
+    let here = std::env::current_dir().map_err(Stop::bad_input)?;
+    let root = here.ancestors().find(|folder| folder.join("assets").is_dir());
+    root.map(Path::to_path_buf).ok_or_else(|| {
+        let message = "there is no assets/ folder here or above\n  help: run grade where the scenes are, or name a folder with --root or --assets";
+        Stop::bad_input(message)
+    })
+}
+
+/// Writes to the standard output, with colours where it shows them. A closed pipe is no failure.
+fn print(bytes: &[u8]) {
+    let mut out = anstream::stdout();
+    let _ = out.write_all(bytes).and_then(|()| out.flush());
+}
+
+fn complain(kind: &str, message: impl std::fmt::Display) {
+    let _ = writeln!(anstream::stderr(), "{kind}: {message}");
+}

@@ -1,0 +1,326 @@
+//! A trace against the oracle's, state by state.
+//!
+//! For each state and particle, the residual is the Euclidean norm of the difference in position, and
+//! another that of the difference in velocity. The course accepts a trace where the largest of each is
+//! below 1e-10 and the sum of each over all particles and states is below 1e-6.
+//!
+//! Both traces are read as streams; memory is that of a few states, however long they are. A fault in
+//! the trace's form (malformed, not finite, too short, too long) is the verdict whatever the numbers
+//! before it.
+
+use std::collections::VecDeque;
+
+use simulator::trace::{Shape, State, TraceReader};
+
+use crate::submission::StateSource;
+use crate::verdict::{Failure, Fault, Place, Quantity, Verdict};
+
+/// States kept before and after the first wrong one.
+const CONTEXT: usize = 2;
+
+/// How far a trace may be from the oracle's. Both bounds are exclusive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerances {
+    /// For each residual.
+    pub largest: f64,
+    /// For the sum of the residuals over all particles and states.
+    pub accumulated: f64,
+}
+
+impl Tolerances {
+    /// The course's own criteria.
+    pub const COURSE: Self = Self { largest: 1e-10, accumulated: 1e-6 };
+}
+
+/// What is known of a trace beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expectation {
+    /// Numbers in a state.
+    pub shape: Shape,
+    /// Time between two states, in seconds.
+    pub time_step: f64,
+    /// States in the trace, the initial one included.
+    pub n_states: u64,
+}
+
+/// The outcome of a comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// Pass or a named failure.
+    pub verdict: Verdict,
+    /// States compared.
+    pub states: u64,
+    /// Residuals of the positions.
+    pub position: Residuals,
+    /// Residuals of the velocities.
+    pub velocity: Residuals,
+    /// The first number out of tolerance, if there is one.
+    pub first_wrong: Option<FirstWrong>,
+}
+
+impl Comparison {
+    /// A comparison that found nothing to compare.
+    pub fn without_states(verdict: Verdict) -> Self {
+        let none = Residuals::default();
+        Self { verdict, states: 0, position: none, velocity: none, first_wrong: None }
+    }
+}
+
+/// Residuals of one quantity over all particles and states.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Residuals {
+    /// The largest.
+    pub largest: f64,
+    /// Their sum.
+    pub accumulated: f64,
+}
+
+/// The first number of a trace that is out of tolerance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FirstWrong {
+    /// Where it stands: of the particle's coordinates, the one that is furthest off.
+    pub place: Place,
+    /// Time of the state, in seconds.
+    pub time: f64,
+    /// What the oracle has there.
+    pub expected: f64,
+    /// What the trace has there.
+    pub got: f64,
+    /// The residual of the particle, or the sum of residuals, that is too large.
+    pub residual: f64,
+    /// The tolerance that it reaches.
+    pub tolerance: f64,
+    /// Whether it is the sum of residuals that is too large, and not this one.
+    pub accumulated: bool,
+    /// The particle's rows around that state.
+    pub context: Vec<ContextRow>,
+}
+
+/// A particle in one state, by the oracle and by the trace.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContextRow {
+    /// Number of the state.
+    pub step: u64,
+    /// The oracle's position, then velocity.
+    pub expected: Vec<f64>,
+    /// The trace's.
+    pub got: Vec<f64>,
+}
+
+/// Compares `actual` with the oracle's trace.
+pub fn compare(
+    oracle: &mut dyn TraceReader,
+    actual: &mut dyn StateSource,
+    expectation: Expectation,
+    tolerances: Tolerances,
+) -> Comparison {
+    let mut comparer = Comparer::new(expectation, tolerances);
+    let verdict = match comparer.run(oracle, actual) {
+        Err(verdict) => verdict,
+        Ok(()) if comparer.first_wrong.is_some() => Verdict::Fail(Failure::Differs),
+        Ok(()) => Verdict::Pass,
+    };
+    Comparison {
+        verdict,
+        states: comparer.states,
+        position: comparer.position,
+        velocity: comparer.velocity,
+        first_wrong: comparer.first_wrong,
+    }
+}
+
+struct Comparer {
+    expectation: Expectation,
+    tolerances: Tolerances,
+    states: u64,
+    position: Residuals,
+    velocity: Residuals,
+    first_wrong: Option<FirstWrong>,
+    /// The last states, until the first wrong one is found.
+    recent: VecDeque<(State, State)>,
+}
+
+impl Comparer {
+    fn new(expectation: Expectation, tolerances: Tolerances) -> Self {
+        Self {
+            expectation,
+            tolerances,
+            states: 0,
+            position: Residuals::default(),
+            velocity: Residuals::default(),
+            first_wrong: None,
+            recent: VecDeque::with_capacity(CONTEXT + 1),
+        }
+    }
+
+    /// Reads both to their ends. `Err` is a verdict that does not depend on residuals.
+    fn run(
+        &mut self,
+        oracle: &mut dyn TraceReader,
+        actual: &mut dyn StateSource,
+    ) -> Result<(), Verdict> {
+        let Expectation { shape, n_states, .. } = self.expectation;
+        let broken = |detail: String| Verdict::GraderFault(Fault::BrokenOracle { detail });
+        let (mut expected, mut got) = (State::zeros(shape), State::zeros(shape));
+        while self.states < n_states {
+            match oracle.read(&mut expected) {
+                Ok(true) => {}
+                Ok(false) => {
+                    let detail = format!("it has {} states, not {n_states}", self.states);
+                    return Err(broken(detail));
+                }
+                Err(error) => return Err(broken(error.to_string())),
+            }
+            if let Some((place, value)) = self.not_finite(&expected) {
+                return Err(broken(format!("{value} at {place}")));
+            }
+            if !actual.read(&mut got).map_err(Verdict::Fail)? {
+                let failure = Failure::TooShort { states: self.states, expected: n_states };
+                return Err(Verdict::Fail(failure));
+            }
+            self.check_form(&got).map_err(Verdict::Fail)?;
+            self.measure(&expected, &got);
+            self.states += 1;
+
+            // The pair read last is kept; what it replaces is read into next.
+            if self.recent.len() < CONTEXT {
+                self.recent.push_back((expected.clone(), got.clone()));
+            } else if let Some(oldest) = self.recent.pop_front() {
+                self.recent.push_back((
+                    std::mem::replace(&mut expected, oldest.0),
+                    std::mem::replace(&mut got, oldest.1),
+                ));
+            }
+        }
+        if oracle.read(&mut expected).map_err(|error| broken(error.to_string()))? {
+            return Err(broken(format!("it has more than {n_states} states")));
+        }
+        if actual.read(&mut got).map_err(Verdict::Fail)? {
+            return Err(Verdict::Fail(Failure::TooLong { expected: n_states }));
+        }
+        Ok(())
+    }
+
+    fn check_form(&self, got: &State) -> Result<(), Failure> {
+        if let Some(time) = got.time {
+            let expected = self.states as f64 * self.expectation.time_step;
+            // A sum of time steps drifts from their product by rounding only. A NaN is no time either.
+            let close = (time - expected).abs() <= 1e-9 * expected.abs().max(1.0);
+            if !close {
+                let detail =
+                    format!("state {} is given the time {time}, not {expected}", self.states);
+                return Err(Failure::Malformed { detail });
+            }
+        }
+        match self.not_finite(got) {
+            Some((place, value)) => Err(Failure::NotFinite { place, value }),
+            None => Ok(()),
+        }
+    }
+
+    fn not_finite(&self, state: &State) -> Option<(Place, f64)> {
+        let look = |values: &[f64], quantity| {
+            let index = values.iter().position(|value| !value.is_finite())?;
+            Some((self.place(index, quantity), values[index]))
+        };
+        look(&state.positions, Quantity::Position)
+            .or_else(|| look(&state.velocities, Quantity::Velocity))
+    }
+
+    fn place(&self, index: usize, quantity: Quantity) -> Place {
+        let dimension = self.expectation.shape.dimension.count();
+        let (particle, axis) = (index / dimension, index % dimension);
+        Place { step: self.states, particle, quantity, axis }
+    }
+
+    /// Adds the residuals of a pair of states.
+    fn measure(&mut self, expected: &State, got: &State) {
+        let dimension = self.expectation.shape.dimension.count();
+        // Lowest particle out of tolerance, positions before velocities.
+        let mut wrong: Option<(usize, Quantity, f64, f64, bool)> = None;
+        let quantities = [
+            (Quantity::Position, &expected.positions, &got.positions),
+            (Quantity::Velocity, &expected.velocities, &got.velocities),
+        ];
+        for (quantity, expected, got) in quantities {
+            let residuals = match quantity {
+                Quantity::Position => &mut self.position,
+                Quantity::Velocity => &mut self.velocity,
+            };
+            let particles = expected.chunks_exact(dimension).zip(got.chunks_exact(dimension));
+            for (particle, (expected, got)) in particles.enumerate() {
+                let residual = distance(expected, got);
+                residuals.largest = residuals.largest.max(residual);
+                residuals.accumulated += residual;
+                if wrong.is_some_and(|(first, ..)| first <= particle) {
+                    continue;
+                }
+                let Tolerances { largest, accumulated } = self.tolerances;
+                if residual >= largest {
+                    wrong = Some((particle, quantity, residual, largest, false));
+                } else if residuals.accumulated >= accumulated {
+                    wrong = Some((particle, quantity, residuals.accumulated, accumulated, true));
+                }
+            }
+        }
+        match (&mut self.first_wrong, wrong) {
+            (Some(first), _) => {
+                if self.states <= first.place.step + CONTEXT as u64 {
+                    let row =
+                        context_row(expected, got, first.place.particle, self.states, dimension);
+                    first.context.push(row);
+                }
+            }
+            (None, Some((particle, quantity, residual, tolerance, accumulated))) => {
+                let (expected_values, got_values) = match quantity {
+                    Quantity::Position => (&expected.positions, &got.positions),
+                    Quantity::Velocity => (&expected.velocities, &got.velocities),
+                };
+                let range = particle * dimension..(particle + 1) * dimension;
+                let difference =
+                    |index: &usize| (expected_values[*index] - got_values[*index]).abs();
+                let index = range
+                    .max_by(|a, b| difference(a).total_cmp(&difference(b)))
+                    .unwrap_or(particle * dimension);
+                let first_kept = self.states - self.recent.len() as u64;
+                let mut context: Vec<ContextRow> = (first_kept..)
+                    .zip(&self.recent)
+                    .map(|(step, (expected, got))| {
+                        context_row(expected, got, particle, step, dimension)
+                    })
+                    .collect();
+                context.push(context_row(expected, got, particle, self.states, dimension));
+                self.first_wrong = Some(FirstWrong {
+                    place: self.place(index, quantity),
+                    time: self.states as f64 * self.expectation.time_step,
+                    expected: expected_values[index],
+                    got: got_values[index],
+                    residual,
+                    tolerance,
+                    accumulated,
+                    context,
+                });
+            }
+            (None, None) => {}
+        }
+    }
+}
+
+/// Euclidean distance.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+fn context_row(
+    expected: &State,
+    got: &State,
+    particle: usize,
+    step: u64,
+    dimension: usize,
+) -> ContextRow {
+    let range = particle * dimension..(particle + 1) * dimension;
+    let row = |state: &State| {
+        [&state.positions[range.clone()], &state.velocities[range.clone()]].concat()
+    };
+    ContextRow { step, expected: row(expected), got: row(got) }
+}

@@ -1,0 +1,30 @@
+//! Grades mass-spring simulators against oracle traces, feature by feature.
+//!
+//! ```text
+//! trace -> Comparison -> Verdict -> Report
+//! ```
+//!
+//! - [`suite`]: the scenes that are graded, and their features.
+//! - [`submission`]: what is graded; a simulator, built-in or foreign, is met only through its states.
+//! - [`compare`]: a trace against the oracle's.
+//! - [`verdict`]: a pass, or a named failure.
+//! - [`rubric`]: tolerances and points.
+//! - [`grading`]: all of it, over a suite.
+//! - [`jacobian`]: each force's Jacobians against differences of the force.
+//! - [`oracle`]: the stored traces: regenerated, verified.
+//! - [`report`]: one format a file.
+
+pub mod suite;
+
+pub mod submission;
+pub mod verdict;
+
+pub mod compare;
+pub mod rubric;
+
+pub mod grading;
+pub mod jacobian;
+
+pub mod oracle;
+
+pub mod report;

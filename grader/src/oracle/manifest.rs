@@ -1,0 +1,73 @@
+//! `expected/manifest.toml`: what each trace was made from, and how.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::OracleError;
+
+/// The manifest's file name.
+pub const FILE_NAME: &str = "manifest.toml";
+
+/// Version of the manifest's own format.
+pub const FORMAT: u32 = 1;
+
+/// A manifest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Version of this format.
+    pub format: u32,
+    /// The program that made the traces.
+    pub simulator: String,
+    /// Its version.
+    pub version: String,
+    /// One entry a trace, by scene.
+    #[serde(rename = "trace", default)]
+    pub traces: Vec<Entry>,
+}
+
+/// One trace.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// The scene's name; the trace is `<scene>.csv`.
+    pub scene: String,
+    /// SHA-256 of the scene file.
+    pub scene_sha256: String,
+    /// SHA-256 of the trace file.
+    pub trace_sha256: String,
+    /// The integrator.
+    pub integrator: String,
+    /// The time step, in seconds.
+    pub time_step: f64,
+    /// The number of steps.
+    pub steps: u64,
+}
+
+impl Manifest {
+    /// Reads the manifest of a folder of traces, if there is one.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or is none.
+    pub fn load(folder: &Path) -> Result<Option<Self>, OracleError> {
+        let path = folder.join(FILE_NAME);
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(OracleError::Unreadable { path, source }),
+        };
+        let invalid = |message: String| OracleError::Invalid { path: path.clone(), message };
+        let manifest: Self = toml::from_str(&text)
+            .map_err(|error| invalid(error.to_string().trim_end().to_owned()))?;
+        if manifest.format != FORMAT {
+            return Err(invalid(format!("its format is {}, not {FORMAT}", manifest.format)));
+        }
+        Ok(Some(manifest))
+    }
+
+    /// The entry of a scene.
+    pub fn entry(&self, scene: &str) -> Option<&Entry> {
+        self.traces.iter().find(|entry| entry.scene == scene)
+    }
+}

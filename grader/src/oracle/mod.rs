@@ -1,0 +1,101 @@
+//! The stored traces: a folder, and a manifest of what they were made from.
+
+pub mod manifest;
+mod regenerate;
+mod verify;
+
+use std::path::{Path, PathBuf};
+
+use manifest::Manifest;
+
+pub use regenerate::{Change, RegenerateError, Regeneration, regenerate};
+pub use verify::{Finding, verify};
+
+use crate::suite::{Case, hash_file};
+use crate::verdict::Fault;
+
+/// A folder of oracle traces.
+#[derive(Debug, Clone)]
+pub struct Oracle {
+    /// The folder.
+    pub folder: PathBuf,
+    /// What its traces were made from; `None` for traces of another origin, which say nothing of it.
+    pub manifest: Option<Manifest>,
+}
+
+/// A manifest that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum OracleError {
+    /// The manifest cannot be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The manifest is none.
+    #[error("{}: not a manifest: {message}\n  help: restore it, or make it anew with `grade oracle regenerate --accept`", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+}
+
+impl Oracle {
+    /// Opens the folder; its traces are read later.
+    ///
+    /// # Errors
+    /// Where there is a manifest that cannot be read.
+    pub fn open(folder: &Path) -> Result<Self, OracleError> {
+        Ok(Self { folder: folder.to_path_buf(), manifest: Manifest::load(folder)? })
+    }
+
+    /// Checks that the trace at `path` was made from the scene as it is now, and not altered since.
+    ///
+    /// # Errors
+    /// Where it was not. Without a manifest, nothing can be said, and nothing is.
+    pub fn check(&self, case: &Case, path: &Path) -> Result<(), Fault> {
+        let Some(manifest) = &self.manifest else { return Ok(()) };
+        let trace = || path.display().to_string();
+        let Some(entry) = manifest.entry(&case.id) else {
+            return Err(Fault::AlteredOracle { trace: trace() });
+        };
+        if entry.scene_sha256 != case.scene_hash {
+            return Err(Fault::StaleOracle);
+        }
+        match hash_file(path) {
+            Ok(hash) if hash == entry.trace_sha256 => Ok(()),
+            Ok(_) => Err(Fault::AlteredOracle { trace: trace() }),
+            Err(error) => Err(Fault::BrokenOracle { detail: format!("{}: {error}", trace()) }),
+        }
+    }
+}
+
+/// Every file below `folder`, relative to it, sorted; none where it does not exist.
+fn files_below(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let (mut found, mut pending) = (Vec::new(), vec![PathBuf::new()]);
+    while let Some(below) = pending.pop() {
+        let entries = match std::fs::read_dir(folder.join(&below)) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
+            entries => entries?,
+        };
+        for entry in entries {
+            let entry = entry?;
+            let path = below.join(entry.file_name());
+            if entry.file_type()?.is_dir() { pending.push(path) } else { found.push(path) }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// The name of the scene that `file`, relative to the folder, is the trace of; `None` if it is no trace.
+fn trace_name(file: &Path) -> Option<String> {
+    simulator::trace::TraceFormat::of_path(file)?;
+    let parts: Vec<String> =
+        file.with_extension("").iter().map(|part| part.to_string_lossy().into_owned()).collect();
+    Some(parts.join("/"))
+}

@@ -1,0 +1,314 @@
+//! The report for programs: JSON, with a version that changes when a field changes its meaning or goes.
+//!
+//! Its schema is `docs/report.schema.json`. Numbers that are not finite are `null`.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use simulator::scene::Dimension;
+
+use crate::compare::{Comparison, FirstWrong, Residuals, Tolerances};
+use crate::grading::{FeatureResult, Grading, Outcome, SceneResult, Totals};
+use crate::jacobian::{Finding, JacobianCheck};
+use crate::suite::Section;
+
+/// Version of the schema.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The report as JSON, with a newline at its end.
+///
+/// # Errors
+/// Never in practice: every value is representable.
+pub fn render(grading: &Grading) -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&Report::of(grading))? + "\n")
+}
+
+/// The JSON schema of the report, with a newline at its end.
+///
+/// # Errors
+/// Never in practice.
+pub fn schema() -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&schemars::schema_for!(Report))? + "\n")
+}
+
+/// A grading of one submission.
+#[derive(Serialize, JsonSchema)]
+#[schemars(title = "Spring Oracle report")]
+struct Report {
+    /// Version of this schema.
+    schema_version: u32,
+    /// Version of the grader.
+    grader_version: &'static str,
+    /// What was graded.
+    submission: String,
+    /// What it comes to.
+    outcome: JsonOutcome,
+    /// Sums over the required features.
+    required: JsonTotals,
+    /// Sums over the extra-credit features.
+    extra_credit: JsonTotals,
+    /// One entry a group and integrator.
+    features: Vec<JsonFeature>,
+    /// Checks of each force's Jacobians; empty unless the built-in simulator was graded.
+    jacobians: Vec<JsonJacobian>,
+}
+
+#[derive(Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum JsonOutcome {
+    /// Everything passed.
+    Passed,
+    /// Something failed.
+    Failed,
+    /// Something could not be judged.
+    GraderFault,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonTotals {
+    scenes: usize,
+    scenes_passed: usize,
+    /// Scenes that could not be judged; they cost no points.
+    scenes_not_judged: usize,
+    features: usize,
+    features_passed: usize,
+    points: f64,
+    points_earned: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonFeature {
+    /// "required" or "extra-credit".
+    section: &'static str,
+    group: String,
+    integrator: &'static str,
+    points: f64,
+    points_earned: f64,
+    scenes: Vec<JsonScene>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonScene {
+    name: String,
+    path: String,
+    /// "pass", "differs", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed" or
+    /// "grader-fault".
+    verdict: &'static str,
+    /// The verdict in a sentence.
+    message: String,
+    tolerances: JsonTolerances,
+    /// States compared.
+    states: u64,
+    position: JsonResiduals,
+    velocity: JsonResiduals,
+    /// The first number out of tolerance.
+    first_wrong: Option<JsonFirstWrong>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonTolerances {
+    /// Exclusive bound of each residual.
+    largest: f64,
+    /// Exclusive bound of the sum of residuals.
+    accumulated: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonResiduals {
+    /// The largest over particles and states.
+    largest: Option<f64>,
+    /// The sum over particles and states.
+    accumulated: Option<f64>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonFirstWrong {
+    step: u64,
+    /// Seconds.
+    time: f64,
+    particle: usize,
+    /// "position" or "velocity".
+    quantity: &'static str,
+    /// Column of the trace, without the particle's number: "x", "vy", ….
+    coordinate: &'static str,
+    expected: f64,
+    got: f64,
+    /// The residual, or sum of residuals, that is too large.
+    residual: Option<f64>,
+    tolerance: f64,
+    /// Whether the sum of residuals is too large, and not this residual.
+    accumulated: bool,
+    /// The particle's states around that step.
+    context: Vec<JsonContext>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonContext {
+    step: u64,
+    /// The oracle's position, then velocity.
+    expected: Vec<f64>,
+    /// The trace's.
+    got: Vec<f64>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonJacobian {
+    /// The force's tag.
+    force: &'static str,
+    /// 2 or 3.
+    dimension: usize,
+    /// Random states checked.
+    states: u32,
+    /// Derivative of the force by the positions.
+    by_position: JsonFinding,
+    /// Derivative of the force by the velocities.
+    by_velocity: JsonFinding,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonFinding {
+    pass: bool,
+    /// Largest relative error.
+    error: Option<f64>,
+    /// States at which the Jacobian was not zero.
+    evidence: u32,
+    /// The entry with the largest error.
+    worst: Option<JsonWorst>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonWorst {
+    /// Number of the random state.
+    state: u32,
+    /// Particle and axis of the force.
+    row: (usize, usize),
+    /// Particle and axis of the position or velocity.
+    column: (usize, usize),
+    analytic: Option<f64>,
+    numeric: Option<f64>,
+}
+
+impl Report {
+    fn of(grading: &Grading) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            grader_version: env!("CARGO_PKG_VERSION"),
+            submission: grading.submission.clone(),
+            outcome: match grading.outcome() {
+                Outcome::Passed => JsonOutcome::Passed,
+                Outcome::Failed => JsonOutcome::Failed,
+                Outcome::GraderFault => JsonOutcome::GraderFault,
+            },
+            required: JsonTotals::of(grading.totals(Section::Required)),
+            extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit)),
+            features: grading.features.iter().map(JsonFeature::of).collect(),
+            jacobians: grading.jacobians.iter().map(JsonJacobian::of).collect(),
+        }
+    }
+}
+
+impl JsonTotals {
+    fn of(totals: Totals) -> Self {
+        Self {
+            scenes: totals.scenes,
+            scenes_passed: totals.passed,
+            scenes_not_judged: totals.faults,
+            features: totals.features,
+            features_passed: totals.features_passed,
+            points: totals.points,
+            points_earned: totals.points_earned,
+        }
+    }
+}
+
+impl JsonFeature {
+    fn of(result: &FeatureResult) -> Self {
+        Self {
+            section: result.feature.section.name(),
+            group: result.feature.group.clone(),
+            integrator: result.feature.integrator,
+            points: result.points,
+            points_earned: result.points_earned(),
+            scenes: result.scenes.iter().map(JsonScene::of).collect(),
+        }
+    }
+}
+
+impl JsonScene {
+    fn of(scene: &SceneResult) -> Self {
+        let Comparison { verdict, states, position, velocity, first_wrong } = &scene.comparison;
+        let Tolerances { largest, accumulated } = scene.tolerances;
+        Self {
+            name: scene.id.clone(),
+            path: scene.path.clone(),
+            verdict: verdict.name(),
+            message: verdict.to_string(),
+            tolerances: JsonTolerances { largest, accumulated },
+            states: *states,
+            position: JsonResiduals::of(position),
+            velocity: JsonResiduals::of(velocity),
+            first_wrong: first_wrong.as_ref().map(JsonFirstWrong::of),
+        }
+    }
+}
+
+impl JsonResiduals {
+    fn of(residuals: &Residuals) -> Self {
+        Self { largest: finite(residuals.largest), accumulated: finite(residuals.accumulated) }
+    }
+}
+
+impl JsonFirstWrong {
+    fn of(first: &FirstWrong) -> Self {
+        let context = first.context.iter().map(|row| JsonContext {
+            step: row.step,
+            expected: row.expected.clone(),
+            got: row.got.clone(),
+        });
+        Self {
+            step: first.place.step,
+            time: first.time,
+            particle: first.place.particle,
+            quantity: first.place.quantity.name(),
+            coordinate: first.place.coordinate(),
+            expected: first.expected,
+            got: first.got,
+            residual: finite(first.residual),
+            tolerance: first.tolerance,
+            accumulated: first.accumulated,
+            context: context.collect(),
+        }
+    }
+}
+
+impl JsonJacobian {
+    fn of(check: &JacobianCheck) -> Self {
+        Self {
+            force: check.tag,
+            dimension: match check.dimension {
+                Dimension::Two => 2,
+                Dimension::Three => 3,
+            },
+            states: check.states,
+            by_position: JsonFinding::of(&check.by_position),
+            by_velocity: JsonFinding::of(&check.by_velocity),
+        }
+    }
+}
+
+impl JsonFinding {
+    fn of(finding: &Finding) -> Self {
+        let worst = finding.worst.map(|worst| JsonWorst {
+            state: worst.state,
+            row: worst.row,
+            column: worst.column,
+            analytic: finite(worst.analytic),
+            numeric: finite(worst.numeric),
+        });
+        let Finding { error, evidence, .. } = *finding;
+        Self { pass: finding.is_pass(), error: finite(error), evidence, worst }
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

@@ -1,0 +1,277 @@
+//! The report for people: a table by feature, then what failed, then the sums.
+//!
+//! Colours are written always; the stream that is written to strips them where they have no place.
+
+use std::io::{self, Write};
+
+use anstyle::{AnsiColor, Style};
+use simulator::scene::Dimension;
+
+use super::digits::{self, Line, LineKind};
+use super::table::{self, Cell};
+use crate::compare::FirstWrong;
+use crate::grading::{FeatureResult, Grading, Outcome, SceneResult};
+use crate::jacobian::{Finding, JacobianCheck, WorstEntry};
+use crate::suite::Section;
+use crate::verdict::Verdict;
+
+const BOLD: Style = Style::new().bold();
+const DIM: Style = Style::new().dimmed();
+const GOOD: Style = AnsiColor::Green.on_default();
+const BAD: Style = AnsiColor::Red.on_default().bold();
+const ODD: Style = AnsiColor::Yellow.on_default().bold();
+
+/// How to write it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Config {
+    /// The most scenes whose failure is told in detail.
+    pub details: usize,
+}
+
+/// Writes the report.
+///
+/// # Errors
+/// Where the output takes no more.
+pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Result<()> {
+    for section in Section::ALL {
+        let features: Vec<&FeatureResult> =
+            grading.features.iter().filter(|result| result.feature.section == section).collect();
+        if !features.is_empty() {
+            writeln!(out, "{BOLD}{}{BOLD:#}", title(section))?;
+            write_features(out, &features)?;
+            writeln!(out)?;
+        }
+    }
+    if !grading.jacobians.is_empty() {
+        write_jacobians(out, &grading.jacobians)?;
+        writeln!(out)?;
+    }
+    write_failures(out, grading, config)?;
+    write_summary(out, grading)
+}
+
+/// Writes the Jacobian checks alone.
+///
+/// # Errors
+/// Where the output takes no more.
+pub fn write_jacobians(out: &mut dyn Write, checks: &[JacobianCheck]) -> io::Result<()> {
+    writeln!(
+        out,
+        "{BOLD}Jacobians{BOLD:#} against central differences of the force, largest relative error"
+    )?;
+    let mut rows = vec![header(&["force", "", "dF/dx", "dF/dv", "states", "verdict"], 2..5)];
+    for check in checks {
+        let finding = |finding: &Finding| match finding.evidence {
+            0 => Cell::right("zero"),
+            _ => Cell::right(residual(finding.error)),
+        };
+        rows.push(vec![
+            Cell::left(check.tag),
+            Cell::left(match check.dimension {
+                Dimension::Two => "2D",
+                Dimension::Three => "3D",
+            }),
+            finding(&check.by_position),
+            finding(&check.by_velocity),
+            Cell::right(check.states.to_string()),
+            if check.is_pass() { good("pass") } else { bad("WRONG") },
+        ]);
+    }
+    table::write(out, &rows)?;
+    for check in checks.iter().filter(|check| !check.is_pass()) {
+        for (name, finding) in [("dF/dx", &check.by_position), ("dF/dv", &check.by_velocity)] {
+            if let (false, Some(worst)) = (finding.is_pass(), &finding.worst) {
+                write_worst_entry(out, check, name, worst)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn write_worst_entry(
+    out: &mut dyn Write,
+    check: &JacobianCheck,
+    name: &str,
+    worst: &WorstEntry,
+) -> io::Result<()> {
+    let axis = |axis: usize| ["x", "y", "z"][axis];
+    let (row, column) = (worst.row, worst.column);
+    writeln!(
+        out,
+        "  {BAD}{} {name}{BAD:#}: state {}, force on particle {} along {} by particle {} along {}: \
+         analytic {}, differences {}",
+        check.tag,
+        worst.state,
+        row.0,
+        axis(row.1),
+        column.0,
+        axis(column.1),
+        worst.analytic,
+        worst.numeric,
+    )
+}
+
+fn title(section: Section) -> &'static str {
+    match section {
+        Section::Required => "Required",
+        Section::ExtraCredit => "Extra credit",
+    }
+}
+
+fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
+    let cell = |(column, name): (usize, &&str)| {
+        let cell = if numbers.contains(&column) { Cell::right(*name) } else { Cell::left(*name) };
+        cell.styled(DIM)
+    };
+    names.iter().enumerate().map(cell).collect()
+}
+
+fn write_features(out: &mut dyn Write, features: &[&FeatureResult]) -> io::Result<()> {
+    let names = ["group", "integrator", "scenes", "position", "velocity", "points", "verdict"];
+    let mut rows = vec![header(&names, 2..6)];
+    for result in features {
+        let (position, velocity) = result.largest_residuals();
+        let passed = result.n_passed();
+        rows.push(vec![
+            Cell::left(result.feature.group.clone()),
+            Cell::left(result.feature.integrator),
+            Cell::right(format!("{passed}/{}", result.scenes.len())),
+            Cell::right(residual(position)),
+            Cell::right(residual(velocity)),
+            Cell::right(format!("{}/{}", points(result.points_earned()), points(result.points))),
+            match result.n_faults() {
+                0 if passed == result.scenes.len() => good("pass"),
+                0 => bad("FAIL"),
+                _ => Cell::left("FAULT").styled(ODD),
+            },
+        ]);
+    }
+    table::write(out, &rows)
+}
+
+fn good(text: &str) -> Cell {
+    Cell::left(text).styled(GOOD)
+}
+
+fn bad(text: &str) -> Cell {
+    Cell::left(text).styled(BAD)
+}
+
+fn residual(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
+}
+
+fn points(value: f64) -> String {
+    let text = format!("{value:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn write_failures(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Result<()> {
+    let scenes = grading.features.iter().flat_map(|result| &result.scenes);
+    let failed: Vec<&SceneResult> =
+        scenes.filter(|scene| !scene.comparison.verdict.is_pass()).collect();
+    for scene in failed.iter().take(config.details) {
+        write_failure(out, scene)?;
+        writeln!(out)?;
+    }
+    let untold = failed.len().saturating_sub(config.details);
+    if untold > 0 {
+        writeln!(
+            out,
+            "{untold} more scenes did not pass; --details {} tells of all.\n",
+            failed.len()
+        )?;
+    }
+    Ok(())
+}
+
+fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
+    let verdict = &scene.comparison.verdict;
+    let style = if matches!(verdict, Verdict::GraderFault(_)) { ODD } else { BAD };
+    let name = verdict.name().replace('-', " ");
+    let message = verdict.to_string().replace('\n', "\n  ");
+    writeln!(out, "{style}{name}{style:#}  {BOLD}{}{BOLD:#}  ({})", scene.id, scene.path)?;
+    writeln!(out, "  {message}")?;
+    match &scene.comparison.first_wrong {
+        Some(first) => write_first_wrong(out, first),
+        None => Ok(()),
+    }
+}
+
+fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> {
+    let FirstWrong { place, time, residual: size, tolerance, .. } = first;
+    let what = if first.accumulated { "sum of residuals" } else { "residual" };
+    let quantity = place.quantity.name();
+    let coordinate = place.coordinate();
+    writeln!(
+        out,
+        "  first wrong: step {}, t = {time} s, particle {}, {coordinate} ({quantity} {what} {size:.1e}, \
+         tolerance {tolerance:.0e})",
+        place.step, place.particle
+    )?;
+    let (expected, got) = (digits::full(first.expected), digits::full(first.got));
+    let common = digits::common_prefix(&expected, &got);
+    let marked = |text: &str, style: Style| {
+        format!("{}{style}{}{style:#}", &text[..common], &text[common..])
+    };
+    writeln!(out, "    expected  {coordinate:<2} = {}", marked(&expected, GOOD))?;
+    writeln!(out, "    got       {coordinate:<2} = {}", marked(&got, BAD))?;
+    let differing = expected.chars().count().max(got.chars().count()) - common;
+    writeln!(out, "{}{BAD}{}{BAD:#}", " ".repeat(19 + common), "^".repeat(differing))?;
+
+    let columns = match first.context.first().map_or(0, |row| row.expected.len()) {
+        6 => "x y z vx vy vz",
+        _ => "x y vx vy",
+    };
+    writeln!(
+        out,
+        "  particle {} around that step: step, {columns} ({GOOD}-{GOOD:#} expected, {BAD}+{BAD:#} got)",
+        place.particle
+    )?;
+    for Line { kind, pieces } in digits::context(first) {
+        let (sign, style) = match kind {
+            LineKind::Same => (' ', DIM),
+            LineKind::Expected => ('-', GOOD),
+            LineKind::Got => ('+', BAD),
+        };
+        write!(out, "  {style}{sign}{style:#} ")?;
+        for (text, differs) in pieces {
+            let style = if differs || kind == LineKind::Same { style } else { Style::new() };
+            write!(out, "{style}{text}{style:#}")?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let mut rows = Vec::new();
+    for section in Section::ALL {
+        let totals = grading.totals(section);
+        if totals.scenes > 0 {
+            rows.push(vec![
+                Cell::left(title(section)),
+                Cell::right(format!("{}/{} scenes", totals.passed, totals.scenes)),
+                Cell::right(format!("{}/{} features", totals.features_passed, totals.features)),
+                Cell::right(format!(
+                    "{}/{} points",
+                    points(totals.points_earned),
+                    points(totals.points)
+                )),
+            ]);
+        }
+    }
+    if !grading.jacobians.is_empty() {
+        let passed = grading.jacobians.iter().filter(|check| check.is_pass()).count();
+        let count = format!("{passed}/{} checks", grading.jacobians.len());
+        rows.push(vec![Cell::left("Jacobians"), Cell::right(count)]);
+    }
+    writeln!(out, "{BOLD}Summary{BOLD:#} for {}", grading.submission)?;
+    table::write(out, &rows)?;
+    let (style, text) = match grading.outcome() {
+        Outcome::Passed => (GOOD, "All passed."),
+        Outcome::Failed => (BAD, "Something failed."),
+        Outcome::GraderFault => (ODD, "Something could not be judged; it costs no points."),
+    };
+    writeln!(out, "  {style}{text}{style:#}")
+}

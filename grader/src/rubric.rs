@@ -1,0 +1,250 @@
+//! Tolerances and points, from one file.
+//!
+//! ```toml
+//! [default]
+//! largest = 1e-10        # each residual stays below this
+//! accumulated = 1e-6     # and their sum over particles and states below this
+//! points = 1             # of each feature
+//!
+//! [[feature]]            # every feature that fits; a later entry wins over an earlier one
+//! section = "required"   # or "extra-credit"; may be left out, as may the next two
+//! group = "Spring"
+//! integrator = "explicit-euler"
+//! points = 2
+//!
+//! [[scene]]              # one scene, by its name
+//! name = "Spring/two-springs"
+//! largest = 1e-9
+//! ```
+//!
+//! A scene's tolerance is its own entry's, else its feature's, else the default's.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::compare::Tolerances;
+use crate::suite::{Case, Feature, Section, Suite};
+
+/// A rubric.
+#[derive(Debug, Clone, Default)]
+pub struct Rubric {
+    default: Defaults,
+    features: Vec<FeatureRule>,
+    scenes: Vec<SceneRule>,
+}
+
+/// A rubric that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RubricError {
+    /// The file cannot be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is no rubric.
+    #[error("{}:{line}:{column}: {message}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// An entry fits nothing that is graded.
+    #[error("{}: {entry} fits no scene\n  help: correct the entry, or remove it", path.display())]
+    NoMatch {
+        /// The file.
+        path: PathBuf,
+        /// The entry, in words.
+        entry: String,
+    },
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    default: Defaults,
+    #[serde(default)]
+    feature: Vec<FeatureRule>,
+    #[serde(default)]
+    scene: Vec<SceneRule>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Defaults {
+    largest: Positive,
+    accumulated: Positive,
+    points: Points,
+}
+
+impl Default for Defaults {
+    fn default() -> Self {
+        let Tolerances { largest, accumulated } = Tolerances::COURSE;
+        Self { largest: Positive(largest), accumulated: Positive(accumulated), points: Points(1.0) }
+    }
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FeatureRule {
+    section: Option<SectionName>,
+    group: Option<String>,
+    integrator: Option<String>,
+    largest: Option<Positive>,
+    accumulated: Option<Positive>,
+    points: Option<Points>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneRule {
+    name: String,
+    largest: Option<Positive>,
+    accumulated: Option<Positive>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum SectionName {
+    Required,
+    ExtraCredit,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(try_from = "f64")]
+struct Positive(f64);
+
+impl TryFrom<f64> for Positive {
+    type Error = String;
+
+    fn try_from(value: f64) -> Result<Self, String> {
+        let valid = value.is_finite() && value > 0.0;
+        valid.then_some(Self(value)).ok_or_else(|| format!("a tolerance is above 0, not {value}"))
+    }
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(try_from = "f64")]
+struct Points(f64);
+
+impl TryFrom<f64> for Points {
+    type Error = String;
+
+    fn try_from(value: f64) -> Result<Self, String> {
+        let valid = value.is_finite() && value >= 0.0;
+        valid.then_some(Self(value)).ok_or_else(|| format!("points are 0 or more, not {value}"))
+    }
+}
+
+impl Rubric {
+    /// Reads the rubric at `path`.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or says what a rubric cannot say.
+    pub fn load(path: &Path) -> Result<Self, RubricError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| RubricError::Unreadable { path: path.to_path_buf(), source })?;
+        Self::parse(&text, path)
+    }
+
+    /// Reads a rubric from its text. `path` is what messages call it.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load), but for reading the file.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, RubricError> {
+        let File { default, feature, scene } = toml::from_str(text).map_err(|error| {
+            let before = &text[..error.span().map_or(0, |span| span.start.min(text.len()))];
+            let column =
+                before.chars().rev().take_while(|character| *character != '\n').count() + 1;
+            RubricError::Invalid {
+                path: path.to_path_buf(),
+                line: before.matches('\n').count() + 1,
+                column,
+                message: error.message().to_owned(),
+            }
+        })?;
+        Ok(Self { default, features: feature, scenes: scene })
+    }
+
+    /// Checks that every entry fits something of the suite. `path` is what messages call the rubric.
+    ///
+    /// # Errors
+    /// Where one does not: it is most likely misspelt.
+    pub fn check(&self, suite: &Suite, path: &Path) -> Result<(), RubricError> {
+        let no_match = |entry: String| RubricError::NoMatch { path: path.to_path_buf(), entry };
+        for rule in &self.features {
+            if !suite.cases.iter().any(|case| rule.fits(&case.feature)) {
+                return Err(no_match(rule.to_string()));
+            }
+        }
+        for rule in &self.scenes {
+            if !suite.cases.iter().any(|case| rule.name == case.id) {
+                return Err(no_match(format!("[[scene]] {:?}", rule.name)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The tolerances of a scene.
+    pub fn tolerances(&self, case: &Case) -> Tolerances {
+        let Defaults { largest, accumulated, .. } = self.default;
+        let mut tolerances = (largest, accumulated);
+        for rule in self.features.iter().filter(|rule| rule.fits(&case.feature)) {
+            tolerances.0 = rule.largest.unwrap_or(tolerances.0);
+            tolerances.1 = rule.accumulated.unwrap_or(tolerances.1);
+        }
+        for rule in self.scenes.iter().filter(|rule| rule.name == case.id) {
+            tolerances.0 = rule.largest.unwrap_or(tolerances.0);
+            tolerances.1 = rule.accumulated.unwrap_or(tolerances.1);
+        }
+        Tolerances { largest: tolerances.0.0, accumulated: tolerances.1.0 }
+    }
+
+    /// The points of a feature.
+    pub fn points(&self, feature: &Feature) -> f64 {
+        let rules = self.features.iter().filter(|rule| rule.fits(feature));
+        rules.filter_map(|rule| rule.points).next_back().unwrap_or(self.default.points).0
+    }
+}
+
+impl FeatureRule {
+    fn fits(&self, feature: &Feature) -> bool {
+        let section = self.section.is_none_or(|section| match section {
+            SectionName::Required => feature.section == Section::Required,
+            SectionName::ExtraCredit => feature.section == Section::ExtraCredit,
+        });
+        let group = self.group.as_ref().is_none_or(|group| *group == feature.group);
+        let integrator = self.integrator.as_ref().is_none_or(|name| *name == feature.integrator);
+        section && group && integrator
+    }
+}
+
+impl fmt::Display for FeatureRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[[feature]]")?;
+        if let Some(section) = &self.section {
+            let section = match section {
+                SectionName::Required => Section::Required,
+                SectionName::ExtraCredit => Section::ExtraCredit,
+            };
+            write!(f, " section {:?}", section.name())?;
+        }
+        if let Some(group) = &self.group {
+            write!(f, " group {group:?}")?;
+        }
+        if let Some(integrator) = &self.integrator {
+            write!(f, " integrator {integrator:?}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,37 @@
+//! The built-in simulator, judged as any other.
+
+use simulator::scene::Scene;
+use simulator::simulation::{Simulation, SimulationError};
+use simulator::trace::State;
+
+use super::StateSource;
+use crate::verdict::Failure;
+
+/// Starts the built-in simulator on a scene.
+pub(super) fn start(scene: &Scene) -> Result<Box<dyn StateSource>, Failure> {
+    let simulation = Simulation::new(scene).map_err(crash)?;
+    Ok(Box::new(BuiltIn { simulation, started: false }))
+}
+
+struct BuiltIn {
+    simulation: Simulation,
+    started: bool,
+}
+
+impl StateSource for BuiltIn {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        if self.started && !self.simulation.advance().map_err(crash)? {
+            return Ok(false);
+        }
+        self.started = true;
+        let view = self.simulation.state();
+        state.time = Some(view.time);
+        state.positions.copy_from_slice(view.positions);
+        state.velocities.copy_from_slice(view.velocities);
+        Ok(true)
+    }
+}
+
+fn crash(error: SimulationError) -> Failure {
+    Failure::Crashed { detail: error.to_string() }
+}

@@ -1,0 +1,64 @@
+//! What is graded: something that yields, for each scene, a stream of states.
+
+mod builtin;
+mod traces;
+
+use std::path::PathBuf;
+
+use simulator::trace::{State, TraceError, TraceReader};
+
+use crate::suite::Case;
+use crate::verdict::Failure;
+
+/// A submission.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Submission {
+    /// This project's own simulator.
+    BuiltIn,
+    /// A folder with a trace a scene.
+    Traces(PathBuf),
+}
+
+impl Submission {
+    /// What reports call it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::BuiltIn => "built-in simulator".to_owned(),
+            Self::Traces(folder) => folder.display().to_string(),
+        }
+    }
+
+    /// The states it has for this scene.
+    ///
+    /// # Errors
+    /// Where it has none.
+    pub fn states(&self, case: &Case) -> Result<Box<dyn StateSource>, Failure> {
+        match self {
+            Self::BuiltIn => builtin::start(&case.scene),
+            Self::Traces(folder) => traces::open(folder, case),
+        }
+    }
+}
+
+/// States that are judged.
+pub trait StateSource {
+    /// Puts the next state into `state`; false where there is none.
+    ///
+    /// # Errors
+    /// Where there is something else in its place.
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure>;
+}
+
+impl StateSource for Box<dyn TraceReader> {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        self.as_mut().read(state).map_err(failure_of)
+    }
+}
+
+fn failure_of(error: TraceError) -> Failure {
+    let detail = error.to_string();
+    match error {
+        TraceError::Unreadable { .. } => Failure::NoOutput { detail },
+        TraceError::Line { .. } | TraceError::Record { .. } => Failure::Malformed { detail },
+    }
+}

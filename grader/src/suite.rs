@@ -1,0 +1,198 @@
+//! The scenes that are graded.
+//!
+//! A scene's path below its folder, without the extension, is its name: `Spring/two-springs`. The
+//! folders of that path are its group, and a group under one integrator is a *feature*.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+use simulator::scene::error::SceneError;
+use simulator::scene::{self, ParseOptions, Scene};
+use simulator::trace::TraceFormat;
+use simulator::vocabulary;
+
+/// Whether a scene is required or earns extra credit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Section {
+    /// Required.
+    Required,
+    /// Extra credit.
+    ExtraCredit,
+}
+
+impl Section {
+    /// Both, in the order of reports.
+    pub const ALL: [Self; 2] = [Self::Required, Self::ExtraCredit];
+
+    /// Its name, fit for machines.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Required => "required",
+            Self::ExtraCredit => "extra-credit",
+        }
+    }
+}
+
+/// A group of scenes under one integrator.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Feature {
+    /// Required or extra credit.
+    pub section: Section,
+    /// The scenes' folder, relative to the section's.
+    pub group: String,
+    /// The integrator's name.
+    pub integrator: &'static str,
+}
+
+impl fmt::Display for Feature {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} / {}", self.group, self.integrator)
+    }
+}
+
+/// One scene of the suite.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Its name: path below the section's folder, without extension, with `/` between folders.
+    pub id: String,
+    /// What it is a test of.
+    pub feature: Feature,
+    /// The scene.
+    pub scene: Scene,
+    /// SHA-256 of the scene file, in hexadecimal.
+    pub scene_hash: String,
+}
+
+/// Every scene that is graded, sorted by section and name, and what was odd about their files.
+#[derive(Debug)]
+pub struct Suite {
+    /// The scenes.
+    pub cases: Vec<Case>,
+    /// Remarks on scene files.
+    pub warnings: Vec<SceneError>,
+}
+
+/// A suite that cannot be graded.
+#[derive(Debug, thiserror::Error)]
+pub enum SuiteError {
+    /// A scene cannot be read.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// There are no scenes.
+    #[error("there is no scene (*.xml) below {}", folders(.0))]
+    NoScenes(Vec<PathBuf>),
+    /// Two scenes have the same name.
+    #[error(
+        "two scenes are called {id}, and their traces would be one file\n  help: rename one of them"
+    )]
+    SameName {
+        /// The name.
+        id: String,
+    },
+}
+
+fn folders(folders: &[PathBuf]) -> String {
+    let names: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();
+    names.join(" or ")
+}
+
+impl Suite {
+    /// Reads every scene below the folders of the sections. A folder that is not there has no scenes.
+    ///
+    /// # Errors
+    /// Where a scene cannot be read, where there is none, or where two have the same name.
+    pub fn load(
+        sections: &[(Section, PathBuf)],
+        options: &ParseOptions,
+    ) -> Result<Self, SuiteError> {
+        let mut files = Vec::new();
+        for (section, folder) in sections.iter().filter(|(_, folder)| folder.exists()) {
+            let found = scene::find_scene_files(folder)?;
+            files.extend(found.into_iter().map(|file| (*section, folder.as_path(), file)));
+        }
+        let load = |(section, folder, file): (Section, &Path, PathBuf)| {
+            load_case(section, folder, &file, options)
+        };
+        let loaded: Result<Vec<(Case, Vec<SceneError>)>, SceneError> =
+            files.into_par_iter().map(load).collect();
+        let (mut cases, mut warnings) = (Vec::new(), Vec::new());
+        for (case, remarks) in loaded? {
+            cases.push(case);
+            warnings.extend(remarks);
+        }
+        if cases.is_empty() {
+            let searched = sections.iter().map(|(_, folder)| folder.clone()).collect();
+            return Err(SuiteError::NoScenes(searched));
+        }
+        let mut seen = HashMap::new();
+        for case in &cases {
+            if seen.insert(case.id.as_str(), ()).is_some() {
+                return Err(SuiteError::SameName { id: case.id.clone() });
+            }
+        }
+        cases.sort_by(|a, b| (a.feature.section, &a.id).cmp(&(b.feature.section, &b.id)));
+        Ok(Self { cases, warnings })
+    }
+}
+
+fn load_case(
+    section: Section,
+    folder: &Path,
+    file: &Path,
+    options: &ParseOptions,
+) -> Result<(Case, Vec<SceneError>), SceneError> {
+    let bytes = scene::read_bounded(file)?;
+    let parsed = scene::parse_bytes(&bytes, file, &vocabulary(), options)?;
+    let relative = file.strip_prefix(folder).unwrap_or(file).with_extension("");
+    let parts: Vec<String> =
+        relative.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+    let group = match parts.as_slice() {
+        [] | [_] => ".".to_owned(),
+        [folders @ .., _] => folders.join("/"),
+    };
+    let feature = Feature { section, group, integrator: parsed.scene.integrator.name };
+    let scene_hash = hash(&bytes);
+    let case = Case { id: parts.join("/"), feature, scene: parsed.scene, scene_hash };
+    Ok((case, parsed.warnings))
+}
+
+/// SHA-256 in hexadecimal.
+fn hash(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+/// SHA-256 of a file, read as a stream, in hexadecimal.
+///
+/// # Errors
+/// Where it cannot be read.
+pub fn hash_file(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer) {
+            Ok(0) => return Ok(hexadecimal(&hasher.finalize())),
+            Ok(count) => hasher.update(&buffer[..count]),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The trace of a scene in a folder laid out as the scenes are.
+pub fn find_trace(folder: &Path, id: &str) -> Option<(PathBuf, TraceFormat)> {
+    TraceFormat::ALL.into_iter().find_map(|format| {
+        // Not `with_extension`: a scene's name may hold a dot.
+        let path = folder.join(format!("{id}.{}", format.extension()));
+        path.is_file().then_some((path, format))
+    })
+}

@@ -1,0 +1,181 @@
+//! What becomes of one scene: a pass, or one named failure.
+
+use std::fmt;
+
+/// The outcome of one scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// The trace agrees with the oracle's.
+    Pass,
+    /// The submission is wrong.
+    Fail(Failure),
+    /// The scene could not be judged, through no fault of the submission. It costs no points.
+    GraderFault(Fault),
+}
+
+impl Verdict {
+    /// The verdict's name: stable, in lower case, fit for machines.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail(failure) => failure.name(),
+            Self::GraderFault(_) => "grader-fault",
+        }
+    }
+
+    /// Whether it is a pass.
+    pub fn is_pass(&self) -> bool {
+        *self == Self::Pass
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Pass => write!(f, "agrees with the oracle"),
+            Self::Fail(failure) => failure.fmt(f),
+            Self::GraderFault(fault) => fault.fmt(f),
+        }
+    }
+}
+
+/// How a submission failed on a scene. What is wrong with a trace's form is judged before its numbers.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Failure {
+    /// There is no trace.
+    #[error("there is no trace: {detail}")]
+    NoOutput {
+        /// Where it was looked for.
+        detail: String,
+    },
+    /// The simulator gave up.
+    #[error("{detail}")]
+    Crashed {
+        /// What it said.
+        detail: String,
+    },
+    /// The trace is not in its format.
+    #[error("{detail}")]
+    Malformed {
+        /// Where and how.
+        detail: String,
+    },
+    /// The trace holds an infinity or a NaN.
+    #[error("{value} in the trace: {place}")]
+    NotFinite {
+        /// Where.
+        place: Place,
+        /// What stands there.
+        value: f64,
+    },
+    /// The trace ends early.
+    #[error("the trace ends after {states} of {expected} states")]
+    TooShort {
+        /// States it holds.
+        states: u64,
+        /// States it should hold.
+        expected: u64,
+    },
+    /// The trace goes on after the last state.
+    #[error("the trace goes on after its last state, number {expected}")]
+    TooLong {
+        /// States it should hold.
+        expected: u64,
+    },
+    /// The numbers are out of tolerance.
+    #[error("the trace differs from the oracle's")]
+    Differs,
+}
+
+impl Failure {
+    /// The failure's name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::NoOutput { .. } => "no-output",
+            Self::Crashed { .. } => "crashed",
+            Self::Malformed { .. } => "malformed",
+            Self::NotFinite { .. } => "not-finite",
+            Self::TooShort { .. } => "too-short",
+            Self::TooLong { .. } => "too-long",
+            Self::Differs => "differs",
+        }
+    }
+}
+
+/// Why a scene could not be judged.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Fault {
+    /// There is no oracle trace.
+    #[error("there is no oracle trace {trace}; make it with `grade oracle regenerate`")]
+    NoOracle {
+        /// Where it was looked for.
+        trace: String,
+    },
+    /// The oracle's trace is of another version of the scene.
+    #[error(
+        "the scene was edited after its oracle trace was made; review it and run `grade oracle regenerate`"
+    )]
+    StaleOracle,
+    /// The oracle's trace was edited after it was made.
+    #[error(
+        "the oracle trace {trace} is not the one its manifest records; restore it or run `grade oracle regenerate`"
+    )]
+    AlteredOracle {
+        /// The trace.
+        trace: String,
+    },
+    /// The oracle's trace cannot be used.
+    #[error("the oracle trace cannot be used: {detail}")]
+    BrokenOracle {
+        /// Why.
+        detail: String,
+    },
+}
+
+/// A number in a trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Number of the state: 0 is the initial one.
+    pub step: u64,
+    /// Particle, from 0.
+    pub particle: usize,
+    /// Position or velocity.
+    pub quantity: Quantity,
+    /// Coordinate: 0 is x.
+    pub axis: usize,
+}
+
+/// What of a particle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Its position.
+    Position,
+    /// Its velocity.
+    Velocity,
+}
+
+impl Quantity {
+    /// "position" or "velocity".
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+        }
+    }
+}
+
+impl Place {
+    /// The coordinate as a trace's header calls it, without the particle: `x`, `vy`, ….
+    pub fn coordinate(&self) -> &'static str {
+        match self.quantity {
+            Quantity::Position => ["x", "y", "z"][self.axis],
+            Quantity::Velocity => ["vx", "vy", "vz"][self.axis],
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "step {}, particle {}, {}", self.step, self.particle, self.coordinate())
+    }
+}

@@ -1,0 +1,43 @@
+//! The course's own scenes against the course's own traces, where they are at hand.
+
+use std::path::{Path, PathBuf};
+
+use grader::grading::{Outcome, grade};
+use grader::oracle::Oracle;
+use grader::rubric::Rubric;
+use grader::submission::Submission;
+use grader::suite::{Section, Suite};
+use simulator::scene::ParseOptions;
+
+/// The folder of the course's data, if it is there.
+fn course() -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/fosssim");
+    let folder = std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from);
+    folder.join("scenes").is_dir().then_some(folder)
+}
+
+#[test]
+#[expect(clippy::print_stderr, reason = "a skipped test says why")]
+fn the_courses_own_traces_are_reproduced() {
+    let Some(course) = course() else {
+        eprintln!(
+            "skipped: the course's scenes are not there (SPRING_ORACLE_FOSSSIM names their folder)"
+        );
+        return;
+    };
+    let sections = [(Section::Required, course.join("scenes"))];
+    let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
+    assert!(suite.cases.len() >= 45 && suite.warnings.is_empty());
+    let oracle = Oracle::open(&course.join("traces")).unwrap();
+    // The default rubric is the course's criteria.
+    let grading = grade(&suite, &Submission::BuiltIn, &oracle, &Rubric::default(), Vec::new());
+    for result in &grading.features {
+        for scene in &result.scenes {
+            assert!(scene.comparison.verdict.is_pass(), "{}: {:?}", scene.id, scene.comparison);
+            let largest = scene.comparison.position.largest.max(scene.comparison.velocity.largest);
+            // Ten times better than asked: rounding leaves 4e-12 on the worst scene.
+            assert!(largest < 1e-11, "{}: {largest:e}", scene.id);
+        }
+    }
+    assert_eq!(grading.outcome(), Outcome::Passed);
+}

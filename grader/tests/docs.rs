@@ -1,0 +1,80 @@
+//! The documents are true: paths exist, and what the registries offer is described.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use simulator::{force, integrator};
+
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_path_buf()
+}
+
+fn document(name: &str) -> String {
+    fs::read_to_string(workspace().join(name)).unwrap()
+}
+
+/// What stands between backticks.
+fn code_words(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+#[test]
+fn every_path_in_the_architecture_exists() {
+    let text = document("ARCHITECTURE.md");
+    let is_path = |word: &&str| word.contains('/') && !word.contains(['<', ' ', '·']);
+    let paths: Vec<&str> = code_words(&text).filter(is_path).collect();
+    assert!(paths.len() > 20, "{paths:?}");
+    for path in paths {
+        assert!(workspace().join(path).exists(), "ARCHITECTURE.md names {path}");
+    }
+}
+
+#[test]
+fn every_source_folder_is_in_the_architecture() {
+    let text = document("ARCHITECTURE.md");
+    for source in ["simulator/src", "grader/src"] {
+        for entry in fs::read_dir(workspace().join(source)).unwrap() {
+            let entry = entry.unwrap();
+            let name = entry.file_name().into_string().unwrap();
+            if ["lib.rs", "bin", "statistics.rs"].contains(&name.as_str()) {
+                continue;
+            }
+            let slash = if entry.path().is_dir() { "/" } else { "" };
+            let path = format!("`{source}/{name}{slash}`");
+            assert!(text.contains(&path), "ARCHITECTURE.md does not name {path}");
+        }
+    }
+}
+
+#[test]
+fn links_in_the_documents_lead_somewhere() {
+    for name in
+        ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/formats.md", "docs/mistakes.md"]
+    {
+        let text = document(name);
+        let folder = workspace().join(name).parent().unwrap().to_path_buf();
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let is_web = link.starts_with("https://");
+            assert!(is_web || folder.join(link).exists(), "{name} links to {link}");
+        }
+    }
+}
+
+#[test]
+fn every_force_and_integrator_is_described() {
+    let text = document("docs/formats.md");
+    for kind in force::REGISTRY {
+        let row = text.lines().find(|line| line.contains(&format!("| `{}` |", kind.schema.tag)));
+        let row =
+            row.unwrap_or_else(|| panic!("docs/formats.md has no row for {}", kind.schema.tag));
+        for parameter in kind.schema.parameters {
+            let mut words = code_words(row).flat_map(str::split_whitespace);
+            assert!(words.any(|word| word == parameter.name), "{row}: {}", parameter.name);
+        }
+    }
+    for kind in integrator::REGISTRY {
+        for name in kind.schema.aliases.iter().chain([&kind.schema.name]) {
+            assert!(text.contains(&format!("`{name}`")), "docs/formats.md does not name {name}");
+        }
+    }
+}

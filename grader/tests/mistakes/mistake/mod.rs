@@ -1,0 +1,143 @@
+//! The planted mistakes: each replaces one formula or rule of a faultless [`Student`].
+//!
+//! Left out are deviations that are no mistakes in the answer, because a true simulator with them gives
+//! the same trace:
+//!
+//! - under implicit Euler, whatever only makes Newton's matrix inexact (identity instead of M in the
+//!   matrix alone, `h` instead of `h²`, Jacobians at q): it converges more slowly, to the same root;
+//! - for the damping's `∂F/∂x`, `w nᵀ` instead of `n wᵀ`, and the two factors swapped: both leave
+//!   what the missing `n wᵀ` leaves, since `nᵀ (I − n nᵀ) = 0`; and `w` the wrong way round, which is
+//!   the flipped sign;
+//! - clearing only the rows of a fixed particle: its δ is 0 then, whatever its columns hold;
+//! - i and j swapped in a Jacobian of two particles: the four blocks are the same.
+
+mod fixed;
+mod force;
+mod integrator;
+mod jacobian;
+
+use simulator::scene::Scene;
+
+use super::student::Student;
+
+/// What part of a simulator a mistake is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Area {
+    Force,
+    Jacobian,
+    Integrator,
+    Fixed,
+}
+
+impl Area {
+    pub(crate) const ALL: [Self; 4] = [Self::Force, Self::Jacobian, Self::Integrator, Self::Fixed];
+
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Force => "Forces",
+            Self::Jacobian => "Jacobians",
+            Self::Integrator => "Integrators",
+            Self::Fixed => "Fixed particles",
+        }
+    }
+}
+
+/// Where a mistake can make a difference at all: on other scenes the code with the mistake is not run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Scope {
+    /// Scenes with a force of this tag.
+    Force(&'static str),
+    /// Of these, the ones under an implicit method.
+    Jacobian(&'static str),
+    /// Scenes under this integrator.
+    Integrator(&'static str),
+    /// Scenes with a fixed particle.
+    Fixed,
+    /// Of these, the ones under an explicit method.
+    FixedExplicit,
+    /// Of these, the ones under an implicit method.
+    FixedImplicit,
+}
+
+impl Scope {
+    fn contains(self, scene: &Scene) -> bool {
+        let implicit =
+            ["linearized-implicit-euler", "implicit-euler"].contains(&scene.integrator.name);
+        let has_force = |tag| scene.forces.iter().any(|element| element.schema.tag == tag);
+        let has_fixed = || scene.particles.iter().any(|particle| particle.fixed);
+        match self {
+            Self::Force(tag) => has_force(tag),
+            Self::Jacobian(tag) => implicit && has_force(tag),
+            Self::Integrator(name) => scene.integrator.name == name,
+            Self::Fixed => has_fixed(),
+            Self::FixedExplicit => !implicit && has_fixed(),
+            Self::FixedImplicit => implicit && has_fixed(),
+        }
+    }
+}
+
+/// A mistake.
+pub(crate) struct Mistake {
+    pub(crate) area: Area,
+    /// The force, Jacobian or integrator it is in.
+    pub(crate) subject: &'static str,
+    /// What is wrong, in a few words.
+    pub(crate) description: &'static str,
+    /// One of the five that are known to pass the course's own scenes: the ones to be sure of. (The
+    /// 45 of them at hand let others pass too.)
+    pub(crate) missed_by_the_course: bool,
+    scope: Scope,
+    plant: Box<dyn Fn(&mut Student) + Send + Sync>,
+}
+
+impl Mistake {
+    /// A student who makes it.
+    pub(crate) fn student(&self) -> Student {
+        let mut student = Student::faultless();
+        (self.plant)(&mut student);
+        student
+    }
+
+    /// Whether it can make a difference on this scene.
+    pub(crate) fn can_matter_on(&self, scene: &Scene) -> bool {
+        self.scope.contains(scene)
+    }
+
+    /// The same, marked as one that the course's own scenes let pass.
+    fn missed_by_the_course(mut self) -> Self {
+        self.missed_by_the_course = true;
+        self
+    }
+}
+
+/// Mistakes in the same place.
+struct Subject {
+    area: Area,
+    name: &'static str,
+    scope: Scope,
+}
+
+impl Subject {
+    fn mistake(
+        &self,
+        description: &'static str,
+        plant: impl Fn(&mut Student) + Send + Sync + 'static,
+    ) -> Mistake {
+        Mistake {
+            area: self.area,
+            subject: self.name,
+            description,
+            missed_by_the_course: false,
+            scope: self.scope,
+            plant: Box::new(plant),
+        }
+    }
+}
+
+/// Every mistake, by area and subject.
+pub(crate) fn all() -> Vec<Mistake> {
+    [force::mistakes(), jacobian::mistakes(), integrator::mistakes(), fixed::mistakes()]
+        .into_iter()
+        .flatten()
+        .collect()
+}

@@ -10,7 +10,8 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use simulator::integrator::{BuildIntegrator, Step};
 use simulator::scene::schema::{ActsOn, ForceSchema};
 use simulator::scene::{ParseOptions, Scene, xml};
-use simulator::simulation::{Simulation, StateView};
+use simulator::simulation::Simulation;
+use simulator::state::StateView;
 use simulator::statistics::Statistics;
 use simulator::system::System;
 use simulator::trace::csv::{CsvReader, CsvWriter};
@@ -66,10 +67,10 @@ fn steps(criterion: &mut Criterion) {
             for n in [2, 16, 128] {
                 let scene = parse(&chain(n, &force.schema));
                 let system = System::<2>::new(&scene);
-                let start = Simulation::new(&scene).expect("the scene is small");
+                let start = Simulation::new(&scene);
                 let StateView { positions, velocities, .. } = start.state();
                 let start = (positions.to_vec(), velocities.to_vec());
-                let mut method = integrator.build(&system).expect("the scene is small");
+                let mut method = integrator.build(&system);
                 let mut statistics = Statistics::default();
                 group.throughput(Throughput::Elements(n as u64));
                 group.bench_function(BenchmarkId::new(integrator.schema.name, n), |bencher| {

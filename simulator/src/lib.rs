@@ -11,6 +11,7 @@
 //! - [`integrator`]: one time integrator a file, and the registry.
 //! - [`simulation`]: a scene stepped from its start to its end.
 //! - [`trace`]: states to and from files.
+//! - [`generate`]: scenes of any size, by rule.
 //!
 //! # Example
 //!
@@ -23,7 +24,7 @@
 //!     <simplegravity fx="0" fy="-10"/>
 //! </scene>"#;
 //! let parsed = xml::parse(text, "falling.xml", &vocabulary(), &ParseOptions::default())?;
-//! let mut simulation = Simulation::new(&parsed.scene)?;
+//! let mut simulation = Simulation::new(&parsed.scene);
 //! while simulation.advance()? {}
 //! assert_eq!(simulation.state().positions, [1.0, -6.25]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -38,10 +39,13 @@ pub mod solver;
 
 pub mod integrator;
 pub mod simulation;
+pub mod state;
 pub mod statistics;
 
 pub mod output;
 pub mod trace;
+
+pub mod generate;
 
 use scene::schema::Vocabulary;
 

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// A file being written. It takes its name on [`commit`](Self::commit); without that, nothing changes.
+/// A file being written. It takes its name when it is [sealed](Self::seal) and published; without
+/// that, nothing changes.
 ///
 /// What is no regular file (a pipe, a device) is written to directly: it has no earlier content to
 /// keep.
@@ -19,55 +20,111 @@ enum Kind {
     Direct(BufWriter<File>),
 }
 
+/// A file whose content is safe on disk, and which lacks only its name.
+#[must_use = "a sealed file has no name until it is published"]
+pub struct SealedFile {
+    aside: Option<(NamedTempFile, PathBuf)>,
+}
+
+/// The file that writing to `path` would replace: absolute, with links followed, also where they lead
+/// to what is not there yet. `None` where it is no regular file, and nothing would be replaced.
+///
+/// # Errors
+/// Where its folder is not there, or `path` is a folder.
+pub fn target(path: &Path) -> io::Result<Option<PathBuf>> {
+    if let Ok(metadata) = fs::metadata(path) {
+        return match () {
+            () if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+            () if metadata.is_file() => fs::canonicalize(path).map(Some),
+            () => Ok(None),
+        };
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match fs::read_link(path) {
+        Ok(link) => target(&folder.join(link)),
+        Err(_) => match path.file_name() {
+            Some(name) => Ok(Some(fs::canonicalize(folder)?.join(name))),
+            None => Err(io::ErrorKind::InvalidInput.into()),
+        },
+    }
+}
+
 impl OutputFile {
     /// Starts a file that will be called `path`.
     ///
     /// # Errors
-    /// Where its folder does not exist or takes no file, or `path` is a folder.
+    /// Where its folder does not exist or takes no file, or `path` is a folder or may not be written.
     pub fn create(path: &Path) -> io::Result<Self> {
-        // A link is followed, so that the file it leads to is replaced, not the link.
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        if let Ok(metadata) = fs::metadata(&path) {
-            if metadata.is_dir() {
-                return Err(io::ErrorKind::IsADirectory.into());
-            }
-            if !metadata.is_file() {
-                let file = OpenOptions::new().write(true).open(&path)?;
-                return Ok(Self { kind: Kind::Direct(BufWriter::new(file)) });
-            }
-        }
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
+        let Some(path) = target(path)? else {
+            let file = OpenOptions::new().write(true).open(path)?;
+            return Ok(Self { kind: Kind::Direct(BufWriter::new(file)) });
         };
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
         let mut builder = tempfile::Builder::new();
-        let prefix = format!(".{name}.");
-        builder.prefix(&prefix).suffix(".partial");
+        builder.prefix(".").suffix(".partial");
+        let old = fs::metadata(&path).map(|metadata| metadata.permissions());
+        if old.as_ref().is_ok_and(fs::Permissions::readonly) {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
             // As any new file: what the umask leaves of it.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
-        let file = BufWriter::with_capacity(1 << 16, builder.tempfile_in(folder)?);
-        Ok(Self { kind: Kind::Aside { file, path } })
+        let folder = path.parent().unwrap_or(Path::new("/"));
+        // The error would name the temporary file, which nobody knows.
+        let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
+        if let Ok(permissions) = old {
+            file.as_file().set_permissions(permissions)?;
+        }
+        Ok(Self { kind: Kind::Aside { file: BufWriter::with_capacity(1 << 16, file), path } })
     }
 
-    /// Gives the file its name, its content safe on disk.
+    /// Makes the content safe on disk.
     ///
     /// # Errors
-    /// Where the content cannot be written out; the old file, if any, is then still there.
-    pub fn commit(self) -> io::Result<()> {
-        match self.kind {
+    /// Where it cannot be written out; the old file, if any, is then still there.
+    pub fn seal(self) -> io::Result<SealedFile> {
+        let aside = match self.kind {
             Kind::Aside { file, path } => {
                 let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
                 file.as_file().sync_all()?;
-                file.persist(path)?;
-                Ok(())
+                Some((file, path))
             }
-            Kind::Direct(mut file) => file.flush(),
+            Kind::Direct(mut file) => {
+                file.flush()?;
+                None
+            }
+        };
+        Ok(SealedFile { aside })
+    }
+
+    /// Makes the content safe on disk, and gives the file its name.
+    ///
+    /// # Errors
+    /// Where that cannot be done; the old file, if any, is then still there.
+    pub fn commit(self) -> io::Result<()> {
+        self.seal()?.publish()
+    }
+}
+
+impl SealedFile {
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// Where that cannot be done; the old file, if any, is then still there.
+    pub fn publish(self) -> io::Result<()> {
+        let Some((file, path)) = self.aside else { return Ok(()) };
+        file.persist(&path).map_err(|error| error.error)?;
+        #[cfg(unix)]
+        if let Some(folder) = path.parent() {
+            // The name itself is then on disk too; where folders cannot be synced, it soon will be.
+            let _ = File::open(folder).and_then(|folder| folder.sync_all());
         }
+        Ok(())
     }
 }
 

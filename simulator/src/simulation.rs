@@ -3,36 +3,12 @@
 use std::fmt;
 
 use crate::force::ForceKind;
-use crate::integrator::MAX_DENSE_SIZE;
 use crate::integrator::{BuildIntegrator, Integrator, IntegratorKind, REGISTRY, Step, StepError};
 use crate::scene::{Dimension, Location, Scene};
 use crate::solver::LinearError;
+use crate::state::{Energies, StateView};
 use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};
-
-/// One state of a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StateView<'a> {
-    /// Number of the state: 0 is the initial one.
-    pub step: u64,
-    /// `step` times the time step, in seconds.
-    pub time: f64,
-    /// Positions, `n·D`, particle-major.
-    pub positions: &'a [f64],
-    /// Velocities, the same shape.
-    pub velocities: &'a [f64],
-}
-
-/// Energies and momentum of a state. Fixed particles count as any other.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Energies {
-    /// Kinetic energy.
-    pub kinetic: f64,
-    /// Potential energy of the forces that have one.
-    pub potential: f64,
-    /// Momentum, one component a dimension.
-    pub momentum: Vec<f64>,
-}
 
 /// A scene on its way. The dimension is dispatched here, once.
 pub struct Simulation {
@@ -50,29 +26,22 @@ pub struct Simulation {
 impl Simulation {
     /// Puts the scene at its initial state.
     ///
-    /// # Errors
-    /// Where the scene is more than its integrator can take.
-    ///
     /// # Panics
     /// Where the scene's integrator is not one of the registry.
-    pub fn new(scene: &Scene) -> Result<Self, SimulationError> {
+    pub fn new(scene: &Scene) -> Self {
         let of_every_particle = |vector: fn(&crate::scene::Particle) -> &[f64; 3]| {
             let components = scene.dimension.count();
             let particles = scene.particles.iter();
             particles.flat_map(|particle| vector(particle)[..components].to_vec()).collect()
         };
-        let run: Result<Box<dyn Run>, StepError> = match scene.dimension {
+        let run: Box<dyn Run> = match scene.dimension {
             Dimension::Two => Runner::<2>::start(scene),
             Dimension::Three => Runner::<3>::start(scene),
         };
-        let run = run.map_err(|error| {
-            let kind = FailureKind::of(error, &[]);
-            SimulationError { scene: scene.name.clone(), step: 0, time: 0.0, kind }
-        })?;
         let forces = scene.forces.iter().map(|element| {
             (element.schema.tag, element.pair.unwrap_or_default(), element.location)
         });
-        Ok(Self {
+        Self {
             run,
             scene: scene.name.clone(),
             forces: forces.collect(),
@@ -82,7 +51,7 @@ impl Simulation {
             positions: of_every_particle(|particle| &particle.position),
             velocities: of_every_particle(|particle| &particle.velocity),
             statistics: Statistics::default(),
-        })
+        }
     }
 
     /// Takes the next step; false where the scene is at its end.
@@ -118,8 +87,23 @@ impl Simulation {
     }
 
     /// Energies and momentum of the current state.
-    pub fn energies(&self) -> Energies {
-        self.run.energies(&self.positions, &self.velocities)
+    ///
+    /// # Errors
+    /// Where one of them is not finite.
+    pub fn energies(&self) -> Result<Energies, SimulationError> {
+        let energies = self.run.energies(&self.positions, &self.velocities);
+        let Energies { kinetic, potential, momentum } = &energies;
+        let finite = (kinetic + potential).is_finite() && momentum.iter().all(|p| p.is_finite());
+        if finite {
+            return Ok(energies);
+        }
+        // A force that is not defined here would say so in the next step; it says more than its energy.
+        let undefined = self.run.check(&self.positions, &self.velocities).err();
+        let kind = match undefined {
+            Some(error) => FailureKind::of(error, &self.forces),
+            None => FailureKind::EnergyNotFinite,
+        };
+        Err(self.failure(kind))
     }
 
     /// What the run has cost so far.
@@ -163,6 +147,8 @@ impl Simulation {
 trait Run: Send {
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError>;
     fn energies(&self, positions: &[f64], velocities: &[f64]) -> Energies;
+    /// Whether every force is defined at this state.
+    fn check(&self, positions: &[f64], velocities: &[f64]) -> Result<(), StepError>;
 }
 
 struct Runner<const D: usize> {
@@ -175,16 +161,21 @@ where
     ForceKind: BuildForce<D>,
     IntegratorKind: BuildIntegrator<D>,
 {
-    fn start(scene: &Scene) -> Result<Box<dyn Run>, StepError> {
+    fn start(scene: &Scene) -> Box<dyn Run> {
         let system = System::new(scene);
         let kind = REGISTRY.iter().find(|kind| kind.schema.name == scene.integrator.name);
         let kind = kind.expect("a scene holds schemas of the registry");
-        let integrator = kind.build(&system)?;
-        Ok(Box::new(Self { system, integrator }))
+        let integrator = kind.build(&system);
+        Box::new(Self { system, integrator })
     }
 }
 
 impl<const D: usize> Run for Runner<D> {
+    fn check(&self, positions: &[f64], velocities: &[f64]) -> Result<(), StepError> {
+        let mut force = vec![0.0; positions.len()];
+        Ok(self.system.force(positions, velocities, &mut force)?)
+    }
+
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError> {
         self.integrator.step(&self.system, step)
     }
@@ -205,7 +196,7 @@ impl<const D: usize> Run for Runner<D> {
 pub struct SimulationError {
     /// The scene, as messages call it.
     pub scene: String,
-    /// The step that has no answer, from 1; 0 if none was tried.
+    /// The step that has no answer, from 1.
     pub step: u64,
     /// The time at which that step starts, in seconds.
     pub time: f64,
@@ -223,14 +214,16 @@ pub enum FailureKind {
         "Newton's method did not converge: after {iterations} iterations the update is {update:.1e} and the residual {residual:.1e}"
     )]
     NotConverged { iterations: u64, update: f64, residual: f64 },
+    #[error(
+        "Newton's method cannot converge: its tolerance is below the rounding of velocities of size {speed:.1e}; after {iterations} iterations the update is {update:.1e}"
+    )]
+    BelowRounding { iterations: u64, update: f64, speed: f64 },
     #[error("the linear system of the step cannot be solved: {0}")]
     Linear(LinearError),
+    #[error("the energy of the state is not finite")]
+    EnergyNotFinite,
     #[error("the {what} of particle {particle} is no longer finite (coordinate {coordinate})")]
     NotFinite { what: &'static str, particle: usize, coordinate: &'static str },
-    #[error(
-        "{size} degrees of freedom are coupled to each other, and an implicit method solves for at most {MAX_DENSE_SIZE}"
-    )]
-    TooLarge { size: usize },
 }
 
 impl FailureKind {
@@ -243,8 +236,10 @@ impl FailureKind {
             StepError::NotConverged { iterations, update, residual } => {
                 Self::NotConverged { iterations, update, residual }
             }
+            StepError::BelowRounding { iterations, update, speed } => {
+                Self::BelowRounding { iterations, update, speed }
+            }
             StepError::Linear(error) => Self::Linear(error),
-            StepError::TooLarge { size } => Self::TooLarge { size },
         }
     }
 
@@ -254,8 +249,9 @@ impl FailureKind {
             Self::NotConverged { .. } | Self::NotFinite { .. } => {
                 "shorten the time step, or soften the forces; the motion may be unstable"
             }
+            Self::BelowRounding { .. } => "choose units in which the velocities are smaller",
+            Self::EnergyNotFinite => "move apart what is in one place; check masses and velocities",
             Self::Linear(_) => "shorten the time step; check masses and stiffnesses",
-            Self::TooLarge { .. } => "use symplectic-euler, or split the scene",
         }
     }
 }
@@ -266,9 +262,7 @@ impl fmt::Display for SimulationError {
         if let FailureKind::Coincident { location: Location { line, column }, .. } = self.kind {
             write!(f, "{line}:{column}:")?;
         }
-        if self.step > 0 {
-            write!(f, " step {} (from t = {} s):", self.step, self.time)?;
-        }
+        write!(f, " step {} (from t = {} s):", self.step, self.time)?;
         write!(f, " {}\n  help: {}", self.kind, self.kind.remedy())
     }
 }

@@ -24,6 +24,8 @@ pub struct Statistics {
 pub struct LinearStatistics {
     /// Systems solved.
     pub solves: u64,
+    /// Sparsity patterns analysed.
+    pub symbolic_analyses: u64,
     /// Matrices factorised; one system may hold several independent ones, or none.
     pub factorisations: u64,
     /// Solutions that were refined once more because their residual was too large.

@@ -73,11 +73,6 @@ impl<const D: usize> System<D> {
         self.masses.len()
     }
 
-    /// Number of particles that are not fixed.
-    pub fn n_free(&self) -> usize {
-        self.fixed.iter().filter(|fixed| !**fixed).count()
-    }
-
     /// Sets `force` to the sum of all forces; zero on fixed particles.
     ///
     /// # Errors

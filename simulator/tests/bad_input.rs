@@ -345,8 +345,16 @@ fn a_force_has_parameters_that_make_sense() {
 
 #[test]
 fn physics_that_is_not_modelled_is_refused_by_its_name() {
-    for tag in ["collision", "halfplane", "rigidbody", "collisiondetection", "rigidbodyspringforce"]
-    {
+    for tag in [
+        "collision",
+        "Halfplane",
+        "rigidbody",
+        "collisiondetection",
+        "rigidbodyspringforce",
+        // Any force that is not known, and not a known one misspelt.
+        "penaltyforce",
+        "dragForce",
+    ] {
         let scene = GOOD.replace("<edge", &format!("¶<{tag} type=\"x\"/><edge"));
         refuse_scene(
             tag,
@@ -364,6 +372,7 @@ fn what_is_unknown_is_a_warning_and_under_strict_an_error() {
         element | <edge | ¶<sprinforce/><edge | unknown element <sprinforce> | did you mean <springforce>?
         strange element | <edge | ¶<zzz/><edge | unknown element <zzz> | remove it
         attribute | radius="0.2" | ¶radios="0.2" | <particle> has an unknown attribute "radios" | did you mean "radius"?
+        force in other letters | <dragdamping b="0.9"/> | ¶<dragDamping b="0.9"/> | unknown element <dragDamping> | did you mean <dragdamping>?
         strange attribute | radius="0.2" | ¶zzz="0.2" | unknown attribute "zzz" | remove it
         attribute of the root | <scene> | <scene ¶version="1"> | <scene> has an unknown attribute | remove it
         text | <edge | ¶wind<edge | text between the elements: "wind" | <!-- ... -->
@@ -523,7 +532,18 @@ fn a_motion_that_grows_to_infinity_ends_at_the_step_that_is_not_finite() {
         "step {step} (from t = {} s): the velocity of particle 1 is no longer finite (coordinate x)",
         step - 1
     );
-    refuse_scene("blow-up", &scene, &[], &says, "shorten the time step");
+    // Without energies, which would leave the range of numbers first.
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("scene.xml"), &scene).unwrap();
+    let run = simulate(folder.path(), &["scene.xml", "-o", "trace.csv"]);
+    let message = stderr(&run);
+    assert_eq!(run.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains(&says) && message.contains("help: shorten the time step"),
+        "{message}"
+    );
+    assert_eq!(listing(folder.path()).len(), 1);
+    refuse_scene("energies", &scene, &[], "the energy of the state is not finite", "check masses");
 }
 
 #[test]
@@ -543,6 +563,14 @@ fn a_step_of_implicit_euler_without_a_solution_is_refused() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("scene.xml"), scene).unwrap();
     assert_eq!(simulate(folder.path(), &shorter).status.code(), Some(0));
+}
+
+#[test]
+fn velocities_too_large_for_newtons_tolerance_are_told_as_such() {
+    let drag = r#"<dragdamping b="0.3"/>"#;
+    let scene = pair(0.1, "implicit-euler", 1.0, 1e8, drag);
+    let says = "its tolerance is below the rounding of velocities of size ";
+    refuse_scene("fast", &scene, &[], says, "choose units");
 }
 
 #[test]

@@ -6,6 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use simulator::integrator;
+use simulator::scene::Dimension;
+use simulator::trace::csv::CsvReader;
+use simulator::trace::{Shape, State, TraceError, TraceReader};
 use support::{simulate, stderr};
 use tempfile::TempDir;
 
@@ -313,20 +316,20 @@ fn an_earlier_and_longer_file_is_replaced_whole() {
 }
 
 #[test]
-fn the_trace_may_replace_its_own_scene() {
-    // The scene is read whole before anything is written.
+fn no_output_replaces_the_scene_or_another_output() {
     let folder = folder_with(EXACT);
-    run(folder.path(), &["scene.xml", "-o", "scene.xml", "--format", "csv"]);
-    assert_eq!(fs::read_to_string(folder.path().join("scene.xml")).unwrap(), csv_of(EXACT, &[]));
-}
-
-#[test]
-fn the_trace_and_the_energies_may_not_be_one_file() {
-    let folder = folder_with(EXACT);
-    let output = simulate(folder.path(), &["scene.xml", "-o", "one.csv", "--energy", "one.csv"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("cannot go to one file"), "{}", stderr(&output));
-    assert!(!folder.path().join("one.csv").exists());
+    for arguments in [
+        &["-s", "scene.xml", "-d", "0", "-o", "scene.xml"][..],
+        &["scene.xml", "-o", "./scene.xml", "--format", "csv"],
+        &["scene.xml", "--energy", "scene.xml"],
+        &["scene.xml", "-o", "one.csv", "--energy", "./one.csv"],
+    ] {
+        let output = simulate(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&output).contains("cannot be one file"), "{}", stderr(&output));
+        assert_eq!(fs::read_to_string(folder.path().join("scene.xml")).unwrap(), EXACT);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
 }
 
 #[cfg(unix)]
@@ -341,6 +344,50 @@ fn a_device_is_written_to_and_stays_a_device() {
     assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
     let printed = run(folder.path(), &["scene.xml", "-o", "/dev/stdout", "--format", "csv"]);
     assert_eq!(printed, csv_of(EXACT, &[]));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_what_is_not_there_yet_is_followed() {
+    let folder = folder_with(EXACT);
+    std::os::unix::fs::symlink("target.csv", folder.path().join("link.csv")).unwrap();
+    run(folder.path(), &["scene.xml", "-o", "link.csv"]);
+    assert!(fs::symlink_metadata(folder.path().join("link.csv")).unwrap().is_symlink());
+    assert_eq!(fs::read_to_string(folder.path().join("target.csv")).unwrap(), csv_of(EXACT, &[]));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_may_not_be_written_is_kept_and_others_keep_their_permissions() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder_with(EXACT);
+    let path = folder.path().join("old.csv");
+    for (mode, code) in [(0o400, 2), (0o640, 0)] {
+        fs::write(&path, "earlier").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+        let output = simulate(folder.path(), &["scene.xml", "-o", "old.csv"]);
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        assert_eq!(fs::read_to_string(&path).unwrap() == "earlier", code == 2);
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode);
+        fs::remove_file(&path).unwrap();
+    }
+}
+
+#[test]
+fn energies_that_are_not_finite_are_an_error_and_no_file() {
+    let scene = r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.5"/>
+        <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <gravitationalforce i="0" j="1" G="1"/></scene>"#;
+    let folder = folder_with(scene);
+    let output = simulate(folder.path(), &["scene.xml", "-o", "t.csv", "--energy", "e.csv"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("the energy of the state is not finite"),
+        "{}",
+        stderr(&output)
+    );
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[cfg(unix)]
@@ -379,4 +426,47 @@ fn help_and_version_are_no_failures() {
         assert!(help.contains(kind.schema.example), "{help}");
     }
     assert!(run(folder.path(), &["--version"]).starts_with("simulate "));
+}
+
+/// The states of a CSV trace of `EXACT` after `edit`, or what is wrong with it.
+fn read_back(edit: impl Fn(&str) -> String) -> Result<Vec<State>, TraceError> {
+    let text = edit(&csv_of(EXACT, &[]));
+    let n_particles = EXACT.matches("<particle").count();
+    let shape = Shape { dimension: Dimension::Two, n_particles };
+    let mut reader = CsvReader::new(text.as_bytes(), Path::new("trace.csv"), shape)?;
+    let (mut states, mut state) = (Vec::new(), State::zeros(shape));
+    while reader.read(&mut state)? {
+        states.push(state.clone());
+    }
+    Ok(states)
+}
+
+#[test]
+fn traces_are_read_as_other_programs_write_them() {
+    let plain = read_back(str::to_owned).unwrap();
+    let steps_with_points = |text: &str| {
+        let line = |line: &str| match line.split_once(',') {
+            Some((step, rest)) if step != "step" => format!("{step}.0,{rest}"),
+            _ => line.to_owned(),
+        };
+        text.lines().map(line).collect::<Vec<_>>().join("\r\n")
+    };
+    assert_eq!(read_back(steps_with_points).unwrap(), plain);
+    assert_eq!(read_back(|text| text.replace(',', " , ")).unwrap(), plain);
+    assert_eq!(read_back(|text| text.trim_end().to_owned()).unwrap(), plain);
+    assert!(read_back(|text| text.replace("\n1,", "\n1.5,")).is_err());
+}
+
+#[test]
+fn what_c_libraries_call_not_a_number_is_read_as_such() {
+    for text in ["nan", "-nan", "NaN", "-nan(ind)", "1.#QNAN", "-1.#IND"] {
+        let with = |trace: &str| {
+            let (head, last) = trace.trim_end().rsplit_once(',').unwrap();
+            assert!(last.parse::<f64>().is_ok());
+            format!("{head},{text}")
+        };
+        let states = read_back(with).unwrap();
+        assert!(states.last().unwrap().velocities.last().unwrap().is_nan(), "{text}");
+    }
+    assert!(read_back(|trace| format!("{}x", trace.trim_end())).is_err());
 }

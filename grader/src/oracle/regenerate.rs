@@ -202,7 +202,7 @@ fn write_trace(case: &Case, path: &Path) -> Result<(), RegenerateError> {
     }
     let file = io::BufWriter::new(File::create(path).map_err(at(path))?);
     let mut writer = CsvWriter::new(file, Shape::of(&case.scene)).map_err(at(path))?;
-    let mut simulation = Simulation::new(&case.scene)?;
+    let mut simulation = Simulation::new(&case.scene);
     loop {
         writer.write(simulation.state()).map_err(at(path))?;
         if !simulation.advance()? {

@@ -8,9 +8,8 @@ use super::StateSource;
 use crate::verdict::Failure;
 
 /// Starts the built-in simulator on a scene.
-pub(super) fn start(scene: &Scene) -> Result<Box<dyn StateSource>, Failure> {
-    let simulation = Simulation::new(scene).map_err(crash)?;
-    Ok(Box::new(BuiltIn { simulation, started: false }))
+pub(super) fn start(scene: &Scene) -> Box<dyn StateSource> {
+    Box::new(BuiltIn { simulation: Simulation::new(scene), started: false })
 }
 
 struct BuiltIn {

@@ -34,7 +34,7 @@ impl Submission {
     /// Where it has none.
     pub fn states(&self, case: &Case) -> Result<Box<dyn StateSource>, Failure> {
         match self {
-            Self::BuiltIn => builtin::start(&case.scene),
+            Self::BuiltIn => Ok(builtin::start(&case.scene)),
             Self::Traces(folder) => traces::open(folder, case),
         }
     }

@@ -99,6 +99,15 @@ pub trait JacobianSink<const D: usize> {
     /// Adds to the derivative of the force on particle `row` by the position (`jacobian_x`) and
     /// velocity (`jacobian_v`) of particle `column`.
     fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>);
+
+    /// Adds the blocks of two particles whose force depends on their difference alone: these to `(i, i)`
+    /// and `(j, j)`, their negatives to `(i, j)` and `(j, i)`.
+    fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
+        self.add(i, i, jacobian_x, jacobian_v);
+        self.add(j, j, jacobian_x, jacobian_v);
+        self.add(i, j, &-jacobian_x, &-jacobian_v);
+        self.add(j, i, &-jacobian_x, &-jacobian_v);
+    }
 }
 
 /// What a force may look at.
@@ -134,11 +143,12 @@ pub struct Degenerate {
 }
 
 /// The vector of one particle in a slice of `n·D` numbers.
-fn vector_of<const D: usize>(values: &[f64], particle: usize) -> Vector<D> {
+pub(crate) fn vector_of<const D: usize>(values: &[f64], particle: usize) -> Vector<D> {
     Vector::from_column_slice(&values[particle * D..particle * D + D])
 }
 
-fn add_to<const D: usize>(values: &mut [f64], particle: usize, amount: &Vector<D>) {
+/// Adds to the vector of one particle.
+pub(crate) fn add_to<const D: usize>(values: &mut [f64], particle: usize, amount: &Vector<D>) {
     for (value, amount) in values[particle * D..particle * D + D].iter_mut().zip(amount.iter()) {
         *value += amount;
     }

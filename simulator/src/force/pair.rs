@@ -92,10 +92,7 @@ impl<const D: usize, L: PairLaw<D>> Force<D> for PairForce<L> {
         for &PairElement { i, j, ref law, element } in &self.active {
             let (d, w) = relative(state, i, j);
             let (a, b) = law.jacobians(&d, &w).ok_or(Degenerate { element })?;
-            sink.add(i, i, &a, &b);
-            sink.add(j, j, &a, &b);
-            sink.add(i, j, &-a, &-b);
-            sink.add(j, i, &-a, &-b);
+            sink.add_pair([i, j], &a, &b);
         }
         Ok(())
     }

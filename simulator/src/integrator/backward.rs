@@ -9,15 +9,35 @@
 //! Equation (1) of the hand-out of milestone 3; its equation (2) is the case `u = v`. Fixed degrees of
 //! freedom are left out of the system rather than solved for, which gives them `δ = 0` as clearing
 //! their rows and columns would (section 9).
+//!
+//! Where `h² ∂F/∂x + h ∂F/∂v` is larger than `M` by many orders, the sum that is stored has lost the digits
+//! of `M`, and no residual of the stored matrix can tell. The solution is then refined with residuals that
+//! never form the sum: each element's share is its block times the *difference* of its two particles'
+//! `δ`, so that motions which stretch nothing cancel exactly.
 
 use super::StepError;
-use crate::force::{Block, Coupling, JacobianSink};
+use crate::force::{Block, Coupling, JacobianSink, Vector, add_to, vector_of};
+use crate::solver::LinearError;
 use crate::solver::linear::{BlockMatrix, Link};
 use crate::statistics::Statistics;
 use crate::system::System;
 
-/// The most degrees of freedom that may be coupled to each other: their dense matrix has 512 MiB.
-pub const MAX_DENSE_SIZE: usize = 8192;
+/// Stiffness in units of mass from which the stored sum is not trusted: beyond it, about 2e-12 of `M`
+/// would be lost.
+const STIFF: f64 = 1e4;
+
+/// Refinements after which the solution must have settled.
+const MAX_REFINEMENTS: usize = 10;
+
+/// A correction this small a part of the solution is rounding.
+const SETTLED: f64 = 4.0 * f64::EPSILON;
+
+/// A force that is rounded is wrong by this part of itself, in directions that its stiffness does not
+/// hold; a stiffness in units of mass multiplies it. Corrections settle there, whatever the solver.
+const ROUNDED: f64 = 64.0 * f64::EPSILON;
+
+/// Above this, nothing that is left of the solution is worth having.
+const WORTHLESS: f64 = 1e-2;
 
 /// Room for the linearisation of one system.
 pub(super) struct Linearisation<const D: usize> {
@@ -29,6 +49,8 @@ pub(super) struct Linearisation<const D: usize> {
     matrix: BlockMatrix<D>,
     /// Right-hand side and solution, of the free particles only.
     reduced: Vec<f64>,
+    /// The smallest mass of a free particle.
+    lightest: f64,
     /// l2 norm of the last right-hand side.
     pub(super) residual: f64,
 }
@@ -44,7 +66,7 @@ pub(super) struct Point<'a> {
 }
 
 impl<const D: usize> Linearisation<D> {
-    pub(super) fn new(system: &System<D>) -> Result<Self, StepError> {
+    pub(super) fn new(system: &System<D>) -> Self {
         let mut free = vec![None; system.n_particles()];
         let mut n_free = 0;
         for (number, fixed) in free.iter_mut().zip(system.fixed()) {
@@ -64,18 +86,20 @@ impl<const D: usize> Linearisation<D> {
                 links.push(Link { blocks, symmetric });
             }
         });
-        let size = BlockMatrix::<D>::largest_dense(n_free, &links);
-        if size > MAX_DENSE_SIZE {
-            return Err(StepError::TooLarge { size });
-        }
-        Ok(Self {
+        Self {
             trial: vec![0.0; system.n_particles() * D],
             force: vec![0.0; system.n_particles() * D],
             matrix: BlockMatrix::new(n_free, &links),
             reduced: vec![0.0; n_free * D],
+            lightest: system
+                .masses()
+                .iter()
+                .zip(system.fixed())
+                .filter(|(_, fixed)| !**fixed)
+                .fold(f64::INFINITY, |lightest, (mass, _)| lightest.min(*mass)),
             free,
             residual: 0.0,
-        })
+        }
     }
 
     /// Solves the linearisation at `point` for `delta`.
@@ -105,12 +129,24 @@ impl<const D: usize> Linearisation<D> {
                     mass * (velocities[dof] - iterate[dof]) + h * self.force[dof];
             }
         }
-        let mut sink = Assembly { h, free: &self.free, matrix: &mut self.matrix };
+        let mut sink = Assembly { h, free: &self.free, matrix: &mut self.matrix, stiffest: 0.0 };
         system.jacobians(&self.trial, iterate, &mut sink)?;
+        let stiffness = sink.stiffest / self.lightest;
         statistics.assemblies += 1;
 
-        self.residual = self.reduced.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
-        self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
+        self.residual = l2(&self.reduced);
+        if stiffness > STIFF {
+            let floor = ROUNDED * stiffness;
+            self.solve_stiff(system, (h, iterate), delta, floor, statistics)
+        } else {
+            self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
+            self.spread(delta);
+            Ok(())
+        }
+    }
+
+    /// Copies the reduced solution to where its particles are.
+    fn spread(&self, delta: &mut [f64]) {
         for (particle, number) in self.free.iter().enumerate() {
             let delta = &mut delta[particle * D..][..D];
             match number {
@@ -118,8 +154,65 @@ impl<const D: usize> Linearisation<D> {
                 None => delta.fill(0.0),
             }
         }
-        Ok(())
     }
+
+    /// Solves with residuals that do not come from the stored matrix, until the corrections settle at
+    /// `floor` or below.
+    fn solve_stiff(
+        &mut self,
+        system: &System<D>,
+        (h, iterate): (f64, &[f64]),
+        delta: &mut [f64],
+        floor: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), StepError> {
+        let right = self.reduced.clone();
+        let mut solution = vec![0.0; right.len()];
+        let mut last = f64::INFINITY;
+        for _ in 0..MAX_REFINEMENTS {
+            self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
+            for (solution, correction) in solution.iter_mut().zip(&self.reduced) {
+                *solution += correction;
+            }
+            let (correction, size) = (l2(&self.reduced), l2(&solution));
+            self.reduced.copy_from_slice(&solution);
+            self.spread(delta);
+            // At rounding the corrections stop shrinking; far above it, that means that the stored
+            // matrix is useless.
+            let settled = correction <= SETTLED * size;
+            let stuck = correction > 0.5 * last;
+            if settled || (stuck && correction <= floor.min(WORTHLESS) * size) {
+                return Ok(());
+            }
+            if stuck || !correction.is_finite() {
+                let residual = correction / size;
+                return Err(LinearError::LostDigits { size: right.len(), residual }.into());
+            }
+            last = correction;
+            statistics.linear.refinements += 1;
+
+            let mut product = vec![0.0; delta.len()];
+            let mut sink = ElementProduct { h, delta: &*delta, product: &mut product };
+            system.jacobians(&self.trial, iterate, &mut sink)?;
+            for (particle, mass) in system.masses().iter().enumerate() {
+                let Some(number) = self.free[particle] else { continue };
+                for axis in 0..D {
+                    let (dof, own) = (particle * D + axis, number * D + axis);
+                    self.reduced[own] = right[own] - mass * delta[dof] - product[dof];
+                }
+            }
+        }
+        Err(LinearError::LostDigits { size: right.len(), residual: last / l2(&solution) }.into())
+    }
+}
+
+fn l2(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+/// `−(h² ∂F/∂x + h ∂F/∂v)`.
+fn stiffness<const D: usize>(h: f64, jacobian_x: &Block<D>, jacobian_v: &Block<D>) -> Block<D> {
+    jacobian_x * -(h * h) - jacobian_v * h
 }
 
 /// Subtracts `h² ∂F/∂x + h ∂F/∂v` from the matrix, rows and columns of fixed particles left out.
@@ -127,13 +220,50 @@ struct Assembly<'a, const D: usize> {
     h: f64,
     free: &'a [Option<usize>],
     matrix: &'a mut BlockMatrix<D>,
+    /// The largest entry of a block so far.
+    stiffest: f64,
 }
 
 impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
     fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         if let (Some(row), Some(column)) = (self.free[row], self.free[column]) {
-            let block = jacobian_x * -(self.h * self.h) - jacobian_v * self.h;
+            let block = stiffness(self.h, jacobian_x, jacobian_v);
+            self.stiffest = self.stiffest.max(block.amax());
             self.matrix.add(row, column, &block);
         }
+    }
+
+    fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
+        let block = stiffness(self.h, jacobian_x, jacobian_v);
+        self.stiffest = self.stiffest.max(block.amax());
+        let (i, j) = (self.free[i], self.free[j]);
+        for own in [i, j].into_iter().flatten() {
+            self.matrix.add(own, own, &block);
+        }
+        if let (Some(i), Some(j)) = (i, j) {
+            self.matrix.add(i, j, &-block);
+            self.matrix.add(j, i, &-block);
+        }
+    }
+}
+
+/// Adds `−(h² ∂F/∂x + h ∂F/∂v) δ`, element by element.
+struct ElementProduct<'a> {
+    h: f64,
+    delta: &'a [f64],
+    product: &'a mut [f64],
+}
+
+impl<const D: usize> JacobianSink<D> for ElementProduct<'_> {
+    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
+        let delta = vector_of(self.delta, column);
+        add_to(self.product, row, &(stiffness(self.h, jacobian_x, jacobian_v) * delta));
+    }
+
+    fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
+        let stretch: Vector<D> = vector_of(self.delta, i) - vector_of(self.delta, j);
+        let product = stiffness(self.h, jacobian_x, jacobian_v) * stretch;
+        add_to(self.product, i, &product);
+        add_to(self.product, j, &-product);
     }
 }

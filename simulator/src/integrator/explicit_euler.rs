@@ -20,9 +20,8 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
     build_3d: build::<3>,
 };
 
-#[expect(clippy::unnecessary_wraps, reason = "the registry's signature")]
-fn build<const D: usize>(system: &System<D>) -> Result<Box<dyn Integrator<D>>, StepError> {
-    Ok(Box::new(ExplicitEuler { force: vec![0.0; system.n_particles() * D] }))
+fn build<const D: usize>(system: &System<D>) -> Box<dyn Integrator<D>> {
+    Box::new(ExplicitEuler { force: vec![0.0; system.n_particles() * D] })
 }
 
 struct ExplicitEuler {

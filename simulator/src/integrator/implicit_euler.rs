@@ -26,10 +26,10 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 /// A hundred quadratically converging iterations would be far more than a solvable step takes.
 const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-9, max_iterations: 100 };
 
-fn build<const D: usize>(system: &System<D>) -> Result<Box<dyn Integrator<D>>, StepError> {
+fn build<const D: usize>(system: &System<D>) -> Box<dyn Integrator<D>> {
     let zeros = vec![0.0; system.n_particles() * D];
-    let linearisation = Linearisation::new(system)?;
-    Ok(Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros }))
+    let linearisation = Linearisation::new(system);
+    Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros })
 }
 
 struct ImplicitEuler<const D: usize> {
@@ -49,6 +49,9 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
         });
         let iterations = result.map_err(|error| match error {
             NewtonError::Update(error) => error,
+            NewtonError::BelowRounding { iterations, update, size } => {
+                StepError::BelowRounding { iterations, update, speed: size }
+            }
             NewtonError::NotConverged { iterations, update } => {
                 StepError::NotConverged { iterations, update, residual: linearisation.residual }
             }

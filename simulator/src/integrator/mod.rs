@@ -20,8 +20,6 @@ mod implicit_euler;
 mod linearized_implicit_euler;
 mod symplectic_euler;
 
-pub use backward::MAX_DENSE_SIZE;
-
 /// Every integrator.
 pub static REGISTRY: &[&IntegratorKind] = &[
     &explicit_euler::KIND,
@@ -35,28 +33,25 @@ pub struct IntegratorKind {
     /// How a scene mentions it.
     pub schema: IntegratorSchema,
     /// Builds it for two dimensions.
-    pub build_2d: fn(&System<2>) -> Result<Box<dyn Integrator<2>>, StepError>,
+    pub build_2d: fn(&System<2>) -> Box<dyn Integrator<2>>,
     /// Builds it for three dimensions.
-    pub build_3d: fn(&System<3>) -> Result<Box<dyn Integrator<3>>, StepError>,
+    pub build_3d: fn(&System<3>) -> Box<dyn Integrator<3>>,
 }
 
 /// The integrators, in `D` dimensions.
 pub trait BuildIntegrator<const D: usize> {
     /// Makes room for the system, and chooses solvers that fit it.
-    ///
-    /// # Errors
-    /// Where the system is more than the method can take.
-    fn build(&self, system: &System<D>) -> Result<Box<dyn Integrator<D>>, StepError>;
+    fn build(&self, system: &System<D>) -> Box<dyn Integrator<D>>;
 }
 
 impl BuildIntegrator<2> for IntegratorKind {
-    fn build(&self, system: &System<2>) -> Result<Box<dyn Integrator<2>>, StepError> {
+    fn build(&self, system: &System<2>) -> Box<dyn Integrator<2>> {
         (self.build_2d)(system)
     }
 }
 
 impl BuildIntegrator<3> for IntegratorKind {
-    fn build(&self, system: &System<3>) -> Result<Box<dyn Integrator<3>>, StepError> {
+    fn build(&self, system: &System<3>) -> Box<dyn Integrator<3>> {
         (self.build_3d)(system)
     }
 }
@@ -96,13 +91,17 @@ pub enum StepError {
         /// l2 norm of the equations' residual, in units of momentum, at the last iterate but one.
         residual: f64,
     },
+    /// Newton's method cannot reach its tolerance: rounding of the velocities is above it.
+    BelowRounding {
+        /// Iterations made.
+        iterations: u64,
+        /// l2 norm of the last update of the velocities.
+        update: f64,
+        /// l2 norm of the velocities.
+        speed: f64,
+    },
     /// A linear system could not be solved.
     Linear(LinearError),
-    /// The scene couples more degrees of freedom than a dense solver takes.
-    TooLarge {
-        /// Degrees of freedom that are coupled to each other.
-        size: usize,
-    },
 }
 
 impl From<Degenerate> for StepError {

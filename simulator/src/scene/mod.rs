@@ -6,6 +6,7 @@
 
 pub mod error;
 pub mod schema;
+pub mod write;
 pub mod xml;
 
 mod lines;
@@ -50,7 +51,7 @@ impl Dimension {
 }
 
 /// A scene: physics, timeline and the data for drawing it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// What messages call the scene: its path, as given.
     pub name: String,
@@ -86,7 +87,7 @@ impl Scene {
 }
 
 /// `ceil(duration / time_step)`, still as an f64: it may be larger than any integer.
-fn step_count(duration: f64, time_step: f64) -> f64 {
+pub(crate) fn step_count(duration: f64, time_step: f64) -> f64 {
     (duration / time_step).ceil()
 }
 
@@ -286,9 +287,12 @@ pub fn find_scene_files(folder: &Path) -> Result<Vec<PathBuf>, SceneError> {
             let entry = entry.map_err(unreadable)?;
             let path = entry.path();
             // Links to folders are not followed: they could form a loop.
-            if entry.file_type().map_err(unreadable)?.is_dir() {
+            let kind = entry.file_type().map_err(unreadable)?;
+            let is_scene = path.extension().is_some_and(|extension| extension == "xml");
+            if kind.is_dir() {
                 pending.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "xml") {
+            } else if is_scene && (kind.is_file() || kind.is_symlink()) {
+                // A pipe of that name would be waited for.
                 found.push(path);
             }
         }

@@ -7,20 +7,13 @@
 //!   goes to the next;
 //! - LU with partial pivoting (2n³/3 operations).
 //!
-//! Every solution is judged by its componentwise backward error
-//!
-//! ```text
-//! ω = max_i |b − A x|_i / (|A| |x| + |b|)_i
-//! ```
-//!
-//! (Oettli and Prager 1964), which sees lost digits in a row of small numbers that a norm would hide
-//! behind a row of large ones; one step of iterative refinement brings it to rounding (Skeel 1980).
-//! What still falls short is solved again with complete pivoting.
+//! What falls short of rounding is solved again with complete pivoting.
 
 use nalgebra::linalg::{Cholesky, FullPivLU, LU};
-use nalgebra::{Const, DMatrix, DVector, DVectorViewMut, DimMin, SMatrix, SVector};
+use nalgebra::{Const, DMatrix, DVectorViewMut, DimMin, SMatrix, SVector};
 
 use super::LinearError;
+use super::checked::{Checked, Product};
 use crate::statistics::LinearStatistics;
 
 /// A matrix with room to solve by it.
@@ -28,9 +21,7 @@ pub struct DenseSystem {
     /// The matrix, to be filled before each solve.
     pub matrix: DMatrix<f64>,
     method: Method,
-    right: DVector<f64>,
-    solution: DVector<f64>,
-    residual: DVector<f64>,
+    checked: Checked,
 }
 
 /// The first method a system is given to.
@@ -47,13 +38,7 @@ pub enum Method {
 impl DenseSystem {
     /// A zero matrix of `size` rows.
     pub fn new(size: usize, method: Method) -> Self {
-        Self {
-            matrix: DMatrix::zeros(size, size),
-            method,
-            right: DVector::zeros(size),
-            solution: DVector::zeros(size),
-            residual: DVector::zeros(size),
-        }
+        Self { matrix: DMatrix::zeros(size, size), method, checked: Checked::new(size) }
     }
 
     /// Rows of the matrix.
@@ -68,12 +53,12 @@ impl DenseSystem {
 
     /// The right-hand side, to be filled before each solve.
     pub fn right_mut(&mut self) -> &mut [f64] {
-        self.right.as_mut_slice()
+        &mut self.checked.right
     }
 
     /// The last solution.
     pub fn solution(&self) -> &[f64] {
-        self.solution.as_slice()
+        &self.checked.solution
     }
 
     /// Solves the system; the solution is then in [`solution`](Self::solution).
@@ -81,14 +66,10 @@ impl DenseSystem {
     /// # Errors
     /// Where the matrix is singular to working precision, or holds what is not finite.
     pub fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
-        let size = self.size();
-        let is_finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        if !is_finite(self.matrix.as_slice()) || !is_finite(self.right.as_slice()) {
-            return Err(LinearError::NotFinite { size });
-        }
+        self.checked.refuse_what_is_not_finite(self.matrix.as_slice())?;
         let accepted = match self.method {
             // Sizes known to the compiler need no allocation.
-            Method::CompletePivoting => match size {
+            Method::CompletePivoting => match self.size() {
                 2 => return self.solve_small::<2>(statistics),
                 3 => return self.solve_small::<3>(statistics),
                 4 => return self.solve_small::<4>(statistics),
@@ -100,19 +81,18 @@ impl DenseSystem {
             Method::Lu => self.solve_lu(statistics),
         };
         if accepted {
-            statistics.worst_residual = statistics.worst_residual.max(self.normwise_residual());
-            return Ok(());
+            return self.checked.conclude(&self.matrix, statistics);
         }
         statistics.factorisations += 1;
         statistics.complete_pivotings += 1;
         let factor = FullPivLU::new(self.matrix.clone());
-        let accepted = self
-            .attempt(statistics, |b| factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len())));
-        self.conclude(
-            accepted,
-            || factor.u().diagonal().iter().position(|pivot| *pivot == 0.0),
-            statistics,
-        )
+        let solved = self.checked.attempt(&self.matrix, statistics, |b| {
+            factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len()))
+        });
+        match solved {
+            Some(_) => self.checked.conclude(&self.matrix, statistics),
+            None => Err(self.singular(factor.u().diagonal().as_slice())),
+        }
     }
 
     fn solve_small<const N: usize>(
@@ -125,26 +105,34 @@ impl DenseSystem {
         statistics.factorisations += 1;
         let factor =
             FullPivLU::new(SMatrix::<f64, N, N>::from_column_slice(self.matrix.as_slice()));
-        let accepted = self.attempt(statistics, |b| {
+        let solved = self.checked.attempt(&self.matrix, statistics, |b| {
             let mut values = SVector::<f64, N>::from_column_slice(b);
             let solved = factor.solve_mut(&mut values);
             b.copy_from_slice(values.as_slice());
             solved
         });
-        self.conclude(
-            accepted,
-            || factor.u().diagonal().iter().position(|pivot| *pivot == 0.0),
-            statistics,
-        )
+        match solved {
+            Some(_) => self.checked.conclude(&self.matrix, statistics),
+            None => Err(self.singular(factor.u().diagonal().as_slice())),
+        }
+    }
+
+    fn singular(&self, pivots: &[f64]) -> LinearError {
+        let size = self.size();
+        let pivot = pivots.iter().position(|pivot| *pivot == 0.0).unwrap_or(size - 1);
+        LinearError::Singular { pivot, size }
     }
 
     fn solve_cholesky(&mut self, statistics: &mut LinearStatistics) -> bool {
         statistics.factorisations += 1;
         match Cholesky::new(self.matrix.clone()) {
-            Some(factor) => self.attempt(statistics, |b| {
-                factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len()));
-                true
-            }),
+            Some(factor) => {
+                let solved = self.checked.attempt(&self.matrix, statistics, |b| {
+                    factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len()));
+                    true
+                });
+                solved == Some(true)
+            }
             None => {
                 statistics.indefinite += 1;
                 self.solve_lu(statistics)
@@ -155,88 +143,32 @@ impl DenseSystem {
     fn solve_lu(&mut self, statistics: &mut LinearStatistics) -> bool {
         statistics.factorisations += 1;
         let factor = LU::new(self.matrix.clone());
-        self.attempt(statistics, |b| factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len())))
+        let solved = self.checked.attempt(&self.matrix, statistics, |b| {
+            factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len()))
+        });
+        solved == Some(true)
+    }
+}
+
+impl Product for DMatrix<f64> {
+    fn row_length(&self) -> usize {
+        self.ncols()
     }
 
-    /// Solves by `apply`, which overwrites a right-hand side by its solution and returns false where a
-    /// pivot is zero; refines once where that is needed. Whether the backward error is at rounding.
-    fn attempt(
-        &mut self,
-        statistics: &mut LinearStatistics,
-        apply: impl Fn(&mut [f64]) -> bool,
-    ) -> bool {
-        self.solution.copy_from(&self.right);
-        if !apply(self.solution.as_mut_slice()) {
-            self.solution.fill(f64::NAN);
-            return false;
-        }
-        if self.update_residual() <= self.tolerance() {
-            return true;
-        }
-        statistics.refinements += 1;
-        let mut correction = self.residual.clone();
-        if apply(correction.as_mut_slice()) {
-            self.solution += correction;
-        }
-        self.update_residual() <= self.tolerance()
-    }
-
-    /// The verdict on a solution by complete pivoting: there is nothing better to try.
-    fn conclude(
-        &self,
-        accepted: bool,
-        zero_pivot: impl Fn() -> Option<usize>,
-        statistics: &mut LinearStatistics,
-    ) -> Result<(), LinearError> {
-        let size = self.size();
-        if self.solution[0].is_nan() {
-            let pivot = zero_pivot().unwrap_or(size - 1);
-            return Err(LinearError::Singular { pivot, size });
-        }
-        let residual = self.normwise_residual();
-        // Rounding may leave a row of zeros and tiny numbers short of its componentwise bound.
-        let at_rounding = residual <= self.tolerance();
-        if !accepted && !at_rounding {
-            return Err(LinearError::LostDigits { size, residual });
-        }
-        statistics.worst_residual = statistics.worst_residual.max(residual);
-        Ok(())
-    }
-
-    /// Backward error that rounding alone explains.
-    fn tolerance(&self) -> f64 {
-        8.0 * self.size() as f64 * f64::EPSILON
-    }
-
-    /// Computes `b − A x`, and returns the componentwise backward error (NaN if there is one in it).
-    fn update_residual(&mut self) -> f64 {
-        let size = self.size();
-        // `residual` takes b − A x; the scale |A| |x| + |b| is kept row by row.
-        let mut worst: f64 = 0.0;
-        for row in 0..size {
-            let (mut residual, mut scale) = (self.right[row], self.right[row].abs());
-            for column in 0..size {
-                let product = self.matrix[(row, column)] * self.solution[column];
-                residual -= product;
-                scale += product.abs();
-            }
-            self.residual[row] = residual;
-            if residual != 0.0 {
-                let error = residual.abs() / scale;
-                worst = if error > worst || error.is_nan() { error } else { worst };
+    fn add_products(&self, x: &[f64], product: &mut [f64], scale: &mut [f64]) {
+        for (column, x) in self.column_iter().zip(x) {
+            for ((product, scale), entry) in product.iter_mut().zip(&mut *scale).zip(column.iter())
+            {
+                let term = entry * x;
+                *product += term;
+                *scale += term.abs();
             }
         }
-        worst
     }
 
-    fn normwise_residual(&self) -> f64 {
-        let residual = self.residual.amax();
-        if residual == 0.0 {
-            return 0.0;
-        }
-        let rows = self.matrix.row_iter().map(|row| row.iter().map(|entry| entry.abs()).sum());
-        let norm = rows.fold(0.0, f64::max);
-        residual / (norm * self.solution.amax() + self.right.amax())
+    fn norm(&self) -> f64 {
+        let rows = self.row_iter().map(|row| row.iter().map(|entry| entry.abs()).sum());
+        rows.fold(0.0, f64::max)
     }
 }
 

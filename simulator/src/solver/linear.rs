@@ -1,18 +1,23 @@
 //! Systems made of `D × D` blocks, where each part gets the solver it needs.
 //!
 //! The blocks are first split into the connected parts of the graph that the couplings draw. A block
-//! that nothing couples needs a division; a part whose blocks are coupled is a dense system of its own
-//! ([`DenseSystem`]). Fourteen separate springs are thus fourteen 4 × 4 systems, and never one of 56
-//! rows. The split is made once; its cost is in proportion to the couplings.
+//! that nothing couples needs a division; a part whose blocks are coupled is a system of its own, dense
+//! ([`DenseSystem`]) or sparse ([`SparseSystem`]) by its size. Fourteen separate springs are thus
+//! fourteen 4 × 4 systems, and never one of 56 rows. The split is made once; its cost is in proportion
+//! to the couplings.
 
 use nalgebra::SMatrix;
 
 use super::LinearError;
 use super::dense::{DenseSystem, Method};
+use super::sparse::SparseSystem;
 use crate::statistics::LinearStatistics;
 
 /// The most blocks that are solved by complete pivoting from the start.
 pub const SMALL: usize = 3;
+
+/// The most blocks of a dense part.
+pub const DENSE: usize = 16;
 
 /// Two blocks that the matrix couples; a block with itself if its own `D × D` entries are coupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,7 +33,7 @@ pub struct BlockMatrix<const D: usize> {
     places: Vec<Place>,
     /// Diagonals of the uncoupled blocks, `D` entries each.
     diagonal: Vec<f64>,
-    parts: Vec<Part>,
+    parts: Vec<Part<D>>,
 }
 
 /// Where the entries of a block are.
@@ -40,9 +45,14 @@ enum Place {
     Part { part: usize, local: usize },
 }
 
-struct Part {
+struct Part<const D: usize> {
     blocks: Vec<usize>,
-    system: DenseSystem,
+    system: System<D>,
+}
+
+enum System<const D: usize> {
+    Dense(DenseSystem),
+    Sparse(Box<SparseSystem<D>>),
 }
 
 impl<const D: usize> BlockMatrix<D> {
@@ -77,32 +87,26 @@ impl<const D: usize> BlockMatrix<D> {
             places.push(Place::Part { part, local: members[part].len() });
             members[part].push(block);
         }
-        let part_of = |blocks: Vec<usize>| {
-            let method = match symmetric[sets.root(blocks[0])] {
-                _ if blocks.len() <= SMALL => Method::CompletePivoting,
-                true => Method::Cholesky,
-                false => Method::Lu,
-            };
-            Part { system: DenseSystem::new(blocks.len() * D, method), blocks }
+        let mut couplings: Vec<Vec<[usize; 2]>> = vec![Vec::new(); members.len()];
+        for &Link { blocks: [a, b], .. } in links {
+            if let (Place::Part { part, local: a }, Place::Part { local: b, .. }) =
+                (places[a], places[b])
+            {
+                couplings[part].push([a, b]);
+            }
+        }
+        let part_of = |(blocks, couplings): (Vec<usize>, Vec<[usize; 2]>)| {
+            let symmetric = symmetric[sets.root(blocks[0])];
+            Part { system: System::new(blocks.len(), &couplings, symmetric), blocks }
         };
-        let parts = members.into_iter().map(part_of).collect();
+        let parts = members.into_iter().zip(couplings).map(part_of).collect();
         Self { places, diagonal: vec![0.0; n_diagonal * D], parts }
-    }
-
-    /// Rows of the largest part that is one dense matrix; 0 if there is none. Memory and time of a
-    /// solve grow with its square and cube.
-    pub fn largest_dense(n_blocks: usize, links: &[Link]) -> usize {
-        let mut sets = DisjointSets::new(n_blocks);
-        links.iter().for_each(|link| sets.join(link.blocks[0], link.blocks[1]));
-        let mut sizes = vec![0; n_blocks];
-        (0..n_blocks).for_each(|block| sizes[sets.root(block)] += 1);
-        if links.is_empty() { 0 } else { sizes.into_iter().max().unwrap_or(0) * D }
     }
 
     /// Sets the matrix to zero.
     pub fn clear(&mut self) {
         self.diagonal.fill(0.0);
-        self.parts.iter_mut().for_each(|part| part.system.matrix.fill(0.0));
+        self.parts.iter_mut().for_each(|part| part.system.clear());
     }
 
     /// Adds `value` to the diagonal of block `(block, block)`.
@@ -112,8 +116,7 @@ impl<const D: usize> BlockMatrix<D> {
                 self.diagonal[number * D..][..D].iter_mut().for_each(|entry| *entry += value);
             }
             Place::Part { part, local } => {
-                let matrix = &mut self.parts[part].system.matrix;
-                (local * D..local * D + D).for_each(|row| matrix[(row, row)] += value);
+                self.parts[part].system.add_diagonal(local, value);
             }
         }
     }
@@ -130,9 +133,7 @@ impl<const D: usize> BlockMatrix<D> {
                 }
             }
             (Place::Part { part, local }, Place::Part { local: local_column, .. }) => {
-                let matrix = &mut self.parts[part].system.matrix;
-                let mut view = matrix.fixed_view_mut::<D, D>(local * D, local_column * D);
-                view += block;
+                self.parts[part].system.add(local, local_column, block);
             }
             (Place::Part { .. }, Place::Diagonal(_)) => {
                 debug_assert!(false, "block ({row}, {column}) is not coupled");
@@ -157,6 +158,9 @@ impl<const D: usize> BlockMatrix<D> {
                     if *entry == 0.0 {
                         return Err(LinearError::Singular { pivot: 0, size: 1 });
                     }
+                    if !entry.is_finite() {
+                        return Err(LinearError::NotFinite { size: 1 });
+                    }
                     *value /= entry;
                 }
             }
@@ -180,12 +184,7 @@ impl<const D: usize> BlockMatrix<D> {
             kinds.push((format!("diagonal of {}", self.diagonal.len()), 1));
         }
         for Part { system, .. } in &self.parts {
-            let method = match system.method() {
-                Method::CompletePivoting => "complete-pivoting LU",
-                Method::Cholesky => "Cholesky",
-                Method::Lu => "LU",
-            };
-            let kind = format!("dense {method} {size} × {size}", size = system.size());
+            let kind = system.describe();
             match kinds.iter_mut().find(|(known, _)| *known == kind) {
                 Some((_, count)) => *count += 1,
                 None => kinds.push((kind, 1)),
@@ -200,33 +199,109 @@ impl<const D: usize> BlockMatrix<D> {
     }
 }
 
-/// Sets of blocks that are joined pair by pair; the root of a set is its smallest block.
+impl<const D: usize> System<D> {
+    /// The system that fits a part of `n_blocks` blocks.
+    fn new(n_blocks: usize, couplings: &[[usize; 2]], symmetric: bool) -> Self {
+        let dense = |method| Self::Dense(DenseSystem::new(n_blocks * D, method));
+        match (n_blocks, symmetric) {
+            (..=SMALL, _) => dense(Method::CompletePivoting),
+            (..=DENSE, true) => dense(Method::Cholesky),
+            (..=DENSE, false) => dense(Method::Lu),
+            _ => Self::Sparse(Box::new(SparseSystem::new(n_blocks, couplings, symmetric))),
+        }
+    }
+
+    fn clear(&mut self) {
+        match self {
+            Self::Dense(system) => system.matrix.fill(0.0),
+            Self::Sparse(system) => system.clear(),
+        }
+    }
+
+    fn add_diagonal(&mut self, block: usize, value: f64) {
+        match self {
+            Self::Dense(DenseSystem { matrix, .. }) => {
+                (block * D..block * D + D).for_each(|row| matrix[(row, row)] += value);
+            }
+            Self::Sparse(system) => system.add_diagonal(block, value),
+        }
+    }
+
+    fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
+        match self {
+            Self::Dense(DenseSystem { matrix, .. }) => {
+                let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
+                view += block;
+            }
+            Self::Sparse(system) => system.add(row, column, block),
+        }
+    }
+
+    fn right_mut(&mut self) -> &mut [f64] {
+        match self {
+            Self::Dense(system) => system.right_mut(),
+            Self::Sparse(system) => system.right_mut(),
+        }
+    }
+
+    fn solution(&self) -> &[f64] {
+        match self {
+            Self::Dense(system) => system.solution(),
+            Self::Sparse(system) => system.solution(),
+        }
+    }
+
+    fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
+        match self {
+            Self::Dense(system) => system.solve(statistics),
+            Self::Sparse(system) => system.solve(statistics),
+        }
+    }
+
+    fn describe(&self) -> String {
+        let (kind, size) = match self {
+            Self::Dense(system) => {
+                let kind = match system.method() {
+                    Method::CompletePivoting => "dense complete-pivoting LU",
+                    Method::Cholesky => "dense Cholesky",
+                    Method::Lu => "dense LU",
+                };
+                (kind, system.size())
+            }
+            Self::Sparse(system) if system.is_symmetric() => ("sparse Cholesky", system.size()),
+            Self::Sparse(system) => ("sparse LU", system.size()),
+        };
+        format!("{kind} {size} × {size}")
+    }
+}
+
+/// Sets of blocks that are joined pair by pair: nearly linear, by size and path halving.
 struct DisjointSets {
     parent: Vec<usize>,
+    size: Vec<usize>,
 }
 
 impl DisjointSets {
     fn new(n: usize) -> Self {
-        Self { parent: (0..n).collect() }
+        Self { parent: (0..n).collect(), size: vec![1; n] }
     }
 
-    fn root(&self, mut block: usize) -> usize {
+    fn root(&mut self, mut block: usize) -> usize {
         while self.parent[block] != block {
+            self.parent[block] = self.parent[self.parent[block]];
             block = self.parent[block];
         }
         block
     }
 
     fn join(&mut self, a: usize, b: usize) {
-        let (root_a, root_b) = (self.root(a), self.root(b));
-        let root = root_a.min(root_b);
-        // The paths just walked are shortened, so that long chains stay cheap.
-        for mut block in [a, b] {
-            while block != root {
-                block = std::mem::replace(&mut self.parent[block], root);
-            }
+        let (a, b) = (self.root(a), self.root(b));
+        if a == b {
+            return;
         }
-        self.parent[root_a.max(root_b)] = root;
+        let (small, large) = if self.size[a] < self.size[b] { (a, b) } else { (b, a) };
+        self.parent[small] = large;
+        self.size[large] += self.size[small];
     }
 }
 
@@ -247,7 +322,6 @@ mod tests {
         let expected = "diagonal of 2, dense complete-pivoting LU 4 × 4, \
                         dense complete-pivoting LU 2 × 2, dense LU 8 × 8, dense Cholesky 8 × 8";
         assert_eq!(matrix.describe(), expected);
-        assert_eq!(BlockMatrix::<2>::largest_dense(12, &links), 8);
     }
 
     #[test]

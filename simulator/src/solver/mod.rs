@@ -1,13 +1,17 @@
 //! Linear and nonlinear solves. Nothing here knows of particles or forces.
 //!
 //! - [`linear`]: systems made of `D × D` blocks, split into independent parts, each solved by what it
-//!   needs. A sparse solver for large parts belongs there, as another kind of part.
-//! - [`dense`]: one part as a dense matrix, with a checked residual.
+//!   needs.
+//! - [`dense`]: one part as a dense matrix.
+//! - [`sparse`]: one part as a sparse matrix.
+//! - `checked`: what both do to a solution before it is believed.
 //! - [`newton`]: Newton's method on a callback.
 
+mod checked;
 pub mod dense;
 pub mod linear;
 pub mod newton;
+pub mod sparse;
 
 /// A linear system that could not be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -33,5 +37,11 @@ pub enum LinearError {
         size: usize,
         /// `‖b − Ax‖ / (‖A‖·‖x‖ + ‖b‖)` in the maximum norm.
         residual: f64,
+    },
+    /// The factors of the matrix do not fit into memory.
+    #[error("there is not enough memory for the factors of the {size} × {size} matrix")]
+    OutOfMemory {
+        /// Rows of the matrix.
+        size: usize,
     },
 }

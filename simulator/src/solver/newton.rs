@@ -11,6 +11,12 @@ pub struct NewtonOptions {
     pub max_iterations: u64,
 }
 
+/// Iterations without a smaller update that end the iteration, where the updates are at rounding.
+const IDLE: u32 = 3;
+
+/// An update is at rounding where it is this small a part of the unknown.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Newton's method stopped without an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NewtonError<E> {
@@ -20,6 +26,15 @@ pub enum NewtonError<E> {
         iterations: u64,
         /// l2 norm of the last update.
         update: f64,
+    },
+    /// The updates are as small as rounding lets them be, and still above the tolerance.
+    BelowRounding {
+        /// Iterations made.
+        iterations: u64,
+        /// l2 norm of the last update.
+        update: f64,
+        /// l2 norm of the unknown.
+        size: f64,
     },
     /// The update could not be computed.
     Update(E),
@@ -37,18 +52,25 @@ pub fn newton<E>(
     options: NewtonOptions,
     mut update: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
 ) -> Result<u64, NewtonError<E>> {
-    let mut norm = f64::INFINITY;
+    let l2 = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let (mut norm, mut smallest, mut idle) = (f64::INFINITY, f64::INFINITY, 0);
     for iteration in 1..=options.max_iterations {
         update(unknown, delta).map_err(NewtonError::Update)?;
         for (value, change) in unknown.iter_mut().zip(&*delta) {
             *value += change;
         }
-        norm = delta.iter().map(|change| change * change).sum::<f64>().sqrt();
+        norm = l2(delta);
         if norm < options.tolerance {
             return Ok(iteration);
         }
         if !norm.is_finite() {
             return Err(NewtonError::NotConverged { iterations: iteration, update: norm });
+        }
+        idle = if norm < smallest { 0 } else { idle + 1 };
+        smallest = smallest.min(norm);
+        let size = l2(unknown);
+        if idle >= IDLE && smallest <= ROUNDING * size {
+            return Err(NewtonError::BelowRounding { iterations: iteration, update: norm, size });
         }
     }
     Err(NewtonError::NotConverged { iterations: options.max_iterations, update: norm })
@@ -89,5 +111,21 @@ mod tests {
         };
         let result = newton(&mut [0.0], &mut [0.0], OPTIONS, fall);
         assert!(matches!(result, Err(NewtonError::NotConverged { iterations: 1, .. })));
+    }
+
+    #[test]
+    fn says_that_rounding_is_in_the_way() {
+        // A root near 1e8 cannot be approached by steps of less than 1e-8.
+        let mut sign = 1.0;
+        let tremble = |_: &[f64], delta: &mut [f64]| {
+            sign = -sign;
+            delta[0] = sign * 1.5e-8;
+            Ok::<(), ()>(())
+        };
+        let result = newton(&mut [1e8], &mut [0.0], OPTIONS, tremble);
+        assert!(
+            matches!(result, Err(NewtonError::BelowRounding { iterations: 4, .. })),
+            "{result:?}"
+        );
     }
 }

@@ -15,7 +15,7 @@ use csv::ByteRecord;
 
 use super::{Shape, State, TraceError, TraceFault, TraceReader, TraceWriter};
 use crate::scene::Dimension;
-use crate::simulation::StateView;
+use crate::state::StateView;
 
 /// No number takes more than this many bytes of a line, its comma included.
 const MAX_FIELD: usize = 64;
@@ -159,8 +159,7 @@ impl<R: Read> CsvReader<R> {
 
     fn number(&self, column: usize) -> Result<f64, TraceError> {
         let field = self.record.get(column).unwrap_or_default().trim_ascii();
-        let parsed = std::str::from_utf8(field).ok().and_then(|text| text.parse().ok());
-        parsed.ok_or_else(|| {
+        parse_number(field).ok_or_else(|| {
             let column = header(self.shape).nth(column).unwrap_or_default();
             self.at_line(self.line(), TraceFault::NotANumber { column, text: excerpt(field) })
         })
@@ -178,8 +177,8 @@ impl<R: Read + Send> TraceReader for CsvReader<R> {
             return Err(self.at_line(self.line(), TraceFault::RowLength { expected, found }));
         }
         let step = self.record.get(0).unwrap_or_default().trim_ascii();
-        if std::str::from_utf8(step).ok().and_then(|step| step.parse().ok()) != Some(self.next_step)
-        {
+        // Some programs write every number with a point.
+        if parse_number(step) != Some(self.next_step as f64) {
             let fault = TraceFault::StepOrder { expected: self.next_step, found: excerpt(step) };
             return Err(self.at_line(self.line(), fault));
         }
@@ -194,6 +193,17 @@ impl<R: Read + Send> TraceReader for CsvReader<R> {
         }
         Ok(true)
     }
+}
+
+/// A number as any language prints it; `None` if it is none.
+fn parse_number(field: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(field).ok()?;
+    text.parse().ok().or_else(|| {
+        // `-nan`, `nan(ind)`, `-nan(snan)`, `1.#QNAN`, `-1.#IND`, `1.#INF`: not finite, by C libraries.
+        let lower = text.to_ascii_lowercase();
+        let unsigned = lower.trim_start_matches(['+', '-']);
+        (unsigned.starts_with("nan") || unsigned.starts_with("1.#")).then_some(f64::NAN)
+    })
 }
 
 /// The beginning of some bytes, as text fit for a message.

@@ -10,7 +10,7 @@
 use std::io::{self, Write};
 
 use crate::scene::Dimension;
-use crate::simulation::{Energies, StateView};
+use crate::state::{Energies, StateView};
 
 /// Writes the file.
 pub struct EnergyWriter<W: Write> {

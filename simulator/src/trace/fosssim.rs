@@ -7,7 +7,7 @@ use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use super::{Shape, State, TraceError, TraceFault, TraceReader, TraceWriter};
-use crate::simulation::StateView;
+use crate::state::StateView;
 
 /// Writes a trace.
 pub struct FosssimWriter<W: Write> {

@@ -10,7 +10,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::scene::{Dimension, Scene};
-use crate::simulation::StateView;
+use crate::state::StateView;
 
 /// How many numbers a state has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,7 +137,7 @@ pub enum TraceFault {
     Header { column: usize, expected: String, found: String },
     #[error("the header has {found} columns, not {expected}: {header:?}")]
     HeaderLength { expected: usize, found: usize, header: String },
-    #[error("the row has {found} fields, not {expected}")]
+    #[error("the number of fields is {found}, not {expected}")]
     RowLength { expected: usize, found: usize },
     #[error("column {column}: {text:?} is not a number")]
     NotANumber { column: String, text: String },

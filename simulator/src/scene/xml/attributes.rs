@@ -79,8 +79,9 @@ impl Parser<'_> {
     ) -> Result<(), SceneError> {
         for attribute in &element.attributes {
             if !known.contains(&attribute.name) {
-                let suggestion = closest(attribute.name, known)
-                    .filter(|suggestion| element.find(suggestion).is_none());
+                let closest =
+                    if self.keeps_warnings() { closest(attribute.name, known) } else { None };
+                let suggestion = closest.filter(|suggestion| element.find(suggestion).is_none());
                 let (tag, name) = (element.tag.to_owned(), attribute.name.to_owned());
                 let problem = Problem::UnknownAttribute { tag, attribute: name, suggestion };
                 self.warn(attribute.offset, problem)?;

@@ -7,7 +7,7 @@ use super::draft::{Draft, ForceDraft, IntegratorDraft, Once, Reference, TargetDr
 use super::{ELEMENTS, Parser, UNMODELLED, closest};
 use crate::scene::error::{Problem, SceneError};
 use crate::scene::schema::{ActsOn, Domain, ForceSchema, MAX_PARAMETERS};
-use crate::scene::{Color, Location, Particle, Viewport};
+use crate::scene::{Color, Particle, Viewport};
 
 impl Parser<'_> {
     /// Reads the element that starts at `offset`, inside the root.
@@ -28,17 +28,17 @@ impl Parser<'_> {
         let known_attributes: &[&str] = match known {
             "description" => {
                 let text = self.text_of(&element, "text")?.to_owned();
-                self.once(|draft| &mut draft.description, text, known, offset)?;
+                self.once(|draft| &mut draft.description, text, known, offset, Repeat::LastCounts)?;
                 &["text"]
             }
             "scenetag" => {
                 let text = self.text_of(&element, "tag")?.to_owned();
-                self.once(|draft| &mut draft.tag, text, known, offset)?;
+                self.once(|draft| &mut draft.tag, text, known, offset, Repeat::LastCounts)?;
                 &["tag"]
             }
             "duration" => {
                 let time = self.number(&element, "time", Domain::NonNegative)?;
-                self.once_only(|draft| &mut draft.duration, time, known, offset)?;
+                self.once(|draft| &mut draft.duration, time, known, offset, Repeat::Forbidden)?;
                 &["time"]
             }
             "integrator" => {
@@ -46,12 +46,24 @@ impl Parser<'_> {
                 let type_offset = element.find("type").map_or(offset, |attribute| attribute.offset);
                 let time_step = self.number(&element, "dt", Domain::Positive)?;
                 let integrator = IntegratorDraft { spelling, type_offset, time_step };
-                self.once_only(|draft| &mut draft.integrator, integrator, known, offset)?;
+                self.once(
+                    |draft| &mut draft.integrator,
+                    integrator,
+                    known,
+                    offset,
+                    Repeat::Forbidden,
+                )?;
                 &["type", "dt"]
             }
             "maxsimfreq" => {
                 let max = self.number(&element, "max", Domain::NonNegative)?;
-                self.once(|draft| &mut draft.max_simulation_frequency, max, known, offset)?;
+                self.once(
+                    |draft| &mut draft.max_simulation_frequency,
+                    max,
+                    known,
+                    offset,
+                    Repeat::LastCounts,
+                )?;
                 &["max"]
             }
             "particle" => {
@@ -78,7 +90,7 @@ impl Parser<'_> {
             }
             "backgroundcolor" => {
                 let color = self.color(&element)?;
-                self.once(|draft| &mut draft.background, color, known, offset)?;
+                self.once(|draft| &mut draft.background, color, known, offset, Repeat::LastCounts)?;
                 &["r", "g", "b"]
             }
             "particlepath" => {
@@ -93,7 +105,13 @@ impl Parser<'_> {
                     self.number(&element, "cy", Domain::Finite)?,
                 ];
                 let size = self.number(&element, "size", Domain::Positive)?;
-                self.once(|draft| &mut draft.viewport, Viewport { center, size }, known, offset)?;
+                self.once(
+                    |draft| &mut draft.viewport,
+                    Viewport { center, size },
+                    known,
+                    offset,
+                    Repeat::LastCounts,
+                )?;
                 &["cx", "cy", "size"]
             }
             _ => return self.unknown_element(tag, offset),
@@ -102,14 +120,22 @@ impl Parser<'_> {
     }
 
     fn unknown_element(&mut self, tag: &str, offset: usize) -> Result<(), SceneError> {
-        if UNMODELLED.iter().any(|beginning| tag.starts_with(beginning)) {
-            let tag = tag.to_owned();
+        let lower = tag.to_ascii_lowercase();
+        // Past the remarks that are kept, a suggestion would be made for nobody.
+        let suggestion = if self.keeps_warnings() || lower.ends_with("force") {
+            let forces = self.vocabulary.forces.iter().map(|schema| schema.tag);
+            let known: Vec<&'static str> = ELEMENTS.iter().copied().chain(forces).collect();
+            closest(tag, &known)
+        } else {
+            None
+        };
+        let is_unmodelled = UNMODELLED.iter().any(|beginning| lower.starts_with(beginning))
+            || (lower.ends_with("force") && suggestion.is_none());
+        let tag = tag.to_owned();
+        if is_unmodelled {
             return Err(self.error(offset, Problem::UnmodelledPhysics { tag }));
         }
-        let forces = self.vocabulary.forces.iter().map(|schema| schema.tag);
-        let known: Vec<&'static str> = ELEMENTS.iter().copied().chain(forces).collect();
-        let suggestion = closest(tag, &known);
-        self.warn(offset, Problem::UnknownElement { tag: tag.to_owned(), suggestion })
+        self.warn(offset, Problem::UnknownElement { tag, suggestion })
     }
 
     fn particle(&mut self, element: &Element<'_>) -> Result<Particle, SceneError> {
@@ -188,37 +214,31 @@ impl Parser<'_> {
         Err(self.error(i.offset.max(j.offset), problem))
     }
 
-    /// Stores the value of an element of which the last counts.
+    /// Stores the value of an element that counts once.
     fn once<T>(
         &mut self,
         slot: fn(&mut Draft) -> &mut Once<T>,
         value: T,
         tag: &'static str,
         offset: usize,
+        repeat: Repeat,
     ) -> Result<(), SceneError> {
         let location = self.lines.locate(offset);
-        if let Some((_, Location { line: first, .. })) =
-            slot(&mut self.draft).0.replace((value, location))
-        {
-            self.warn(offset, Problem::RepeatedElement { tag, first, fatal: false })?;
+        let Some((_, first)) = slot(&mut self.draft).0.replace((value, location)) else {
+            return Ok(());
+        };
+        let problem = |fatal| Problem::RepeatedElement { tag, first: first.line, fatal };
+        match repeat {
+            Repeat::LastCounts => self.warn(offset, problem(false)),
+            Repeat::Forbidden => Err(self.error(offset, problem(true))),
         }
-        Ok(())
     }
+}
 
-    /// Stores the value of an element that may stand only once.
-    fn once_only<T>(
-        &mut self,
-        slot: fn(&mut Draft) -> &mut Once<T>,
-        value: T,
-        tag: &'static str,
-        offset: usize,
-    ) -> Result<(), SceneError> {
-        let location = self.lines.locate(offset);
-        if let Some((_, Location { line: first, .. })) =
-            slot(&mut self.draft).0.replace((value, location))
-        {
-            return Err(self.error(offset, Problem::RepeatedElement { tag, first, fatal: true }));
-        }
-        Ok(())
-    }
+/// What becomes of an element that counts once and is there again.
+enum Repeat {
+    /// The last counts, with a remark.
+    LastCounts,
+    /// Which one counts would change the physics.
+    Forbidden,
 }

@@ -36,7 +36,8 @@ const ELEMENTS: &[&str] = &[
 ];
 
 /// Beginnings of the tags by which the course's later milestones add physics: contacts, rigid and
-/// elastic bodies. A program that skipped them would simulate another scene.
+/// elastic bodies. A program that skipped them, or a force that it does not know, would simulate another
+/// scene.
 const UNMODELLED: &[&str] = &["collision", "halfplane", "rigidbody", "elasticbody"];
 
 /// Elements may stand this deep inside each other; only unknown ones stand deeper than 2.
@@ -204,6 +205,11 @@ impl Parser<'_> {
         SceneError::new(self.name, self.lines.locate(offset), problem)
     }
 
+    /// Whether a further remark is kept, and not only counted.
+    fn keeps_warnings(&self) -> bool {
+        self.warnings.len() < MAX_WARNINGS
+    }
+
     /// A remark; under `strict`, an error.
     fn warn(&mut self, offset: usize, problem: Problem) -> Result<(), SceneError> {
         let remark = self.error(offset, problem);
@@ -211,18 +217,22 @@ impl Parser<'_> {
             return Err(remark);
         }
         self.n_warnings += 1;
-        if self.warnings.len() < MAX_WARNINGS {
+        if self.keeps_warnings() {
             self.warnings.push(remark);
         }
         Ok(())
     }
 }
 
-/// The known word most like `word`, if any is like it.
+/// The known word most like `word`, if any is like it; upper and lower case are alike.
 fn closest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     // Similarity is quadratic in the length, and no known word is long.
     if word.len() > 64 {
         return None;
     }
-    similar::get_close_matches(word, known, 1, 0.6).first().copied()
+    let lower: Vec<String> = known.iter().map(|known| known.to_ascii_lowercase()).collect();
+    let candidates: Vec<&str> = lower.iter().map(String::as_str).collect();
+    let matches = similar::get_close_matches(&*word.to_ascii_lowercase(), &candidates, 1, 0.75);
+    let index = lower.iter().position(|candidate| Some(&&**candidate) == matches.first())?;
+    Some(known[index])
 }

@@ -1,4 +1,6 @@
-//! `simulate`: steps a scene and writes its trace.
+//! `simulate`: steps a scene and writes its trace. `simulate generate`: writes a scene.
+
+mod generate;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -6,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulator::output::OutputFile;
 use simulator::scene::schema::IntegratorSchema;
@@ -21,8 +23,17 @@ use simulator::{force, integrator, vocabulary};
 
 /// Simulate a mass-spring scene and write the state after every step.
 #[derive(Parser)]
-#[command(name = "simulate", version)]
+#[command(
+    name = "simulate",
+    version,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    disable_help_subcommand = true
+)]
 struct Cli {
+    #[command(subcommand)]
+    command: Option<Task>,
+
     /// Scene file (XML)
     #[arg(value_name = "SCENE", required_unless_present = "scene_option")]
     scene: Option<PathBuf>,
@@ -77,6 +88,13 @@ struct Cli {
     paused: Option<String>,
 }
 
+/// What else it does.
+#[derive(Subcommand)]
+enum Task {
+    #[command(disable_help_subcommand = true)]
+    Generate(generate::Generate),
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Format {
     /// Comma-separated text, one row a state
@@ -106,7 +124,8 @@ impl<E: std::error::Error> From<E> for Failure {
 }
 
 fn main() -> ExitCode {
-    let matches = Cli::command().after_help(registries()).get_matches();
+    let command = generate::with_defaults(Cli::command().after_help(registries()));
+    let matches = command.get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     std::panic::set_hook(Box::new(|panic| {
         complain(
@@ -116,7 +135,11 @@ fn main() -> ExitCode {
             ),
         );
     }));
-    match std::panic::catch_unwind(|| run(&cli)) {
+    let task = || match &cli.command {
+        Some(Task::Generate(options)) => generate::run(options),
+        None => run(&cli),
+    };
+    match std::panic::catch_unwind(task) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure(message))) => {
             complain("error", message);
@@ -138,12 +161,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
     let path = path.ok_or_else(|| Failure("no scene is named".to_owned()))?;
     let format = trace_format(cli)?;
-    // A device takes both; a file would keep only the one that comes last.
-    let same = cli.output.as_ref().filter(|path| cli.energy.as_ref() == Some(path));
-    if same.is_some_and(|path| !path.exists() || path.is_file()) {
-        let message = "the trace and the energies cannot go to one file\n  help: name another file with --energy";
-        return Err(Failure(message.to_owned()));
-    }
+    refuse_one_file_for_two(path, cli)?;
     let parsed = scene::load(path, &vocabulary(), &options)?;
     for warning in &parsed.warnings {
         complain("warning", warning);
@@ -153,7 +171,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         more => complain("warning", format!("{more} more like these")),
     }
     let scene = parsed.scene;
-    let mut simulation = Simulation::new(&scene)?;
+    let mut simulation = Simulation::new(&scene);
 
     let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(&scene))?;
     let mut energy = match &cli.energy {
@@ -170,7 +188,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     loop {
         trace.write(&simulation)?;
         if let Some((writer, path)) = &mut energy {
-            let written = writer.write(simulation.state(), &simulation.energies());
+            let written = writer.write(simulation.state(), &simulation.energies()?);
             written.map_err(|error| Failure::at(path, error))?;
         }
         if !simulation.advance()? {
@@ -181,15 +199,36 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     let elapsed = started.elapsed();
     drop(progress);
 
-    trace.finish()?;
+    // All are safe on disk before the first takes its name.
+    let mut sealed = Vec::new();
+    if let Some((file, path)) = trace.into_file()? {
+        sealed.push((file.seal().map_err(|error| Failure::at(&path, error))?, path));
+    }
     if let Some((writer, path)) = energy {
-        let committed = writer.into_inner().and_then(OutputFile::commit);
-        committed.map_err(|error| Failure::at(path, error))?;
+        let file = writer.into_inner().and_then(OutputFile::seal);
+        sealed.push((file.map_err(|error| Failure::at(path, error))?, path.clone()));
+    }
+    for (file, path) in sealed {
+        file.publish().map_err(|error| Failure::at(&path, error))?;
     }
     if cli.stats {
         print_statistics(&simulation, elapsed);
     }
     Ok(())
+}
+
+/// What would replace the scene, or the trace by the energies, is refused before anything is opened.
+fn refuse_one_file_for_two(scene: &Path, cli: &Cli) -> Result<(), Failure> {
+    let target = |path: &Path| simulator::output::target(path).ok().flatten();
+    let scene = target(scene);
+    let [trace, energy] = [&cli.output, &cli.energy].map(|path| path.as_deref().and_then(target));
+    let what = match () {
+        () if trace.is_some() && trace == energy => "the trace and the energies",
+        () if trace.is_some() && trace == scene => "the trace and the scene",
+        () if energy.is_some() && energy == scene => "the energies and the scene",
+        () => return Ok(()),
+    };
+    Err(Failure(format!("{what} cannot be one file\n  help: name another file")))
 }
 
 fn trace_format(cli: &Cli) -> Result<TraceFormat, Failure> {
@@ -237,13 +276,17 @@ impl Trace {
         result.map_err(|error| Failure::at(path, error))
     }
 
-    fn finish(self) -> Result<(), Failure> {
+    /// The file, with all that is buffered written to it.
+    fn into_file(self) -> Result<Option<(OutputFile, PathBuf)>, Failure> {
         let (result, path) = match self {
-            Self::None => return Ok(()),
-            Self::Csv(writer, path) => (writer.into_inner().and_then(OutputFile::commit), path),
-            Self::Fosssim(writer, path) => (writer.into_inner().commit(), path),
+            Self::None => return Ok(None),
+            Self::Csv(writer, path) => (writer.into_inner(), path),
+            Self::Fosssim(writer, path) => (Ok(writer.into_inner()), path),
         };
-        result.map_err(|error| Failure::at(&path, error))
+        match result {
+            Ok(file) => Ok(Some((file, path))),
+            Err(error) => Err(Failure::at(&path, error)),
+        }
     }
 }
 
@@ -252,21 +295,29 @@ struct Progress {
     name: String,
     n_steps: u64,
     started: Instant,
+    looked: Instant,
+    /// Steps between two looks at the clock: as many as take some milliseconds.
+    stride: u64,
+    next_look: u64,
     bar: Option<ProgressBar>,
 }
 
 impl Progress {
-    /// Steps between two looks at the clock.
-    const STRIDE: u64 = 64;
-
     fn new(name: &str, n_steps: u64) -> Self {
-        Self { name: name.to_owned(), n_steps, started: Instant::now(), bar: None }
+        let now = Instant::now();
+        let name = name.to_owned();
+        Self { name, n_steps, started: now, looked: now, stride: 1, next_look: 1, bar: None }
     }
 
     fn at(&mut self, step: u64) {
-        if !step.is_multiple_of(Self::STRIDE) {
+        if step < self.next_look {
             return;
         }
+        let now = Instant::now();
+        let quick = now - self.looked < Duration::from_millis(10);
+        self.stride = if quick { self.stride * 2 } else { (self.stride / 2).max(1) };
+        self.looked = now;
+        self.next_look = step + self.stride;
         if let Some(bar) = &self.bar {
             bar.set_position(step);
         } else if self.started.elapsed() > Duration::from_millis(500) && io::stderr().is_terminal()
@@ -347,7 +398,7 @@ fn registries() -> String {
     }
     text += "\nForces:\n";
     for kind in force::REGISTRY {
-        text += &format!("  {:<26} {}\n", kind.schema.title, kind.schema.example);
+        text += &format!("  {:<34} {}\n", kind.schema.title, kind.schema.example);
     }
     text += "\nExit codes: 0 the trace is whole, 2 the scene or the call is wrong (nothing is written), ";
     text += "3 a defect of simulate.";

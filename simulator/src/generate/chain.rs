@@ -1,0 +1,104 @@
+//! Chain: links that swing from a fixed end.
+//!
+//! ```text
+//!   #          The fixed end (#) is at the origin. Link i of n starts at rest length and points at the
+//!    \         angle θ_i from straight down, towards +x:
+//!     o
+//!      \           θ_i = angle · (1 − sag · i/(n−1))        i = 0 … n−1
+//!       |
+//!       o      A sag of 0 is a straight line; with a sag of 1 the last link hangs straight down.
+//!
+//!              particles n + 1        springs n
+//! ```
+//!
+//! Every particle has the mass `mass`; the rest length of a link is `length / n`. The uppermost spring
+//! carries them all: at rest it is stretched by `n · mass · gravity / stiffness`.
+
+use super::draft::{Draft, particle, rounded};
+use super::error::{check, count};
+use super::{GRAVITY, GenerateError, Generator, Size, Springs, Timeline};
+use crate::scene::schema::Domain;
+use crate::scene::{Dimension, Scene};
+
+/// A hanging chain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// Links, 1 or more.
+    pub links: u64,
+    /// Length of the whole at rest, m.
+    pub length: f64,
+    /// Mass of each particle, kg.
+    pub mass: f64,
+    /// Where the first link points, in degrees from straight down towards +x.
+    pub angle: f64,
+    /// How much the angle is lost along the chain, from 0 to 1.
+    pub sag: f64,
+    /// Acceleration downwards, m/s².
+    pub gravity: f64,
+    /// The springs.
+    pub springs: Springs,
+    /// How it is stepped.
+    pub timeline: Timeline,
+}
+
+impl Default for Chain {
+    fn default() -> Self {
+        Self {
+            links: 12,
+            length: 1.0,
+            mass: 0.05,
+            angle: 80.0,
+            sag: 0.5,
+            gravity: GRAVITY,
+            springs: Springs { stiffness: 2000.0, damping: 0.5 },
+            timeline: Timeline::of("linearized-implicit-euler", 4.0),
+        }
+    }
+}
+
+const TIME_STEP: f64 = 0.005;
+
+impl Generator for Chain {
+    fn size(&self) -> Result<Size, GenerateError> {
+        let n = count("links", self.links, 1)?;
+        Ok(Size { particles: n + 1, pairs: n })
+    }
+
+    fn scene(&self) -> Result<Scene, GenerateError> {
+        let mut draft = Draft::new("chain", self.size()?, Dimension::Two, &self.timeline)?;
+        check("length", self.length, Domain::Positive)?;
+        check("mass", self.mass, Domain::Positive)?;
+        check("angle", self.angle, Domain::Finite)?;
+        check("sag", self.sag, Domain::UnitInterval)?;
+        check("gravity", self.gravity, Domain::Finite)?;
+        self.springs.check()?;
+
+        let n = self.links as usize;
+        let link = self.length / n as f64;
+        let radius = draft.drawn_for_spacing(link);
+        let mut end = particle(self.mass, [0.0; 3], radius);
+        end.fixed = true;
+        draft.particle(end);
+        let [mut x, mut y] = [0.0, 0.0];
+        for i in 0..n {
+            let along = i as f64 / (n - 1).max(1) as f64;
+            let (sine, cosine) = (self.angle * (1.0 - self.sag * along)).to_radians().sin_cos();
+            x += link * sine;
+            y -= link * cosine;
+            draft.particle(particle(self.mass, [rounded(x), rounded(y), 0.0], radius));
+            draft.spring([i, i + 1], link, &self.springs);
+        }
+        draft.gravity(self.gravity);
+        draft.viewport([-self.length; 2], [self.length; 2]);
+        let description = format!("A chain of {n} links swings from a fixed end.");
+        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+    }
+
+    fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    fn springs(&self) -> Option<&Springs> {
+        Some(&self.springs)
+    }
+}

@@ -1,0 +1,146 @@
+//! Cloth: a rectangle held by two corners.
+//!
+//! ```text
+//!   #---o---o---#      nx = 3 by ny = 2 cells, `width` by `height`; the corners # are fixed.
+//!   |\ /|\ /|\ /|
+//!   | X | X | X |      structural springs along rows and columns:  nx(ny+1) + (nx+1)ny
+//!   |/ \|/ \|/ \|      shear springs, both diagonals of a cell:    2 nx ny
+//!   o---o---o---o      bend springs over two cells, unless their
+//!   |\ /|\ /|\ /|      stiffness is 0:                             (nx−1)(ny+1) + (nx+1)(ny−1)
+//!   o---o---o---o
+//!                      particles (nx+1)(ny+1)
+//! ```
+//!
+//! The upper edge lies along x, at the origin's height. The cloth starts flat and at rest, tilted about
+//! that edge: by 0° it hangs straight down, by 90° it lies level, towards +z. A cloth that is not tilted
+//! stays in its plane, and its scene is two-dimensional; any other has three dimensions. Every particle
+//! has the mass `density · width · height / particles`.
+
+use super::draft::{Draft, particle, rounded};
+use super::error::{check, count};
+use super::{GRAVITY, GenerateError, Generator, Size, Springs, Timeline};
+use crate::scene::schema::Domain;
+use crate::scene::{Dimension, Scene};
+
+/// A hanging cloth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cloth {
+    /// Cells along the fixed edge and down from it, each 1 or more.
+    pub cells: [u64; 2],
+    /// Length of the fixed edge, m.
+    pub width: f64,
+    /// Length down from it, m.
+    pub height: f64,
+    /// Mass of a square metre, kg.
+    pub density: f64,
+    /// How far it is lifted from hanging straight down at the start, in degrees.
+    pub tilt: f64,
+    /// Acceleration downwards, m/s².
+    pub gravity: f64,
+    /// The structural and the shear springs; the bend springs have their damping.
+    pub springs: Springs,
+    /// Stiffness of the bend springs; 0 for none.
+    pub bend_stiffness: f64,
+    /// How it is stepped.
+    pub timeline: Timeline,
+}
+
+impl Default for Cloth {
+    fn default() -> Self {
+        Self {
+            cells: [12, 12],
+            width: 1.0,
+            height: 1.0,
+            density: 1.0,
+            tilt: 60.0,
+            gravity: GRAVITY,
+            springs: Springs { stiffness: 500.0, damping: 0.1 },
+            bend_stiffness: 20.0,
+            timeline: Timeline::of("symplectic-euler", 3.0),
+        }
+    }
+}
+
+const TIME_STEP: f64 = 0.005;
+
+impl Generator for Cloth {
+    fn size(&self) -> Result<Size, GenerateError> {
+        let [nx, ny] = [count("nx", self.cells[0], 1)?, count("ny", self.cells[1], 1)?];
+        let structural = nx * (ny + 1) + (nx + 1) * ny;
+        let bend = match self.bend_stiffness {
+            0.0 => 0,
+            _ => (nx - 1) * (ny + 1) + (nx + 1) * (ny - 1),
+        };
+        let particles = (nx + 1) * (ny + 1);
+        Ok(Size { particles, pairs: structural + 2 * nx * ny + bend })
+    }
+
+    fn scene(&self) -> Result<Scene, GenerateError> {
+        let dimension = if self.tilt == 0.0 { Dimension::Two } else { Dimension::Three };
+        let size = self.size()?;
+        let mut draft = Draft::new("cloth", size, dimension, &self.timeline)?;
+        check("width", self.width, Domain::Positive)?;
+        check("height", self.height, Domain::Positive)?;
+        check("density", self.density, Domain::Positive)?;
+        check("tilt", self.tilt, Domain::Finite)?;
+        check("gravity", self.gravity, Domain::Finite)?;
+        check("bend-stiffness", self.bend_stiffness, Domain::NonNegative)?;
+        self.springs.check()?;
+
+        let [nx, ny] = self.cells.map(|cells| cells as usize);
+        let [dx, dy] = [self.width / nx as f64, self.height / ny as f64];
+        let radius = draft.drawn_for_spacing(dx.min(dy));
+        let mass = self.density * self.width * self.height / size.particles as f64;
+        let (sine, cosine) = self.tilt.to_radians().sin_cos();
+        for row in 0..=ny {
+            let down = row as f64 * dy;
+            let [y, z] = match dimension {
+                Dimension::Two => [-down, 0.0],
+                Dimension::Three => [rounded(-down * cosine), rounded(down * sine)],
+            };
+            for column in 0..=nx {
+                let x = column as f64 * dx - 0.5 * self.width;
+                let mut knot = particle(mass, [x, y, z], radius);
+                knot.fixed = row == 0 && (column == 0 || column == nx);
+                draft.particle(knot);
+            }
+        }
+        let id = |column: usize, row: usize| row * (nx + 1) + column;
+        let diagonal = dx.hypot(dy);
+        let bend = Springs { stiffness: self.bend_stiffness, damping: self.springs.damping };
+        // By kind: columns and rows to step, rest length, law.
+        let mut kinds = vec![
+            ((1, 0), dx, &self.springs),
+            ((0, 1), dy, &self.springs),
+            ((1, 1), diagonal, &self.springs),
+            ((-1, 1), diagonal, &self.springs),
+        ];
+        if self.bend_stiffness != 0.0 {
+            kinds.extend([((2, 0), 2.0 * dx, &bend), ((0, 2), 2.0 * dy, &bend)]);
+        }
+        for ((right, down), rest_length, springs) in kinds {
+            for row in 0..=ny {
+                for column in 0..=nx {
+                    let other = column.checked_add_signed(right).filter(|other| *other <= nx);
+                    if let (Some(other), true) = (other, row + down <= ny) {
+                        let pair = [id(column, row), id(other, row + down)];
+                        draft.spring(pair, rest_length, springs);
+                    }
+                }
+            }
+        }
+        draft.gravity(self.gravity);
+        let half = 0.5 * self.width;
+        draft.viewport([-half, -1.1 * self.height], [half, 0.1 * self.height]);
+        let description = format!("A cloth of {nx} by {ny} cells hangs by two corners.");
+        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+    }
+
+    fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    fn springs(&self) -> Option<&Springs> {
+        Some(&self.springs)
+    }
+}

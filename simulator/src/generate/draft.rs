@@ -1,0 +1,161 @@
+//! A scene being put together: particles, springs, and what they have in common.
+
+use super::error::{Fault, check};
+use super::{MAX_PAIRS, MAX_PARTICLES, Size, Springs, Timeline};
+use crate::scene::schema::{Domain, ForceSchema, MAX_PARAMETERS};
+use crate::scene::{Dimension, Edge, ForceElement, Location, Particle, Rendering, Scene, Viewport};
+use crate::vocabulary;
+
+/// The scene so far.
+pub(super) struct Draft {
+    pub(super) scene: Scene,
+    spring: &'static ForceSchema,
+    edge_radius: f64,
+}
+
+impl Draft {
+    /// An empty scene with room for what it will hold.
+    pub(super) fn new(
+        name: &str,
+        size: Size,
+        dimension: Dimension,
+        timeline: &Timeline,
+    ) -> Result<Self, Fault> {
+        let Size { particles, pairs } = size;
+        if particles > MAX_PARTICLES {
+            return Err(Fault::TooManyParticles { particles });
+        }
+        if pairs > MAX_PAIRS {
+            return Err(Fault::TooManyPairs { pairs });
+        }
+        let scene = Scene {
+            name: name.to_owned(),
+            description: None,
+            tag: None,
+            dimension,
+            duration: 0.0,
+            time_step: 0.0,
+            integrator: timeline.integrator,
+            max_simulation_frequency: None,
+            particles: Vec::with_capacity(particles as usize),
+            edges: Vec::new(),
+            forces: Vec::with_capacity(pairs as usize + 1),
+            rendering: Rendering::default(),
+        };
+        Ok(Self { scene, spring: force("springforce"), edge_radius: 0.015 })
+    }
+
+    /// From here on, particles and edges are drawn in proportion to their distance.
+    pub(super) fn drawn_for_spacing(&mut self, spacing: f64) -> f64 {
+        self.edge_radius = 0.06 * spacing;
+        0.15 * spacing
+    }
+
+    pub(super) fn particle(&mut self, particle: Particle) {
+        self.scene.particles.push(particle);
+    }
+
+    /// An edge with a spring on it.
+    pub(super) fn spring(&mut self, particles: [usize; 2], rest_length: f64, springs: &Springs) {
+        let edge = self.scene.edges.len();
+        self.scene.edges.push(Edge { particles, radius: self.edge_radius });
+        // In the order of the schema: k, l0, b.
+        let parameters = [springs.stiffness, rest_length, springs.damping, 0.0];
+        self.force(self.spring, Some(particles), Some(edge), parameters);
+    }
+
+    /// An acceleration downwards, where there is one.
+    pub(super) fn gravity(&mut self, gravity: f64) {
+        if gravity != 0.0 {
+            self.force(force("simplegravity"), None, None, [0.0, -gravity, 0.0, 0.0]);
+        }
+    }
+
+    /// Gravitation between each two particles.
+    pub(super) fn gravitation(&mut self, constant: f64) {
+        let schema = force("gravitationalforce");
+        let n_particles = self.scene.particles.len();
+        for i in 0..n_particles {
+            for j in i + 1..n_particles {
+                self.force(schema, Some([i, j]), None, [constant, 0.0, 0.0, 0.0]);
+            }
+        }
+    }
+
+    /// A camera on a box, with a margin around it; one frame a step where it is shown live.
+    pub(super) fn viewport(&mut self, low: [f64; 2], high: [f64; 2]) {
+        let center = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]));
+        let size = 0.6 * (high[0] - low[0]).max(high[1] - low[1]);
+        self.scene.rendering.viewport = Some(Viewport { center, size });
+    }
+
+    /// The scene, its timeline set and its numbers checked.
+    pub(super) fn finish(
+        mut self,
+        timeline: &Timeline,
+        usual_time_step: f64,
+        description: String,
+    ) -> Result<Scene, Fault> {
+        for (particle, Particle { mass, position, velocity, .. }) in
+            self.scene.particles.iter().enumerate()
+        {
+            let fault = |what, value| Err(Fault::Particle { what, particle, value });
+            if !Domain::Positive.contains(*mass) {
+                return fault("mass", *mass);
+            }
+            for (what, vector) in [("position", position), ("velocity", velocity)] {
+                if let Some(value) = vector.iter().find(|value| !value.is_finite()) {
+                    return fault(what, *value);
+                }
+            }
+        }
+        for force in &self.scene.forces {
+            let value = force.parameters[1];
+            if force.edge.is_some() && !Domain::Positive.contains(value) {
+                return Err(Fault::RestLength { value });
+            }
+        }
+        timeline.apply(usual_time_step, &mut self.scene)?;
+        self.scene.description = Some(description);
+        if self.scene.max_simulation_frequency.is_none() {
+            let per_second = (1.0 / self.scene.time_step).round();
+            self.scene.max_simulation_frequency = Some(per_second).filter(|max| max.is_finite());
+        }
+        Ok(self.scene)
+    }
+
+    fn force(
+        &mut self,
+        schema: &'static ForceSchema,
+        pair: Option<[usize; 2]>,
+        edge: Option<usize>,
+        parameters: [f64; MAX_PARAMETERS],
+    ) {
+        let location = Location::default();
+        self.scene.forces.push(ForceElement { schema, pair, edge, parameters, location });
+    }
+}
+
+impl Springs {
+    /// Refuses what no spring has.
+    pub(super) fn check(&self) -> Result<(), Fault> {
+        check("stiffness", self.stiffness, Domain::NonNegative)?;
+        check("damping", self.damping, Domain::NonNegative)
+    }
+}
+
+/// A free particle at rest.
+pub(super) fn particle(mass: f64, position: [f64; 3], radius: f64) -> Particle {
+    Particle { mass, position, velocity: [0.0; 3], fixed: false, radius, tag: None }
+}
+
+/// Twelve decimals: what sines and cosines of different systems agree on.
+pub(super) fn rounded(value: f64) -> f64 {
+    let scaled = value * 1e12;
+    // Beyond 2^53, a number has no decimals that far down.
+    if scaled.abs() < 9e15 { scaled.round() / 1e12 } else { value }
+}
+
+fn force(tag: &str) -> &'static ForceSchema {
+    vocabulary().force(tag).expect("the generators name forces of the registry")
+}

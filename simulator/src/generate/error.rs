@@ -1,0 +1,73 @@
+//! What can be wrong with the options of a generator.
+
+use std::fmt;
+
+use super::{MAX_PAIRS, MAX_PARTICLES};
+use crate::scene::MAX_STEPS;
+use crate::scene::schema::Domain;
+
+/// Options that make no scene.
+///
+/// Displays as what is wrong, and a second line `  help: remedy`.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub struct GenerateError(#[from] pub Fault);
+
+/// What is wrong with the options.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Fault {
+    #[error("{option} is {value}, and must be {must_be}")]
+    OutOfDomain { option: &'static str, value: f64, must_be: &'static str },
+    #[error("{option} is {value}, and must be from {least} to {most}")]
+    Count { option: &'static str, value: u64, least: u64, most: u64 },
+    #[error("this scene would have {particles} particles, and may have at most {MAX_PARTICLES}")]
+    TooManyParticles { particles: u64 },
+    #[error("this scene would have {pairs} springs or pairs, and may have at most {MAX_PAIRS}")]
+    TooManyPairs { pairs: u64 },
+    #[error("duration {duration} s at a time step of {time_step} s is {steps:e} steps")]
+    TooManySteps { duration: f64, time_step: f64, steps: f64 },
+    #[error("the {what} of particle {particle} comes out as {value}")]
+    Particle { what: &'static str, particle: usize, value: f64 },
+    #[error("the rest length of a spring comes out as {value}")]
+    RestLength { value: f64 },
+    #[error(
+        "there is no room for {bodies} bodies {min_distance} apart within a radius of {radius}"
+    )]
+    NoRoom { bodies: u64, min_distance: f64, radius: f64 },
+}
+
+impl fmt::Display for GenerateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let remedy = match &self.0 {
+            Fault::OutOfDomain { .. } | Fault::Count { .. } => "choose another value",
+            Fault::TooManyParticles { .. } | Fault::TooManyPairs { .. } => "make it smaller",
+            Fault::TooManySteps { .. } => {
+                return write!(
+                    f,
+                    "{}\n  help: at most {MAX_STEPS:e} steps are simulated; shorten the duration or lengthen the step",
+                    self.0
+                );
+            }
+            Fault::Particle { .. } | Fault::RestLength { .. } => {
+                "choose lengths and masses of ordinary size"
+            }
+            Fault::NoRoom { .. } => "widen the radius, or let them come closer",
+        };
+        write!(f, "{}\n  help: {remedy}", self.0)
+    }
+}
+
+/// Refuses a value outside of its domain.
+pub(super) fn check(option: &'static str, value: f64, domain: Domain) -> Result<(), Fault> {
+    if domain.contains(value) {
+        return Ok(());
+    }
+    Err(Fault::OutOfDomain { option, value, must_be: domain.describe() })
+}
+
+/// Refuses a number of things outside of a range; returns it in a width that products do not leave.
+pub(super) fn count(option: &'static str, value: u64, least: u64) -> Result<u64, Fault> {
+    if (least..=MAX_PARTICLES).contains(&value) {
+        return Ok(value);
+    }
+    Err(Fault::Count { option, value, least, most: MAX_PARTICLES })
+}

@@ -1,0 +1,119 @@
+//! Square net: the elastic square of the slides.
+//!
+//! ```text
+//!   o---o---o        n = 2 segments along each side of a square of side 1, centred at the origin.
+//!   |\ /|\ /|        Springs along the rows, along the columns, and both diagonals of every cell,
+//!   | X | X |        all at their rest length in the square; then x is multiplied by `stretch`.
+//!   |/ \|/ \|
+//!   o---o---o        Hung, it is not stretched, and its two upper corners are fixed, in gravity.
+//!   |\ /|\ /|
+//!   o---o---o        particles (n+1)²        springs 2n(n+1) + 2n² = 4n² + 2n
+//! ```
+//!
+//! Each particle has the mass `density / (n+1)²`. Particles are numbered by columns from the left, each
+//! from below. Source: CMU 15-362 (F24), special topics 4; the numbers and their order are those of the
+//! peer script `gen_net.py`.
+
+use super::draft::{Draft, particle};
+use super::error::{check, count};
+use super::{GRAVITY, GenerateError, Generator, Size, Springs, Timeline};
+use crate::scene::schema::Domain;
+use crate::scene::{Dimension, Scene};
+
+/// A square net.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Net {
+    /// Segments along a side, 1 or more.
+    pub segments: u64,
+    /// Whether it hangs by its two upper corners, in gravity.
+    pub pinned: bool,
+    /// What its initial x is multiplied by; above 0.
+    pub stretch: f64,
+    /// Mass of the whole, kg/m²: its side is 1.
+    pub density: f64,
+    /// Acceleration downwards, m/s², of a net that is pinned.
+    pub gravity: f64,
+    /// The springs.
+    pub springs: Springs,
+    /// How it is stepped.
+    pub timeline: Timeline,
+}
+
+impl Default for Net {
+    fn default() -> Self {
+        Self {
+            segments: 8,
+            pinned: false,
+            stretch: 1.4,
+            density: 1000.0,
+            gravity: GRAVITY,
+            springs: Springs { stiffness: 1e5, damping: 0.0 },
+            timeline: Timeline::of("linearized-implicit-euler", 1.0),
+        }
+    }
+}
+
+/// The slides' time step.
+const TIME_STEP: f64 = 0.004;
+
+impl Generator for Net {
+    fn size(&self) -> Result<Size, GenerateError> {
+        let n = count("segments", self.segments, 1)?;
+        Ok(Size { particles: (n + 1) * (n + 1), pairs: 4 * n * n + 2 * n })
+    }
+
+    fn scene(&self) -> Result<Scene, GenerateError> {
+        let mut draft = Draft::new("net", self.size()?, Dimension::Two, &self.timeline)?;
+        check("stretch", self.stretch, Domain::Positive)?;
+        check("density", self.density, Domain::Positive)?;
+        check("gravity", self.gravity, Domain::Finite)?;
+        self.springs.check()?;
+
+        let n = self.segments as usize;
+        let side = n + 1;
+        let mass = self.density / (side * side) as f64;
+        let spacing = 1.0 / n as f64;
+        let at = |step: usize| -0.5 + step as f64 * spacing;
+        for column in 0..side {
+            for row in 0..side {
+                // 0.1 is the radius of a particle that names none.
+                let mut corner = particle(mass, [self.stretch * at(column), at(row), 0.0], 0.1);
+                corner.fixed = self.pinned && row == n && (column == 0 || column == n);
+                draft.particle(corner);
+            }
+        }
+        let id = |column: usize, row: usize| column * side + row;
+        // Rest lengths are distances of the rounded coordinates, as the peer has them.
+        let mut join = |(i, k): (usize, usize), (j, l): (usize, usize)| {
+            let [dx, dy] = [at(i) - at(j), at(k) - at(l)];
+            draft.spring([id(i, k), id(j, l)], (dx * dx + dy * dy).sqrt(), &self.springs);
+        };
+        for i in 0..n {
+            (0..side).for_each(|k| join((i, k), (i + 1, k)));
+        }
+        for i in 0..side {
+            (0..n).for_each(|k| join((i, k), (i, k + 1)));
+        }
+        for i in 0..n {
+            for k in 0..n {
+                join((i, k), (i + 1, k + 1));
+                join((i + 1, k), (i, k + 1));
+            }
+        }
+        if self.pinned {
+            draft.gravity(self.gravity);
+        }
+        draft.scene.max_simulation_frequency = Some(500.0);
+        let what = if self.pinned { "hung by its upper corners" } else { "stretched along x" };
+        let description = format!("A square net of {n} by {n} cells, {what}.");
+        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+    }
+
+    fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    fn springs(&self) -> Option<&Springs> {
+        Some(&self.springs)
+    }
+}

@@ -1,0 +1,103 @@
+//! Ring: a spinning hoop, or a wheel with spokes.
+//!
+//! ```text
+//!      o---o          n particles evenly on a circle around the origin, springs between neighbours,
+//!     / \ / \         all at rest length; with spokes, a hub at the origin, free as the others.
+//!    o---+---o        The whole turns counterclockwise: v = spin × x.
+//!     \ / \ /
+//!      o---o          particles n, or n + 1 with a hub        springs n, or 2n
+//! ```
+//!
+//! Every particle has the mass `mass`. Momentum is zero, up to rounding; angular momentum
+//! `n · mass · radius² · spin` stays as it is under every method that keeps it.
+
+use std::f64::consts::PI;
+
+use super::draft::{Draft, particle, rounded};
+use super::error::{check, count};
+use super::{GenerateError, Generator, Size, Springs, Timeline};
+use crate::scene::schema::Domain;
+use crate::scene::{Dimension, Scene};
+
+/// A ring, or a wheel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ring {
+    /// Particles on the circle, 3 or more.
+    pub particles: u64,
+    /// Radius of the circle, m.
+    pub radius: f64,
+    /// Mass of each particle, kg.
+    pub mass: f64,
+    /// Angular velocity, rad/s; counterclockwise if above 0.
+    pub spin: f64,
+    /// Whether springs lead to a hub.
+    pub spokes: bool,
+    /// The springs.
+    pub springs: Springs,
+    /// How it is stepped.
+    pub timeline: Timeline,
+}
+
+impl Default for Ring {
+    fn default() -> Self {
+        Self {
+            particles: 24,
+            radius: 1.0,
+            mass: 0.1,
+            spin: 2.0,
+            spokes: false,
+            springs: Springs { stiffness: 200.0, damping: 0.1 },
+            timeline: Timeline::of("symplectic-euler", 5.0),
+        }
+    }
+}
+
+const TIME_STEP: f64 = 0.005;
+
+impl Generator for Ring {
+    fn size(&self) -> Result<Size, GenerateError> {
+        let n = count("particles", self.particles, 3)?;
+        let hub = u64::from(self.spokes);
+        Ok(Size { particles: n + hub, pairs: n + hub * n })
+    }
+
+    fn scene(&self) -> Result<Scene, GenerateError> {
+        let mut draft = Draft::new("ring", self.size()?, Dimension::Two, &self.timeline)?;
+        check("radius", self.radius, Domain::Positive)?;
+        check("mass", self.mass, Domain::Positive)?;
+        check("spin", self.spin, Domain::Finite)?;
+        self.springs.check()?;
+
+        let n = self.particles as usize;
+        let chord = rounded(2.0 * self.radius * (PI / n as f64).sin());
+        let drawn = draft.drawn_for_spacing(chord);
+        for i in 0..n {
+            let (sine, cosine) = (2.0 * PI * (i as f64 / n as f64)).sin_cos();
+            let [x, y] = [cosine, sine].map(|of_one| rounded(self.radius * of_one));
+            let mut bead = particle(self.mass, [x, y, 0.0], drawn);
+            bead.velocity = [-self.spin * y, self.spin * x, 0.0];
+            draft.particle(bead);
+        }
+        for i in 0..n {
+            draft.spring([i, (i + 1) % n], chord, &self.springs);
+        }
+        if self.spokes {
+            draft.particle(particle(self.mass, [0.0; 3], drawn));
+            for i in 0..n {
+                draft.spring([n, i], self.radius, &self.springs);
+            }
+        }
+        draft.viewport([-1.2 * self.radius; 2], [1.2 * self.radius; 2]);
+        let what = if self.spokes { "wheel" } else { "ring" };
+        let description = format!("A {what} of {n} particles spins freely.");
+        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+    }
+
+    fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    fn springs(&self) -> Option<&Springs> {
+        Some(&self.springs)
+    }
+}

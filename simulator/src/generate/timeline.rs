@@ -1,0 +1,142 @@
+//! How a generated scene is stepped: integrator, time step, duration.
+//!
+//! The methods that take the forces at the start of a step stay stable as long as
+//!
+//! ```text
+//! h² ω² + 2 h c < 4        ω² = max_i 2 Σ k / m_i        c = max_i 2 Σ b / m_i
+//! ```
+//!
+//! with the sums over the springs of a free particle: ω² and c bound the eigenvalues of M⁻¹K and M⁻¹B,
+//! because (n·(x_i − x_j))² ≤ 2|x_i|² + 2|x_j|², and the inequality is the Jury criterion of
+//! `v' = v − h (ω² x + c v)`, `x' = x + h v'`. A time step that is chosen here makes the left side at
+//! most 1, which leaves room for springs that stretch and turn.
+
+use super::error::{Fault, check};
+use crate::scene::schema::{Domain, IntegratorSchema};
+use crate::scene::{MAX_STEPS, Scene, step_count};
+use crate::vocabulary;
+
+/// How a scene is stepped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timeline {
+    /// The time integrator.
+    pub integrator: &'static IntegratorSchema,
+    /// Time step in seconds, above 0; `None` for the one that suits the kind, shortened where an
+    /// explicit or symplectic method needs a shorter one for the springs of this scene.
+    pub time_step: Option<f64>,
+    /// How long.
+    pub length: Length,
+}
+
+/// How long a scene is simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Length {
+    /// So many seconds, 0 or more.
+    Seconds(f64),
+    /// So many time steps.
+    Steps(u64),
+}
+
+impl Timeline {
+    /// A timeline of that integrator and of that many seconds, its time step chosen.
+    pub(super) fn of(integrator: &str, seconds: f64) -> Self {
+        let integrator = vocabulary().integrator(integrator);
+        let integrator = integrator.expect("the generators name integrators of the registry");
+        Self { integrator, time_step: None, length: Length::Seconds(seconds) }
+    }
+
+    /// Gives the scene its time step and duration. `usual` is the time step that suits the kind.
+    pub(super) fn apply(&self, usual: f64, scene: &mut Scene) -> Result<(), Fault> {
+        scene.integrator = self.integrator;
+        scene.time_step = match self.time_step {
+            Some(time_step) => time_step,
+            None if self.is_explicit() => usual.min(round_down(longest_stable(scene))),
+            None => usual,
+        };
+        check("dt", scene.time_step, Domain::Positive)?;
+        scene.duration = match self.length {
+            Length::Seconds(seconds) => {
+                check("duration", seconds, Domain::NonNegative)?;
+                seconds
+            }
+            Length::Steps(steps) => duration_of(steps, scene.time_step),
+        };
+        let steps = step_count(scene.duration, scene.time_step);
+        if steps > MAX_STEPS as f64 {
+            let (duration, time_step) = (scene.duration, scene.time_step);
+            return Err(Fault::TooManySteps { duration, time_step, steps });
+        }
+        Ok(())
+    }
+
+    /// Whether a step too long for the springs makes the method explode.
+    fn is_explicit(&self) -> bool {
+        ["explicit-euler", "symplectic-euler"].contains(&self.integrator.name)
+    }
+}
+
+/// The duration that gives this many steps: their product, or the next numbers below it where rounding
+/// would add a step (7 steps of 0.01 s are 0.07 s, and 0.07 / 0.01 rounds to more than 7).
+fn duration_of(steps: u64, time_step: f64) -> f64 {
+    let mut duration = steps as f64 * time_step;
+    while duration.is_finite() && step_count(duration, time_step) > steps as f64 {
+        duration = duration.next_down();
+    }
+    duration
+}
+
+/// The longest time step with h² ω² + 2 h c ≤ 1; infinite without springs.
+fn longest_stable(scene: &Scene) -> f64 {
+    // Stiffness and damping around each particle.
+    let mut sums = vec![[0.0; 2]; scene.particles.len()];
+    for force in &scene.forces {
+        if let (Some(pair), Some(_)) = (force.pair, force.edge) {
+            let [stiffness, _, damping, _] = force.parameters;
+            for particle in pair {
+                sums[particle][0] += 2.0 * stiffness;
+                sums[particle][1] += 2.0 * damping;
+            }
+        }
+    }
+    let free = scene.particles.iter().zip(&sums).filter(|(particle, _)| !particle.fixed);
+    let [omega_squared, c] =
+        free.fold([0.0, 0.0], |[omega_squared, c]: [f64; 2], (particle, sum)| {
+            [omega_squared.max(sum[0] / particle.mass), c.max(sum[1] / particle.mass)]
+        });
+    1.0 / (c + (c * c + omega_squared).sqrt())
+}
+
+/// The next of …, 0.01, 0.02, 0.05, 0.1, … at or below a number above 0; the number where none is.
+pub(super) fn round_down(value: f64) -> f64 {
+    let decades = (-20..=3).rev();
+    let mut steps = decades.flat_map(|decade| [5, 2, 1].map(|digit| format!("{digit}e{decade}")));
+    steps.find_map(|text| text.parse().ok().filter(|step| *step <= value)).unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_number_of_steps_is_the_one_asked_for() {
+        let mut shortened = 0;
+        for time_step in [0.01, 0.004, 0.1, 1.0 / 24.0, 1e-300, 3.0] {
+            for steps in 0..3000 {
+                let duration = duration_of(steps, time_step);
+                assert_eq!(step_count(duration, time_step), steps as f64, "{steps} · {time_step}");
+                shortened += u64::from(duration != steps as f64 * time_step);
+            }
+        }
+        assert!(shortened > 0, "plain products are not enough");
+    }
+
+    #[test]
+    fn a_chosen_time_step_is_a_round_number_at_or_below_the_bound() {
+        for (bound, step) in
+            [(0.0123, 0.01), (0.02, 0.02), (0.0999, 0.05), (7.1e-5, 5e-5), (f64::INFINITY, 5e3)]
+        {
+            assert_eq!(round_down(bound), step, "{bound}");
+        }
+        assert_eq!(round_down(1e-30), 1e-30);
+    }
+}

@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 use simulator::trace::{Shape, State, TraceReader};
 
 use crate::submission::StateSource;
-use crate::verdict::{Failure, Fault, Place, Quantity, Verdict};
+use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, prefix};
 
 /// States kept before and after the first wrong one.
 const CONTEXT: usize = 2;
@@ -63,6 +63,11 @@ impl Comparison {
     pub fn without_states(verdict: Verdict) -> Self {
         let none = Residuals::default();
         Self { verdict, states: 0, position: none, velocity: none, first_wrong: None }
+    }
+
+    /// Whether there was anything to compare; without it, the residuals say nothing.
+    pub fn is_compared(&self) -> bool {
+        self.states > 0
     }
 }
 
@@ -178,7 +183,7 @@ impl Comparer {
                 let failure = Failure::TooShort { states: self.states, expected: n_states };
                 return Err(Verdict::Fail(failure));
             }
-            self.check_form(&got).map_err(Verdict::Fail)?;
+            self.check_form(&got, actual).map_err(Verdict::Fail)?;
             self.measure(&expected, &got);
             self.states += 1;
 
@@ -201,19 +206,23 @@ impl Comparer {
         Ok(())
     }
 
-    fn check_form(&self, got: &State) -> Result<(), Failure> {
+    fn check_form(&self, got: &State, source: &dyn StateSource) -> Result<(), Failure> {
         if let Some(time) = got.time {
             let expected = self.states as f64 * self.expectation.time_step;
             // A sum of time steps drifts from their product by rounding only. A NaN is no time either.
             let close = (time - expected).abs() <= 1e-9 * expected.abs().max(1.0);
             if !close {
+                let state = self.states;
+                let location = prefix(source.location().as_ref());
                 let detail =
-                    format!("state {} is given the time {time}, not {expected}", self.states);
+                    format!("{location}state {state} is given the time {time}, not {expected}");
                 return Err(Failure::Malformed { detail });
             }
         }
         match self.not_finite(got) {
-            Some((place, value)) => Err(Failure::NotFinite { place, value }),
+            Some((place, value)) => {
+                Err(Failure::NotFinite { location: source.location(), place, value })
+            }
             None => Ok(()),
         }
     }

@@ -1,6 +1,7 @@
 //! A submission graded over a suite: scenes in parallel, results in the suite's order.
 
-use std::path::Path;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
 use simulator::trace::{self, Shape};
@@ -9,9 +10,9 @@ use crate::compare::{Comparison, Expectation, Tolerances, compare};
 use crate::jacobian::JacobianCheck;
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
-use crate::submission::Submission;
-use crate::suite::{Case, Feature, Section, Suite, find_trace};
-use crate::verdict::{Fault, Verdict};
+use crate::submission::{StateSource, Submission};
+use crate::suite::{Case, Feature, Section, Suite};
+use crate::verdict::{Failure, Fault, Verdict};
 
 /// Everything a report says.
 #[derive(Debug, Clone, PartialEq)]
@@ -68,12 +69,13 @@ impl FeatureResult {
         if judged == 0 { self.points } else { self.points * self.n_passed() as f64 / judged as f64 }
     }
 
-    /// The largest position and velocity residual of its scenes.
-    pub fn largest_residuals(&self) -> (f64, f64) {
-        self.scenes.iter().fold((0.0, 0.0), |(position, velocity), scene| {
-            let Comparison { position: p, velocity: v, .. } = &scene.comparison;
-            (p.largest.max(position), v.largest.max(velocity))
-        })
+    /// The largest position and velocity residual of its scenes; `None` where none was compared.
+    pub fn largest_residuals(&self) -> Option<(f64, f64)> {
+        let comparisons = self.scenes.iter().map(|scene| &scene.comparison);
+        let residuals = comparisons
+            .filter(|comparison| comparison.is_compared())
+            .map(|Comparison { position, velocity, .. }| (position.largest, velocity.largest));
+        residuals.reduce(|(p, v), (position, velocity)| (p.max(position), v.max(velocity)))
     }
 }
 
@@ -152,7 +154,7 @@ pub fn grade(
             id: case.id.clone(),
             path: case.scene.name.clone(),
             tolerances,
-            comparison: judge(case, submission, oracle, tolerances),
+            comparison: judge(case, oracle, tolerances, || submission.states(case)),
         }
     };
     let results: Vec<SceneResult> = suite.cases.par_iter().map(judge).collect();
@@ -172,25 +174,40 @@ pub fn grade(
     Grading { submission: submission.name(), features, jacobians }
 }
 
+/// Judges the states that `start` yields for a scene. A panic, here or there, costs this scene alone.
 fn judge(
     case: &Case,
-    submission: &Submission,
     oracle: &Oracle,
     tolerances: Tolerances,
+    start: impl FnOnce() -> Result<Box<dyn StateSource>, Failure>,
 ) -> Comparison {
-    let expectation = Expectation {
-        shape: Shape::of(&case.scene),
-        time_step: case.scene.time_step,
-        n_states: case.scene.n_steps() + 1,
-    };
-    let mut expected = match open_oracle(case, oracle, expectation.shape) {
-        Ok(expected) => expected,
-        Err(fault) => return Comparison::without_states(Verdict::GraderFault(fault)),
-    };
-    match submission.states(case) {
-        Ok(mut actual) => compare(expected.as_mut(), actual.as_mut(), expectation, tolerances),
-        Err(failure) => Comparison::without_states(Verdict::Fail(failure)),
-    }
+    // What a panic leaves half done is dropped with it.
+    let judged = catch_unwind(AssertUnwindSafe(|| {
+        let expectation = Expectation {
+            shape: Shape::of(&case.scene),
+            time_step: case.scene.time_step,
+            n_states: case.scene.n_steps() + 1,
+        };
+        let mut expected = match open_oracle(case, oracle, expectation.shape) {
+            Ok(expected) => expected,
+            Err(fault) => return Comparison::without_states(Verdict::GraderFault(fault)),
+        };
+        match start() {
+            Ok(mut actual) => compare(expected.as_mut(), actual.as_mut(), expectation, tolerances),
+            Err(failure) => Comparison::without_states(Verdict::Fail(failure)),
+        }
+    }));
+    judged.unwrap_or_else(|panic| {
+        let fault = Fault::Internal { detail: message(panic.as_ref()) };
+        Comparison::without_states(Verdict::GraderFault(fault))
+    })
+}
+
+/// What a panic said.
+fn message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "a panic without a message".to_owned())
 }
 
 fn open_oracle(
@@ -198,14 +215,57 @@ fn open_oracle(
     oracle: &Oracle,
     shape: Shape,
 ) -> Result<Box<dyn trace::TraceReader>, Fault> {
-    let Some((path, format)) = find_trace(&oracle.folder, &case.id) else {
-        return Err(Fault::NoOracle { trace: display(&oracle.folder.join(&case.id)) + ".csv" });
-    };
+    let (path, format) = oracle.find(case)?;
     oracle.check(case, &path)?;
     let broken = |error: trace::TraceError| Fault::BrokenOracle { detail: error.to_string() };
     trace::open(&path, format, shape).map_err(broken)
 }
 
-fn display(path: &Path) -> String {
-    path.display().to_string()
+#[cfg(test)]
+mod tests {
+    use simulator::scene::ParseOptions;
+    use simulator::trace::State;
+
+    use super::*;
+    use crate::oracle::regenerate;
+
+    const SCENE: &str = r#"<scene>
+      <duration time="0.3"/> <integrator type="explicit-euler" dt="0.1"/>
+      <particle m="1" px="0" py="0" vx="1" vy="0" fixed="0"/>
+    </scene>"#;
+
+    /// Yields one right state, and breaks off.
+    struct Panicking(Box<dyn StateSource>, bool);
+
+    impl StateSource for Panicking {
+        fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+            assert!(!self.1, "out of luck at state {}", 1);
+            self.1 = true;
+            self.0.read(state)
+        }
+    }
+
+    #[test]
+    fn a_panic_is_a_fault_of_the_scene_it_happens_in() {
+        let folder = tempfile::tempdir().unwrap();
+        let (scenes, traces) = (folder.path().join("assets"), folder.path().join("expected"));
+        std::fs::create_dir(&scenes).unwrap();
+        std::fs::write(scenes.join("free.xml"), SCENE).unwrap();
+        let sections = [(Section::Required, scenes)];
+        let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
+        regenerate(&suite, &traces, &Rubric::default(), false).unwrap();
+        let oracle = Oracle::open(&traces).unwrap();
+        let [case] = suite.cases.as_slice() else { panic!("one scene") };
+
+        let judge = |start: fn(Box<dyn StateSource>) -> Box<dyn StateSource>| {
+            judge(case, &oracle, Tolerances::COURSE, || Submission::BuiltIn.states(case).map(start))
+        };
+        assert_eq!(judge(|source| source).verdict, Verdict::Pass);
+        let internal =
+            |detail: &str| Verdict::GraderFault(Fault::Internal { detail: detail.to_owned() });
+        let midway = judge(|source| Box::new(Panicking(source, false)));
+        assert_eq!(midway.verdict, internal("out of luck at state 1"));
+        assert!(!midway.is_compared());
+        assert_eq!(judge(|_| panic!("no start")).verdict, internal("no start"));
+    }
 }

@@ -23,9 +23,13 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use toml::Spanned;
 
 use crate::compare::Tolerances;
-use crate::suite::{Case, Feature, Section, Suite};
+use crate::suite::{Case, Feature, Section, Suite, read_text};
+
+/// The largest rubric that is read, in MiB.
+const MAX_MEBIBYTES: u64 = 1;
 
 /// A rubric.
 #[derive(Debug, Clone, Default)]
@@ -74,9 +78,9 @@ struct File {
     #[serde(default)]
     default: Defaults,
     #[serde(default)]
-    feature: Vec<FeatureRule>,
+    feature: Vec<Spanned<FeatureRule>>,
     #[serde(default)]
-    scene: Vec<SceneRule>,
+    scene: Vec<Spanned<SceneRule>>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -152,7 +156,7 @@ impl Rubric {
     /// # Errors
     /// Where it cannot be read, or says what a rubric cannot say.
     pub fn load(path: &Path) -> Result<Self, RubricError> {
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path, MAX_MEBIBYTES)
             .map_err(|source| RubricError::Unreadable { path: path.to_path_buf(), source })?;
         Self::parse(&text, path)
     }
@@ -162,34 +166,59 @@ impl Rubric {
     /// # Errors
     /// As [`load`](Self::load), but for reading the file.
     pub fn parse(text: &str, path: &Path) -> Result<Self, RubricError> {
-        let File { default, feature, scene } = toml::from_str(text).map_err(|error| {
-            let before = &text[..error.span().map_or(0, |span| span.start.min(text.len()))];
+        let invalid = |start: usize, message: String| {
+            let before = &text[..start.min(text.len())];
             let column =
                 before.chars().rev().take_while(|character| *character != '\n').count() + 1;
-            RubricError::Invalid {
-                path: path.to_path_buf(),
-                line: before.matches('\n').count() + 1,
-                column,
-                message: error.message().to_owned(),
-            }
+            let line = before.matches('\n').count() + 1;
+            RubricError::Invalid { path: path.to_path_buf(), line, column, message }
+        };
+        let File { default, feature, scene } = toml::from_str(text).map_err(|error| {
+            let start = error.span().map_or(0, |span| span.start);
+            invalid(start, error.message().to_owned())
         })?;
-        Ok(Self { default, features: feature, scenes: scene })
+        let idle = |start: usize, entry: &dyn fmt::Display, keys: &str| {
+            let message =
+                format!("{entry} sets nothing\n  help: give it {keys}, or remove the entry");
+            invalid(start, message)
+        };
+        for rule in &feature {
+            if rule.as_ref().sets_nothing() {
+                let keys = "largest, accumulated or points";
+                return Err(idle(rule.span().start, rule.as_ref(), keys));
+            }
+        }
+        for rule in &scene {
+            if rule.as_ref().sets_nothing() {
+                return Err(idle(rule.span().start, rule.as_ref(), "largest or accumulated"));
+            }
+        }
+        Ok(Self {
+            default,
+            features: feature.into_iter().map(Spanned::into_inner).collect(),
+            scenes: scene.into_iter().map(Spanned::into_inner).collect(),
+        })
     }
 
     /// Checks that every entry fits something of the suite. `path` is what messages call the rubric.
+    ///
+    /// An entry for a section that the suite has no folder of is not checked: it is for another run.
     ///
     /// # Errors
     /// Where one does not: it is most likely misspelt.
     pub fn check(&self, suite: &Suite, path: &Path) -> Result<(), RubricError> {
         let no_match = |entry: String| RubricError::NoMatch { path: path.to_path_buf(), entry };
-        for rule in &self.features {
+        let elsewhere = |rule: &&FeatureRule| {
+            rule.section.is_some_and(|section| !suite.sections.contains(&section.section()))
+        };
+        for rule in self.features.iter().filter(|rule| !elsewhere(rule)) {
             if !suite.cases.iter().any(|case| rule.fits(&case.feature)) {
                 return Err(no_match(rule.to_string()));
             }
         }
         for rule in &self.scenes {
             if !suite.cases.iter().any(|case| rule.name == case.id) {
-                return Err(no_match(format!("[[scene]] {:?}", rule.name)));
+                return Err(no_match(rule.to_string()));
             }
         }
         Ok(())
@@ -217,12 +246,34 @@ impl Rubric {
     }
 }
 
+impl SectionName {
+    fn section(self) -> Section {
+        match self {
+            Self::Required => Section::Required,
+            Self::ExtraCredit => Section::ExtraCredit,
+        }
+    }
+}
+
+impl SceneRule {
+    fn sets_nothing(&self) -> bool {
+        self.largest.is_none() && self.accumulated.is_none()
+    }
+}
+
+impl fmt::Display for SceneRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[[scene]] {:?}", self.name)
+    }
+}
+
 impl FeatureRule {
+    fn sets_nothing(&self) -> bool {
+        self.largest.is_none() && self.accumulated.is_none() && self.points.is_none()
+    }
+
     fn fits(&self, feature: &Feature) -> bool {
-        let section = self.section.is_none_or(|section| match section {
-            SectionName::Required => feature.section == Section::Required,
-            SectionName::ExtraCredit => feature.section == Section::ExtraCredit,
-        });
+        let section = self.section.is_none_or(|section| section.section() == feature.section);
         let group = self.group.as_ref().is_none_or(|group| *group == feature.group);
         let integrator = self.integrator.as_ref().is_none_or(|name| *name == feature.integrator);
         section && group && integrator
@@ -233,11 +284,7 @@ impl fmt::Display for FeatureRule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "[[feature]]")?;
         if let Some(section) = &self.section {
-            let section = match section {
-                SectionName::Required => Section::Required,
-                SectionName::ExtraCredit => Section::ExtraCredit,
-            };
-            write!(f, " section {:?}", section.name())?;
+            write!(f, " section {:?}", section.section().name())?;
         }
         if let Some(group) = &self.group {
             write!(f, " group {group:?}")?;

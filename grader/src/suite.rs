@@ -73,6 +73,8 @@ pub struct Case {
 pub struct Suite {
     /// The scenes.
     pub cases: Vec<Case>,
+    /// The sections that have a folder.
+    pub sections: Vec<Section>,
     /// Remarks on scene files.
     pub warnings: Vec<SceneError>,
 }
@@ -111,7 +113,9 @@ impl Suite {
         options: &ParseOptions,
     ) -> Result<Self, SuiteError> {
         let mut files = Vec::new();
+        let mut present = Vec::new();
         for (section, folder) in sections.iter().filter(|(_, folder)| folder.exists()) {
+            present.push(*section);
             let found = scene::find_scene_files(folder)?;
             files.extend(found.into_iter().map(|file| (*section, folder.as_path(), file)));
         }
@@ -136,7 +140,7 @@ impl Suite {
             }
         }
         cases.sort_by(|a, b| (a.feature.section, &a.id).cmp(&(b.feature.section, &b.id)));
-        Ok(Self { cases, warnings })
+        Ok(Self { cases, sections: present, warnings })
     }
 }
 
@@ -188,11 +192,82 @@ fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// The text of a file of at most `limit` MiB; no more than that is read of a larger one.
+pub(crate) fn read_text(path: &Path, limit: u64) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    let limit_in_bytes = limit << 20;
+    File::open(path)?.take(limit_in_bytes + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit_in_bytes {
+        let message = format!("it is larger than {limit} MiB");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+}
+
+/// A scene has no trace that could be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NoTrace {
+    /// There is none.
+    #[error("neither {0}.csv nor {0}.bin exists{hint}", stem.display(), hint = hint(other_case.as_ref()))]
+    Missing {
+        /// Its path, without extension.
+        stem: PathBuf,
+        /// A file that would be it if its extension were in lower case.
+        other_case: Option<PathBuf>,
+    },
+    /// There is one in each format.
+    #[error("both {0}.csv and {0}.bin exist; keep one", stem.display())]
+    Several {
+        /// Their path, without extension.
+        stem: PathBuf,
+    },
+}
+
+fn hint(other_case: Option<&PathBuf>) -> String {
+    let hint = |path: &PathBuf| {
+        format!("\n  help: {} does; spell its extension in lower case", path.display())
+    };
+    other_case.map(hint).unwrap_or_default()
+}
+
 /// The trace of a scene in a folder laid out as the scenes are.
-pub fn find_trace(folder: &Path, id: &str) -> Option<(PathBuf, TraceFormat)> {
-    TraceFormat::ALL.into_iter().find_map(|format| {
+///
+/// # Errors
+/// Where there is none, or more than one.
+pub fn find_trace(folder: &Path, id: &str) -> Result<(PathBuf, TraceFormat), NoTrace> {
+    let mut found = find_traces(folder, id);
+    match (found.pop(), found.is_empty()) {
+        (Some(trace), true) => Ok(trace),
+        (Some(_), false) => Err(NoTrace::Several { stem: folder.join(id) }),
+        (None, _) => {
+            let stem = folder.join(id);
+            Err(NoTrace::Missing { other_case: in_other_case(&stem), stem })
+        }
+    }
+}
+
+/// The traces of a scene, one a format, in a folder laid out as the scenes are.
+pub fn find_traces(folder: &Path, id: &str) -> Vec<(PathBuf, TraceFormat)> {
+    let trace = |format: TraceFormat| {
         // Not `with_extension`: a scene's name may hold a dot.
         let path = folder.join(format!("{id}.{}", format.extension()));
         path.is_file().then_some((path, format))
-    })
+    };
+    TraceFormat::ALL.into_iter().filter_map(trace).collect()
+}
+
+/// The file `stem` with a trace's extension in another case, `a.CSV`; the first by name.
+fn in_other_case(stem: &Path) -> Option<PathBuf> {
+    let name = stem.file_name()?.to_str()?;
+    let is_other_case = |path: &PathBuf| {
+        let file = path.file_name().and_then(|file| file.to_str());
+        let extension =
+            file.and_then(|file| file.strip_prefix(name)).and_then(|rest| rest.strip_prefix('.'));
+        let of_trace = |format: TraceFormat| {
+            extension.is_some_and(|extension| extension.eq_ignore_ascii_case(format.extension()))
+        };
+        TraceFormat::ALL.into_iter().any(of_trace) && path.is_file()
+    };
+    let entries = std::fs::read_dir(stem.parent()?).ok()?;
+    entries.flatten().map(|entry| entry.path()).filter(is_other_case).min()
 }

@@ -42,8 +42,8 @@ impl fmt::Display for Verdict {
 /// How a submission failed on a scene. What is wrong with a trace's form is judged before its numbers.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Failure {
-    /// There is no trace.
-    #[error("there is no trace: {detail}")]
+    /// There is no trace, or no telling which of two it is.
+    #[error("{detail}")]
     NoOutput {
         /// Where it was looked for.
         detail: String,
@@ -61,8 +61,10 @@ pub enum Failure {
         detail: String,
     },
     /// The trace holds an infinity or a NaN.
-    #[error("{value} in the trace: {place}")]
+    #[error("{}{value} in the trace: {place}", prefix(location.as_ref()))]
     NotFinite {
+        /// The file and the place in it, where the trace is a file.
+        location: Option<String>,
         /// Where.
         place: Place,
         /// What stands there.
@@ -130,6 +132,17 @@ pub enum Fault {
         /// Why.
         detail: String,
     },
+    /// The grader broke off.
+    #[error("the grader broke off, which is a defect of grade; please report it: {detail}")]
+    Internal {
+        /// What it said.
+        detail: String,
+    },
+}
+
+/// `location` in front of a message.
+pub(crate) fn prefix(location: Option<&String>) -> String {
+    location.map(|location| format!("{location}: ")).unwrap_or_default()
 }
 
 /// A number in a trace.

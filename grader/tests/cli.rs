@@ -70,18 +70,23 @@ impl Project {
         run(self.folder.path(), arguments, &[])
     }
 
-    /// Every file below a folder, with its content.
     fn snapshot(&self, folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
-        let (mut files, mut pending) = (Vec::new(), vec![self.path(folder)]);
-        while let Some(folder) = pending.pop() {
-            for entry in fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() { pending.push(path) } else { files.push(path) }
-            }
-        }
-        files.sort();
-        files.into_iter().map(|path| (path.clone(), fs::read(path).unwrap())).collect()
+        files_below(&self.path(folder))
     }
+}
+
+/// Every file below a folder, relative to it, with its content.
+fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let (mut files, mut pending) = (Vec::new(), vec![folder.to_path_buf()]);
+    while let Some(folder) = pending.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() { pending.push(path) } else { files.push(path) }
+        }
+    }
+    files.sort();
+    let relative = |path: &PathBuf| path.strip_prefix(folder).unwrap().to_path_buf();
+    files.iter().map(|path| (relative(path), fs::read(path).unwrap())).collect()
 }
 
 struct Run {
@@ -128,18 +133,8 @@ fn the_shipped_suite_has_the_scenes_it_promises_and_small_traces() {
     let count =
         |folder: &str| simulator::scene::find_scene_files(&workspace().join(folder)).unwrap().len();
     assert!(count("assets") >= 60 && count("extracreditassets") >= 20);
-    let mut size = 0;
-    let mut pending = vec![workspace().join("expected")];
-    while let Some(folder) = pending.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                pending.push(path)
-            } else {
-                size += fs::metadata(path).unwrap().len()
-            }
-        }
-    }
+    let size: usize =
+        files_below(&workspace().join("expected")).iter().map(|(_, bytes)| bytes.len()).sum();
     assert!(size < 10_000_000, "expected/ has {size} bytes");
 }
 
@@ -147,6 +142,24 @@ fn the_shipped_suite_has_the_scenes_it_promises_and_small_traces() {
 fn the_shipped_traces_match_their_scenes() {
     let run = run(&workspace(), &["oracle", "verify"], &[]);
     assert_eq!(run.code, 0, "{}", run.stdout);
+}
+
+#[test]
+fn this_build_makes_the_stored_traces() {
+    let project = Project { folder: tempfile::tempdir().unwrap() };
+    for (path, bytes) in files_below(&workspace().join("expected")) {
+        project
+            .write(&format!("expected/{}", path.display()), std::str::from_utf8(&bytes).unwrap());
+    }
+    let expected = project.path("expected");
+    let arguments =
+        ["oracle", "regenerate", "--root", ".", "--expected", expected.to_str().unwrap()];
+    let run = run(&workspace(), &arguments, &[]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    // To the bit, but for the one scene whose sparse solver uses what vector instructions there are.
+    let changed: Vec<&str> = run.stdout.lines().filter(|line| line.contains(": changed")).collect();
+    let sparse = "  SpringDamping/net-five-by-five-linearized: changed within tolerance";
+    assert!(changed.iter().all(|line| line.starts_with(sparse)), "{changed:?}");
 }
 
 #[test]
@@ -173,10 +186,10 @@ fn every_fault_of_form_has_its_name() {
             let extra = lines[11].replacen("10,", "11,", 1);
             lines.push(extra);
         }),
-        ("not-finite", "NaN in the trace: step 2, particle 0, x", |lines| {
+        ("not-finite", "pair.csv:4: NaN in the trace: step 2, particle 0, x", |lines| {
             lines[3] = replace_field(&lines[3], 2, "nan");
         }),
-        ("not-finite", "inf in the trace: step 0, particle 1, vy", |lines| {
+        ("not-finite", "pair.csv:2: inf in the trace: step 0, particle 1, vy", |lines| {
             lines[1] = replace_field(&lines[1], 9, "1e999");
         }),
         ("malformed", ":1: column 3 of the header is \"y0\", not \"x0\"", |lines| {
@@ -198,7 +211,7 @@ fn every_fault_of_form_has_its_name() {
         ("malformed", ":4: the step is \"7\" where 2 comes next", |lines| {
             lines[3] = replace_field(&lines[3], 0, "7");
         }),
-        ("malformed", "state 2 is given the time 0.2, not 0.1", |lines| {
+        ("malformed", "pair.csv:4: state 2 is given the time 0.2, not 0.1", |lines| {
             lines[3] = replace_field(&lines[3], 1, "0.2");
         }),
     ];
@@ -411,9 +424,20 @@ fn a_wrong_rubric_is_refused_with_its_line() {
     for (rubric, message) in [
         ("[default]\nlargest = -1\n", "rubric.toml:2:11: a tolerance is above 0, not -1"),
         ("[default]\n\nlarge = 1e-9\n", "rubric.toml:3:1: unknown field `large`"),
-        ("[[feature]]\ngroup = \"Sprong\"\n", "[[feature]] group \"Sprong\" fits no scene"),
-        ("[[scene]]\nname = \"Spring/pear\"\n", "[[scene]] \"Spring/pear\" fits no scene"),
+        (
+            "[[feature]]\ngroup = \"Sprong\"\npoints = 2\n",
+            "[[feature]] group \"Sprong\" fits no scene",
+        ),
+        (
+            "[[scene]]\nname = \"Spring/pear\"\nlargest = 1\n",
+            "[[scene]] \"Spring/pear\" fits no scene",
+        ),
         ("points = \n", "rubric.toml:1:"),
+        (
+            "[default]\n[[feature]]\ngroup = \"Spring\"\n",
+            "rubric.toml:2:1: [[feature]] group \"Spring\" sets nothing",
+        ),
+        ("[[scene]]\nname = \"Spring/pair\"\n", "rubric.toml:1:1: [[scene]] \"Spring/pair\" sets"),
     ] {
         project.write("assets/rubric.toml", rubric);
         let run = project.grade(&[]);
@@ -434,6 +458,14 @@ fn wrong_usage_and_input_are_told_apart_from_failures() {
         (project.folder.path(), vec!["--rubric", "none.toml"], "none.toml: cannot be read"),
         (project.folder.path(), vec!["-o", "no/report.txt"], "no/report.txt: "),
         (project.folder.path(), vec!["--threads", "0"], "0 is not in 1.."),
+        (project.folder.path(), vec!["jacobians", "--states", "1000001"], "1000001 is not in 1.."),
+        (project.folder.path(), vec!["--expected", "typo"], "typo: there is no such folder; make"),
+        (
+            project.folder.path(),
+            vec!["oracle", "verify", "--expected", "typo"],
+            "typo: there is no",
+        ),
+        (project.folder.path(), vec!["oracle", "regenerate", "--expected", "/"], "without a name"),
         (project.folder.path(), vec!["jacobians", "--force", "magic"], "springforce"),
         (empty.path(), vec![], "there is no assets/ folder here or above"),
     ] {
@@ -548,4 +580,267 @@ fn jacobians_can_be_checked_by_themselves() {
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
     assert_eq!(run.stdout.matches("springforce").count(), 2);
     assert!(!run.stdout.contains("zero"));
+}
+
+impl Project {
+    /// Edits the manifest of the oracle's traces.
+    fn edit_manifest(&self, from: &str, to: &str) {
+        let text = self.read("expected/manifest.toml");
+        assert!(text.contains(from), "{text}");
+        self.write("expected/manifest.toml", &text.replacen(from, to, 1));
+    }
+}
+
+#[test]
+fn the_manifest_is_verified_fact_by_fact() {
+    let extra = r#"
+[[trace]]
+scene = "Fall/none"
+scene_sha256 = ""
+trace_sha256 = ""
+integrator = "explicit-euler"
+time_step = 0.05
+steps = 8
+"#;
+    let twice = extra.replace("Fall/none", "Fall/stone");
+    type Edit<'a> = (&'a str, &'a str, &'a str);
+    let edits: [Edit; 6] = [
+        (
+            "\"symplectic-euler\"",
+            "\"explicit-euler\"",
+            "Spring/pair: the manifest records the integrator explicit-euler, and the scene's is symplectic-euler",
+        ),
+        ("time_step = 0.05", "time_step = 0.1", "the time step 0.1 s, and the scene's is 0.05 s"),
+        ("steps = 10", "steps = 11", "the number of steps 11, and the scene's is 10"),
+        ("version = \"", "version = \"0.0.", "the traces were made by Spring Oracle 0.0."),
+        ("steps = 10\n", &format!("steps = 10\n{extra}"), "Fall/none: the manifest has an entry"),
+        ("steps = 10\n", &format!("steps = 10\n{twice}"), "Fall/stone: the manifest has 2 entries"),
+    ];
+    for (from, to, message) in edits {
+        let project = Project::new();
+        project.edit_manifest(from, to);
+        let run = project.grade(&["oracle", "verify"]);
+        assert_eq!(run.code, 1, "{message}");
+        assert!(run.stdout.contains(message), "{message}: {}", run.stdout);
+        assert!(run.stdout.contains("regenerate`\n"), "{}", run.stdout);
+        assert!(run.stdout.contains(": 1 thing does not match"), "{}", run.stdout);
+
+        let run = project.grade(&["oracle", "regenerate"]);
+        assert_eq!(run.code, 0, "{message}");
+        assert!(run.stdout.contains("3 of 3 traces are unchanged"), "{}", run.stdout);
+        assert!(run.stdout.contains("replaced: its manifest was missing or"), "{}", run.stdout);
+        assert_eq!(project.grade(&["oracle", "verify"]).code, 0, "{message}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn behind_a_link_the_folder_is_replaced_and_the_link_stays() {
+    let project = Project::new();
+    fs::create_dir(project.path("elsewhere")).unwrap();
+    fs::rename(project.path("expected"), project.path("elsewhere/traces")).unwrap();
+    std::os::unix::fs::symlink("elsewhere/traces", project.path("expected")).unwrap();
+    project.write("assets/Spring/other.xml", SPRING);
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(project.path("expected").is_symlink());
+    assert!(project.path("elsewhere/traces/Spring/other.csv").is_file());
+    assert_eq!(fs::read_dir(project.path("elsewhere")).unwrap().count(), 1);
+    assert_eq!(project.grade(&[]).code, 0);
+}
+
+#[test]
+fn a_folder_that_holds_the_current_one_is_not_replaced() {
+    let project = Project::new();
+    project.write("assets/Spring/other.xml", SPRING);
+    let before = project.snapshot(".");
+    for (folder, expected) in [("expected", "."), ("expected", "../expected"), ("assets", "..")] {
+        let arguments = ["oracle", "regenerate", "--root", "..", "--expected", expected];
+        let run = run(&project.path(folder), &arguments, &[]);
+        assert_eq!(run.code, 2, "{expected}");
+        assert!(run.stderr.contains("run this from outside of it"), "{}", run.stderr);
+        assert!(project.snapshot(".") == before, "{expected}");
+    }
+    // A name that ends in dots is resolved: `assets/../expected/.` is the folder itself.
+    let run = project.grade(&["oracle", "regenerate", "--expected", "assets/../expected/."]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(project.path("expected/Spring/other.csv").is_file());
+    assert_eq!(project.grade(&["oracle", "verify"]).code, 0);
+}
+
+#[test]
+fn regenerating_makes_a_folder_that_is_not_there() {
+    let project = Project::new();
+    let run = project.grade(&["oracle", "regenerate", "--expected", "fresh"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(project.grade(&["--expected", "fresh"]).code, 0);
+}
+
+#[test]
+#[cfg(unix)]
+fn rubrics_and_manifests_without_end_are_refused() {
+    let project = Project::new();
+    let run = project.grade(&["--rubric", "/dev/zero"]);
+    assert_eq!(run.code, 2);
+    assert!(
+        run.stderr.contains("/dev/zero: cannot be read: it is larger than 1 MiB"),
+        "{}",
+        run.stderr
+    );
+
+    fs::remove_file(project.path("expected/manifest.toml")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", project.path("expected/manifest.toml")).unwrap();
+    let run = project.grade(&[]);
+    assert_eq!(run.code, 2);
+    let message = "manifest.toml: cannot be read: it is larger than 64 MiB";
+    assert!(run.stderr.contains(message), "{}", run.stderr);
+}
+
+#[test]
+fn two_traces_of_one_scene_are_told_of() {
+    let project = Project::new();
+    project.traces("Spring/pair", |_| ());
+    project.write("traces/Spring/pair.bin", "");
+    let run = project.grade(&["--traces", "traces", "--format", "json"]);
+    let told = scene(&run.stdout, "Spring/pair");
+    assert_eq!((run.code, &told["verdict"]), (1, &"no-output".into()));
+    let message = "both traces/Spring/pair.csv and traces/Spring/pair.bin exist; keep one";
+    assert!(told["message"].as_str().unwrap().contains(message), "{told}");
+
+    project.write("expected/Spring/pair.bin", "");
+    let run = project.grade(&["--format", "json"]);
+    let told = scene(&run.stdout, "Spring/pair");
+    assert_eq!((run.code, &told["verdict"]), (3, &"grader-fault".into()));
+    let message = "both expected/Spring/pair.csv and expected/Spring/pair.bin exist; keep one";
+    assert!(told["message"].as_str().unwrap().contains(message), "{told}");
+    let run = project.grade(&["oracle", "verify"]);
+    assert!(run.code == 1 && run.stdout.contains(message), "{}", run.stdout);
+
+    // The binary has no states: it is not replaced without consent.
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert_eq!(run.code, 1);
+    let message =
+        "! Spring/pair: one trace in the place of two; changed: the old trace has 0 states";
+    assert!(run.stdout.contains(message), "{}", run.stdout);
+    assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
+    assert!(!project.path("expected/Spring/pair.bin").exists());
+    assert_eq!(project.grade(&[]).code, 0);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_extension_in_upper_case_is_pointed_at() {
+    let project = Project::new();
+    project.traces("Spring/pair", |_| ());
+    let trace = |name: &str| project.path(&format!("traces/Spring/{name}"));
+    fs::rename(trace("pair.csv"), trace("pair.CSV")).unwrap();
+    let run = project.grade(&["--traces", "traces", "--format", "json"]);
+    let told = scene(&run.stdout, "Spring/pair");
+    assert_eq!(told["verdict"], "no-output");
+    let message = told["message"].as_str().unwrap();
+    assert!(message.starts_with("there is no trace: neither traces/Spring/pair.csv nor"), "{told}");
+    assert!(
+        message.ends_with("help: traces/Spring/pair.CSV does; spell its extension in lower case")
+    );
+}
+
+#[test]
+fn only_selects_scenes_by_part_of_their_name_and_integrators_by_their_whole_name() {
+    let project = Project::new();
+    for (name, integrator) in [("a", "linearized-implicit-euler"), ("b", "implicit-euler")] {
+        let text = SPRING.replace("symplectic-euler", integrator);
+        project.write(&format!("assets/Spring/{name}.xml"), &text);
+    }
+    assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+    let names = |text: &str| -> Vec<String> {
+        let run = project.grade(&["--only", text, "--format", "json"]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        let features = report["features"].as_array().unwrap();
+        let scenes = features.iter().flat_map(|feature| feature["scenes"].as_array().unwrap());
+        let mut names: Vec<String> =
+            scenes.map(|scene| scene["name"].as_str().unwrap().to_owned()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("implicit-euler"), ["Fall/feather", "Spring/b"]);
+    assert_eq!(names("implicit"), ["Fall/feather", "Spring/b"]);
+    assert_eq!(names("linearized-implicit"), ["Spring/a"]);
+    assert_eq!(names("Spring/"), ["Spring/a", "Spring/b", "Spring/pair"]);
+    assert_eq!(project.grade(&["--only", "euler"]).code, 2);
+}
+
+#[test]
+fn residuals_of_what_was_not_compared_are_no_zeros() {
+    let project = Project::new();
+    project.traces("Spring/pair", |_| ());
+    fs::remove_file(project.path("traces/Spring/pair.csv")).unwrap();
+    let text = project.grade(&["--traces", "traces"]).stdout;
+    let row = text.lines().find(|line| line.contains("symplectic-euler")).unwrap();
+    let cells: Vec<&str> = row.split_whitespace().collect();
+    assert_eq!(cells, ["Spring", "symplectic-euler", "0/1", "-", "-", "0/1", "FAIL"]);
+
+    let report = project.grade(&["--traces", "traces", "--format", "json"]).stdout;
+    let none = serde_json::json!({ "largest": null, "accumulated": null });
+    let zero = serde_json::json!({ "largest": 0.0, "accumulated": 0.0 });
+    for (name, residuals) in [("Spring/pair", none), ("Fall/stone", zero)] {
+        let told = scene(&report, name);
+        assert_eq!((&told["position"], &told["velocity"]), (&residuals, &residuals), "{name}");
+    }
+}
+
+#[test]
+fn regenerating_says_how_a_trace_changed() {
+    let third = "<particle m=\"1\" px=\"3\" py=\"0\" vx=\"0\" vy=\"0\" fixed=\"0\"/>\n  <edge";
+    let cases = [
+        (
+            "<duration",
+            "<!-- half a second -->\n  <duration",
+            "  Spring/pair: scene edited; its trace is the same",
+        ),
+        (
+            "time=\"0.5\"",
+            "time=\"1\"",
+            "! Spring/pair: scene edited; changed: the old trace has 11 states, the new one 21",
+        ),
+        ("<edge", third, "! Spring/pair: scene edited; changed: the old trace has another shape"),
+    ];
+    for (from, to, message) in cases {
+        let project = Project::new();
+        project.write("assets/Spring/pair.xml", &SPRING.replacen(from, to, 1));
+        let run = project.grade(&["oracle", "regenerate"]);
+        let (code, outcome) = match message.starts_with('!') {
+            true => (1, "expected was NOT replaced"),
+            false => (0, "expected was replaced\n"),
+        };
+        assert_eq!(run.code, code, "{}", run.stdout);
+        assert!(run.stdout.starts_with(message), "{message}: {}", run.stdout);
+        assert!(run.stdout.contains("2 of 3 traces are unchanged"), "{}", run.stdout);
+        assert!(run.stdout.contains(outcome), "{}", run.stdout);
+    }
+    // Two particles in three dimensions have as many columns as three particles in two.
+    let project = Project::new();
+    project.write("assets/Spring/pair.xml", &SPRING.replacen("px=", "pz=\"0\" px=", 1));
+    assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
+    project.write("assets/Spring/pair.xml", &SPRING.replacen("<edge", third, 1));
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert!(run.code == 1 && run.stdout.contains("another shape"), "{}", run.stdout);
+    // What is no trace is no zero difference either.
+    let project = Project::new();
+    project.write("expected/Spring/pair.csv", "nothing\n");
+    let run = project.grade(&["oracle", "regenerate"]);
+    let message = "! Spring/pair: changed: the old trace cannot be used: ";
+    assert!(run.code == 1 && run.stdout.starts_with(message), "{}", run.stdout);
+}
+
+#[test]
+fn a_rule_for_extra_credit_does_no_harm_without_extra_credit() {
+    let project = Project::new();
+    project.write("assets/rubric.toml", "[[feature]]\nsection = \"extra-credit\"\npoints = 2\n");
+    assert_eq!(project.grade(&["--assets", "assets"]).code, 0);
+    // Where there is extra credit, the rule must fit some of it.
+    let rule = "[[feature]]\nsection = \"extra-credit\"\ngroup = \"Spring\"\npoints = 2\n";
+    project.write("assets/rubric.toml", rule);
+    assert_eq!(project.grade(&["--assets", "assets"]).code, 0);
+    assert_eq!(project.grade(&[]).code, 2);
 }

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use grader::compare::Comparison;
 use grader::grading::{self, Grading, Outcome};
 use grader::jacobian;
-use grader::oracle::{self, Change, Oracle, Regeneration};
+use grader::oracle::{self, Change, Difference, Leftover, Oracle, Regeneration};
 use grader::report;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
-use grader::suite::{Section, Suite};
+use grader::suite::{Case, Section, Suite};
+use grader::verdict::Verdict;
 use simulator::force;
 use simulator::output::OutputFile;
 use simulator::scene::ParseOptions;
@@ -49,7 +49,7 @@ struct GradeArgs {
     #[arg(long, value_name = "DIR")]
     traces: Option<PathBuf>,
 
-    /// Grade only scenes whose name or integrator contains this text
+    /// Grade only scenes whose name contains this text, or whose integrator is called so
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
 
@@ -103,7 +103,7 @@ struct SuiteArgs {
 #[derive(Args)]
 struct JacobianArgs {
     /// Random states a force and dimension
-    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     states: u32,
 
     /// Seed of the random states
@@ -203,14 +203,19 @@ fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     let Inputs { mut suite, expected, rubric } = args.suite.read()?;
     if let Some(text) = &args.only {
         let total = suite.cases.len();
-        suite.cases.retain(|case| case.id.contains(text) || case.feature.integrator.contains(text));
+        let integrator = simulator::vocabulary().integrator(text).map(|schema| schema.name);
+        let is_wanted =
+            |case: &Case| case.id.contains(text) || integrator == Some(case.feature.integrator);
+        suite.cases.retain(is_wanted);
         if suite.cases.is_empty() {
-            let message = format!("no scene's name or integrator contains {text:?}");
+            let message = format!(
+                "no scene's name contains {text:?}, and no scene's integrator is called so"
+            );
             return Err(Stop::bad_input(message));
         }
         complain("note", format!("{} of {total} scenes are graded", suite.cases.len()));
     }
-    let oracle = Oracle::open(&expected).map_err(Stop::bad_input)?;
+    let oracle = open_oracle(&expected)?;
     let submission = match &args.traces {
         Some(folder) if !folder.is_dir() => {
             return Err(Stop::bad_input(format!("{}: there is no such folder", folder.display())));
@@ -229,6 +234,17 @@ fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         Outcome::Failed => Exit::Failed,
         Outcome::GraderFault => Exit::GraderFault,
     })
+}
+
+/// The oracle of a folder, which must be there.
+fn open_oracle(folder: &Path) -> Result<Oracle, Stop> {
+    if !folder.is_dir() {
+        let folder = folder.display();
+        return Err(Stop::bad_input(format!(
+            "{folder}: there is no such folder; make it with `grade oracle regenerate`"
+        )));
+    }
+    Oracle::open(folder).map_err(Stop::bad_input)
 }
 
 /// Writes the report where it is wanted.
@@ -275,6 +291,11 @@ fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {
     let regeneration =
         oracle::regenerate(&suite, &expected, &rubric, accept).map_err(Stop::bad_input)?;
     print(describe(&regeneration, &expected).as_bytes());
+    if let Some(Leftover { path, detail }) = &regeneration.leftover {
+        let path = path.display();
+        let message = format!("{path}: the old traces are still there; remove them: {detail}");
+        complain("warning", message);
+    }
     Ok(if regeneration.refused() { Exit::Failed } else { Exit::Passed })
 }
 
@@ -289,8 +310,11 @@ fn describe(regeneration: &Regeneration, folder: &Path) -> String {
             }
             Change::New => "new".to_owned(),
             Change::Removed => "removed: its scene is gone".to_owned(),
-            Change::Changed { scene_edited, comparison } => {
-                describe_change(*scene_edited, comparison)
+            Change::SceneEdited => "scene edited; its trace is the same".to_owned(),
+            Change::Changed { scene_edited, n_old, difference } => {
+                let edited = if *scene_edited { "scene edited; " } else { "" };
+                let several = if *n_old > 1 { "one trace in the place of two; " } else { "" };
+                format!("{edited}{several}{}", describe_difference(difference))
             }
         };
         let mark = if change.needs_accepting() { "!" } else { " " };
@@ -299,6 +323,9 @@ fn describe(regeneration: &Regeneration, folder: &Path) -> String {
     let folder = folder.display();
     text += &format!("{unchanged} of {} traces are unchanged\n", regeneration.changes.len());
     text += &match (regeneration.replaced, regeneration.refused()) {
+        (true, _) if unchanged == regeneration.changes.len() => {
+            format!("{folder} was replaced: its manifest was missing or out of date\n")
+        }
         (true, _) => format!("{folder} was replaced\n"),
         (false, true) => format!(
             "{folder} was NOT replaced: review what is marked ! and run again with --accept\n"
@@ -308,21 +335,31 @@ fn describe(regeneration: &Regeneration, folder: &Path) -> String {
     text
 }
 
-fn describe_change(scene_edited: bool, comparison: &Comparison) -> String {
-    let cause = if scene_edited { "scene edited; " } else { "" };
-    let extent = if comparison.verdict.is_pass() { "within tolerance" } else { "beyond tolerance" };
-    let size = match &comparison.first_wrong {
-        Some(first) => format!(", first at {}", first.place),
-        None if comparison.verdict.is_pass() => String::new(),
-        None => format!(", {}", comparison.verdict),
+fn describe_difference(difference: &Difference) -> String {
+    let comparison = match difference {
+        Difference::Numbers(comparison) => comparison,
+        Difference::Length { old, new } => {
+            return format!("changed: the old trace has {old} states, the new one {new}");
+        }
+        Difference::Shape => {
+            return "changed: the old trace has another shape (particles or dimensions)".to_owned();
+        }
+        Difference::Unusable { detail } => {
+            return format!("changed: the old trace cannot be used: {detail}");
+        }
+    };
+    let (extent, place) = match (&comparison.verdict, &comparison.first_wrong) {
+        (Verdict::Pass, _) => ("within tolerance", String::new()),
+        (_, Some(first)) => ("beyond tolerance", format!(", first at {}", first.place)),
+        (verdict, None) => ("beyond tolerance", format!(", {verdict}")),
     };
     let (position, velocity) = (comparison.position.largest, comparison.velocity.largest);
-    format!("{cause}changed {extent}, position by {position:.1e}, velocity by {velocity:.1e}{size}")
+    format!("changed {extent}, position by {position:.1e}, velocity by {velocity:.1e}{place}")
 }
 
 fn verify(args: &SuiteArgs) -> Result<Exit, Stop> {
     let Inputs { suite, expected, .. } = args.read()?;
-    let oracle = Oracle::open(&expected).map_err(Stop::bad_input)?;
+    let oracle = open_oracle(&expected)?;
     let findings = oracle::verify(&suite, &oracle);
     let mut text = String::new();
     for finding in &findings {

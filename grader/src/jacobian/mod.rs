@@ -1,7 +1,7 @@
 //! Each force's Jacobians against central differences of the force itself.
 //!
 //! For every registered force, in two and three dimensions, at many random states of two particles away
-//! from where the force is not defined: the assembled `∂F/∂x` and `∂F/∂v` of the system are compared,
+//! from where the force is not defined, with random parameters of which some are zero: the assembled `∂F/∂x` and `∂F/∂v` of the system are compared,
 //! entry by entry, with
 //!
 //! ```text
@@ -19,7 +19,7 @@ use fastrand::Rng;
 use nalgebra::DMatrix;
 use simulator::force::{self, Block, ForceKind, JacobianSink};
 use simulator::integrator;
-use simulator::scene::schema::ActsOn;
+use simulator::scene::schema::{ActsOn, Domain, ParameterSchema};
 use simulator::scene::{Dimension, Edge, ForceElement, Location, Particle, Rendering, Scene};
 use simulator::system::{BuildForce, System};
 
@@ -27,6 +27,9 @@ use difference::difference;
 
 /// The largest error of a correct Jacobian. Truncation and rounding leave about 1e-9.
 pub const TOLERANCE: f64 = 1e-7;
+
+/// Of so many values of a parameter that may be zero or left out, one is.
+const ONE_IN: u32 = 8;
 
 /// How to check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -214,11 +217,11 @@ fn indices(matrix: &DMatrix<f64>) -> impl Iterator<Item = (usize, usize)> + use<
 
 /// Two particles half a unit to three units apart, with one element of the force.
 fn random_scene<const D: usize>(kind: &'static ForceKind, rng: &mut Rng) -> Scene {
-    let mut within = |low: f64, high: f64| low + (high - low) * rng.f64();
     let mut parameters = [0.0; simulator::scene::schema::MAX_PARAMETERS];
     for (value, parameter) in parameters.iter_mut().zip(kind.schema.parameters) {
-        *value = within(parameter.typical.0, parameter.typical.1);
+        *value = random_parameter(parameter, rng);
     }
+    let mut within = |low: f64, high: f64| low + (high - low) * rng.f64();
     let mut vector = |size: f64| -> [f64; 3] {
         std::array::from_fn(|axis| if axis < D { within(-size, size) } else { 0.0 })
     };
@@ -264,6 +267,17 @@ fn random_scene<const D: usize>(kind: &'static ForceKind, rng: &mut Rng) -> Scen
     }
 }
 
+/// A typical value; at times the parameter's default, or zero, for which a force may have a branch.
+fn random_parameter(parameter: &ParameterSchema, rng: &mut Rng) -> f64 {
+    let (low, high) = parameter.typical;
+    let typical = low + (high - low) * rng.f64();
+    let zero = (parameter.domain == Domain::NonNegative).then_some(0.0);
+    match parameter.default.or(zero) {
+        Some(special) if rng.u32(..ONE_IN) == 0 => special,
+        _ => typical,
+    }
+}
+
 fn coordinates<const D: usize>(scene: &Scene, of: fn(&Particle) -> [f64; 3]) -> Vec<f64> {
     scene.particles.iter().flat_map(|particle| of(particle).into_iter().take(D)).collect()
 }
@@ -296,24 +310,67 @@ mod tests {
         for check in check_all(Config::default(), |_| true) {
             let entry = expected.iter().find(|(tag, ..)| *tag == check.tag);
             let (_, by_position, by_velocity) = entry.expect("a line for each force");
-            let evidence = |expected: bool| if expected { check.states } else { 0 };
-            assert_eq!(check.by_position.evidence, evidence(*by_position), "{}", check.tag);
-            assert_eq!(check.by_velocity.evidence, evidence(*by_velocity), "{}", check.tag);
+            // A force whose parameters are zero is no evidence.
+            let enough = |evidence: u32, expected: bool| match expected {
+                true => 2 * evidence >= check.states,
+                false => evidence == 0,
+            };
+            assert!(enough(check.by_position.evidence, *by_position), "{check:?}");
+            assert!(enough(check.by_velocity.evidence, *by_velocity), "{check:?}");
         }
+    }
+
+    fn spring() -> &'static ForceKind {
+        force::REGISTRY.iter().find(|kind| kind.schema.tag == "springforce").unwrap()
+    }
+
+    #[test]
+    fn springs_are_checked_with_and_without_rest_length_and_damping() {
+        let Config { states, seed } = Config::default();
+        let mut rng = Rng::with_seed(seed);
+        let branch = |scene: &Scene| {
+            let [_, rest_length, damping, _] = scene.forces[0].parameters;
+            (rest_length == 0.0, damping == 0.0)
+        };
+        let branches: Vec<(bool, bool)> =
+            (0..states).map(|_| branch(&random_scene::<2>(spring(), &mut rng))).collect();
+        let share = |wanted: (bool, bool)| branches.iter().filter(|is| **is == wanted).count();
+        assert!(share((false, false)) > branches.len() / 2);
+        assert!(share((false, true)) >= 10 && share((true, false)) >= 10);
+        assert!(share((true, true)) >= 1);
+    }
+
+    #[test]
+    fn a_jacobian_that_is_wrong_for_an_undamped_spring_is_called_wrong() {
+        let finding = tally_of_spoilt_where(
+            |parameters| parameters[2] == 0.0,
+            |matrix| *matrix *= 1.0 + 1e-6,
+        );
+        assert!(!finding.is_pass(), "{finding:?}");
     }
 
     /// The tally for a spring's `∂F/∂x` after `spoil` has changed it.
     fn tally_of_spoilt(spoil: impl Fn(&mut DMatrix<f64>)) -> Finding {
-        let spring = force::REGISTRY.iter().find(|kind| kind.schema.tag == "springforce").unwrap();
+        tally_of_spoilt_where(|_| true, spoil)
+    }
+
+    /// The same, changed only for springs with such parameters.
+    fn tally_of_spoilt_where(
+        select: impl Fn(&[f64]) -> bool,
+        spoil: impl Fn(&mut DMatrix<f64>),
+    ) -> Finding {
+        let spring = spring();
         let mut rng = Rng::with_seed(7);
         let mut tally = Tally::default();
-        for state in 0..20 {
+        for state in 0..50 {
             let scene = random_scene::<2>(spring, &mut rng);
             let system = System::<2>::new(&scene);
             let x = coordinates::<2>(&scene, |particle| particle.position);
             let v = coordinates::<2>(&scene, |particle| particle.velocity);
             let [mut by_position, _] = analytic(&system, &x, &v);
-            spoil(&mut by_position);
+            if select(&scene.forces[0].parameters) {
+                spoil(&mut by_position);
+            }
             let numeric = difference(&x, |x, force| evaluate(&system, x, &v, force));
             tally.add::<2>(state, &by_position, &numeric);
         }

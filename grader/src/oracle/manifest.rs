@@ -5,12 +5,22 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::OracleError;
+use crate::suite::{Case, read_text};
 
 /// The manifest's file name.
 pub const FILE_NAME: &str = "manifest.toml";
 
 /// Version of the manifest's own format.
 pub const FORMAT: u32 = 1;
+
+/// The largest manifest that is read, in MiB.
+const MAX_MEBIBYTES: u64 = 64;
+
+/// The program that makes the traces.
+pub const SIMULATOR: &str = "Spring Oracle";
+
+/// Its version.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// A manifest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,6 +55,20 @@ pub struct Entry {
     pub steps: u64,
 }
 
+impl Entry {
+    /// The entry of `case`, whose trace has this hash.
+    pub(super) fn of(case: &Case, trace_sha256: String) -> Self {
+        Self {
+            scene: case.id.clone(),
+            scene_sha256: case.scene_hash.clone(),
+            trace_sha256,
+            integrator: case.scene.integrator.name.to_owned(),
+            time_step: case.scene.time_step,
+            steps: case.scene.n_steps(),
+        }
+    }
+}
+
 impl Manifest {
     /// Reads the manifest of a folder of traces, if there is one.
     ///
@@ -52,7 +76,7 @@ impl Manifest {
     /// Where it cannot be read, or is none.
     pub fn load(folder: &Path) -> Result<Option<Self>, OracleError> {
         let path = folder.join(FILE_NAME);
-        let text = match std::fs::read_to_string(&path) {
+        let text = match read_text(&path, MAX_MEBIBYTES) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(OracleError::Unreadable { path, source }),
@@ -64,6 +88,11 @@ impl Manifest {
             return Err(invalid(format!("its format is {}, not {FORMAT}", manifest.format)));
         }
         Ok(Some(manifest))
+    }
+
+    /// Whether this program, in this version, made the traces.
+    pub fn is_of_this_version(&self) -> bool {
+        self.simulator == SIMULATOR && self.version == VERSION
     }
 
     /// The entry of a scene.

@@ -4,14 +4,16 @@ pub mod manifest;
 mod regenerate;
 mod verify;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use manifest::Manifest;
+use simulator::trace::TraceFormat;
 
-pub use regenerate::{Change, RegenerateError, Regeneration, regenerate};
+pub use regenerate::{Change, Difference, Leftover, RegenerateError, Regeneration, regenerate};
 pub use verify::{Finding, verify};
 
-use crate::suite::{Case, hash_file};
+use crate::suite::{Case, NoTrace, Suite, find_trace, hash_file};
 use crate::verdict::Fault;
 
 /// A folder of oracle traces.
@@ -53,6 +55,19 @@ impl Oracle {
         Ok(Self { folder: folder.to_path_buf(), manifest: Manifest::load(folder)? })
     }
 
+    /// The trace of a scene.
+    ///
+    /// # Errors
+    /// Where there is none, or more than one.
+    pub fn find(&self, case: &Case) -> Result<(PathBuf, TraceFormat), Fault> {
+        find_trace(&self.folder, &case.id).map_err(|error| match error {
+            NoTrace::Missing { stem, .. } => {
+                Fault::NoOracle { trace: format!("{}.csv", stem.display()) }
+            }
+            NoTrace::Several { .. } => Fault::BrokenOracle { detail: error.to_string() },
+        })
+    }
+
     /// Checks that the trace at `path` was made from the scene as it is now, and not altered since.
     ///
     /// # Errors
@@ -92,9 +107,15 @@ fn files_below(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
+/// The traces among `files` without a scene, by the name it would have.
+fn orphans(suite: &Suite, files: &[PathBuf]) -> BTreeSet<String> {
+    let names = files.iter().filter_map(|file| trace_name(file));
+    names.filter(|name| suite.cases.iter().all(|case| case.id != *name)).collect()
+}
+
 /// The name of the scene that `file`, relative to the folder, is the trace of; `None` if it is no trace.
 fn trace_name(file: &Path) -> Option<String> {
-    simulator::trace::TraceFormat::of_path(file)?;
+    TraceFormat::of_path(file)?;
     let parts: Vec<String> =
         file.with_extension("").iter().map(|part| part.to_string_lossy().into_owned()).collect();
     Some(parts.join("/"))

@@ -5,6 +5,8 @@
 //! exchanged with them, in one step where the system has one. A trace that changed beyond its tolerance,
 //! or lost its scene, is not replaced unless the changes are accepted; then nothing else is either.
 
+use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -12,15 +14,15 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use simulator::simulation::{Simulation, SimulationError};
 use simulator::trace::csv::CsvWriter;
-use simulator::trace::{self, Shape, TraceWriter};
+use simulator::trace::{self, Shape, State, TraceError, TraceFault, TraceFormat, TraceWriter};
 use tempfile::TempDir;
 
-use super::manifest::{Entry, FILE_NAME, FORMAT, Manifest};
+use super::manifest::{Entry, FILE_NAME, FORMAT, Manifest, SIMULATOR, VERSION};
 use super::{Oracle, OracleError};
 use crate::compare::{Comparison, Expectation, Tolerances, compare};
 use crate::rubric::Rubric;
-use crate::suite::{Case, Suite, find_trace, hash_file};
-use crate::verdict::{Failure, Verdict};
+use crate::suite::{Case, Suite, find_traces, hash_file};
+use crate::verdict::{Fault, Verdict};
 
 /// What regenerating did, or would do.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,32 +32,75 @@ pub struct Regeneration {
     /// Whether the folder was replaced. It is not where nothing changed, or where a change needs
     /// accepting.
     pub replaced: bool,
+    /// What is left of the old folder, where it was replaced and could not be removed.
+    pub leftover: Option<Leftover>,
+}
+
+/// Old content that could not be removed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Leftover {
+    /// Where it is now.
+    pub path: PathBuf,
+    /// Why it is still there.
+    pub detail: String,
 }
 
 /// What became of a trace.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
-    /// The same bytes.
+    /// The same bytes, of the same scene.
     Unchanged,
+    /// The same bytes, although the scene was edited.
+    SceneEdited,
     /// There was none before.
     New,
     /// Other bytes.
     Changed {
         /// Whether the scene was edited since the old trace was made, as far as is known.
         scene_edited: bool,
-        /// The new trace judged by the old one.
-        comparison: Comparison,
+        /// How many old traces there were: one a format.
+        n_old: usize,
+        /// How the new trace differs from them; of several, from the one that differs most.
+        difference: Difference,
     },
     /// Its scene is gone.
     Removed,
+}
+
+/// How a new trace differs from an old one.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Difference {
+    /// In numbers: the new trace judged by the old one.
+    Numbers(Box<Comparison>),
+    /// In the number of states.
+    Length {
+        /// States of the old one.
+        old: u64,
+        /// States of the new one.
+        new: u64,
+    },
+    /// In the number of particles or dimensions.
+    Shape,
+    /// The old one cannot be read.
+    Unusable {
+        /// Why.
+        detail: String,
+    },
+}
+
+impl Difference {
+    /// Whether the numbers agree within the tolerance.
+    pub fn is_within_tolerance(&self) -> bool {
+        matches!(self, Self::Numbers(comparison) if comparison.verdict.is_pass())
+    }
 }
 
 impl Change {
     /// Whether it may only happen with consent.
     pub fn needs_accepting(&self) -> bool {
         match self {
-            Self::Unchanged | Self::New => false,
-            Self::Changed { comparison, .. } => !comparison.verdict.is_pass(),
+            Self::Unchanged | Self::SceneEdited | Self::New => false,
+            Self::Changed { difference, .. } => !difference.is_within_tolerance(),
             Self::Removed => true,
         }
     }
@@ -68,7 +113,7 @@ impl Regeneration {
     }
 }
 
-/// Regenerating failed; the old folder is as it was.
+/// Regenerating failed; the old folder is as it was, or where the message says.
 #[derive(Debug, thiserror::Error)]
 pub enum RegenerateError {
     /// A scene cannot be simulated.
@@ -77,6 +122,28 @@ pub enum RegenerateError {
     /// The old manifest cannot be read.
     #[error(transparent)]
     Oracle(#[from] OracleError),
+    /// The folder has no name that the new one could take.
+    #[error("{}: a folder without a name cannot be replaced", path.display())]
+    NoName {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The folder holds the one that this program runs in.
+    #[error("{}: the folder is replaced whole, and the current folder would go with it\n  help: run this from outside of it", path.display())]
+    HoldsCurrent {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The old folder stepped aside, and neither the new one nor it could take its place.
+    #[error("{}: could not be replaced, and its content is now in {}: {source}", path.display(), aside.display())]
+    Aside {
+        /// The folder.
+        path: PathBuf,
+        /// Where its content is.
+        aside: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
     /// A file cannot be written or read.
     #[error("{}: {source}", path.display())]
     Io {
@@ -87,10 +154,12 @@ pub enum RegenerateError {
     },
 }
 
-/// Makes the traces of every scene of the suite, and replaces `folder` by them.
+/// Makes the traces of every scene of the suite, and replaces `folder` by them. Where it is a link, the
+/// folder that it leads to is replaced.
 ///
 /// # Errors
-/// Where a scene cannot be simulated, or a file not be written; `folder` is then as it was.
+/// Where a scene cannot be simulated, or a file not be written; `folder` is then as it was. Where the
+/// folder cannot be replaced.
 pub fn regenerate(
     suite: &Suite,
     folder: &Path,
@@ -102,7 +171,8 @@ pub fn regenerate(
         Err(_) if accept => Oracle { folder: folder.to_path_buf(), manifest: None },
         opened => opened?,
     };
-    let staging = stage(folder)?;
+    let place = Place::of(folder)?;
+    let staging = stage(&place)?;
     let make = |case: &Case| make(case, staging.path(), &old, rubric);
     let made: Result<Vec<(Entry, Change)>, RegenerateError> =
         suite.cases.par_iter().map(make).collect();
@@ -119,8 +189,8 @@ pub fn regenerate(
 
     let mut manifest = Manifest {
         format: FORMAT,
-        simulator: "Spring Oracle".to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        simulator: SIMULATOR.to_owned(),
+        version: VERSION.to_owned(),
         traces,
     };
     manifest.traces.sort_by(|a, b| a.scene.cmp(&b.scene));
@@ -128,24 +198,58 @@ pub fn regenerate(
         && changes.iter().all(|(_, change)| *change == Change::Unchanged);
     let refused = !accept && changes.iter().any(|(_, change)| change.needs_accepting());
     let replaced = !same && !refused;
+    let mut leftover = None;
     if replaced {
         write_manifest(&manifest, &staging.path().join(FILE_NAME))?;
         for file in others.kept {
             copy(&folder.join(&file), &staging.path().join(&file))?;
         }
-        exchange(staging, folder)?;
+        leftover = exchange(staging, &place.path(), &Means::default())?;
     }
-    Ok(Regeneration { changes, replaced })
+    Ok(Regeneration { changes, replaced, leftover })
 }
 
-/// An empty folder beside `folder`; what an interrupted run left there is removed.
-fn stage(folder: &Path) -> Result<TempDir, RegenerateError> {
-    let parent = match folder.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    let prefix = format!(".{name}.regenerating.");
+/// Where the folder stands, behind every link.
+struct Place {
+    /// An absolute path.
+    parent: PathBuf,
+    name: OsString,
+}
+
+impl Place {
+    fn of(folder: &Path) -> Result<Self, RegenerateError> {
+        let no_name = || RegenerateError::NoName { path: folder.to_path_buf() };
+        // A link that leads nowhere is there, and is no folder.
+        if fs::symlink_metadata(folder).is_err() {
+            let name = folder.file_name().ok_or_else(no_name)?.to_owned();
+            let parent = match folder.parent() {
+                Some(parent) if !parent.as_os_str().is_empty() => parent,
+                _ => Path::new("."),
+            };
+            return Ok(Self { parent: parent.canonicalize().map_err(at(parent))?, name });
+        }
+        let path = folder.canonicalize().map_err(at(folder))?;
+        if !path.is_dir() {
+            return Err(at(folder)(io::ErrorKind::NotADirectory.into()));
+        }
+        let (Some(parent), Some(name)) = (path.parent(), path.file_name()) else {
+            return Err(no_name());
+        };
+        let current = std::env::current_dir().and_then(|current| current.canonicalize());
+        if current.is_ok_and(|current| current.starts_with(&path)) {
+            return Err(RegenerateError::HoldsCurrent { path: folder.to_path_buf() });
+        }
+        Ok(Self { parent: parent.to_path_buf(), name: name.to_owned() })
+    }
+
+    fn path(&self) -> PathBuf {
+        self.parent.join(&self.name)
+    }
+}
+
+/// An empty folder beside the one to replace; what an interrupted run left there is removed.
+fn stage(Place { parent, name }: &Place) -> Result<TempDir, RegenerateError> {
+    let prefix = format!(".{}.regenerating.", name.to_string_lossy());
     for entry in fs::read_dir(parent).map_err(at(parent))?.flatten() {
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
             fs::remove_dir_all(entry.path()).map_err(at(&entry.path()))?;
@@ -172,28 +276,28 @@ fn make(
     let path = staging.join(format!("{}.csv", case.id));
     write_trace(case, &path)?;
     let trace_sha256 = hash_file(&path).map_err(at(&path))?;
-    let change = match find_trace(&old.folder, &case.id) {
-        None => Change::New,
-        Some((old_path, _)) if hash_file(&old_path).map_err(at(&old_path))? == trace_sha256 => {
-            Change::Unchanged
-        }
-        Some((old_path, format)) => {
-            let old_entry = old.manifest.as_ref().and_then(|manifest| manifest.entry(&case.id));
-            Change::Changed {
-                scene_edited: old_entry.is_some_and(|entry| entry.scene_sha256 != case.scene_hash),
-                comparison: judge_new(case, (&old_path, format), &path, rubric.tolerances(case)),
+    let old_entry = old.manifest.as_ref().and_then(|manifest| manifest.entry(&case.id));
+    let scene_edited = old_entry.is_some_and(|entry| entry.scene_sha256 != case.scene_hash);
+    let old_traces = find_traces(&old.folder, &case.id);
+    let is_same = |old: &Path| hash_file(old).map_err(at(old)).map(|hash| hash == trace_sha256);
+    let change = match old_traces.as_slice() {
+        [] => Change::New,
+        [(old, _)] if is_same(old)? => match scene_edited {
+            false => Change::Unchanged,
+            true => Change::SceneEdited,
+        },
+        [first, others @ ..] => {
+            let compare = |old| compare_traces(case, old, &path, rubric.tolerances(case));
+            let mut difference = compare(first);
+            for other in others {
+                if difference.is_within_tolerance() {
+                    difference = compare(other);
+                }
             }
+            Change::Changed { scene_edited, n_old: old_traces.len(), difference }
         }
     };
-    let entry = Entry {
-        scene: case.id.clone(),
-        scene_sha256: case.scene_hash.clone(),
-        trace_sha256,
-        integrator: case.scene.integrator.name.to_owned(),
-        time_step: case.scene.time_step,
-        steps: case.scene.n_steps(),
-    };
-    Ok((entry, change))
+    Ok((Entry::of(case, trace_sha256), change))
 }
 
 fn write_trace(case: &Case, path: &Path) -> Result<(), RegenerateError> {
@@ -213,47 +317,69 @@ fn write_trace(case: &Case, path: &Path) -> Result<(), RegenerateError> {
     file.sync_all().map_err(at(path))
 }
 
-/// The new trace, judged by the old one as if that were the oracle's.
-fn judge_new(
+/// How the new trace differs from the old one, which is the measure as if it were the oracle's.
+fn compare_traces(
     case: &Case,
-    (old, format): (&Path, trace::TraceFormat),
+    (old, format): &(PathBuf, TraceFormat),
     new: &Path,
     tolerances: Tolerances,
-) -> Comparison {
-    let shape = Shape::of(&case.scene);
-    let expectation =
-        Expectation { shape, time_step: case.scene.time_step, n_states: case.scene.n_steps() + 1 };
-    let opened = trace::open(old, format, shape)
-        .and_then(|old| Ok((old, trace::open(new, trace::TraceFormat::Csv, shape)?)));
-    match opened {
+) -> Difference {
+    let (shape, n_states) = (Shape::of(&case.scene), case.scene.n_steps() + 1);
+    match count_states(old, *format, shape) {
+        Ok(count) if count == n_states => {}
+        Ok(count) => return Difference::Length { old: count, new: n_states },
+        Err(error) => return difference_of(&error),
+    }
+    let expectation = Expectation { shape, time_step: case.scene.time_step, n_states };
+    let opened = trace::open(old, *format, shape)
+        .and_then(|old| Ok((old, trace::open(new, TraceFormat::Csv, shape)?)));
+    let comparison = match opened {
         Ok((mut old, mut new)) => compare(old.as_mut(), &mut new, expectation, tolerances),
-        // The old trace is of another shape, or broken: as different as can be.
-        Err(error) => {
-            let detail = error.to_string();
-            Comparison::without_states(Verdict::Fail(Failure::Malformed { detail }))
+        Err(error) => return difference_of(&error),
+    };
+    match comparison.verdict {
+        Verdict::GraderFault(Fault::BrokenOracle { detail }) => Difference::Unusable { detail },
+        _ => Difference::Numbers(Box::new(comparison)),
+    }
+}
+
+/// States of a trace, read to its end.
+fn count_states(path: &Path, format: TraceFormat, shape: Shape) -> Result<u64, TraceError> {
+    let mut reader = trace::open(path, format, shape)?;
+    let mut state = State::zeros(shape);
+    let mut count = 0;
+    while reader.read(&mut state)? {
+        count += 1;
+    }
+    Ok(count)
+}
+
+fn difference_of(error: &TraceError) -> Difference {
+    match error {
+        TraceError::Line { fault: TraceFault::HeaderLength { .. }, .. } => Difference::Shape,
+        // As many columns, of other particles: they part after the first one's `x0,y0`.
+        TraceError::Line { fault: TraceFault::Header { found, expected, .. }, .. }
+            if matches!((found.as_str(), expected.as_str()), ("z0", "vx0") | ("vx0", "z0")) =>
+        {
+            Difference::Shape
         }
+        _ => Difference::Unusable { detail: error.to_string() },
     }
 }
 
 /// Files of the old folder that are not traces of the suite.
 struct OtherFiles {
     /// Traces without a scene, by the name the scene would have.
-    orphans: Vec<String>,
+    orphans: BTreeSet<String>,
     /// Files that are no traces, relative to the folder.
     kept: Vec<PathBuf>,
 }
 
 fn other_files(suite: &Suite, folder: &Path) -> Result<OtherFiles, RegenerateError> {
-    let (mut orphans, mut kept) = (Vec::new(), Vec::new());
-    for file in super::files_below(folder).map_err(at(folder))? {
-        match super::trace_name(&file) {
-            Some(name) if suite.cases.iter().any(|case| case.id == name) => {}
-            Some(name) => orphans.push(name),
-            None if file == Path::new(FILE_NAME) => {}
-            None => kept.push(file),
-        }
-    }
-    Ok(OtherFiles { orphans, kept })
+    let mut files = super::files_below(folder).map_err(at(folder))?;
+    let orphans = super::orphans(suite, &files);
+    files.retain(|file| super::trace_name(file).is_none() && file != Path::new(FILE_NAME));
+    Ok(OtherFiles { orphans, kept: files })
 }
 
 fn write_manifest(manifest: &Manifest, path: &Path) -> Result<(), RegenerateError> {
@@ -274,26 +400,53 @@ fn copy(from: &Path, to: &Path) -> Result<(), RegenerateError> {
     Ok(())
 }
 
-/// Puts the staged folder in the place of `folder`, whose old content is removed.
-fn exchange(staging: TempDir, folder: &Path) -> Result<(), RegenerateError> {
-    if !folder.exists() {
-        let staged = staging.keep();
-        return fs::rename(&staged, folder).map_err(at(folder));
+/// How folders are exchanged and removed.
+struct Means {
+    /// Exchanges two names in one step.
+    exchange_names: fn(&Path, &Path) -> io::Result<()>,
+    /// Removes a folder and all that is in it.
+    remove: fn(&Path) -> io::Result<()>,
+}
+
+impl Default for Means {
+    fn default() -> Self {
+        Self { exchange_names, remove: |path| fs::remove_dir_all(path) }
     }
-    if exchange_names(staging.path(), folder).is_ok() {
-        // The staging name now holds the old content, and is removed with it.
-        return staging.close().map_err(at(folder));
+}
+
+/// Puts the staged folder in the place of `folder`, whose old content is removed; what of it could not
+/// be is returned. On an error the staged folder is removed.
+fn exchange(
+    staging: TempDir,
+    folder: &Path,
+    means: &Means,
+) -> Result<Option<Leftover>, RegenerateError> {
+    let remove = |path: PathBuf| {
+        let removed = (means.remove)(&path);
+        removed.err().map(|error| Leftover { path, detail: error.to_string() })
+    };
+    if !folder.exists() {
+        fs::rename(staging.path(), folder).map_err(at(folder))?;
+        // It has its new name: there is nothing left to remove.
+        let _ = staging.keep();
+        return Ok(None);
+    }
+    if (means.exchange_names)(staging.path(), folder).is_ok() {
+        // The staging name now holds the old content.
+        return Ok(remove(staging.keep()));
     }
     // No exchange in one step here: the old folder steps aside first, and back if the new one cannot
     // take its place.
-    let staged = staging.keep();
-    let aside = staged.with_extension("old");
+    let aside = staging.path().with_extension("old");
     fs::rename(folder, &aside).map_err(at(folder))?;
-    if let Err(source) = fs::rename(&staged, folder) {
-        fs::rename(&aside, folder).map_err(at(folder))?;
-        return Err(RegenerateError::Io { path: folder.to_path_buf(), source });
+    if let Err(source) = fs::rename(staging.path(), folder) {
+        return Err(match fs::rename(&aside, folder) {
+            Ok(()) => RegenerateError::Io { path: folder.to_path_buf(), source },
+            Err(source) => RegenerateError::Aside { path: folder.to_path_buf(), aside, source },
+        });
     }
-    fs::remove_dir_all(&aside).map_err(at(&aside))
+    let _ = staging.keep();
+    Ok(remove(aside))
 }
 
 #[cfg(target_os = "linux")]
@@ -310,4 +463,76 @@ fn exchange_names(_: &Path, _: &Path) -> io::Result<()> {
 fn at(path: &Path) -> impl Fn(io::Error) -> RegenerateError + use<> {
     let path = path.to_path_buf();
     move |source| RegenerateError::Io { path: path.clone(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NO_EXCHANGE: fn(&Path, &Path) -> io::Result<()> =
+        |_, _| Err(io::ErrorKind::Unsupported.into());
+    const NO_REMOVAL: fn(&Path) -> io::Result<()> = |_| Err(io::ErrorKind::ResourceBusy.into());
+
+    /// A folder with `expected/old.txt`, and one beside it with `new.txt` to take its place.
+    fn prepare() -> (TempDir, PathBuf, TempDir) {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("expected");
+        fs::create_dir(&folder).unwrap();
+        fs::write(folder.join("old.txt"), "old").unwrap();
+        let staging = stage(&Place::of(&folder).unwrap()).unwrap();
+        fs::write(staging.path().join("new.txt"), "new").unwrap();
+        (root, folder, staging)
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn folders_are_exchanged_in_one_step_or_two() {
+        for exchange_names in [Means::default().exchange_names, NO_EXCHANGE] {
+            let (root, folder, staging) = prepare();
+            let means = Means { exchange_names, ..Means::default() };
+            assert_eq!(exchange(staging, &folder, &means).unwrap(), None);
+            assert_eq!(
+                (names(&folder), names(root.path())),
+                (vec!["new.txt".into()], vec!["expected".into()])
+            );
+        }
+    }
+
+    #[test]
+    fn old_content_that_cannot_be_removed_is_told_of_and_is_no_error() {
+        for exchange_names in [Means::default().exchange_names, NO_EXCHANGE] {
+            let (_root, folder, staging) = prepare();
+            let means = Means { exchange_names, remove: NO_REMOVAL };
+            let leftover = exchange(staging, &folder, &means).unwrap().unwrap();
+            assert_eq!(names(&folder), ["new.txt"]);
+            assert_eq!(names(&leftover.path), ["old.txt"]);
+        }
+    }
+
+    #[test]
+    fn the_staged_folder_goes_when_it_cannot_take_its_place() {
+        let (root, folder, staging) = prepare();
+        assert!(exchange(staging, &root.path().join("none/expected"), &Means::default()).is_err());
+        assert_eq!(
+            (names(&folder), names(root.path())),
+            (vec!["old.txt".into()], vec!["expected".into()])
+        );
+
+        // Something is in the way where the old folder would step aside.
+        let (root, folder, staging) = prepare();
+        let aside = staging.path().with_extension("old");
+        fs::create_dir(&aside).unwrap();
+        fs::write(aside.join("in the way"), "").unwrap();
+        let means = Means { exchange_names: NO_EXCHANGE, ..Means::default() };
+        assert!(exchange(staging, &folder, &means).is_err());
+        assert_eq!(names(&folder), ["old.txt"]);
+        assert_eq!(names(root.path()), [".expected.regenerating.old", "expected"]);
+    }
 }

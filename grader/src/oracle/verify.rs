@@ -1,9 +1,10 @@
 //! Whether the stored traces still match their scenes and their manifest.
 
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Oracle;
-use crate::suite::{Suite, find_trace};
+use super::manifest::{Entry, SIMULATOR, VERSION};
+use crate::suite::{Case, Suite};
 use crate::verdict::Fault;
 
 /// Something that does not match.
@@ -19,6 +20,48 @@ pub enum Finding {
         scene: String,
         /// Why not.
         fault: Fault,
+    },
+    /// The manifest is another program's, or another version's.
+    #[error(
+        "the traces were made by {simulator} {version}, and this is {SIMULATOR} {VERSION}; make them anew with `grade oracle regenerate`"
+    )]
+    OtherVersion {
+        /// The program.
+        simulator: String,
+        /// Its version.
+        version: String,
+    },
+    /// The manifest says of a scene what is not so.
+    #[error(
+        "{scene}: the manifest records the {fact} {recorded}, and the scene's is {actual}; restore the manifest or run `grade oracle regenerate`"
+    )]
+    Entry {
+        /// The scene.
+        scene: String,
+        /// What of the scene.
+        fact: &'static str,
+        /// By the manifest.
+        recorded: String,
+        /// By the scene.
+        actual: String,
+    },
+    /// The manifest has several entries for one scene.
+    #[error(
+        "{scene}: the manifest has {count} entries for it; restore the manifest or run `grade oracle regenerate`"
+    )]
+    Duplicate {
+        /// The scene.
+        scene: String,
+        /// How many.
+        count: usize,
+    },
+    /// The manifest has an entry for a scene that is not there, and neither is its trace.
+    #[error(
+        "{scene}: the manifest has an entry for it, and there is no such scene; restore the manifest or run `grade oracle regenerate`"
+    )]
+    NoScene {
+        /// The name of the scene.
+        scene: String,
     },
     /// A trace has no scene.
     #[error(
@@ -39,31 +82,72 @@ pub enum Finding {
 /// Compares the folder with the suite; what does not match, by scene.
 pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
     let mut findings = Vec::new();
-    if oracle.manifest.is_none() {
-        findings.push(Finding::NoManifest);
+    match &oracle.manifest {
+        None => findings.push(Finding::NoManifest),
+        Some(manifest) if !manifest.is_of_this_version() => {
+            let (simulator, version) = (manifest.simulator.clone(), manifest.version.clone());
+            findings.push(Finding::OtherVersion { simulator, version });
+        }
+        Some(_) => {}
     }
     for case in &suite.cases {
-        let checked = match find_trace(&oracle.folder, &case.id) {
-            Some((path, _)) => oracle.check(case, &path),
-            None => {
-                let trace = format!("{}.csv", oracle.folder.join(&case.id).display());
-                Err(Fault::NoOracle { trace })
-            }
-        };
+        let checked = oracle.find(case).and_then(|(path, _)| oracle.check(case, &path));
+        let edited = checked == Err(Fault::StaleOracle);
         if let Err(fault) = checked {
             findings.push(Finding::Scene { scene: case.id.clone(), fault });
         }
+        // An edited scene may well have other numbers of steps and such; it has its finding.
+        let entry = oracle.manifest.as_ref().and_then(|manifest| manifest.entry(&case.id));
+        if let (Some(entry), false) = (entry, edited) {
+            findings.extend(differences(case, entry));
+        }
     }
-    findings.extend(orphans(suite, &oracle.folder));
+    let orphans = match super::files_below(&oracle.folder) {
+        Ok(files) => super::orphans(suite, &files),
+        Err(error) => {
+            findings.push(Finding::Unreadable { detail: error.to_string() });
+            BTreeSet::new()
+        }
+    };
+    findings.extend(odd_entries(suite, oracle, &orphans));
+    findings.extend(orphans.into_iter().map(|trace| Finding::Orphan { trace }));
     findings
 }
 
-fn orphans(suite: &Suite, folder: &Path) -> Vec<Finding> {
-    let files = match super::files_below(folder) {
-        Ok(files) => files,
-        Err(error) => return vec![Finding::Unreadable { detail: error.to_string() }],
+/// What the manifest says of a scene that is not so.
+fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
+    let is = Entry::of(case, String::new());
+    let step = |value: f64| format!("{value} s");
+    let facts = [
+        ("integrator", entry.integrator.clone(), is.integrator),
+        ("time step", step(entry.time_step), step(is.time_step)),
+        ("number of steps", entry.steps.to_string(), is.steps.to_string()),
+    ];
+    let differing = facts.into_iter().filter(|(_, recorded, actual)| recorded != actual);
+    let finding = |(fact, recorded, actual)| Finding::Entry {
+        scene: case.id.clone(),
+        fact,
+        recorded,
+        actual,
     };
-    let names = files.iter().filter_map(|file| super::trace_name(file));
-    let orphans = names.filter(|name| suite.cases.iter().all(|case| case.id != *name));
-    orphans.map(|trace| Finding::Orphan { trace }).collect()
+    differing.map(finding).collect()
+}
+
+/// Entries of the manifest without a scene, unless their trace is told of, and scenes with several.
+fn odd_entries(suite: &Suite, oracle: &Oracle, orphans: &BTreeSet<String>) -> Vec<Finding> {
+    let mut counts = BTreeMap::new();
+    for entry in oracle.manifest.iter().flat_map(|manifest| &manifest.traces) {
+        *counts.entry(entry.scene.as_str()).or_insert(0_usize) += 1;
+    }
+    let mut findings = Vec::new();
+    for (name, count) in counts {
+        let scene = name.to_owned();
+        if count > 1 {
+            findings.push(Finding::Duplicate { scene: scene.clone(), count });
+        }
+        if suite.cases.iter().all(|case| case.id != name) && !orphans.contains(name) {
+            findings.push(Finding::NoScene { scene });
+        }
+    }
+    findings
 }

@@ -114,9 +114,9 @@ struct JsonTolerances {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonResiduals {
-    /// The largest over particles and states.
+    /// The largest over particles and states; null where no state was compared.
     largest: Option<f64>,
-    /// The sum over particles and states.
+    /// The sum over particles and states; null where no state was compared.
     accumulated: Option<f64>,
 }
 
@@ -236,6 +236,10 @@ impl JsonFeature {
 impl JsonScene {
     fn of(scene: &SceneResult) -> Self {
         let Comparison { verdict, states, position, velocity, first_wrong } = &scene.comparison;
+        let residuals = |residuals: &Residuals| match scene.comparison.is_compared() {
+            true => JsonResiduals::of(residuals),
+            false => JsonResiduals { largest: None, accumulated: None },
+        };
         let Tolerances { largest, accumulated } = scene.tolerances;
         Self {
             name: scene.id.clone(),
@@ -244,8 +248,8 @@ impl JsonScene {
             message: verdict.to_string(),
             tolerances: JsonTolerances { largest, accumulated },
             states: *states,
-            position: JsonResiduals::of(position),
-            velocity: JsonResiduals::of(velocity),
+            position: residuals(position),
+            velocity: residuals(velocity),
             first_wrong: first_wrong.as_ref().map(JsonFirstWrong::of),
         }
     }

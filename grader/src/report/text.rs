@@ -130,14 +130,15 @@ fn write_features(out: &mut dyn Write, features: &[&FeatureResult]) -> io::Resul
     let names = ["group", "integrator", "scenes", "position", "velocity", "points", "verdict"];
     let mut rows = vec![header(&names, 2..6)];
     for result in features {
-        let (position, velocity) = result.largest_residuals();
+        let largest = result.largest_residuals();
+        let nothing = || "-".to_owned();
         let passed = result.n_passed();
         rows.push(vec![
             Cell::left(result.feature.group.clone()),
             Cell::left(result.feature.integrator),
             Cell::right(format!("{passed}/{}", result.scenes.len())),
-            Cell::right(residual(position)),
-            Cell::right(residual(velocity)),
+            Cell::right(largest.map_or_else(nothing, |(position, _)| residual(position))),
+            Cell::right(largest.map_or_else(nothing, |(_, velocity)| residual(velocity))),
             Cell::right(format!("{}/{}", points(result.points_earned()), points(result.points))),
             match result.n_faults() {
                 0 if passed == result.scenes.len() => good("pass"),

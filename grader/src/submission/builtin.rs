@@ -1,7 +1,7 @@
 //! The built-in simulator, judged as any other.
 
 use simulator::scene::Scene;
-use simulator::simulation::{Simulation, SimulationError};
+use simulator::simulation::Simulation;
 use simulator::trace::State;
 
 use super::StateSource;
@@ -19,8 +19,11 @@ struct BuiltIn {
 
 impl StateSource for BuiltIn {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
-        if self.started && !self.simulation.advance().map_err(crash)? {
-            return Ok(false);
+        if self.started {
+            let advanced = self.simulation.advance();
+            if !advanced.map_err(|error| Failure::Crashed { detail: error.to_string() })? {
+                return Ok(false);
+            }
         }
         self.started = true;
         let view = self.simulation.state();
@@ -29,8 +32,4 @@ impl StateSource for BuiltIn {
         state.velocities.copy_from_slice(view.velocities);
         Ok(true)
     }
-}
-
-fn crash(error: SimulationError) -> Failure {
-    Failure::Crashed { detail: error.to_string() }
 }

@@ -47,6 +47,11 @@ pub trait StateSource {
     /// # Errors
     /// Where there is something else in its place.
     fn read(&mut self, state: &mut State) -> Result<bool, Failure>;
+
+    /// Where the state read last stands: a file, and a place in it. `None` where it is in no file.
+    fn location(&self) -> Option<String> {
+        None
+    }
 }
 
 impl StateSource for Box<dyn TraceReader> {
@@ -58,7 +63,9 @@ impl StateSource for Box<dyn TraceReader> {
 fn failure_of(error: TraceError) -> Failure {
     let detail = error.to_string();
     match error {
-        TraceError::Unreadable { .. } => Failure::NoOutput { detail },
+        TraceError::Unreadable { .. } => {
+            Failure::NoOutput { detail: format!("there is no trace: {detail}") }
+        }
         TraceError::Line { .. } | TraceError::Record { .. } => Failure::Malformed { detail },
     }
 }

@@ -1,19 +1,47 @@
 //! A folder of traces: `<group>/<scene>.csv` or `.bin`, as the scenes are laid out.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use simulator::trace::{self, Shape};
+use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
 
 use super::{StateSource, failure_of};
-use crate::suite::{Case, find_trace};
+use crate::suite::{Case, NoTrace, find_trace};
 use crate::verdict::Failure;
 
 /// Opens the trace of a scene.
 pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, Failure> {
-    let Some((path, format)) = find_trace(folder, &case.id) else {
-        let detail = format!("neither {0}.csv nor {0}.bin exists", folder.join(&case.id).display());
-        return Err(Failure::NoOutput { detail });
-    };
+    let (path, format) = find_trace(folder, &case.id).map_err(|error| {
+        let detail = match error {
+            NoTrace::Missing { .. } => format!("there is no trace: {error}"),
+            NoTrace::Several { .. } => format!("there is no telling which trace to grade: {error}"),
+        };
+        Failure::NoOutput { detail }
+    })?;
     let reader = trace::open(&path, format, Shape::of(&case.scene)).map_err(failure_of)?;
-    Ok(Box::new(reader))
+    Ok(Box::new(Trace { reader, path, format, states: 0 }))
+}
+
+struct Trace {
+    reader: Box<dyn TraceReader>,
+    path: PathBuf,
+    format: TraceFormat,
+    /// States read.
+    states: u64,
+}
+
+impl StateSource for Trace {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        let is_state = StateSource::read(&mut self.reader, state)?;
+        self.states += u64::from(is_state);
+        Ok(is_state)
+    }
+
+    fn location(&self) -> Option<String> {
+        let path = self.path.display();
+        Some(match self.format {
+            // Lines count from 1, and the first is the header.
+            TraceFormat::Csv => format!("{path}:{}", self.states + 1),
+            TraceFormat::Fosssim => format!("{path}: record {}", self.states.saturating_sub(1)),
+        })
+    }
 }

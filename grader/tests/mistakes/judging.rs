@@ -108,8 +108,8 @@ pub(crate) fn states_of(source: &mut dyn StateSource, scene: &Scene) -> Vec<Stat
 
 /// The oracle's trace is read once, and held against many students.
 fn stored_states(folder: &Path, id: &str, scene: &Scene) -> Vec<State> {
-    let (path, format) = find_trace(folder, id).unwrap_or_else(|| {
-        panic!("{id} has no trace in {}; make it with `grade oracle regenerate`", folder.display())
+    let (path, format) = find_trace(folder, id).unwrap_or_else(|error| {
+        panic!("{id} has no oracle trace: {error}; make it with `grade oracle regenerate`")
     });
     let mut reader = trace::open(&path, format, Shape::of(scene)).expect("a trace");
     states_of(&mut reader, scene)

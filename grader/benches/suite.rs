@@ -1,0 +1,74 @@
+//! What grading a whole suite costs. See README.md beside this file.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use grader::grading::{Outcome, grade};
+use grader::oracle::Oracle;
+use grader::rubric::Rubric;
+use grader::submission::Submission;
+use grader::suite::{Section, Suite};
+use simulator::scene::ParseOptions;
+
+fn workspace() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a crate of a workspace")
+}
+
+/// The folder of the course's data, if it is there.
+fn course() -> Option<PathBuf> {
+    let beside = workspace().join("../shared/fosssim");
+    let folder = std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from);
+    folder.join("scenes").is_dir().then_some(folder)
+}
+
+/// The built-in simulator on every scene of the sections, against the traces of `expected`.
+fn suite(
+    criterion: &mut Criterion,
+    name: &str,
+    sections: &[(Section, PathBuf)],
+    expected: &Path,
+    rubric: &Rubric,
+) {
+    let suite = Suite::load(sections, &ParseOptions::default()).expect("the scenes can be read");
+    let oracle = Oracle::open(expected).expect("the manifest can be read");
+    let states: u64 = suite.cases.iter().map(|case| case.scene.n_steps() + 1).sum();
+    let mut group = criterion.benchmark_group("suite");
+    group.throughput(Throughput::Elements(states));
+    group.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            let grading = grade(&suite, &Submission::BuiltIn, &oracle, rubric, Vec::new());
+            assert!(grading.outcome() == Outcome::Passed, "{name} does not pass");
+            grading
+        });
+    });
+    group.finish();
+}
+
+fn shipped(criterion: &mut Criterion) {
+    let folder = |name: &str| workspace().join(name);
+    let sections = [
+        (Section::Required, folder("assets")),
+        (Section::ExtraCredit, folder("extracreditassets")),
+    ];
+    let rubric = Rubric::load(&folder("assets/rubric.toml")).expect("the rubric can be read");
+    suite(criterion, "shipped", &sections, &folder("expected"), &rubric);
+}
+
+fn courses(criterion: &mut Criterion) {
+    let Some(course) = course() else { return };
+    let sections = [(Section::Required, course.join("scenes"))];
+    suite(criterion, "course", &sections, &course.join("traces"), &Rubric::default());
+}
+
+/// A run over a suite takes long for a bench: few of them are enough.
+fn few() -> Criterion {
+    Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_secs(1))
+        .measurement_time(Duration::from_secs(5))
+        .without_plots()
+}
+
+criterion_group! { name = benches; config = few(); targets = shipped, courses }
+criterion_main!(benches);

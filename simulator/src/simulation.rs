@@ -251,6 +251,12 @@ impl FailureKind {
             }
             Self::BelowRounding { .. } => "choose units in which the velocities are smaller",
             Self::EnergyNotFinite => "move apart what is in one place; check masses and velocities",
+            Self::Linear(LinearError::OutOfMemory { .. }) => {
+                "make the scene smaller, or use symplectic-euler, which needs no matrix"
+            }
+            Self::Linear(LinearError::Unsettled { .. }) => {
+                "soften the forces, or shorten the time step"
+            }
             Self::Linear(_) => "shorten the time step; check masses and stiffnesses",
         }
     }

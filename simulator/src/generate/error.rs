@@ -23,7 +23,7 @@ pub enum Fault {
     TooManyParticles { particles: u64 },
     #[error("this scene would have {pairs} springs or pairs, and may have at most {MAX_PAIRS}")]
     TooManyPairs { pairs: u64 },
-    #[error("duration {duration} s at a time step of {time_step} s is {steps:e} steps")]
+    #[error("duration {duration:?} s at a time step of {time_step:?} s is {steps:.1e} steps")]
     TooManySteps { duration: f64, time_step: f64, steps: f64 },
     #[error("the {what} of particle {particle} comes out as {value}")]
     Particle { what: &'static str, particle: usize, value: f64 },

@@ -168,6 +168,7 @@ impl<const D: usize> Linearisation<D> {
     ) -> Result<(), StepError> {
         let right = self.reduced.clone();
         let mut solution = vec![0.0; right.len()];
+        let mut product = vec![0.0; delta.len()];
         let mut last = f64::INFINITY;
         for _ in 0..MAX_REFINEMENTS {
             self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
@@ -185,13 +186,13 @@ impl<const D: usize> Linearisation<D> {
                 return Ok(());
             }
             if stuck || !correction.is_finite() {
-                let residual = correction / size;
-                return Err(LinearError::LostDigits { size: right.len(), residual }.into());
+                let correction = correction / size;
+                return Err(LinearError::Unsettled { size: right.len(), correction }.into());
             }
             last = correction;
             statistics.linear.refinements += 1;
 
-            let mut product = vec![0.0; delta.len()];
+            product.fill(0.0);
             let mut sink = ElementProduct { h, delta: &*delta, product: &mut product };
             system.jacobians(&self.trial, iterate, &mut sink)?;
             for (particle, mass) in system.masses().iter().enumerate() {
@@ -202,7 +203,8 @@ impl<const D: usize> Linearisation<D> {
                 }
             }
         }
-        Err(LinearError::LostDigits { size: right.len(), residual: last / l2(&solution) }.into())
+        let correction = last / l2(&solution);
+        Err(LinearError::Unsettled { size: right.len(), correction }.into())
     }
 }
 

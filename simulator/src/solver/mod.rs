@@ -24,6 +24,22 @@ pub enum LinearError {
         /// Rows of the matrix.
         size: usize,
     },
+    /// The matrix is singular as far as its digits go.
+    #[error("the {size} × {size} matrix is singular to working precision")]
+    SingularToPrecision {
+        /// Rows of the matrix.
+        size: usize,
+    },
+    /// The corrections of a stiff system did not become small.
+    #[error(
+        "stiffness swamps the masses: refining the {size} × {size} system still changes its solution by {correction:.1e} of itself"
+    )]
+    Unsettled {
+        /// Rows of the matrix.
+        size: usize,
+        /// The last correction, relative to the solution in the l2 norm.
+        correction: f64,
+    },
     /// The matrix or the right-hand side holds an infinity or a NaN.
     #[error("the {size} × {size} system holds a number that is not finite")]
     NotFinite {

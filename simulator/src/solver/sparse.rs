@@ -210,7 +210,12 @@ impl<const D: usize> SparseSystem<D> {
             factor.solve_in_place_with_conj(Conj::No, column(b), Par::Seq, stack);
             true
         });
-        Ok(())
+        // A zero pivot divides; nothing comes after LU.
+        if checked.solution.iter().all(|value| value.is_finite()) {
+            Ok(())
+        } else {
+            Err(LinearError::SingularToPrecision { size })
+        }
     }
 }
 
@@ -223,6 +228,14 @@ fn column(values: &mut [f64]) -> MatMut<'_, f64> {
 fn room(size: usize, requirements: &[StackReq]) -> Result<MemBuffer, LinearError> {
     MemBuffer::try_new(StackReq::any_of(requirements))
         .map_err(|_| LinearError::OutOfMemory { size })
+}
+
+/// So many zeros for a matrix of `size` rows: the fill may be more than there is memory.
+fn zeros<T: Clone + Default>(size: usize, count: usize) -> Result<Vec<T>, LinearError> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(count).map_err(|_| LinearError::OutOfMemory { size })?;
+    values.resize(count, T::default());
+    Ok(values)
 }
 
 impl SymmetricRoom {
@@ -241,7 +254,7 @@ impl SymmetricRoom {
             symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
         ];
         let memory = room(size, &requirements)?;
-        let factor = vec![0.0; symbolic.len_val()];
+        let factor = zeros(size, symbolic.len_val())?;
         Ok(Self { symbolic, factor, memory, indefinite: None })
     }
 }
@@ -255,9 +268,9 @@ impl IndefiniteRoom {
         ];
         let memory = room(size, &requirements)?;
         Ok(Self {
-            subdiagonal: vec![0.0; size],
-            forward: vec![0; size],
-            inverse: vec![0; size],
+            subdiagonal: zeros(size, size)?,
+            forward: zeros(size, size)?,
+            inverse: zeros(size, size)?,
             memory,
         })
     }
@@ -467,7 +480,10 @@ mod tests {
         system.right_mut().fill(1.0);
         let result = system.solve(&mut LinearStatistics::default());
         assert!(
-            matches!(result, Err(LinearError::Singular { .. } | LinearError::LostDigits { .. })),
+            matches!(
+                result,
+                Err(LinearError::Singular { .. } | LinearError::SingularToPrecision { .. })
+            ),
             "{result:?}"
         );
     }

@@ -10,6 +10,7 @@
 
 use std::collections::VecDeque;
 
+use simulator::scene::Scene;
 use simulator::trace::{Shape, State, TraceReader};
 
 use crate::submission::StateSource;
@@ -41,6 +42,13 @@ pub struct Expectation {
     pub time_step: f64,
     /// States in the trace, the initial one included.
     pub n_states: u64,
+}
+
+impl Expectation {
+    /// What the trace of `scene` must be like.
+    pub fn of(scene: &Scene) -> Self {
+        Self { shape: Shape::of(scene), time_step: scene.time_step, n_states: scene.n_steps() + 1 }
+    }
 }
 
 /// The outcome of a comparison.

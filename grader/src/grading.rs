@@ -183,11 +183,7 @@ fn judge(
 ) -> Comparison {
     // What a panic leaves half done is dropped with it.
     let judged = catch_unwind(AssertUnwindSafe(|| {
-        let expectation = Expectation {
-            shape: Shape::of(&case.scene),
-            time_step: case.scene.time_step,
-            n_states: case.scene.n_steps() + 1,
-        };
+        let expectation = Expectation::of(&case.scene);
         let mut expected = match open_oracle(case, oracle, expectation.shape) {
             Ok(expected) => expected,
             Err(fault) => return Comparison::without_states(Verdict::GraderFault(fault)),

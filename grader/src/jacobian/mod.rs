@@ -20,7 +20,10 @@ use nalgebra::DMatrix;
 use simulator::force::{self, Block, ForceKind, JacobianSink};
 use simulator::integrator;
 use simulator::scene::schema::{ActsOn, Domain, ParameterSchema};
-use simulator::scene::{Dimension, Edge, ForceElement, Location, Particle, Rendering, Scene};
+use simulator::scene::{
+    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering,
+    Scene,
+};
 use simulator::system::{BuildForce, System};
 
 use difference::difference;
@@ -240,7 +243,7 @@ fn random_scene<const D: usize>(kind: &'static ForceKind, rng: &mut Rng) -> Scen
             position,
             velocity,
             fixed: false,
-            radius: 0.1,
+            radius: PARTICLE_RADIUS,
             tag: None,
         });
     let acts_on_pair = kind.schema.acts_on != ActsOn::EveryParticle;
@@ -261,7 +264,7 @@ fn random_scene<const D: usize>(kind: &'static ForceKind, rng: &mut Rng) -> Scen
         integrator: &integrator::REGISTRY[0].schema,
         max_simulation_frequency: None,
         particles: particles.collect(),
-        edges: vec![Edge { particles: [0, 1], radius: 0.015 }],
+        edges: vec![Edge { particles: [0, 1], radius: EDGE_RADIUS }],
         forces: vec![element],
         rendering: Rendering::default(),
     }

@@ -324,13 +324,13 @@ fn compare_traces(
     new: &Path,
     tolerances: Tolerances,
 ) -> Difference {
-    let (shape, n_states) = (Shape::of(&case.scene), case.scene.n_steps() + 1);
+    let expectation = Expectation::of(&case.scene);
+    let Expectation { shape, n_states, .. } = expectation;
     match count_states(old, *format, shape) {
         Ok(count) if count == n_states => {}
         Ok(count) => return Difference::Length { old: count, new: n_states },
         Err(error) => return difference_of(&error),
     }
-    let expectation = Expectation { shape, time_step: case.scene.time_step, n_states };
     let opened = trace::open(old, *format, shape)
         .and_then(|old| Ok((old, trace::open(new, TraceFormat::Csv, shape)?)));
     let comparison = match opened {

@@ -88,12 +88,7 @@ pub(crate) fn compare_states(
     actual: &mut dyn StateSource,
     scene: &Scene,
 ) -> Comparison {
-    let expectation = Expectation {
-        shape: Shape::of(scene),
-        time_step: scene.time_step,
-        n_states: scene.n_steps() + 1,
-    };
-    compare(&mut Replay(oracle.iter()), actual, expectation, Tolerances::COURSE)
+    compare(&mut Replay(oracle.iter()), actual, Expectation::of(scene), Tolerances::COURSE)
 }
 
 /// All states of a source.

@@ -3,7 +3,9 @@
 use super::error::{Fault, check};
 use super::{MAX_PAIRS, MAX_PARTICLES, Size, Springs, Timeline};
 use crate::scene::schema::{Domain, ForceSchema, MAX_PARAMETERS};
-use crate::scene::{Dimension, Edge, ForceElement, Location, Particle, Rendering, Scene, Viewport};
+use crate::scene::{
+    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Rendering, Scene, Viewport,
+};
 use crate::vocabulary;
 
 /// The scene so far.
@@ -42,7 +44,7 @@ impl Draft {
             forces: Vec::with_capacity(pairs as usize + 1),
             rendering: Rendering::default(),
         };
-        Ok(Self { scene, spring: force("springforce"), edge_radius: 0.015 })
+        Ok(Self { scene, spring: force("springforce"), edge_radius: EDGE_RADIUS })
     }
 
     /// From here on, particles and edges are drawn in proportion to their distance.

@@ -22,6 +22,12 @@ pub const MAX_STEPS: u64 = 1_000_000_000;
 /// The largest scene file that is read, in bytes.
 pub const MAX_FILE_SIZE: u64 = 256 << 20;
 
+/// The radius of a particle for which none is given.
+pub const PARTICLE_RADIUS: f64 = 0.1;
+
+/// The radius of an edge for which none is given.
+pub const EDGE_RADIUS: f64 = 0.015;
+
 /// A place in a scene file, both counted from 1; columns count characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct Location {

@@ -13,13 +13,9 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use super::schema::ActsOn;
-use super::{Color, Dimension, Edge, ForceElement, Particle, Rendering, Scene};
-
-/// What the parser takes a particle's radius for where none is given.
-const PARTICLE_RADIUS: f64 = 0.1;
-
-/// What the parser takes an edge's radius for where none is given.
-const EDGE_RADIUS: f64 = 0.015;
+use super::{
+    Color, Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Rendering, Scene,
+};
 
 /// A scene that cannot be written.
 #[derive(Debug, thiserror::Error)]

@@ -22,8 +22,8 @@ pub(super) trait Product {
     /// Adds `A x` to `product` and `|A| |x|` to `scale`.
     fn add_products(&self, x: &[f64], product: &mut [f64], scale: &mut [f64]);
 
-    /// The largest sum of magnitudes of a row.
-    fn norm(&self) -> f64;
+    /// Adds the magnitudes of each row to its entry of `sums`.
+    fn add_row_sums(&self, sums: &mut [f64]);
 }
 
 /// Right-hand side and solution, with room to judge it.
@@ -90,7 +90,7 @@ impl Checked {
 
     /// Accepts the solution, or says why not: there is nothing better to try.
     pub(super) fn conclude(
-        &self,
+        &mut self,
         matrix: &impl Product,
         statistics: &mut LinearStatistics,
     ) -> Result<(), LinearError> {
@@ -125,7 +125,7 @@ impl Checked {
         }
     }
 
-    fn normwise_residual(&self, matrix: &impl Product) -> f64 {
+    fn normwise_residual(&mut self, matrix: &impl Product) -> f64 {
         let largest =
             |values: &[f64]| values.iter().fold(0.0, |max: f64, value| max.max(value.abs()));
         let residual = largest(&self.residual);
@@ -133,7 +133,10 @@ impl Checked {
             // A solution of NaNs has no largest residual either.
             return if self.error.is_nan() { f64::NAN } else { 0.0 };
         }
-        residual / (matrix.norm() * largest(&self.solution) + largest(&self.right))
+        // The correction, if there was one, is in the solution: its room is free.
+        self.correction.fill(0.0);
+        matrix.add_row_sums(&mut self.correction);
+        residual / (largest(&self.correction) * largest(&self.solution) + largest(&self.right))
     }
 }
 

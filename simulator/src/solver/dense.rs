@@ -166,9 +166,12 @@ impl Product for DMatrix<f64> {
         }
     }
 
-    fn norm(&self) -> f64 {
-        let rows = self.row_iter().map(|row| row.iter().map(|entry| entry.abs()).sum());
-        rows.fold(0.0, f64::max)
+    fn add_row_sums(&self, sums: &mut [f64]) {
+        for column in self.column_iter() {
+            for (sum, entry) in sums.iter_mut().zip(column.iter()) {
+                *sum += entry.abs();
+            }
+        }
     }
 }
 

@@ -42,6 +42,8 @@ struct BlockColumns<const D: usize> {
     starts: Vec<usize>,
     /// Block rows of each block column, ascending.
     rows: Vec<u32>,
+    /// The most entries that a row has; as many as a column, for the pattern is symmetric.
+    row_length: usize,
 }
 
 /// What the factorisations of a symmetric matrix need, made once.
@@ -319,7 +321,9 @@ impl<const D: usize> BlockColumns<D> {
         let values = vec![0.0; scalar_rows.len()];
         let pattern =
             SymbolicSparseColMat::new_checked(size, size, scalar_starts, None, scalar_rows);
-        Self { pattern, values, starts, rows }
+        let lengths = starts.windows(2).map(|pair| pair[1] - pair[0]);
+        let row_length = lengths.max().unwrap_or(0) * D;
+        Self { pattern, values, starts, rows, row_length }
     }
 
     fn size(&self) -> usize {
@@ -348,8 +352,7 @@ impl<const D: usize> BlockColumns<D> {
 
 impl<const D: usize> Product for BlockColumns<D> {
     fn row_length(&self) -> usize {
-        let lengths = self.starts.windows(2).map(|pair| pair[1] - pair[0]);
-        lengths.max().unwrap_or(0) * D
+        self.row_length
     }
 
     fn add_products(&self, x: &[f64], product: &mut [f64], scale: &mut [f64]) {
@@ -370,12 +373,10 @@ impl<const D: usize> Product for BlockColumns<D> {
         }
     }
 
-    fn norm(&self) -> f64 {
-        let mut sums = vec![0.0; self.size()];
-        let ones = vec![1.0; self.size()];
-        let mut unused = vec![0.0; self.size()];
-        self.add_products(&ones, &mut unused, &mut sums);
-        sums.into_iter().fold(0.0, f64::max)
+    fn add_row_sums(&self, sums: &mut [f64]) {
+        for (row, entry) in self.pattern.row_idx().iter().zip(&self.values) {
+            sums[*row as usize] += entry.abs();
+        }
     }
 }
 

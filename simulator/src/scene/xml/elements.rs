@@ -7,7 +7,7 @@ use super::draft::{Draft, ForceDraft, IntegratorDraft, Once, Reference, TargetDr
 use super::{ELEMENTS, Parser, UNMODELLED, closest};
 use crate::scene::error::{Problem, SceneError};
 use crate::scene::schema::{ActsOn, Domain, ForceSchema, MAX_PARAMETERS};
-use crate::scene::{Color, Particle, Viewport};
+use crate::scene::{Color, EDGE_RADIUS, PARTICLE_RADIUS, Particle, Viewport};
 
 impl Parser<'_> {
     /// Reads the element that starts at `offset`, inside the root.
@@ -74,7 +74,8 @@ impl Parser<'_> {
             "edge" => {
                 let ends = [self.reference(&element, "i")?, self.reference(&element, "j")?];
                 self.different(ends)?;
-                let radius = self.number_or(&element, "radius", Domain::NonNegative, 0.015)?;
+                let radius =
+                    self.number_or(&element, "radius", Domain::NonNegative, EDGE_RADIUS)?;
                 self.draft.edges.push((ends, radius));
                 &["i", "j", "radius"]
             }
@@ -159,7 +160,7 @@ impl Parser<'_> {
                 self.number_or(element, "vz", Domain::Finite, 0.0)?,
             ],
             fixed,
-            radius: self.number_or(element, "radius", Domain::NonNegative, 0.1)?,
+            radius: self.number_or(element, "radius", Domain::NonNegative, PARTICLE_RADIUS)?,
             tag: element.find("tag").map(|attribute| attribute.value.to_string()),
         })
     }

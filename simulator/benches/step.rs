@@ -70,13 +70,14 @@ fn steps(criterion: &mut Criterion) {
                 let start = Simulation::new(&scene);
                 let StateView { positions, velocities, .. } = start.state();
                 let start = (positions.to_vec(), velocities.to_vec());
-                let mut method = integrator.build(&system);
+                let mut method = integrator.build(&scene, &system);
                 let mut statistics = Statistics::default();
                 group.throughput(Throughput::Elements(n as u64));
                 group.bench_function(BenchmarkId::new(integrator.schema.name, n), |bencher| {
                     let step = |(positions, velocities): &mut (Vec<f64>, Vec<f64>)| {
                         let statistics = &mut statistics;
-                        let step = Step { size: TIME_STEP, positions, velocities, statistics };
+                        let step =
+                            Step { size: TIME_STEP, time: 0.0, positions, velocities, statistics };
                         method.step(&system, step).expect("the step has an answer");
                     };
                     bencher.iter_batched_ref(|| start.clone(), step, BatchSize::SmallInput);

@@ -64,6 +64,7 @@ impl Simulation {
         }
         let step = Step {
             size: self.time_step,
+            time: self.statistics.steps as f64 * self.time_step,
             positions: &mut self.positions,
             velocities: &mut self.velocities,
             statistics: &mut self.statistics,
@@ -91,14 +92,14 @@ impl Simulation {
     /// # Errors
     /// Where one of them is not finite.
     pub fn energies(&self) -> Result<Energies, SimulationError> {
-        let energies = self.run.energies(&self.positions, &self.velocities);
+        let energies = self.run.energies(self.state());
         let Energies { kinetic, potential, momentum } = &energies;
         let finite = (kinetic + potential).is_finite() && momentum.iter().all(|p| p.is_finite());
         if finite {
             return Ok(energies);
         }
         // A force that is not defined here would say so in the next step; it says more than its energy.
-        let undefined = self.run.check(&self.positions, &self.velocities).err();
+        let undefined = self.run.check(self.state()).err();
         let kind = match undefined {
             Some(error) => FailureKind::of(error, &self.forces),
             None => FailureKind::EnergyNotFinite,
@@ -146,9 +147,9 @@ impl Simulation {
 /// A system with its integrator, its dimension forgotten.
 trait Run: Send {
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError>;
-    fn energies(&self, positions: &[f64], velocities: &[f64]) -> Energies;
+    fn energies(&self, state: StateView<'_>) -> Energies;
     /// Whether every force is defined at this state.
-    fn check(&self, positions: &[f64], velocities: &[f64]) -> Result<(), StepError>;
+    fn check(&self, state: StateView<'_>) -> Result<(), StepError>;
 }
 
 struct Runner<const D: usize> {
@@ -165,25 +166,28 @@ where
         let system = System::new(scene);
         let kind = REGISTRY.iter().find(|kind| kind.schema.name == scene.integrator.name);
         let kind = kind.expect("a scene holds schemas of the registry");
-        let integrator = kind.build(&system);
+        let integrator = kind.build(scene, &system);
         Box::new(Self { system, integrator })
     }
 }
 
 impl<const D: usize> Run for Runner<D> {
-    fn check(&self, positions: &[f64], velocities: &[f64]) -> Result<(), StepError> {
+    fn check(
+        &self,
+        StateView { time, positions, velocities, .. }: StateView<'_>,
+    ) -> Result<(), StepError> {
         let mut force = vec![0.0; positions.len()];
-        Ok(self.system.force(positions, velocities, &mut force)?)
+        Ok(self.system.force(positions, velocities, time, &mut force)?)
     }
 
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError> {
         self.integrator.step(&self.system, step)
     }
 
-    fn energies(&self, positions: &[f64], velocities: &[f64]) -> Energies {
+    fn energies(&self, StateView { time, positions, velocities, .. }: StateView<'_>) -> Energies {
         Energies {
             kinetic: self.system.kinetic_energy(velocities),
-            potential: self.system.potential_energy(positions, velocities),
+            potential: self.system.potential_energy(positions, velocities, time),
             momentum: self.system.momentum(velocities).to_vec(),
         }
     }

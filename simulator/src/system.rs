@@ -73,7 +73,7 @@ impl<const D: usize> System<D> {
         self.masses.len()
     }
 
-    /// Sets `force` to the sum of all forces; zero on fixed particles.
+    /// Sets `force` to the sum of all forces at `time`, in seconds; zero on fixed particles.
     ///
     /// # Errors
     /// Where a force is not defined at this state.
@@ -81,10 +81,11 @@ impl<const D: usize> System<D> {
         &self,
         positions: &[f64],
         velocities: &[f64],
+        time: f64,
         force: &mut [f64],
     ) -> Result<(), Degenerate> {
         force.fill(0.0);
-        let state = self.state(positions, velocities);
+        let state = self.state(positions, velocities, time);
         for each in &self.forces {
             each.add_force(state, force)?;
         }
@@ -104,9 +105,10 @@ impl<const D: usize> System<D> {
         &self,
         positions: &[f64],
         velocities: &[f64],
+        time: f64,
         sink: &mut dyn JacobianSink<D>,
     ) -> Result<(), Degenerate> {
-        let state = self.state(positions, velocities);
+        let state = self.state(positions, velocities, time);
         self.forces.iter().try_for_each(|each| each.add_jacobians(state, sink))
     }
 
@@ -124,9 +126,15 @@ impl<const D: usize> System<D> {
     }
 
     /// Potential energy: the sum over the forces that have one.
-    pub fn potential_energy(&self, positions: &[f64], velocities: &[f64]) -> f64 {
-        let state = self.state(positions, velocities);
+    pub fn potential_energy(&self, positions: &[f64], velocities: &[f64], time: f64) -> f64 {
+        let state = self.state(positions, velocities, time);
         self.forces.iter().filter_map(|each| each.energy(state)).sum()
+    }
+
+    /// Rayleigh's dissipation function: the sum over the forces that have one.
+    pub fn dissipation(&self, positions: &[f64], velocities: &[f64], time: f64) -> f64 {
+        let state = self.state(positions, velocities, time);
+        self.forces.iter().map(|each| each.dissipation(state)).sum()
     }
 
     /// Momentum `Σ m_i v_i`, of fixed particles too.
@@ -140,7 +148,7 @@ impl<const D: usize> System<D> {
         momentum
     }
 
-    fn state<'a>(&'a self, positions: &'a [f64], velocities: &'a [f64]) -> State<'a> {
-        State { masses: &self.masses, positions, velocities }
+    fn state<'a>(&'a self, positions: &'a [f64], velocities: &'a [f64], time: f64) -> State<'a> {
+        State { masses: &self.masses, positions, velocities, time }
     }
 }

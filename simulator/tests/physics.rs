@@ -134,7 +134,7 @@ fn start(scene: &Scene) -> [Vec<f64>; 2] {
 
 fn force_at<const D: usize>(system: &System<D>, x: &[f64], v: &[f64]) -> Vec<f64> {
     let mut force = vec![0.0; x.len()];
-    system.force(x, v, &mut force).unwrap();
+    system.force(x, v, 0.0, &mut force).unwrap();
     force
 }
 
@@ -164,7 +164,7 @@ impl Full {
     fn of<const D: usize>(system: &System<D>, x: &[f64], v: &[f64]) -> Self {
         let zeros = vec![vec![0.0; x.len()]; x.len()];
         let mut full = Self { by_position: zeros.clone(), by_velocity: zeros };
-        system.jacobians(x, v, &mut full).unwrap();
+        system.jacobians(x, v, 0.0, &mut full).unwrap();
         full
     }
 }
@@ -225,10 +225,10 @@ where
         let (system, [x, v]) = (System::<D>::new(scene), start(scene));
         // At rest, so that the damping of a spring has no part in the force.
         let rest = vec![0.0; v.len()];
-        if system.potential_energy(&x, &rest) == 0.0 {
+        if system.potential_energy(&x, &rest, 0.0) == 0.0 {
             return;
         }
-        let energy = |x: &[f64]| vec![system.potential_energy(x, &rest)];
+        let energy = |x: &[f64]| vec![system.potential_energy(x, &rest, 0.0)];
         let expected: Vec<f64> =
             differences(&x, energy).concat().iter().map(|slope| -slope).collect();
         let found = force_at(&system, &x, &rest);
@@ -262,7 +262,7 @@ fn each_force_depends_on_what_its_law_says() {
         let (system, [x, v]) = (System::<2>::new(scene), start(scene));
         let full = Full::of(&system, &x, &v);
         let is_there = |matrix: Vec<Vec<f64>>| largest(matrix.concat()) > 1e-3;
-        let energy = system.potential_energy(&x, &v) != 0.0;
+        let energy = system.potential_energy(&x, &v, 0.0) != 0.0;
         let found = (schema.tag, energy, is_there(full.by_position), is_there(full.by_velocity));
         assert_eq!(found, *law);
     });
@@ -835,14 +835,18 @@ fn a_step_depends_on_the_state_alone() {
         let scene = everything(name, 0.01, 2, 5);
         let system = System::<2>::new(&scene);
         let [x, v] = start(&scene);
-        let mut used = kind.build(&system);
+        let mut used = kind.build(&scene, &system);
         let mut first = None;
         for _ in 0..3 {
             let (mut positions, mut velocities) = (x.clone(), v.clone());
             let statistics = &mut Statistics::default();
             for _ in 0..4 {
                 let (positions, velocities) = (&mut positions, &mut velocities);
-                used.step(&system, Step { size: 0.01, positions, velocities, statistics }).unwrap();
+                used.step(
+                    &system,
+                    Step { size: 0.01, time: 0.0, positions, velocities, statistics },
+                )
+                .unwrap();
             }
             let found = (bits(&positions), bits(&velocities));
             assert_eq!(first.get_or_insert_with(|| found.clone()), &found, "{name}");

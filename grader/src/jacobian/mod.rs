@@ -19,7 +19,7 @@ use fastrand::Rng;
 use nalgebra::DMatrix;
 use simulator::force::{self, Block, ForceKind, JacobianSink};
 use simulator::integrator;
-use simulator::scene::schema::{ActsOn, Domain, ParameterSchema};
+use simulator::scene::schema::{ActsOn, Domain, IntegratorOptions, ParameterSchema};
 use simulator::scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering,
     Scene,
@@ -147,7 +147,7 @@ fn dimension<const D: usize>() -> Dimension {
 
 /// The force, or NaN where it is not defined: a NaN is never close to anything.
 fn evaluate<const D: usize>(system: &System<D>, x: &[f64], v: &[f64], force: &mut [f64]) {
-    if system.force(x, v, force).is_err() {
+    if system.force(x, v, 0.0, force).is_err() {
         force.fill(f64::NAN);
     }
 }
@@ -155,7 +155,7 @@ fn evaluate<const D: usize>(system: &System<D>, x: &[f64], v: &[f64], force: &mu
 fn analytic<const D: usize>(system: &System<D>, x: &[f64], v: &[f64]) -> [DMatrix<f64>; 2] {
     let size = system.n_particles() * D;
     let mut matrices = Matrices([DMatrix::zeros(size, size), DMatrix::zeros(size, size)]);
-    if system.jacobians(x, v, &mut matrices).is_err() {
+    if system.jacobians(x, v, 0.0, &mut matrices).is_err() {
         matrices.0.iter_mut().for_each(|matrix| matrix.fill(f64::NAN));
     }
     matrices.0
@@ -262,6 +262,7 @@ fn random_scene<const D: usize>(kind: &'static ForceKind, rng: &mut Rng) -> Scen
         duration: 0.0,
         time_step: 1.0,
         integrator: &integrator::REGISTRY[0].schema,
+        integrator_options: IntegratorOptions::defaults(&integrator::REGISTRY[0].schema),
         max_simulation_frequency: None,
         particles: particles.collect(),
         edges: vec![Edge { particles: [0, 1], radius: EDGE_RADIUS }],

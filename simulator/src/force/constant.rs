@@ -17,6 +17,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         title: "constant force",
         acts_on: ActsOn::EveryParticle,
         parameters: &components(["force along x", "force along y", "force along z"]),
+        variational: |_| true,
         example: r#"<constantforce fx="0.5" fy="-1"/>"#,
     },
     build_2d: build::<2>,

@@ -4,7 +4,7 @@
 //! F_i = −b v_i       ∂F/∂x = 0       ∂F_i/∂v_i = −b I
 //! ```
 //!
-//! It has no energy. Source: hand-out of milestone 2, section 3.3; of milestone 3, section 8.6. Several
+//! It has no energy, but a dissipation function `R = b/2 Σ |v_i|²`. Source: hand-out of milestone 2, section 3.3; of milestone 3, section 8.6. Several
 //! elements add up.
 
 use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
@@ -18,6 +18,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         title: "linear drag",
         acts_on: ActsOn::EveryParticle,
         parameters: &[ParameterSchema::new("b", "damping", (0.1, 10.0)).non_negative()],
+        variational: |_| true,
         example: r#"<dragdamping b="0.5"/>"#,
     },
     build_2d: build::<2>,
@@ -38,6 +39,11 @@ struct Drag {
 impl<const D: usize> Force<D> for Drag {
     fn energy(&self, _state: State<'_>) -> Option<f64> {
         None
+    }
+
+    fn dissipation(&self, state: State<'_>) -> f64 {
+        let squared = state.velocities.iter().map(|component| component * component);
+        0.5 * self.damping * squared.sum::<f64>()
     }
 
     fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {

@@ -20,6 +20,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         title: "gravitation between two particles",
         acts_on: ActsOn::Pair,
         parameters: &[ParameterSchema::new("G", "gravitational constant", (0.1, 10.0))],
+        variational: |_| true,
         example: r#"<gravitationalforce i="0" j="1" G="0.000118419"/>"#,
     },
     build_2d: build::<2>,

@@ -72,6 +72,12 @@ pub trait Force<const D: usize>: Send + Sync {
     /// Potential energy, in units of force times length; `None` for a force that has none.
     fn energy(&self, state: State<'_>) -> Option<f64>;
 
+    /// Rayleigh's dissipation function `R`, in units of power: the force is then `−∂R/∂v`, and `R` does not
+    /// depend on the positions. Zero for a force that is none of it.
+    fn dissipation(&self, _state: State<'_>) -> f64 {
+        0.0
+    }
+
     /// Adds the force on every particle to `force`, of `n·D` numbers.
     ///
     /// # Errors
@@ -119,6 +125,8 @@ pub struct State<'a> {
     pub positions: &'a [f64],
     /// Velocities, the same shape.
     pub velocities: &'a [f64],
+    /// Time, in seconds from the start of the scene.
+    pub time: f64,
 }
 
 /// What the Jacobians of one element couple.

@@ -22,6 +22,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             "acceleration along y",
             "acceleration along z",
         ]),
+        variational: |_| true,
         example: r#"<simplegravity fx="0" fy="-9.81"/>"#,
     },
     build_2d: build::<2>,

@@ -29,6 +29,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             ParameterSchema::new("l0", "rest length", (0.2, 2.0)).non_negative(),
             ParameterSchema::new("b", "damping", (0.1, 10.0)).non_negative().default_to(0.0),
         ],
+        variational: |parameters| parameters[2] == 0.0,
         example: r#"<springforce edge="0" k="100" l0="1" b="0.5"/>"#,
     },
     build_2d: build::<2>,

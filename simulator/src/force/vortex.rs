@@ -28,6 +28,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             ParameterSchema::new("kbs", "strength of the Biot-Savart rotation", (0.1, 10.0)),
             ParameterSchema::new("kvc", "strength of the viscous coupling", (0.1, 10.0)),
         ],
+        variational: |_| false,
         example: r#"<vortexforce i="0" j="1" kbs="0.8" kvc="1000"/>"#,
     },
     build_2d: build::<2>,

@@ -2,7 +2,7 @@
 
 use super::error::{Fault, check};
 use super::{MAX_PAIRS, MAX_PARTICLES, Size, Springs, Timeline};
-use crate::scene::schema::{Domain, ForceSchema, MAX_PARAMETERS};
+use crate::scene::schema::{Domain, ForceSchema, IntegratorOptions, MAX_PARAMETERS};
 use crate::scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Rendering, Scene, Viewport,
 };
@@ -38,6 +38,7 @@ impl Draft {
             duration: 0.0,
             time_step: 0.0,
             integrator: timeline.integrator,
+            integrator_options: IntegratorOptions::defaults(timeline.integrator),
             max_simulation_frequency: None,
             particles: Vec::with_capacity(particles as usize),
             edges: Vec::new(),

@@ -13,7 +13,7 @@
 //! want of a bound of its own: it gains energy at any step where damping does not take it away.
 
 use super::error::{Fault, check};
-use crate::scene::schema::{Domain, IntegratorSchema};
+use crate::scene::schema::{Domain, IntegratorOptions, IntegratorSchema};
 use crate::scene::{MAX_STEPS, Scene, step_count};
 use crate::vocabulary;
 
@@ -49,6 +49,7 @@ impl Timeline {
     /// Gives the scene its time step and duration. `usual` is the time step that suits the kind.
     pub(super) fn apply(&self, usual: f64, scene: &mut Scene) -> Result<(), Fault> {
         scene.integrator = self.integrator;
+        scene.integrator_options = IntegratorOptions::defaults(self.integrator);
         scene.time_step = match self.time_step {
             Some(time_step) => time_step,
             None if self.is_explicit() => usual.min(round_down(longest_stable(scene))),

@@ -59,6 +59,8 @@ pub(super) struct Linearisation<const D: usize> {
 #[derive(Clone, Copy)]
 pub(super) struct Point<'a> {
     pub(super) h: f64,
+    /// The end of the step.
+    pub(super) time: f64,
     pub(super) positions: &'a [f64],
     pub(super) velocities: &'a [f64],
     /// `u`.
@@ -106,7 +108,7 @@ impl<const D: usize> Linearisation<D> {
     pub(super) fn solve(
         &mut self,
         system: &System<D>,
-        Point { h, positions, velocities, iterate }: Point<'_>,
+        Point { h, time, positions, velocities, iterate }: Point<'_>,
         delta: &mut [f64],
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
@@ -116,7 +118,7 @@ impl<const D: usize> Linearisation<D> {
         self.trial.copy_from_slice(positions);
         super::drift(&mut self.trial, iterate, h);
 
-        system.force(&self.trial, iterate, &mut self.force)?;
+        system.force(&self.trial, iterate, time, &mut self.force)?;
         statistics.force_evaluations += 1;
 
         self.matrix.clear();
@@ -130,14 +132,14 @@ impl<const D: usize> Linearisation<D> {
             }
         }
         let mut sink = Assembly { h, free: &self.free, matrix: &mut self.matrix, stiffest: 0.0 };
-        system.jacobians(&self.trial, iterate, &mut sink)?;
+        system.jacobians(&self.trial, iterate, time, &mut sink)?;
         let stiffness = sink.stiffest / self.lightest;
         statistics.assemblies += 1;
 
         self.residual = l2(&self.reduced);
         if stiffness > STIFF {
             let floor = ROUNDED * stiffness;
-            self.solve_stiff(system, (h, iterate), delta, floor, statistics)
+            self.solve_stiff(system, (h, time, iterate), delta, floor, statistics)
         } else {
             self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
             self.spread(delta);
@@ -161,7 +163,7 @@ impl<const D: usize> Linearisation<D> {
     fn solve_stiff(
         &mut self,
         system: &System<D>,
-        (h, iterate): (f64, &[f64]),
+        (h, time, iterate): (f64, f64, &[f64]),
         delta: &mut [f64],
         floor: f64,
         statistics: &mut Statistics,
@@ -194,7 +196,7 @@ impl<const D: usize> Linearisation<D> {
 
             product.fill(0.0);
             let mut sink = ElementProduct { h, delta: &*delta, product: &mut product };
-            system.jacobians(&self.trial, iterate, &mut sink)?;
+            system.jacobians(&self.trial, iterate, time, &mut sink)?;
             for (particle, mass) in system.masses().iter().enumerate() {
                 let Some(number) = self.free[particle] else { continue };
                 for axis in 0..D {

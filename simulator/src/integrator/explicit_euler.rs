@@ -7,7 +7,8 @@
 //! Source: hand-out of milestone 2, section 3.5.
 
 use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
-use crate::scene::schema::IntegratorSchema;
+use crate::scene::Scene;
+use crate::scene::schema::{IntegratorSchema, refuses_nothing};
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
@@ -15,12 +16,14 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "explicit-euler",
         aliases: &[],
         summary: "q' = q + h v, v' = v + h F(q, v)/m",
+        options: &[],
+        refuses: refuses_nothing,
     },
     build_2d: build::<2>,
     build_3d: build::<3>,
 };
 
-fn build<const D: usize>(system: &System<D>) -> Box<dyn Integrator<D>> {
+fn build<const D: usize>(_: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
     Box::new(ExplicitEuler { force: vec![0.0; system.n_particles() * D] })
 }
 
@@ -30,7 +33,7 @@ struct ExplicitEuler {
 
 impl<const D: usize> Integrator<D> for ExplicitEuler {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        system.force(step.positions, step.velocities, &mut self.force)?;
+        system.force(step.positions, step.velocities, step.time, &mut self.force)?;
         step.statistics.force_evaluations += 1;
         drift(step.positions, step.velocities, step.size);
         kick(system, &self.force, step.size, step.velocities);

@@ -9,7 +9,8 @@
 
 use super::backward::{Linearisation, Point};
 use super::{Integrator, IntegratorKind, Step, StepError, drift};
-use crate::scene::schema::IntegratorSchema;
+use crate::scene::Scene;
+use crate::scene::schema::{IntegratorSchema, refuses_nothing};
 use crate::solver::newton::{NewtonError, NewtonOptions, newton};
 use crate::system::System;
 
@@ -18,6 +19,8 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "implicit-euler",
         aliases: &["implicit"],
         summary: "m (v' - v) = h F(q', v'), q' = q + h v', by Newton's method to 1e-9",
+        options: &[],
+        refuses: refuses_nothing,
     },
     build_2d: build::<2>,
     build_3d: build::<3>,
@@ -26,7 +29,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 /// A hundred quadratically converging iterations would be far more than a solvable step takes.
 const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-9, max_iterations: 100 };
 
-fn build<const D: usize>(system: &System<D>) -> Box<dyn Integrator<D>> {
+fn build<const D: usize>(_: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
     let zeros = vec![0.0; system.n_particles() * D];
     let linearisation = Linearisation::new(system);
     Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros })
@@ -40,11 +43,11 @@ struct ImplicitEuler<const D: usize> {
 
 impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, positions, velocities, statistics } = step;
+        let Step { size: h, time, positions, velocities, statistics } = step;
         self.iterate.copy_from_slice(velocities);
         let linearisation = &mut self.linearisation;
         let result = newton(&mut self.iterate, &mut self.delta, NEWTON, |iterate, delta| {
-            let point = Point { h, positions, velocities, iterate };
+            let point = Point { h, time: time + h, positions, velocities, iterate };
             linearisation.solve(system, point, delta, statistics)
         });
         let iterations = result.map_err(|error| match error {

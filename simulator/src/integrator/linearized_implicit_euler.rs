@@ -8,7 +8,8 @@
 
 use super::backward::{Linearisation, Point};
 use super::{Integrator, IntegratorKind, Step, StepError, drift};
-use crate::scene::schema::IntegratorSchema;
+use crate::scene::Scene;
+use crate::scene::schema::{IntegratorSchema, refuses_nothing};
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
@@ -16,12 +17,14 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "linearized-implicit-euler",
         aliases: &["linearized-implicit"],
         summary: "one Newton step of implicit Euler, from v' = v",
+        options: &[],
+        refuses: refuses_nothing,
     },
     build_2d: build::<2>,
     build_3d: build::<3>,
 };
 
-fn build<const D: usize>(system: &System<D>) -> Box<dyn Integrator<D>> {
+fn build<const D: usize>(_: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
     let delta = vec![0.0; system.n_particles() * D];
     Box::new(LinearizedImplicitEuler { linearisation: Linearisation::new(system), delta })
 }
@@ -33,8 +36,8 @@ struct LinearizedImplicitEuler<const D: usize> {
 
 impl<const D: usize> Integrator<D> for LinearizedImplicitEuler<D> {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, positions, velocities, statistics } = step;
-        let point = Point { h, positions, velocities, iterate: velocities };
+        let Step { size: h, time, positions, velocities, statistics } = step;
+        let point = Point { h, time: time + h, positions, velocities, iterate: velocities };
         self.linearisation.solve(system, point, &mut self.delta, statistics)?;
         for (velocity, change) in velocities.iter_mut().zip(&self.delta) {
             *velocity += change;

@@ -8,6 +8,7 @@
 //! One new file with an [`IntegratorKind`], and one line in [`REGISTRY`].
 
 use crate::force::Degenerate;
+use crate::scene::Scene;
 use crate::scene::schema::IntegratorSchema;
 use crate::solver::LinearError;
 use crate::statistics::Statistics;
@@ -33,26 +34,27 @@ pub struct IntegratorKind {
     /// How a scene mentions it.
     pub schema: IntegratorSchema,
     /// Builds it for two dimensions.
-    pub build_2d: fn(&System<2>) -> Box<dyn Integrator<2>>,
+    pub build_2d: fn(&Scene, &System<2>) -> Box<dyn Integrator<2>>,
     /// Builds it for three dimensions.
-    pub build_3d: fn(&System<3>) -> Box<dyn Integrator<3>>,
+    pub build_3d: fn(&Scene, &System<3>) -> Box<dyn Integrator<3>>,
 }
 
 /// The integrators, in `D` dimensions.
 pub trait BuildIntegrator<const D: usize> {
-    /// Makes room for the system, and chooses solvers that fit it.
-    fn build(&self, system: &System<D>) -> Box<dyn Integrator<D>>;
+    /// Makes room for the system, and chooses solvers that fit it. `scene` is what the system was made
+    /// of; it holds the method's options.
+    fn build(&self, scene: &Scene, system: &System<D>) -> Box<dyn Integrator<D>>;
 }
 
 impl BuildIntegrator<2> for IntegratorKind {
-    fn build(&self, system: &System<2>) -> Box<dyn Integrator<2>> {
-        (self.build_2d)(system)
+    fn build(&self, scene: &Scene, system: &System<2>) -> Box<dyn Integrator<2>> {
+        (self.build_2d)(scene, system)
     }
 }
 
 impl BuildIntegrator<3> for IntegratorKind {
-    fn build(&self, system: &System<3>) -> Box<dyn Integrator<3>> {
-        (self.build_3d)(system)
+    fn build(&self, scene: &Scene, system: &System<3>) -> Box<dyn Integrator<3>> {
+        (self.build_3d)(scene, system)
     }
 }
 
@@ -69,6 +71,8 @@ pub trait Integrator<const D: usize>: Send {
 pub struct Step<'a> {
     /// Time step `h`.
     pub size: f64,
+    /// When the step starts, in seconds.
+    pub time: f64,
     /// Positions, `n·D`, particle-major.
     pub positions: &'a mut [f64],
     /// Velocities, the same shape.

@@ -1,5 +1,6 @@
 //! What can be wrong with a scene file: where, what, and what to do about it.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 
@@ -92,7 +93,7 @@ pub enum Problem {
     #[error("<{tag}> {attribute}={text:?} is outside of what an f64 can hold")]
     Overflow { tag: String, attribute: String, text: String },
     #[error("<{tag}> {attribute}={text:?} must be {must_be}")]
-    OutOfDomain { tag: String, attribute: String, text: String, must_be: &'static str },
+    OutOfDomain { tag: String, attribute: String, text: String, must_be: Cow<'static, str> },
     #[error("<{tag}> {attribute}={text:?} is not a whole number from 0 up")]
     NotAnIndex { tag: String, attribute: String, text: String },
     #[error("<{tag}> {attribute}=\"{index}\": there is no such {what}")]
@@ -101,6 +102,17 @@ pub enum Problem {
     SameParticle { tag: String, particle: usize },
     #[error("unknown integrator type {found:?}")]
     UnknownIntegrator { found: String, suggestion: Option<&'static str>, known: String },
+    #[error("{integrator} has no option {option:?}")]
+    UnknownOption { integrator: &'static str, option: String, known: String },
+    #[error("{integrator} takes no {option}={text:?}: it must be {must_be}")]
+    OptionValue { integrator: &'static str, option: String, text: String, must_be: String },
+    #[error("{integrator} cannot simulate this <{tag}>, because it {because}")]
+    RefusedForce {
+        integrator: &'static str,
+        tag: &'static str,
+        because: &'static str,
+        remedy: &'static str,
+    },
     #[error("duration {duration} s at a time step of {time_step} s is {steps:e} steps")]
     TooManySteps { duration: f64, time_step: f64, steps: f64, limit: u64 },
 }
@@ -160,6 +172,14 @@ impl Problem {
                 format!("did you mean {suggestion:?}?")
             }
             Self::UnknownIntegrator { known, .. } => format!("known types: {known}"),
+            Self::UnknownOption { known, .. } if known.is_empty() => {
+                "it has none; leave it out".into()
+            }
+            Self::UnknownOption { known, .. } => format!("its options: {known}"),
+            Self::OptionValue { option, must_be, .. } => {
+                format!("give {option} a value that is {must_be}")
+            }
+            Self::RefusedForce { remedy, .. } => (*remedy).into(),
             Self::TooManySteps { limit, .. } => {
                 format!(
                     "at most {limit:e} steps are simulated; shorten the duration or lengthen the step"

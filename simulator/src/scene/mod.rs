@@ -10,11 +10,12 @@ pub mod write;
 pub mod xml;
 
 mod lines;
+mod resolve;
 
 use std::path::{Path, PathBuf};
 
 use error::{Problem, SceneError};
-use schema::{ForceSchema, IntegratorSchema, MAX_PARAMETERS, Vocabulary};
+use schema::{ForceSchema, IntegratorOptions, IntegratorSchema, MAX_PARAMETERS, Vocabulary};
 
 /// The most steps a scene may ask for.
 pub const MAX_STEPS: u64 = 1_000_000_000;
@@ -73,6 +74,8 @@ pub struct Scene {
     pub time_step: f64,
     /// The time integrator.
     pub integrator: &'static IntegratorSchema,
+    /// The values of its options.
+    pub integrator_options: IntegratorOptions,
     /// `<maxsimfreq max>`: steps a second when shown live.
     pub max_simulation_frequency: Option<f64>,
     /// The particles.
@@ -196,8 +199,10 @@ pub struct ParseOptions {
 /// Values that replace the file's own.
 #[derive(Debug, Clone, Default)]
 pub struct Overrides {
-    /// Another integrator.
+    /// Another integrator. Options that the file gives to its own do not count for another.
     pub integrator: Option<&'static IntegratorSchema>,
+    /// Options of the integrator: name and value.
+    pub options: Vec<(String, String)>,
     /// Another time step, in seconds; positive.
     pub time_step: Option<f64>,
     /// Another duration, in seconds; not negative.

@@ -3,6 +3,8 @@
 //! Each force and each integrator describes itself with one of these; the parser, the help text, the
 //! Jacobian check and the documentation all read the same description.
 
+use super::ForceElement;
+
 /// The most parameters a force element has.
 pub const MAX_PARAMETERS: usize = 4;
 
@@ -30,8 +32,8 @@ impl Vocabulary {
     }
 }
 
-/// A force, as a scene file may mention it.
-#[derive(Debug, PartialEq)]
+/// A force, as a scene file may mention it. Two are equal if they have the same tag.
+#[derive(Debug)]
 pub struct ForceSchema {
     /// The element's tag.
     pub tag: &'static str,
@@ -41,8 +43,17 @@ pub struct ForceSchema {
     pub acts_on: ActsOn,
     /// Its parameters; at most [`MAX_PARAMETERS`].
     pub parameters: &'static [ParameterSchema],
+    /// Whether the force, with these parameters, follows from functions of the state: from an energy by
+    /// position, or from a dissipation function by velocity. A method that minimises takes no other.
+    pub variational: fn(&[f64; MAX_PARAMETERS]) -> bool,
     /// An element as it would stand in a file.
     pub example: &'static str,
+}
+
+impl PartialEq for ForceSchema {
+    fn eq(&self, other: &Self) -> bool {
+        self.tag == other.tag
+    }
 }
 
 /// What a force element acts on.
@@ -141,8 +152,8 @@ impl Domain {
     }
 }
 
-/// An integrator, as a scene file may mention it.
-#[derive(Debug, PartialEq)]
+/// An integrator, as a scene file may mention it. Two are equal if they have the same name.
+#[derive(Debug)]
 pub struct IntegratorSchema {
     /// Its name: the spelling that this project writes.
     pub name: &'static str,
@@ -150,4 +161,195 @@ pub struct IntegratorSchema {
     pub aliases: &'static [&'static str],
     /// Its update rule in a line.
     pub summary: &'static str,
+    /// What else may be set, as further attributes of its element.
+    pub options: &'static [OptionSchema],
+    /// Why it cannot simulate a force, where it cannot.
+    pub refuses: fn(&ForceElement) -> Option<Refusal>,
+}
+
+impl PartialEq for IntegratorSchema {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+/// Why an integrator does not simulate a force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refusal {
+    /// What the force lacks, in words that follow "because it".
+    pub because: &'static str,
+    /// What to do about it.
+    pub remedy: &'static str,
+}
+
+/// For integrators that simulate every force.
+pub fn refuses_nothing(_: &ForceElement) -> Option<Refusal> {
+    None
+}
+
+/// An option of an integrator.
+#[derive(Debug, PartialEq)]
+pub struct OptionSchema {
+    /// The attribute.
+    pub name: &'static str,
+    /// What it is, in the field's terms.
+    pub meaning: &'static str,
+    /// The values it may have, and the one it has where the attribute is missing.
+    pub kind: OptionKind,
+}
+
+/// The values of an option.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OptionKind {
+    /// A number.
+    Number {
+        /// Which numbers.
+        domain: Domain,
+        /// Its value where the attribute is missing.
+        default: f64,
+    },
+    /// A whole number, 1 or more.
+    Count {
+        /// Its value where the attribute is missing.
+        default: u64,
+    },
+    /// One of several words.
+    Choice {
+        /// The words; the first is the default.
+        words: &'static [&'static str],
+    },
+}
+
+impl OptionKind {
+    /// The value where the attribute is missing.
+    pub fn default(self) -> OptionValue {
+        match self {
+            Self::Number { default, .. } => OptionValue::Number(default),
+            Self::Count { default } => OptionValue::Count(default),
+            Self::Choice { words } => OptionValue::Choice(words.first().copied().unwrap_or("")),
+        }
+    }
+
+    /// The value that `text` stands for.
+    ///
+    /// # Errors
+    /// Where it stands for none: what it must be, in words that follow "must be".
+    pub fn parse(self, text: &str) -> Result<OptionValue, String> {
+        let text = text.trim();
+        match self {
+            Self::Number { domain, .. } => match text.parse() {
+                Ok(value) if domain.contains(value) => Ok(OptionValue::Number(value)),
+                _ => Err(domain.describe().to_owned()),
+            },
+            Self::Count { .. } => match text.parse() {
+                Ok(value) if value > 0 => Ok(OptionValue::Count(value)),
+                _ => Err("a whole number, 1 or more".to_owned()),
+            },
+            Self::Choice { words } => {
+                let word = words.iter().find(|word| **word == text);
+                word.map(|word| OptionValue::Choice(word))
+                    .ok_or_else(|| format!("one of {}", words.join(", ")))
+            }
+        }
+    }
+}
+
+/// The value of an option.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OptionValue {
+    /// Of an [`OptionKind::Number`].
+    Number(f64),
+    /// Of an [`OptionKind::Count`].
+    Count(u64),
+    /// Of an [`OptionKind::Choice`].
+    Choice(&'static str),
+}
+
+/// The values of all options of an integrator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntegratorOptions {
+    integrator: &'static str,
+    schema: &'static [OptionSchema],
+    values: Vec<OptionValue>,
+}
+
+impl IntegratorOptions {
+    /// The defaults of `integrator`.
+    pub fn defaults(integrator: &IntegratorSchema) -> Self {
+        let values = integrator.options.iter().map(|option| option.kind.default()).collect();
+        Self { integrator: integrator.name, schema: integrator.options, values }
+    }
+
+    /// Whether these are the options of `integrator`.
+    pub fn is_of(&self, integrator: &IntegratorSchema) -> bool {
+        self.integrator == integrator.name
+    }
+
+    /// Sets the option `name` to what `text` stands for.
+    ///
+    /// # Errors
+    /// Where there is no such option, or it cannot have that value.
+    pub fn set(&mut self, name: &str, text: &str) -> Result<(), OptionError> {
+        let Some(place) = self.schema.iter().position(|option| option.name == name) else {
+            return Err(OptionError::Unknown);
+        };
+        let value = self.schema[place].kind.parse(text);
+        self.values[place] = value.map_err(|must_be| OptionError::Value { must_be })?;
+        Ok(())
+    }
+
+    /// Every option with its value, in the order of the schema.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static OptionSchema, OptionValue)> {
+        self.schema.iter().zip(self.values.iter().copied())
+    }
+
+    /// The value of a number.
+    ///
+    /// # Panics
+    /// Where the schema has no such number.
+    pub fn number(&self, name: &str) -> f64 {
+        match self.value(name) {
+            OptionValue::Number(value) => value,
+            other => unreachable!("{name} is {other:?}, and not a number"),
+        }
+    }
+
+    /// The value of a count.
+    ///
+    /// # Panics
+    /// Where the schema has no such count.
+    pub fn count(&self, name: &str) -> u64 {
+        match self.value(name) {
+            OptionValue::Count(value) => value,
+            other => unreachable!("{name} is {other:?}, and not a count"),
+        }
+    }
+
+    /// The word chosen.
+    ///
+    /// # Panics
+    /// Where the schema has no such choice.
+    pub fn choice(&self, name: &str) -> &'static str {
+        match self.value(name) {
+            OptionValue::Choice(word) => word,
+            other => unreachable!("{name} is {other:?}, and not a choice"),
+        }
+    }
+
+    fn value(&self, name: &str) -> OptionValue {
+        let found = self.iter().find(|(option, _)| option.name == name);
+        found.unwrap_or_else(|| panic!("the schema has no option {name}")).1
+    }
+}
+
+/// An option that cannot be set.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum OptionError {
+    /// The integrator has no option of that name.
+    Unknown,
+    /// The option cannot have that value.
+    Value {
+        /// What it must be, in words that follow "must be".
+        must_be: String,
+    },
 }

@@ -12,7 +12,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::schema::ActsOn;
+use super::schema::{ActsOn, OptionSchema, OptionValue};
 use super::{
     Color, Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Rendering, Scene,
 };
@@ -69,6 +69,7 @@ pub fn write(scene: &Scene, output: impl Write) -> Result<(), WriteError> {
         duration,
         time_step,
         integrator,
+        integrator_options,
         max_simulation_frequency,
         particles,
         edges,
@@ -86,7 +87,11 @@ pub fn write(scene: &Scene, output: impl Write) -> Result<(), WriteError> {
     lines.element("duration", |line| line.number("time", *duration))?;
     lines.element("integrator", |line| {
         line.text("type", integrator.name)?;
-        line.number("dt", *time_step)
+        line.number("dt", *time_step)?;
+        for (option, value) in integrator_options.iter() {
+            line.option(option, value)?;
+        }
+        Ok(())
     })?;
     if let Some(max) = max_simulation_frequency {
         lines.element("maxsimfreq", |line| line.number("max", *max))?;
@@ -236,6 +241,22 @@ impl<W: Write> Lines<W> {
             }
         }
         Ok(())
+    }
+
+    fn option(&mut self, option: &OptionSchema, value: OptionValue) -> Result<(), WriteError> {
+        if value == option.kind.default() {
+            return Ok(());
+        }
+        match value {
+            OptionValue::Number(value) => self.number(option.name, value),
+            OptionValue::Choice(word) => self.text(option.name, word),
+            OptionValue::Count(count) => {
+                self.open(option.name);
+                // A string takes everything.
+                let _ = write!(self.line, "{count}\"");
+                Ok(())
+            }
+        }
     }
 
     fn color(&mut self, color: &Color) -> Result<(), WriteError> {

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulator::output::OutputFile;
-use simulator::scene::schema::IntegratorSchema;
+use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
 use simulator::scene::{self, Overrides, ParseOptions};
 use simulator::simulation::Simulation;
 use simulator::statistics::Statistics;
@@ -57,6 +57,10 @@ struct Cli {
     /// Simulate this long (seconds) instead of the scene's duration
     #[arg(long, value_name = "SECONDS", value_parser = parse_duration, allow_negative_numbers = true)]
     duration: Option<f64>,
+
+    /// Set an option of the integrator instead of what the scene says; may be given several times
+    #[arg(long = "option", value_name = "NAME=VALUE", value_parser = parse_option)]
+    options: Vec<(String, String)>,
 
     /// Write kinetic, potential and total energy and momentum of every state (CSV)
     #[arg(long, value_name = "FILE")]
@@ -156,6 +160,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
             integrator: cli.integrator,
             time_step: cli.dt,
             duration: cli.duration,
+            options: cli.options.clone(),
         },
     };
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
@@ -395,6 +400,9 @@ fn registries() -> String {
         if !kind.schema.aliases.is_empty() {
             text += &format!("  {:<26} also: {}\n", "", kind.schema.aliases.join(", "));
         }
+        for option in kind.schema.options {
+            text += &format!("  {:<26} {}: {}\n", "", option.name, describe_option(option));
+        }
     }
     text += "\nForces:\n";
     for kind in force::REGISTRY {
@@ -411,6 +419,20 @@ fn parse_integrator(text: &str) -> Result<&'static IntegratorSchema, String> {
         let names: Vec<&str> = vocabulary.integrators.iter().map(|schema| schema.name).collect();
         format!("known types: {}", names.join(", "))
     })
+}
+
+fn parse_option(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE, such as iterations=20")?;
+    Ok((name.trim().to_owned(), value.trim().to_owned()))
+}
+
+/// What an option means, and what it may be.
+fn describe_option(OptionSchema { meaning, kind, .. }: &OptionSchema) -> String {
+    match kind {
+        OptionKind::Number { default, .. } => format!("{meaning} [default: {default:e}]"),
+        OptionKind::Count { default } => format!("{meaning} [default: {default}]"),
+        OptionKind::Choice { words } => format!("{meaning}: {}", words.join(", ")),
+    }
 }
 
 fn parse_time_step(text: &str) -> Result<f64, String> {

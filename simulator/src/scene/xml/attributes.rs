@@ -168,8 +168,9 @@ impl Parser<'_> {
         &mut self,
         element: &Element<'_>,
         name: &str,
-        must_be: &'static str,
+        must_be: impl Into<Cow<'static, str>>,
     ) -> SceneError {
+        let must_be = must_be.into();
         let attribute = element.find(name);
         let text = attribute.map_or(String::new(), |attribute| attribute.value.trim().to_owned());
         let offset = attribute.map_or(element.offset, |attribute| attribute.offset);

@@ -1,6 +1,6 @@
 //! What has been read of a scene before references are resolved.
 
-use crate::scene::schema::{ForceSchema, MAX_PARAMETERS};
+use crate::scene::schema::{ForceSchema, IntegratorOptions, MAX_PARAMETERS};
 use crate::scene::{Color, Location, Particle, Viewport};
 
 /// What has been read so far. References by number are kept with the attribute that made them.
@@ -26,6 +26,8 @@ pub(super) struct IntegratorDraft {
     pub(super) spelling: String,
     pub(super) type_offset: usize,
     pub(super) time_step: f64,
+    /// Of the integrator that the spelling names; `None` where it names none.
+    pub(super) options: Option<IntegratorOptions>,
 }
 
 pub(super) struct ForceDraft {

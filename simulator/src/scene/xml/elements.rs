@@ -6,7 +6,9 @@ use super::attributes::Element;
 use super::draft::{Draft, ForceDraft, IntegratorDraft, Once, Reference, TargetDraft};
 use super::{ELEMENTS, Parser, UNMODELLED, closest};
 use crate::scene::error::{Problem, SceneError};
-use crate::scene::schema::{ActsOn, Domain, ForceSchema, MAX_PARAMETERS};
+use crate::scene::schema::{
+    ActsOn, Domain, ForceSchema, IntegratorOptions, MAX_PARAMETERS, OptionError,
+};
 use crate::scene::{Color, EDGE_RADIUS, PARTICLE_RADIUS, Particle, Viewport};
 
 impl Parser<'_> {
@@ -42,10 +44,7 @@ impl Parser<'_> {
                 &["time"]
             }
             "integrator" => {
-                let spelling = self.text_of(&element, "type")?.trim().to_owned();
-                let type_offset = element.find("type").map_or(offset, |attribute| attribute.offset);
-                let time_step = self.number(&element, "dt", Domain::Positive)?;
-                let integrator = IntegratorDraft { spelling, type_offset, time_step };
+                let (integrator, attributes) = self.integrator_draft(&element)?;
                 self.once(
                     |draft| &mut draft.integrator,
                     integrator,
@@ -53,7 +52,7 @@ impl Parser<'_> {
                     offset,
                     Repeat::Forbidden,
                 )?;
-                &["type", "dt"]
+                return self.check_attributes(&element, &attributes);
             }
             "maxsimfreq" => {
                 let max = self.number(&element, "max", Domain::NonNegative)?;
@@ -137,6 +136,32 @@ impl Parser<'_> {
             return Err(self.error(offset, Problem::UnmodelledPhysics { tag }));
         }
         self.warn(offset, Problem::UnknownElement { tag, suggestion })
+    }
+
+    /// The integrator, and the attributes it has.
+    fn integrator_draft(
+        &mut self,
+        element: &Element<'_>,
+    ) -> Result<(IntegratorDraft, Vec<&'static str>), SceneError> {
+        let spelling = self.text_of(element, "type")?.trim().to_owned();
+        let type_offset = element.find("type").map_or(element.offset, |attribute| attribute.offset);
+        let time_step = self.number(element, "dt", Domain::Positive)?;
+        let mut known = vec!["type", "dt"];
+        let mut options = None;
+        if let Some(schema) = self.vocabulary.integrator(&spelling) {
+            let mut values = IntegratorOptions::defaults(schema);
+            for option in schema.options {
+                known.push(option.name);
+                let Some(attribute) = element.find(option.name) else { continue };
+                if let Err(OptionError::Value { must_be }) =
+                    values.set(option.name, &attribute.value)
+                {
+                    return Err(self.out_of_domain(element, option.name, must_be));
+                }
+            }
+            options = Some(values);
+        }
+        Ok((IntegratorDraft { spelling, type_offset, time_step, options }, known))
     }
 
     fn particle(&mut self, element: &Element<'_>) -> Result<Particle, SceneError> {

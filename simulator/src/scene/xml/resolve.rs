@@ -3,7 +3,8 @@
 use super::draft::{ForceDraft, IntegratorDraft, Reference, TargetDraft};
 use super::{Parser, closest};
 use crate::scene::error::{Problem, SceneError};
-use crate::scene::schema::IntegratorSchema;
+use crate::scene::resolve::{refuse_force, set_options};
+use crate::scene::schema::{IntegratorOptions, IntegratorSchema};
 use crate::scene::{
     Dimension, Edge, ForceElement, MAX_STEPS, Parsed, ParticlePath, Rendering, Scene, step_count,
 };
@@ -67,10 +68,17 @@ impl Parser<'_> {
         let overrides = &self.options.overrides;
         let duration = overrides.duration.unwrap_or(duration);
         let time_step = overrides.time_step.unwrap_or(integrator.time_step);
-        let integrator = match overrides.integrator {
-            Some(integrator) => integrator,
+        let (integrator, mut integrator_options) = match overrides.integrator {
+            Some(other) => {
+                let own = integrator.options.filter(|options| options.is_of(other));
+                (other, own.unwrap_or_else(|| IntegratorOptions::defaults(other)))
+            }
             None => self.integrator(integrator)?,
         };
+        set_options(self.name, integrator, &mut integrator_options, &overrides.options)?;
+        for force in &forces {
+            refuse_force(self.name, integrator, force)?;
+        }
         let steps = step_count(duration, time_step);
         if steps > MAX_STEPS as f64 {
             let problem = Problem::TooManySteps { duration, time_step, steps, limit: MAX_STEPS };
@@ -86,6 +94,7 @@ impl Parser<'_> {
             duration,
             time_step,
             integrator,
+            integrator_options,
             max_simulation_frequency: draft.max_simulation_frequency.into_value(),
             particles: draft.particles,
             edges,
@@ -98,9 +107,11 @@ impl Parser<'_> {
     fn integrator(
         &mut self,
         draft: IntegratorDraft,
-    ) -> Result<&'static IntegratorSchema, SceneError> {
-        if let Some(schema) = self.vocabulary.integrator(&draft.spelling) {
-            return Ok(schema);
+    ) -> Result<(&'static IntegratorSchema, IntegratorOptions), SceneError> {
+        if let (Some(schema), Some(options)) =
+            (self.vocabulary.integrator(&draft.spelling), draft.options)
+        {
+            return Ok((schema, options));
         }
         let names: Vec<&str> =
             self.vocabulary.integrators.iter().map(|schema| schema.name).collect();

@@ -1,0 +1,128 @@
+//! The simulator beside its peers, on the elastic square of the slides: times, ratios, growth exponents.
+//!
+//! Ours and theirs alternate in one run, so that both meet the same machine. A time is the least of the
+//! repeats; the ratio is theirs over ours; the growth exponent `p` of `time ∝ springs^p` is taken between
+//! the two largest nets. See README.md in the folder above.
+
+mod machine;
+mod measure;
+mod method;
+mod ours;
+mod table;
+mod theirs;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, ValueEnum};
+use simulator::output::OutputFile;
+
+use crate::method::METHODS;
+use crate::table::Tables;
+use crate::theirs::Peers;
+
+/// Measure the simulator beside what one would otherwise run, and print a table.
+#[derive(Parser)]
+#[command(name = "peers")]
+struct Cli {
+    /// Only these rows
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "ROW")]
+    only: Vec<Row>,
+
+    /// Only nets of these many segments a side
+    #[arg(long = "n", value_delimiter = ',', value_name = "SEGMENTS", value_parser = parse_segments)]
+    segments: Vec<usize>,
+
+    /// How often each time is taken
+    #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    repeats: u64,
+
+    /// Source of the C++ peer; cargo starts benches in the folder `simulator`
+    #[arg(long, value_name = "FILE", default_value_os_t = default_peer())]
+    peer: PathBuf,
+
+    /// Write the tables to this file too, as Markdown
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+
+    /// Take two steps of a net of this many segments a side, and print the peak memory in bytes
+    #[arg(long, value_name = "SEGMENTS", hide = true)]
+    memory: Option<u64>,
+
+    /// What `cargo bench` passes; of no effect
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Row {
+    Lie,
+    Symplectic,
+    Fms,
+    Pn,
+    Memory,
+}
+
+fn default_peer() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/peers/eigen_lie.cpp")
+}
+
+fn parse_segments(text: &str) -> Result<usize, String> {
+    let sizes = method::sizes();
+    let segments = text.parse().ok().filter(|segments| sizes.contains(segments));
+    segments.ok_or_else(|| format!("the nets have {sizes:?} segments a side"))
+}
+
+fn main() -> ExitCode {
+    match run(&Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads the table has seen enough of it.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => {
+            let _ = writeln!(io::stderr(), "error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn create(path: &Path) -> io::Result<OutputFile> {
+    let named = |error| io::Error::other(format!("{}: {error}", path.display()));
+    OutputFile::create(path).map_err(named)
+}
+
+fn run(cli: &Cli) -> io::Result<()> {
+    let mut output = io::stdout().lock();
+    if let Some(segments) = cli.memory {
+        let bytes = ours::peak_memory(segments).map_err(io::Error::other)?;
+        return writeln!(output, "{bytes}");
+    }
+    // Before the minutes of measuring, not after them.
+    let markdown = cli.markdown.as_deref().map(create).transpose()?;
+
+    let wanted = |row: Row| cli.only.is_empty() || cli.only.contains(&row);
+    let peers = Peers::find(&cli.peer)?;
+    let mut tables = Tables::new(&mut output);
+    let rows = [Row::Lie, Row::Symplectic, Row::Fms, Row::Pn];
+    for (_, method) in rows.into_iter().zip(&METHODS).filter(|(row, _)| wanted(*row)) {
+        tables.start(method)?;
+        let mut cells = Vec::new();
+        for (segments, target) in method.targets {
+            if cli.segments.is_empty() || cli.segments.contains(segments) {
+                let cell = measure::cell(method, *segments, *target, cli.repeats, &peers);
+                tables.cell(method, &cell)?;
+                cells.push(cell);
+            }
+        }
+        tables.end(&cells)?;
+    }
+    if wanted(Row::Memory) {
+        tables.memory(&ours::memory_of_child)?;
+    }
+    if let Some(mut file) = markdown {
+        file.write_all(machine::describe(&peers).as_bytes())?;
+        file.write_all(tables.markdown().as_bytes())?;
+        file.commit()?;
+    }
+    Ok(())
+}

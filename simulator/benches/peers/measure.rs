@@ -1,0 +1,87 @@
+//! A cell of the table: both sides, in turn, on one net.
+
+use crate::method::{Method, springs};
+use crate::ours::Ours;
+use crate::theirs::Peers;
+
+/// Both sides on one net. Times are in ns a step, one a repeat.
+pub(crate) struct Cell {
+    /// Segments a side.
+    pub(crate) segments: usize,
+    /// Springs.
+    pub(crate) springs: usize,
+    /// Steps a measurement.
+    pub(crate) steps: u64,
+    /// The ratio aimed at.
+    pub(crate) target: f64,
+    /// Our times, or why there are none.
+    pub(crate) ours: Result<Vec<f64>, String>,
+    /// The peer's times, or why there are none.
+    pub(crate) theirs: Result<Vec<f64>, String>,
+    /// The largest difference of positions after [`CHECKED_STEPS`], or as many as are measured; or why
+    /// it is not known.
+    pub(crate) difference: Result<f64, String>,
+}
+
+/// Few, so that rounding has no time to grow: the net is chaotic.
+const CHECKED_STEPS: u64 = 20;
+
+/// Measures a cell. The check of the positions comes first, and warms both sides up.
+pub(crate) fn cell(
+    method: &Method,
+    segments: usize,
+    target: f64,
+    repeats: u64,
+    peers: &Peers,
+) -> Cell {
+    let springs = springs(segments);
+    let steps = method.steps(springs);
+    let checked = steps.min(CHECKED_STEPS);
+    let scene = Ours::new(method, segments as u64, steps);
+    let difference = scene.as_ref().map_err(String::clone).and_then(|ours| {
+        let positions = ours.positions(checked)?;
+        peers.difference(method, segments, checked, (ours.scene(), &positions))
+    });
+    let (mut ours, mut theirs) = (Ok(Vec::new()), Ok(Vec::new()));
+    for _ in 0..repeats {
+        add(&mut ours, || scene.as_ref().map_err(String::clone)?.time());
+        add(&mut theirs, || Ok(peers.run(method, segments, steps)?.time));
+    }
+    Cell { segments, springs, steps, target, ours, theirs, difference }
+}
+
+/// One more time, unless an earlier one failed.
+fn add(times: &mut Result<Vec<f64>, String>, time: impl FnOnce() -> Result<f64, String>) {
+    if let Ok(list) = times {
+        match time() {
+            Ok(time) => list.push(time),
+            Err(reason) => *times = Err(reason),
+        }
+    }
+}
+
+impl Cell {
+    /// Theirs over ours, of the least times; and the least and largest of the repeats.
+    pub(crate) fn ratio(&self) -> Option<(f64, [f64; 2])> {
+        let (ours, theirs) = (self.ours.as_ref().ok()?, self.theirs.as_ref().ok()?);
+        let ratios = || theirs.iter().zip(ours).map(|(theirs, ours)| theirs / ours);
+        let spread = [ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max)];
+        Some((least(theirs) / least(ours), spread))
+    }
+}
+
+/// The least time.
+pub(crate) fn least(times: &[f64]) -> f64 {
+    times.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// Slope of log time against log springs between the two largest nets, ours and theirs.
+pub(crate) fn growth(cells: &[Cell]) -> [Option<f64>; 2] {
+    let side = |times: fn(&Cell) -> &Result<Vec<f64>, String>| {
+        let [.., small, large] = cells else { return None };
+        let time = |cell| Some(least(times(cell).as_ref().ok()?));
+        let springs = large.springs as f64 / small.springs as f64;
+        Some((time(large)? / time(small)?).ln() / springs.ln())
+    };
+    [side(|cell| &cell.ours), side(|cell| &cell.theirs)]
+}

@@ -1,0 +1,141 @@
+//! What is measured: the methods, the sizes of the net, and the ratios that are aimed at.
+
+/// A time integration method, ours and the peer's.
+pub(crate) struct Method {
+    /// What the table calls it.
+    pub(crate) title: &'static str,
+    /// Our integrator.
+    pub(crate) integrator: &'static str,
+    /// Which peer.
+    pub(crate) peer: Peer,
+    /// Unit of the times.
+    pub(crate) unit: Unit,
+    /// Time step in seconds.
+    pub(crate) time_step: f64,
+    /// Whether our first step is left out, as the peer factors its constant matrix before its clock starts.
+    pub(crate) first_step_untimed: bool,
+    /// What the slower side takes, in ns a spring and step, roughly: it sets the number of steps.
+    pub(crate) rough_cost: f64,
+    /// Segments a side, and the ratio aimed at.
+    pub(crate) targets: &'static [(usize, f64)],
+}
+
+/// What we are measured against.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Peer {
+    /// The C++ program with Eigen, in this mode.
+    Eigen(&'static str),
+    /// The Python program with numpy and scipy.
+    Python,
+}
+
+/// What a time is given in.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unit {
+    /// Milliseconds a step.
+    Milliseconds,
+    /// Nanoseconds a spring and step.
+    NanosecondsASpring,
+}
+
+/// Stiffness of the springs.
+pub(crate) const STIFFNESS: f64 = 1e5;
+
+/// Local-global iterations a step of fast mass-spring.
+pub(crate) const FMS_ITERATIONS: u32 = 50;
+
+/// Where the peer's projected Newton ends: the largest update over the time step, as in the slides.
+pub(crate) const NEWTON_TOLERANCE: f64 = 1e-2;
+
+/// A measurement takes about this long, in ns.
+const MEASUREMENT: f64 = 3e8;
+
+/// The rows, in the order of the table.
+pub(crate) static METHODS: [Method; 4] = [
+    Method {
+        title: "Linearized implicit Euler",
+        integrator: "linearized-implicit-euler",
+        peer: Peer::Eigen("lie"),
+        unit: Unit::Milliseconds,
+        time_step: 0.004,
+        first_step_untimed: false,
+        rough_cost: 1500.0,
+        targets: &[(4, 3.0), (8, 3.0), (16, 3.0), (64, 3.0), (128, 4.0), (256, 6.0)],
+    },
+    Method {
+        title: "Symplectic Euler",
+        integrator: "symplectic-euler",
+        peer: Peer::Eigen("symplectic"),
+        unit: Unit::NanosecondsASpring,
+        // Stable for all sizes: h² ω² ≤ 4 as long as h ≤ 1.9e-4 s at 256 segments.
+        time_step: 5e-5,
+        first_step_untimed: false,
+        rough_cost: 4.0,
+        targets: &[(4, 2.0), (8, 2.0), (16, 2.0), (64, 2.0), (128, 2.5), (256, 2.5)],
+    },
+    Method {
+        title: "Fast mass-spring, 50 iterations",
+        integrator: "fast-mass-spring",
+        peer: Peer::Eigen("fms"),
+        unit: Unit::Milliseconds,
+        time_step: 0.004,
+        first_step_untimed: true,
+        rough_cost: 2500.0,
+        targets: &[(4, 2.0), (8, 2.0), (16, 2.0), (64, 2.0), (128, 2.0), (256, 3.0)],
+    },
+    Method {
+        title: "Projected Newton",
+        integrator: "projected-newton",
+        peer: Peer::Python,
+        unit: Unit::Milliseconds,
+        time_step: 0.004,
+        first_step_untimed: false,
+        rough_cost: 2e5,
+        targets: &[(4, 50.0), (8, 50.0), (16, 50.0), (64, 50.0)],
+    },
+];
+
+impl Method {
+    /// How many steps a measurement on a net of this many springs takes, the same for both sides.
+    pub(crate) fn steps(&self, springs: usize) -> u64 {
+        (MEASUREMENT / (self.rough_cost * springs as f64)).max(2.0) as u64
+    }
+}
+
+impl Peer {
+    /// After the method's title.
+    pub(crate) fn describe(self) -> &'static str {
+        match self {
+            Self::Eigen(_) => "C++ with Eigen",
+            Self::Python => "Python with numpy and scipy",
+        }
+    }
+}
+
+impl Unit {
+    /// After the method's title.
+    pub(crate) fn describe(self) -> &'static str {
+        match self {
+            Self::Milliseconds => "ms a step",
+            Self::NanosecondsASpring => "ns a spring and step",
+        }
+    }
+
+    /// A time in ns a step, in this unit.
+    pub(crate) fn of(self, time: f64, springs: usize) -> f64 {
+        match self {
+            Self::Milliseconds => time * 1e-6,
+            Self::NanosecondsASpring => time / springs as f64,
+        }
+    }
+}
+
+/// Every size of net, in segments a side.
+pub(crate) fn sizes() -> Vec<usize> {
+    METHODS[0].targets.iter().map(|(segments, _)| *segments).collect()
+}
+
+/// Springs of a net of so many segments a side.
+pub(crate) fn springs(segments: usize) -> usize {
+    4 * segments * segments + 2 * segments
+}

@@ -1,0 +1,150 @@
+//! The tables: to the terminal line by line as they are measured, and as Markdown at the end.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+use crate::measure::{Cell, growth, least};
+use crate::method::{Method, springs};
+
+/// What has been measured so far.
+pub(crate) struct Tables<'a> {
+    output: &'a mut dyn Write,
+    markdown: String,
+}
+
+const HEADER: [&str; 10] =
+    ["n", "springs", "steps", "ours", "theirs", "ratio", "spread", "target", "result", "differ by"];
+const WIDTHS: [usize; 10] = [4, 7, 7, 9, 9, 6, 11, 6, 14, 9];
+
+const MEMORY_HEADER: [&str; 4] = ["n", "particles + springs", "MB", "bytes each"];
+const MEMORY_WIDTHS: [usize; 4] = [4, 20, 8, 11];
+
+impl<'a> Tables<'a> {
+    /// No tables yet.
+    pub(crate) fn new(output: &'a mut dyn Write) -> Self {
+        Self { output, markdown: String::new() }
+    }
+
+    /// The tables as Markdown.
+    pub(crate) fn markdown(&self) -> &str {
+        &self.markdown
+    }
+
+    /// The head of a method's table.
+    pub(crate) fn start(&mut self, method: &Method) -> io::Result<()> {
+        let Method { title, unit, time_step, peer, .. } = method;
+        let (unit, peer) = (unit.describe(), peer.describe());
+        self.title(&format!("{title}, {unit}, beside {peer} (time step {time_step} s)"))?;
+        self.header(&HEADER, &WIDTHS)
+    }
+
+    /// A line of it.
+    pub(crate) fn cell(&mut self, method: &Method, cell: &Cell) -> io::Result<()> {
+        let unknown = || String::from("-");
+        let time = |times: &Result<Vec<f64>, String>| {
+            let time = |times: &Vec<f64>| method.unit.of(least(times), cell.springs);
+            times.as_ref().map_or_else(|_| unknown(), |times| significant(time(times)))
+        };
+        let ratio = cell.ratio();
+        let verdict = match ratio {
+            Some((ratio, _)) if ratio >= cell.target => "met".into(),
+            Some((ratio, _)) => format!("missed by {}", significant(cell.target - ratio)),
+            None => unknown(),
+        };
+        let spread = |(_, [low, high]): (f64, [f64; 2])| {
+            format!("{}..{}", significant(low), significant(high))
+        };
+        let row = [
+            cell.segments.to_string(),
+            cell.springs.to_string(),
+            cell.steps.to_string(),
+            time(&cell.ours),
+            time(&cell.theirs),
+            ratio.map_or_else(unknown, |(ratio, _)| significant(ratio)),
+            ratio.map_or_else(unknown, spread),
+            cell.target.to_string(),
+            verdict,
+            cell.difference.as_ref().map_or_else(|_| unknown(), |value| format!("{value:.0e}")),
+        ];
+        self.row(&row, &WIDTHS)
+    }
+
+    /// What is said after a method's table.
+    pub(crate) fn end(&mut self, cells: &[Cell]) -> io::Result<()> {
+        if let [.., small, large] = cells {
+            let [ours, theirs] = growth(cells).map(|exponent| {
+                exponent.map_or_else(|| "-".into(), |exponent| format!("{exponent:.2}"))
+            });
+            let (small, large) = (small.segments, large.segments);
+            self.note(&format!(
+                "growth exponent, {small} to {large}: ours {ours}, theirs {theirs}"
+            ))?;
+        }
+        let mut lines: Vec<_> = cells.iter().flat_map(reasons).collect();
+        lines.sort();
+        lines.dedup();
+        lines.iter().try_for_each(|reason| self.note(reason))
+    }
+
+    /// The table of peak memory: `peak` tells the bytes for so many segments a side.
+    pub(crate) fn memory(&mut self, peak: &dyn Fn(usize) -> Result<u64, String>) -> io::Result<()> {
+        self.title("Peak memory of two linearized implicit steps, ours")?;
+        self.header(&MEMORY_HEADER, &MEMORY_WIDTHS)?;
+        for segments in [256, 512] {
+            let count = (segments + 1) * (segments + 1) + springs(segments);
+            match peak(segments) {
+                Ok(bytes) => {
+                    let [megabytes, each] = [1e6, count as f64].map(|unit| bytes as f64 / unit);
+                    let [megabytes, each] = [megabytes, each].map(|value| format!("{value:.0}"));
+                    let row = [segments.to_string(), count.to_string(), megabytes, each];
+                    self.row(&row, &MEMORY_WIDTHS)?;
+                }
+                Err(reason) => self.note(&format!("{segments} not measured: {reason}"))?,
+            }
+        }
+        Ok(())
+    }
+
+    fn title(&mut self, title: &str) -> io::Result<()> {
+        let _ = write!(self.markdown, "\n## {title}\n\n");
+        writeln!(self.output, "\n{title}")
+    }
+
+    fn header(&mut self, names: &[&str], widths: &[usize]) -> io::Result<()> {
+        let names: Vec<_> = names.iter().map(|name| (*name).to_owned()).collect();
+        self.row(&names, widths)?;
+        let _ = writeln!(self.markdown, "|{}", " ---: |".repeat(names.len()));
+        Ok(())
+    }
+
+    fn row(&mut self, row: &[String], widths: &[usize]) -> io::Result<()> {
+        let _ = writeln!(self.markdown, "| {} |", row.join(" | "));
+        let padded = row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}"));
+        writeln!(self.output, "{}", padded.collect::<Vec<_>>().join(" "))
+    }
+
+    fn note(&mut self, note: &str) -> io::Result<()> {
+        let _ = writeln!(self.markdown, "\n{note}");
+        writeln!(self.output, "     {note}")
+    }
+}
+
+/// Why a cell lacks what it lacks.
+fn reasons(cell: &Cell) -> Vec<String> {
+    let Cell { ours, theirs, difference, .. } = cell;
+    match (ours, theirs, difference) {
+        (Ok(_), Ok(_), Ok(_)) => vec![],
+        (Ok(_), Ok(_), Err(reason)) => vec![format!("positions not compared: {reason}")],
+        _ => {
+            let sides = [("ours", ours), ("theirs", theirs)];
+            let failed = sides.iter().filter_map(|(who, times)| Some((who, times.as_ref().err()?)));
+            failed.map(|(who, reason)| format!("{who} not measured: {reason}")).collect()
+        }
+    }
+}
+
+/// Three digits, without an exponent.
+fn significant(value: f64) -> String {
+    let decimals = (2.0 - value.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$}")
+}

@@ -1,0 +1,157 @@
+//! The peers' side: programs that are built and run as their authors say.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use simulator::scene::Scene;
+use simulator::trace::{self, Shape, State, TraceError, TraceFormat};
+use tempfile::TempDir;
+
+use crate::method::{FMS_ITERATIONS, Method, NEWTON_TOLERANCE, Peer, STIFFNESS};
+use crate::ours;
+
+/// The peers that are there, or why one is not.
+pub(crate) struct Peers {
+    eigen: Result<PathBuf, String>,
+    python: Result<String, String>,
+    // What is in it goes when this is dropped.
+    scratch: TempDir,
+}
+
+/// What a run of a peer tells.
+pub(crate) struct Run {
+    /// Time in ns a step.
+    pub(crate) time: f64,
+    /// The first coordinate at the end.
+    pub(crate) x0: f64,
+}
+
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/projected_newton.py");
+
+impl Peers {
+    /// Builds and looks for what is there.
+    ///
+    /// # Errors
+    /// Where there is no place for temporary files.
+    pub(crate) fn find(source: &Path) -> io::Result<Self> {
+        let scratch = TempDir::new()?;
+        let versions = "import numpy, platform, scipy; \
+            print('Python', platform.python_version(), '· numpy', numpy.__version__, '· scipy', scipy.__version__)";
+        let python = output(Command::new("python3").args(["-c", versions]));
+        Ok(Self { eigen: build(source, scratch.path()), python, scratch })
+    }
+
+    /// The versions of what the peers are made with, a line each; or why they are not there.
+    pub(crate) fn versions(&self) -> [String; 2] {
+        let compiler = || output(Command::new("g++").arg("--version"));
+        let eigen = self.eigen.as_ref().map_err(String::clone).and_then(|_| compiler());
+        let or_why = |result: Result<String, String>| {
+            let line = result.unwrap_or_else(|reason| format!("not there: {reason}"));
+            line.lines().next().unwrap_or_default().to_owned()
+        };
+        [or_why(eigen), or_why(self.python.clone())]
+    }
+
+    /// Runs the method's peer on a net of so many segments a side.
+    ///
+    /// # Errors
+    /// The reason why that cannot be measured.
+    pub(crate) fn run(&self, method: &Method, segments: usize, steps: u64) -> Result<Run, String> {
+        let mut command = self.command(method, segments, steps)?;
+        parse(&output(&mut command)?).ok_or_else(|| "the peer prints no times".into())
+    }
+
+    /// The largest distance, in one coordinate, between our positions and the peer's after so many
+    /// steps: of all particles where the peer tells them, else in the coordinate that it tells.
+    ///
+    /// # Errors
+    /// The reason why it is not known.
+    pub(crate) fn difference(
+        &self,
+        method: &Method,
+        segments: usize,
+        steps: u64,
+        (scene, positions): (&Scene, &[f64]),
+    ) -> Result<f64, String> {
+        if method.peer != Peer::Python {
+            return Ok((self.run(method, segments, steps)?.x0 - positions[0]).abs());
+        }
+        let path = self.scratch.path().join("states.csv");
+        output(self.command(method, segments, steps)?.arg("--dump").arg(&path))?;
+        let last = last_state(&path, Shape::of(scene)).map_err(|error| error.to_string())?;
+        let pairs = last.positions.iter().zip(positions);
+        Ok(pairs.map(|(theirs, ours)| (theirs - ours).abs()).fold(0.0, f64::max))
+    }
+
+    fn command(&self, method: &Method, segments: usize, steps: u64) -> Result<Command, String> {
+        let net = |command: &mut Command| {
+            command.arg(segments.to_string()).arg(method.time_step.to_string());
+            command.arg(steps.to_string()).arg(STIFFNESS.to_string());
+        };
+        match method.peer {
+            Peer::Eigen(mode) => {
+                let mut command = Command::new(self.eigen.as_ref()?);
+                net(command.arg(mode));
+                command.arg(FMS_ITERATIONS.to_string());
+                Ok(command)
+            }
+            Peer::Python => {
+                self.python.as_ref()?;
+                let mut command = Command::new("python3");
+                net(command.arg(SCRIPT));
+                let spring = if ours::green_spring().is_some() { "green" } else { "hooke" };
+                command.arg(NEWTON_TOLERANCE.to_string()).args(["--spring", spring]);
+                Ok(command)
+            }
+        }
+    }
+}
+
+/// The peer, built in `folder` with the line in the head of its source.
+fn build(source: &Path, folder: &Path) -> Result<PathBuf, String> {
+    let missing = || format!("there is no {}", source.display());
+    let text = fs::read_to_string(source).map_err(|_| missing())?;
+    let name = source.file_name().ok_or_else(missing)?;
+    let line = text.lines().find_map(|line| line.strip_prefix("// build: "));
+    let line = line.ok_or("the head of the C++ peer has no build line")?;
+    let target = line.split_whitespace().skip_while(|word| *word != "-o").nth(1);
+    let target = target.ok_or("the build line of the C++ peer names no output")?;
+    fs::write(folder.join(name), &text).map_err(|error| error.to_string())?;
+    output(Command::new("sh").args(["-c", line]).current_dir(folder))?;
+    Ok(folder.join(target))
+}
+
+fn last_state(path: &Path, shape: Shape) -> Result<State, TraceError> {
+    let mut states = trace::open(path, TraceFormat::Csv, shape)?;
+    let mut last = State::zeros(shape);
+    while states.read(&mut last)? {}
+    Ok(last)
+}
+
+/// What a program prints; or, where it fails, the first line of its complaint.
+pub(crate) fn output(command: &mut Command) -> Result<String, String> {
+    let program = command.get_program().to_string_lossy().into_owned();
+    let Output { status, stdout, stderr } =
+        command.output().map_err(|error| format!("{program}: {error}"))?;
+    if status.success() {
+        return Ok(String::from_utf8_lossy(&stdout).trim().to_owned());
+    }
+    // Python's last line is the one that says why.
+    let stderr = String::from_utf8_lossy(&stderr);
+    let mut lines = stderr.lines();
+    let line = if program == "python3" { lines.next_back() } else { lines.next() };
+    Err(line.map_or_else(|| format!("{program} failed: {status}"), str::to_owned))
+}
+
+fn parse(line: &str) -> Option<Run> {
+    let field = |name: &str| {
+        let mut words = line.split_whitespace();
+        let value = words.find_map(|word| word.strip_prefix(name)?.strip_prefix('='))?;
+        value.parse::<f64>().ok()
+    };
+    // The times a step are rounded to 0.1 µs; those a spring are not so coarse.
+    let time = field("ns_per_spring_step")? * field("springs")?;
+    Some(Run { time, x0: field("x0")? })
+}

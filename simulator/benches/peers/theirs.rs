@@ -130,7 +130,7 @@ fn last_state(path: &Path, shape: Shape) -> Result<State, TraceError> {
     Ok(last)
 }
 
-/// What a program prints; or, where it fails, the first line of its complaint.
+/// What a program prints; or, where it fails, the line of its complaint that says why.
 pub(crate) fn output(command: &mut Command) -> Result<String, String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let Output { status, stdout, stderr } =
@@ -138,10 +138,10 @@ pub(crate) fn output(command: &mut Command) -> Result<String, String> {
     if status.success() {
         return Ok(String::from_utf8_lossy(&stdout).trim().to_owned());
     }
-    // Python's last line is the one that says why.
     let stderr = String::from_utf8_lossy(&stderr);
-    let mut lines = stderr.lines();
-    let line = if program == "python3" { lines.next_back() } else { lines.next() };
+    // What comes before and after the error only says where it is.
+    let line = stderr.lines().find(|line| line.to_lowercase().contains("error"));
+    let line = line.or_else(|| stderr.lines().next());
     Err(line.map_or_else(|| format!("{program} failed: {status}"), str::to_owned))
 }
 

@@ -222,6 +222,10 @@ pub enum FailureKind {
         "Newton's method cannot converge: its tolerance is below the rounding of velocities of size {speed:.1e}; after {iterations} iterations the update is {update:.1e}"
     )]
     BelowRounding { iterations: u64, update: f64, speed: f64 },
+    #[error(
+        "the line search found no descent: after {iterations} iterations, Newton's step of {update:.1e} leads uphill"
+    )]
+    NoDescent { iterations: u64, update: f64 },
     #[error("the linear system of the step cannot be solved: {0}")]
     Linear(LinearError),
     #[error("the energy of the state is not finite")]
@@ -243,6 +247,7 @@ impl FailureKind {
             StepError::BelowRounding { iterations, update, speed } => {
                 Self::BelowRounding { iterations, update, speed }
             }
+            StepError::NoDescent { iterations, update } => Self::NoDescent { iterations, update },
             StepError::Linear(error) => Self::Linear(error),
         }
     }
@@ -252,6 +257,9 @@ impl FailureKind {
             Self::Coincident { .. } => "move one of them, or shorten the time step",
             Self::NotConverged { .. } | Self::NotFinite { .. } => {
                 "shorten the time step, or soften the forces; the motion may be unstable"
+            }
+            Self::NoDescent { .. } => {
+                "project the Hessian (projection=\"clamp\"), or shorten the time step"
             }
             Self::BelowRounding { .. } => "choose units in which the velocities are smaller",
             Self::EnergyNotFinite => "move apart what is in one place; check masses and velocities",

@@ -13,6 +13,12 @@ pub struct Statistics {
     pub newton_iterations: u64,
     /// The most Newton iterations a single step took.
     pub max_newton_iterations: u64,
+    /// Evaluations of an incremental potential, by a line search.
+    pub energy_evaluations: u64,
+    /// Times a line search halved Newton's step.
+    pub line_search_halvings: u64,
+    /// Element Hessians that were projected to be semi-definite.
+    pub projections: u64,
     /// The linear solver that the scene was given, in words; empty for an explicit method.
     pub linear_solver: String,
     /// What the linear solver did.

@@ -131,6 +131,14 @@ impl<const D: usize> System<D> {
         self.forces.iter().filter_map(|each| each.energy(state)).sum()
     }
 
+    /// Potential energy as [`potential_energy`](Self::potential_energy), and the sum of the magnitudes of
+    /// each force's, which bounds its rounding.
+    pub fn energy_and_size(&self, positions: &[f64], velocities: &[f64], time: f64) -> (f64, f64) {
+        let state = self.state(positions, velocities, time);
+        let energies = self.forces.iter().filter_map(|each| each.energy(state));
+        energies.fold((0.0, 0.0), |(sum, size), energy| (sum + energy, size + energy.abs()))
+    }
+
     /// Rayleigh's dissipation function: the sum over the forces that have one.
     pub fn dissipation(&self, positions: &[f64], velocities: &[f64], time: f64) -> f64 {
         let state = self.state(positions, velocities, time);

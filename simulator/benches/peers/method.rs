@@ -6,6 +6,8 @@ pub(crate) struct Method {
     pub(crate) title: &'static str,
     /// Our integrator.
     pub(crate) integrator: &'static str,
+    /// Its options.
+    pub(crate) options: &'static [(&'static str, &'static str)],
     /// Which peer.
     pub(crate) peer: Peer,
     /// Unit of the times.
@@ -55,6 +57,7 @@ pub(crate) static METHODS: [Method; 4] = [
     Method {
         title: "Linearized implicit Euler",
         integrator: "linearized-implicit-euler",
+        options: &[],
         peer: Peer::Eigen("lie"),
         unit: Unit::Milliseconds,
         time_step: 0.004,
@@ -65,6 +68,7 @@ pub(crate) static METHODS: [Method; 4] = [
     Method {
         title: "Symplectic Euler",
         integrator: "symplectic-euler",
+        options: &[],
         peer: Peer::Eigen("symplectic"),
         unit: Unit::NanosecondsASpring,
         // Stable for all sizes: h² ω² ≤ 4 as long as h ≤ 1.9e-4 s at 256 segments.
@@ -76,6 +80,7 @@ pub(crate) static METHODS: [Method; 4] = [
     Method {
         title: "Fast mass-spring, 50 iterations",
         integrator: "fast-mass-spring",
+        options: &[("iterations", "50")],
         peer: Peer::Eigen("fms"),
         unit: Unit::Milliseconds,
         time_step: 0.004,
@@ -86,6 +91,7 @@ pub(crate) static METHODS: [Method; 4] = [
     Method {
         title: "Projected Newton",
         integrator: "projected-newton",
+        options: &[("tolerance", "1e-2")],
         peer: Peer::Python,
         unit: Unit::Milliseconds,
         time_step: 0.004,

@@ -4,9 +4,8 @@ use std::env;
 use std::process::Command;
 use std::time::Instant;
 
-use simulator::generate::{Generator, Length, Net, Springs, Timeline};
+use simulator::generate::{Generator, Length, Net, SpringLaw, Springs, Timeline};
 use simulator::scene::Scene;
-use simulator::scene::schema::ForceSchema;
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 
@@ -19,11 +18,6 @@ pub(crate) struct Ours {
     untimed: u64,
 }
 
-/// The slides' spring, if this build has it.
-pub(crate) fn green_spring() -> Option<&'static ForceSchema> {
-    vocabulary().force("greenspringforce")
-}
-
 impl Ours {
     /// The net on which the method takes so many steps.
     ///
@@ -33,20 +27,24 @@ impl Ours {
         let integrator = vocabulary().integrator(method.integrator);
         let integrator = integrator.ok_or("this build has no such integrator")?;
         let untimed = u64::from(method.first_step_untimed);
+        let law = match method.peer {
+            Peer::Eigen(_) => SpringLaw::Hooke,
+            Peer::Python => SpringLaw::Green,
+        };
+        let options = method.options.iter();
+        let options = options.map(|(name, value)| (name.to_string(), value.to_string()));
         let net = Net {
             segments,
-            springs: Springs { stiffness: STIFFNESS, damping: 0.0 },
+            springs: Springs { stiffness: STIFFNESS, damping: 0.0, law },
             timeline: Timeline {
                 integrator,
+                options: options.collect(),
                 time_step: Some(method.time_step),
                 length: Length::Steps(steps + untimed),
             },
             ..Net::default()
         };
-        let mut scene = net.scene().map_err(|error| error.to_string())?;
-        if let (Peer::Python, Some(green)) = (method.peer, green_spring()) {
-            replace_springs(&mut scene, green);
-        }
+        let scene = net.scene().map_err(|error| error.to_string())?;
         Ok(Self { scene, steps, untimed })
     }
 
@@ -83,21 +81,6 @@ fn advance(simulation: &mut Simulation, steps: u64) -> Result<(), String> {
         simulation.advance().map_err(|error| error.to_string())?;
     }
     Ok(())
-}
-
-/// The same net with another law of its springs.
-fn replace_springs(scene: &mut Scene, law: &'static ForceSchema) {
-    for spring in scene.forces.iter_mut().filter(|force| force.edge.is_some()) {
-        let [stiffness, rest_length, ..] = spring.parameters;
-        spring.schema = law;
-        for (value, parameter) in spring.parameters.iter_mut().zip(law.parameters) {
-            *value = match parameter.name {
-                "k" => stiffness,
-                "l0" => rest_length,
-                _ => parameter.default.unwrap_or(0.0),
-            };
-        }
-    }
 }
 
 /// Peak memory of this process in bytes, after two linearized implicit steps of a net.

@@ -162,6 +162,8 @@ def main():
     for name, kind in [("n_seg", int), ("h", float), ("steps", int), ("k", float), ("tol", float)]:
         parser.add_argument(name, type=kind)
     parser.add_argument("--spring", choices=["green", "hooke"], default="green")
+    parser.add_argument("--nudge", type=float, default=0.0, metavar="SIZE",
+                        help="move each particle by up to SIZE at the start, to see what rounding does")
     parser.add_argument("--dump", metavar="FILE", help="write the states as CSV")
     args = parser.parse_args()
     if args.tol * args.h < 1e-15:
@@ -170,7 +172,7 @@ def main():
     x, edges = square_mesh(1.0, args.n_seg)
     spring = {"green": Green, "hooke": Hooke}[args.spring]
     net = Net(x, edges, 1000.0 / (args.n_seg + 1) ** 2, args.k, args.h, spring)
-    x = x * [1.4, 1.0]
+    x = x * [1.4, 1.0] + np.random.default_rng(1).uniform(-args.nudge, args.nudge, x.shape)
     v = np.zeros_like(x)
 
     names = ",".join(f"x{i},y{i},vx{i},vy{i}" for i in range(len(x)))

@@ -10,7 +10,6 @@ use simulator::trace::{self, Shape, State, TraceError, TraceFormat};
 use tempfile::TempDir;
 
 use crate::method::{FMS_ITERATIONS, Method, NEWTON_TOLERANCE, Peer, STIFFNESS};
-use crate::ours;
 
 /// The peers that are there, or why one is not.
 pub(crate) struct Peers {
@@ -101,8 +100,7 @@ impl Peers {
                 self.python.as_ref()?;
                 let mut command = Command::new("python3");
                 net(command.arg(SCRIPT));
-                let spring = if ours::green_spring().is_some() { "green" } else { "hooke" };
-                command.arg(NEWTON_TOLERANCE.to_string()).args(["--spring", spring]);
+                command.arg(NEWTON_TOLERANCE.to_string()).args(["--spring", "green"]);
                 Ok(command)
             }
         }

@@ -34,6 +34,7 @@ mod uniform;
 mod constant;
 mod drag;
 mod gravitational;
+mod green_spring;
 mod simple_gravity;
 mod spring;
 mod vortex;
@@ -52,6 +53,7 @@ pub static REGISTRY: &[&ForceKind] = &[
     &gravitational::KIND,
     &drag::KIND,
     &vortex::KIND,
+    &green_spring::KIND,
 ];
 
 /// A force as the registry knows it: how a scene mentions it, and how it is built.

@@ -16,7 +16,7 @@
 
 use super::draft::{Draft, particle};
 use super::error::{check, count};
-use super::{GRAVITY, GenerateError, Generator, Size, Springs, Timeline};
+use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
@@ -44,7 +44,7 @@ impl Default for Beam {
             spacing: 0.1,
             density: 1000.0,
             gravity: GRAVITY,
-            springs: Springs { stiffness: 5e4, damping: 20.0 },
+            springs: Springs { stiffness: 5e4, damping: 20.0, law: SpringLaw::Hooke },
             timeline: Timeline::of("symplectic-euler", 2.0),
         }
     }

@@ -16,7 +16,7 @@
 
 use super::draft::{Draft, particle, rounded};
 use super::error::{check, count};
-use super::{GRAVITY, GenerateError, Generator, Size, Springs, Timeline};
+use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
@@ -50,7 +50,7 @@ impl Default for Chain {
             angle: 80.0,
             sag: 0.5,
             gravity: GRAVITY,
-            springs: Springs { stiffness: 2000.0, damping: 0.5 },
+            springs: Springs { stiffness: 2000.0, damping: 0.5, law: SpringLaw::Hooke },
             timeline: Timeline::of("linearized-implicit-euler", 4.0),
         }
     }

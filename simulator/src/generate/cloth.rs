@@ -18,7 +18,7 @@
 
 use super::draft::{Draft, particle, rounded};
 use super::error::{check, count};
-use super::{GRAVITY, GenerateError, Generator, Size, Springs, Timeline};
+use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
@@ -54,7 +54,7 @@ impl Default for Cloth {
             density: 1.0,
             tilt: 60.0,
             gravity: GRAVITY,
-            springs: Springs { stiffness: 500.0, damping: 0.1 },
+            springs: Springs { stiffness: 500.0, damping: 0.1, law: SpringLaw::Hooke },
             bend_stiffness: 20.0,
             timeline: Timeline::of("symplectic-euler", 3.0),
         }
@@ -107,7 +107,7 @@ impl Generator for Cloth {
         }
         let id = |column: usize, row: usize| row * (nx + 1) + column;
         let diagonal = dx.hypot(dy);
-        let bend = Springs { stiffness: self.bend_stiffness, damping: self.springs.damping };
+        let bend = Springs { stiffness: self.bend_stiffness, ..self.springs.clone() };
         // By kind: columns and rows to step, rest length, law.
         let mut kinds = vec![
             ((1, 0), dx, &self.springs),

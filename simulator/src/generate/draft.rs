@@ -1,7 +1,7 @@
 //! A scene being put together: particles, springs, and what they have in common.
 
 use super::error::{Fault, check};
-use super::{MAX_PAIRS, MAX_PARTICLES, Size, Springs, Timeline};
+use super::{MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::{Domain, ForceSchema, IntegratorOptions, MAX_PARAMETERS};
 use crate::scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Rendering, Scene, Viewport,
@@ -11,7 +11,8 @@ use crate::vocabulary;
 /// The scene so far.
 pub(super) struct Draft {
     pub(super) scene: Scene,
-    spring: &'static ForceSchema,
+    hooke: &'static ForceSchema,
+    green: &'static ForceSchema,
     edge_radius: f64,
 }
 
@@ -45,7 +46,8 @@ impl Draft {
             forces: Vec::with_capacity(pairs as usize + 1),
             rendering: Rendering::default(),
         };
-        Ok(Self { scene, spring: force("springforce"), edge_radius: EDGE_RADIUS })
+        let [hooke, green] = [SpringLaw::Hooke, SpringLaw::Green].map(|law| force(law.tag()));
+        Ok(Self { scene, hooke, green, edge_radius: EDGE_RADIUS })
     }
 
     /// From here on, particles and edges are drawn in proportion to their distance.
@@ -62,9 +64,13 @@ impl Draft {
     pub(super) fn spring(&mut self, particles: [usize; 2], rest_length: f64, springs: &Springs) {
         let edge = self.scene.edges.len();
         self.scene.edges.push(Edge { particles, radius: self.edge_radius });
-        // In the order of the schema: k, l0, b.
+        // In the order of the schemas: k, l0, and b where the law has damping.
         let parameters = [springs.stiffness, rest_length, springs.damping, 0.0];
-        self.force(self.spring, Some(particles), Some(edge), parameters);
+        let schema = match springs.law {
+            SpringLaw::Hooke => self.hooke,
+            SpringLaw::Green => self.green,
+        };
+        self.force(schema, Some(particles), Some(edge), parameters);
     }
 
     /// An acceleration downwards, where there is one.
@@ -119,6 +125,13 @@ impl Draft {
             }
         }
         timeline.apply(usual_time_step, &mut self.scene)?;
+        let integrator = self.scene.integrator;
+        for force in &self.scene.forces {
+            if let Some(refusal) = (integrator.refuses)(force) {
+                let (integrator, tag) = (integrator.name, force.schema.tag);
+                return Err(Fault::Refused { integrator, tag, refusal });
+            }
+        }
         self.scene.description = Some(description);
         if self.scene.max_simulation_frequency.is_none() {
             let per_second = (1.0 / self.scene.time_step).round();
@@ -143,7 +156,11 @@ impl Springs {
     /// Refuses what no spring has.
     pub(super) fn check(&self) -> Result<(), Fault> {
         check("stiffness", self.stiffness, Domain::NonNegative)?;
-        check("damping", self.damping, Domain::NonNegative)
+        check("damping", self.damping, Domain::NonNegative)?;
+        match self.law {
+            SpringLaw::Green if self.damping != 0.0 => Err(Fault::NoDamping),
+            _ => Ok(()),
+        }
     }
 }
 

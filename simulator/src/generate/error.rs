@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::{MAX_PAIRS, MAX_PARTICLES};
 use crate::scene::MAX_STEPS;
-use crate::scene::schema::Domain;
+use crate::scene::schema::{Domain, Refusal};
 
 /// Options that make no scene.
 ///
@@ -25,6 +25,14 @@ pub enum Fault {
     TooManyPairs { pairs: u64 },
     #[error("duration {duration:?} s at a time step of {time_step:?} s is {steps:.1e} steps")]
     TooManySteps { duration: f64, time_step: f64, steps: f64 },
+    #[error("{integrator} has no option {option:?}")]
+    UnknownOption { integrator: &'static str, option: String },
+    #[error("{integrator} takes no {option}={text:?}: it must be {must_be}")]
+    OptionValue { integrator: &'static str, option: String, text: String, must_be: String },
+    #[error("{integrator} cannot simulate these <{tag}>, because each {}", refusal.because)]
+    Refused { integrator: &'static str, tag: &'static str, refusal: Refusal },
+    #[error("springs of the law green have no damping")]
+    NoDamping,
     #[error("the {what} of particle {particle} comes out as {value}")]
     Particle { what: &'static str, particle: usize, value: f64 },
     #[error("the rest length of a spring comes out as {value}")]
@@ -38,7 +46,12 @@ pub enum Fault {
 impl fmt::Display for GenerateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let remedy = match &self.0 {
-            Fault::OutOfDomain { .. } | Fault::Count { .. } => "choose another value",
+            Fault::OutOfDomain { .. } | Fault::Count { .. } | Fault::OptionValue { .. } => {
+                "choose another value"
+            }
+            Fault::UnknownOption { .. } => "simulate --help lists the options of each",
+            Fault::Refused { refusal, .. } => refusal.remedy,
+            Fault::NoDamping => "set the damping to 0, or use the law hooke",
             Fault::TooManyParticles { .. } | Fault::TooManyPairs { .. } => "make it smaller",
             Fault::TooManySteps { .. } => {
                 return write!(

@@ -94,8 +94,29 @@ pub struct Size {
 pub struct Springs {
     /// Stiffness of each spring, 0 or more.
     pub stiffness: f64,
-    /// Damping of each spring along its axis, 0 or more.
+    /// Damping of each spring along its axis, 0 or more; 0 where the law has none.
     pub damping: f64,
+    /// Their law.
+    pub law: SpringLaw,
+}
+
+/// The law of springs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpringLaw {
+    /// `springforce`: linear in the length.
+    Hooke,
+    /// `greenspringforce`: the lecture's, quadratic in the Green strain, without damping.
+    Green,
+}
+
+impl SpringLaw {
+    /// The tag of its force.
+    pub fn tag(self) -> &'static str {
+        match self {
+            Self::Hooke => "springforce",
+            Self::Green => "greenspringforce",
+        }
+    }
 }
 
 /// A generator as the registry knows it.

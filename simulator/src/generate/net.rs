@@ -16,7 +16,7 @@
 
 use super::draft::{Draft, particle};
 use super::error::{check, count};
-use super::{GRAVITY, GenerateError, Generator, Size, Springs, Timeline};
+use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
@@ -47,7 +47,7 @@ impl Default for Net {
             stretch: 1.4,
             density: 1000.0,
             gravity: GRAVITY,
-            springs: Springs { stiffness: 1e5, damping: 0.0 },
+            springs: Springs { stiffness: 1e5, damping: 0.0, law: SpringLaw::Hooke },
             timeline: Timeline::of("linearized-implicit-euler", 1.0),
         }
     }

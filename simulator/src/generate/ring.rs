@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 use super::draft::{Draft, particle, rounded};
 use super::error::{check, count};
-use super::{GenerateError, Generator, Size, Springs, Timeline};
+use super::{GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
@@ -46,7 +46,7 @@ impl Default for Ring {
             mass: 0.1,
             spin: 2.0,
             spokes: false,
-            springs: Springs { stiffness: 200.0, damping: 0.1 },
+            springs: Springs { stiffness: 200.0, damping: 0.1, law: SpringLaw::Hooke },
             timeline: Timeline::of("symplectic-euler", 5.0),
         }
     }

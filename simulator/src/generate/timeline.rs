@@ -13,7 +13,7 @@
 //! want of a bound of its own: it gains energy at any step where damping does not take it away.
 
 use super::error::{Fault, check};
-use crate::scene::schema::{Domain, IntegratorOptions, IntegratorSchema};
+use crate::scene::schema::{Domain, IntegratorOptions, IntegratorSchema, OptionError};
 use crate::scene::{MAX_STEPS, Scene, step_count};
 use crate::vocabulary;
 
@@ -22,6 +22,8 @@ use crate::vocabulary;
 pub struct Timeline {
     /// The time integrator.
     pub integrator: &'static IntegratorSchema,
+    /// Options of the integrator: name and value.
+    pub options: Vec<(String, String)>,
     /// Time step in seconds, above 0; `None` for the one that suits the kind, shortened where an
     /// explicit or symplectic method needs a shorter one for the springs of this scene.
     pub time_step: Option<f64>,
@@ -43,13 +45,25 @@ impl Timeline {
     pub(super) fn of(integrator: &str, seconds: f64) -> Self {
         let integrator = vocabulary().integrator(integrator);
         let integrator = integrator.expect("the generators name integrators of the registry");
-        Self { integrator, time_step: None, length: Length::Seconds(seconds) }
+        Self { integrator, options: Vec::new(), time_step: None, length: Length::Seconds(seconds) }
     }
 
     /// Gives the scene its time step and duration. `usual` is the time step that suits the kind.
     pub(super) fn apply(&self, usual: f64, scene: &mut Scene) -> Result<(), Fault> {
         scene.integrator = self.integrator;
         scene.integrator_options = IntegratorOptions::defaults(self.integrator);
+        for (option, text) in &self.options {
+            let (integrator, option, text) = (self.integrator.name, option.clone(), text.clone());
+            match scene.integrator_options.set(&option, &text) {
+                Ok(()) => {}
+                Err(OptionError::Unknown) => {
+                    return Err(Fault::UnknownOption { integrator, option });
+                }
+                Err(OptionError::Value { must_be }) => {
+                    return Err(Fault::OptionValue { integrator, option, text, must_be });
+                }
+            }
+        }
         scene.time_step = match self.time_step {
             Some(time_step) => time_step,
             None if self.is_explicit() => usual.min(round_down(longest_stable(scene))),

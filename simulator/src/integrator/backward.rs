@@ -19,6 +19,7 @@ use super::StepError;
 use crate::force::{Block, Coupling, JacobianSink, Vector, add_to, vector_of};
 use crate::solver::LinearError;
 use crate::solver::linear::{BlockMatrix, Link};
+use crate::solver::psd::Projection;
 use crate::statistics::Statistics;
 use crate::system::System;
 
@@ -51,6 +52,7 @@ pub(super) struct Linearisation<const D: usize> {
     reduced: Vec<f64>,
     /// The smallest mass of a free particle.
     lightest: f64,
+    projection: Projection,
     /// l2 norm of the last right-hand side.
     pub(super) residual: f64,
 }
@@ -100,8 +102,15 @@ impl<const D: usize> Linearisation<D> {
                 .filter(|(_, fixed)| !**fixed)
                 .fold(f64::INFINITY, |lightest, (mass, _)| lightest.min(*mass)),
             free,
+            projection: Projection::None,
             residual: 0.0,
         }
+    }
+
+    /// The same, with each element's share of the matrix projected. The elements must be symmetric.
+    pub(super) fn projected(mut self, projection: Projection) -> Self {
+        self.projection = projection;
+        self
     }
 
     /// Solves the linearisation at `point` for `delta`.
@@ -131,9 +140,12 @@ impl<const D: usize> Linearisation<D> {
                     mass * (velocities[dof] - iterate[dof]) + h * self.force[dof];
             }
         }
-        let mut sink = Assembly { h, free: &self.free, matrix: &mut self.matrix, stiffest: 0.0 };
+        let elements = Elements { h, projection: self.projection, projected: 0 };
+        let mut sink =
+            Assembly { elements, free: &self.free, matrix: &mut self.matrix, stiffest: 0.0 };
         system.jacobians(&self.trial, iterate, time, &mut sink)?;
         let stiffness = sink.stiffest / self.lightest;
+        statistics.projections += sink.elements.projected;
         statistics.assemblies += 1;
 
         self.residual = l2(&self.reduced);
@@ -195,7 +207,8 @@ impl<const D: usize> Linearisation<D> {
             statistics.linear.refinements += 1;
 
             product.fill(0.0);
-            let mut sink = ElementProduct { h, delta: &*delta, product: &mut product };
+            let elements = Elements { h, projection: self.projection, projected: 0 };
+            let mut sink = ElementProduct { elements, delta: &*delta, product: &mut product };
             system.jacobians(&self.trial, iterate, time, &mut sink)?;
             for (particle, mass) in system.masses().iter().enumerate() {
                 let Some(number) = self.free[particle] else { continue };
@@ -214,14 +227,27 @@ fn l2(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
-/// `−(h² ∂F/∂x + h ∂F/∂v)`.
-fn stiffness<const D: usize>(h: f64, jacobian_x: &Block<D>, jacobian_v: &Block<D>) -> Block<D> {
-    jacobian_x * -(h * h) - jacobian_v * h
+/// Makes an element's share of the matrix of its Jacobians.
+struct Elements {
+    h: f64,
+    projection: Projection,
+    /// How many shares the projection changed.
+    projected: u64,
+}
+
+impl Elements {
+    /// `−(h² ∂F/∂x + h ∂F/∂v)`, projected.
+    fn share<const D: usize>(&mut self, jacobian_x: &Block<D>, jacobian_v: &Block<D>) -> Block<D> {
+        let share = jacobian_x * -(self.h * self.h) - jacobian_v * self.h;
+        let (share, changed) = self.projection.project(share);
+        self.projected += u64::from(changed);
+        share
+    }
 }
 
 /// Subtracts `h² ∂F/∂x + h ∂F/∂v` from the matrix, rows and columns of fixed particles left out.
 struct Assembly<'a, const D: usize> {
-    h: f64,
+    elements: Elements,
     free: &'a [Option<usize>],
     matrix: &'a mut BlockMatrix<D>,
     /// The largest entry of a block so far.
@@ -231,14 +257,14 @@ struct Assembly<'a, const D: usize> {
 impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
     fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         if let (Some(row), Some(column)) = (self.free[row], self.free[column]) {
-            let block = stiffness(self.h, jacobian_x, jacobian_v);
+            let block = self.elements.share(jacobian_x, jacobian_v);
             self.stiffest = self.stiffest.max(block.amax());
             self.matrix.add(row, column, &block);
         }
     }
 
     fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        let block = stiffness(self.h, jacobian_x, jacobian_v);
+        let block = self.elements.share(jacobian_x, jacobian_v);
         self.stiffest = self.stiffest.max(block.amax());
         let (i, j) = (self.free[i], self.free[j]);
         for own in [i, j].into_iter().flatten() {
@@ -253,7 +279,7 @@ impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
 
 /// Adds `−(h² ∂F/∂x + h ∂F/∂v) δ`, element by element.
 struct ElementProduct<'a> {
-    h: f64,
+    elements: Elements,
     delta: &'a [f64],
     product: &'a mut [f64],
 }
@@ -261,12 +287,12 @@ struct ElementProduct<'a> {
 impl<const D: usize> JacobianSink<D> for ElementProduct<'_> {
     fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         let delta = vector_of(self.delta, column);
-        add_to(self.product, row, &(stiffness(self.h, jacobian_x, jacobian_v) * delta));
+        add_to(self.product, row, &(self.elements.share(jacobian_x, jacobian_v) * delta));
     }
 
     fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         let stretch: Vector<D> = vector_of(self.delta, i) - vector_of(self.delta, j);
-        let product = stiffness(self.h, jacobian_x, jacobian_v) * stretch;
+        let product = self.elements.share(jacobian_x, jacobian_v) * stretch;
         add_to(self.product, i, &product);
         add_to(self.product, j, &-product);
     }

@@ -19,6 +19,7 @@ mod backward;
 mod explicit_euler;
 mod implicit_euler;
 mod linearized_implicit_euler;
+mod projected_newton;
 mod symplectic_euler;
 
 /// Every integrator.
@@ -27,6 +28,7 @@ pub static REGISTRY: &[&IntegratorKind] = &[
     &symplectic_euler::KIND,
     &linearized_implicit_euler::KIND,
     &implicit_euler::KIND,
+    &projected_newton::KIND,
 ];
 
 /// An integrator as the registry knows it.
@@ -103,6 +105,13 @@ pub enum StepError {
         update: f64,
         /// l2 norm of the velocities.
         speed: f64,
+    },
+    /// Newton's step points where the incremental potential does not become smaller.
+    NoDescent {
+        /// Iterations made.
+        iterations: u64,
+        /// Largest component of the step, as a change of velocity.
+        update: f64,
     },
     /// A linear system could not be solved.
     Linear(LinearError),

@@ -103,6 +103,12 @@ impl ParameterSchema {
         self
     }
 
+    /// The same, but above zero.
+    pub const fn positive(mut self) -> Self {
+        self.domain = Domain::Positive;
+        self
+    }
+
     /// The same, with a value for where it is missing.
     pub const fn default_to(mut self, value: f64) -> Self {
         self.default = Some(value);

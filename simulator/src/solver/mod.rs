@@ -6,11 +6,15 @@
 //! - [`sparse`]: one part as a sparse matrix.
 //! - `checked`: what both do to a solution before it is believed.
 //! - [`newton`]: Newton's method on a callback.
+//! - [`line_search`]: backtracking along a step.
+//! - [`psd`]: projection of a block to a positive semi-definite one.
 
 mod checked;
 pub mod dense;
+pub mod line_search;
 pub mod linear;
 pub mod newton;
+pub mod psd;
 pub mod sparse;
 
 /// A linear system that could not be solved.

@@ -5,15 +5,15 @@ use std::path::PathBuf;
 
 use clap::{Arg, Args, Command, Subcommand, ValueEnum};
 use simulator::generate::{
-    Beam, Bodies, Chain, Cloth, GenerateError, Generator, Length, Net, REGISTRY, Ring, Springs,
-    Timeline,
+    Beam, Bodies, Chain, Cloth, GenerateError, Generator, Length, Net, REGISTRY, Ring, SpringLaw,
+    Springs, Timeline,
 };
 use simulator::output::OutputFile;
 use simulator::scene::schema::IntegratorSchema;
 use simulator::scene::write::{self, WriteError};
 use simulator::scene::{Dimension, MAX_FILE_SIZE, Scene};
 
-use super::{Failure, parse_integrator};
+use super::{Failure, parse_integrator, parse_option};
 
 /// Write a scene of a kind, of any size, as XML.
 #[derive(Args)]
@@ -67,6 +67,10 @@ struct Common {
     #[arg(long, value_name = "TYPE", value_parser = parse_integrator)]
     integrator: Option<&'static IntegratorSchema>,
 
+    /// Set an option of the integrator; may be given several times
+    #[arg(long = "option", value_name = "NAME=VALUE", value_parser = parse_option)]
+    options: Vec<(String, String)>,
+
     /// Time step in seconds [default: one that suits the scene, and the stability of symplectic Euler; explicit Euler gains energy at any]
     #[arg(long, value_name = "SECONDS")]
     dt: Option<f64>,
@@ -88,7 +92,7 @@ impl Common {
             (None, None) => default.length,
         };
         let integrator = self.integrator.unwrap_or(default.integrator);
-        Timeline { integrator, time_step: self.dt, length }
+        Timeline { integrator, options: self.options.clone(), time_step: self.dt, length }
     }
 }
 
@@ -102,13 +106,32 @@ struct SpringOptions {
     /// Damping of each spring, along its axis
     #[arg(short = 'b', long, value_name = "B")]
     damping: Option<f64>,
+
+    /// Law of each spring; green has no damping
+    #[arg(long = "spring", value_name = "LAW", value_enum, default_value_t = Law::Hooke)]
+    law: Law,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Law {
+    /// Linear in the length
+    Hooke,
+    /// Quadratic in the Green strain, as in the lecture
+    Green,
 }
 
 impl SpringOptions {
     fn springs(&self, default: &Springs) -> Springs {
         Springs {
             stiffness: self.stiffness.unwrap_or(default.stiffness),
-            damping: self.damping.unwrap_or(default.damping),
+            damping: self.damping.unwrap_or(match self.law {
+                Law::Hooke => default.damping,
+                Law::Green => 0.0,
+            }),
+            law: match self.law {
+                Law::Hooke => SpringLaw::Hooke,
+                Law::Green => SpringLaw::Green,
+            },
         }
     }
 }

@@ -355,6 +355,9 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
         assemblies,
         newton_iterations,
         max_newton_iterations,
+        energy_evaluations,
+        line_search_halvings,
+        projections,
         linear_solver,
         linear,
     } = simulation.statistics();
@@ -380,6 +383,13 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
             "Newton iterations",
             format!("{newton_iterations}, at most {max_newton_iterations} a step"),
         ));
+    }
+    if *energy_evaluations > 0 {
+        rows.push(("energy evaluations", energy_evaluations.to_string()));
+        rows.push(("line search halvings", line_search_halvings.to_string()));
+    }
+    if *projections > 0 {
+        rows.push(("projected Hessians", projections.to_string()));
     }
     let mut out = anstream::stdout();
     for (name, value) in rows {

@@ -1,0 +1,72 @@
+//! Spring of squared length: the lecture's, whose energy needs no square root.
+//!
+//! ```text
+//! U     = l0² k/2 (l²/l0² − 1)²              l² = |d|²
+//! f     = −2 k (l²/l0² − 1) d
+//! ∂f/∂d = −2 k/l0² (2 d dᵀ + (l² − l0²) I)
+//! ```
+//!
+//! `(l²/l0² − 1)/2` is the Green strain of the spring. Near its rest length it is four times as stiff as a
+//! Hookean spring of the same `k`; it is defined everywhere, at length zero as well. Source: lecture on
+//! optimisation time integration, "Mass-Spring Elasticity Energy".
+
+use super::pair::{PairForce, PairLaw};
+use super::{Block, Force, ForceKind, Numbered, Vector};
+use crate::scene::Scene;
+use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+
+pub(super) static KIND: ForceKind = ForceKind {
+    schema: ForceSchema {
+        tag: "greenspringforce",
+        title: "spring of squared length (Green strain)",
+        acts_on: ActsOn::Edge,
+        parameters: &[
+            ParameterSchema::new("k", "stiffness", (1.0, 10.0)).non_negative(),
+            ParameterSchema::new("l0", "rest length", (1.0, 3.0)).positive(),
+        ],
+        variational: |_| true,
+        example: r#"<greenspringforce edge="0" k="100" l0="1"/>"#,
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
+    Box::new(PairForce::new(scene, elements, |parameters, _| GreenSpring {
+        stiffness: parameters[0],
+        rest_length_squared: parameters[1] * parameters[1],
+    }))
+}
+
+struct GreenSpring {
+    stiffness: f64,
+    rest_length_squared: f64,
+}
+
+impl GreenSpring {
+    /// `l²/l0² − 1`.
+    fn strain(&self, length_squared: f64) -> f64 {
+        length_squared / self.rest_length_squared - 1.0
+    }
+}
+
+impl<const D: usize> PairLaw<D> for GreenSpring {
+    fn energy(&self, distance: f64) -> Option<f64> {
+        let strain = self.strain(distance * distance);
+        Some(0.5 * self.rest_length_squared * self.stiffness * strain * strain)
+    }
+
+    fn force(&self, d: &Vector<D>, _w: &Vector<D>) -> Option<Vector<D>> {
+        Some(d * (-2.0 * self.stiffness * self.strain(d.norm_squared())))
+    }
+
+    fn jacobians(&self, d: &Vector<D>, _w: &Vector<D>) -> Option<(Block<D>, Block<D>)> {
+        let stretch = Block::identity() * (d.norm_squared() - self.rest_length_squared);
+        let shape = d * d.transpose() * 2.0 + stretch;
+        Some((shape * (-2.0 * self.stiffness / self.rest_length_squared), Block::zeros()))
+    }
+
+    fn symmetric(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,253 @@
+//! Implicit Euler as a minimisation: projected Newton with a backtracking line search.
+//!
+//! The positions of the step's end minimise the incremental potential
+//!
+//! ```text
+//! E(x) = ½ ‖x − x̃‖²_M + h² P(x) + h³ R((x − xⁿ)/h)        x̃ = xⁿ + h vⁿ
+//! ```
+//!
+//! with `P` the potential energy and `R` Rayleigh's dissipation function (linear drag). Where its gradient
+//! is zero, implicit Euler's equation holds; a minimum has more to offer than a root, for each step towards
+//! it can be made to descend:
+//!
+//! ```text
+//! x ← xⁿ
+//! p ← −H⁻¹ ∇E(x)                  H: the Hessian, each element of it projected to be semi-definite
+//! while ‖p‖∞/h > tolerance:
+//!     α ← 1;  while E(x + α p) > E(x): α ← α/2
+//!     x ← x + α p
+//!     p ← −H⁻¹ ∇E(x)
+//! v ← (x − xⁿ)/h
+//! ```
+//!
+//! As in the lecture's code, the last `p`, which is below the tolerance, is not applied. Source: lecture on
+//! optimisation time integration, algorithms 2 and 3 and `time_integrator.py`.
+//!
+//! The unknown here is the velocity `u = (x − xⁿ)/h`, so that the linear system is the one of
+//! [`backward`](super::backward), and `p = h δ`; the objective is `E/h²`. A force that is neither the
+//! gradient of an energy nor of a dissipation function (the vortex, a spring with damping) has no `E`, and
+//! scenes with it are refused.
+
+use super::backward::{Linearisation, Point};
+use super::{Integrator, IntegratorKind, Step, StepError, drift};
+use crate::force::Degenerate;
+use crate::scene::schema::{
+    Domain, IntegratorOptions, IntegratorSchema, OptionKind, OptionSchema, Refusal,
+};
+use crate::scene::{ForceElement, Scene};
+use crate::solver::line_search::{Objective, backtrack};
+use crate::solver::psd::Projection;
+use crate::system::System;
+
+pub(super) static KIND: IntegratorKind = IntegratorKind {
+    schema: IntegratorSchema {
+        name: "projected-newton",
+        aliases: &[],
+        summary: "implicit Euler by minimising 1/2 |x - q - h v|_M^2 + h^2 U(x), then v' = (x - q)/h",
+        options: &[
+            OptionSchema {
+                name: "tolerance",
+                meaning: "the largest component of Newton's step, divided by h, below which it ends",
+                kind: OptionKind::Number { domain: Domain::Positive, default: 1e-2 },
+            },
+            OptionSchema {
+                name: "projection",
+                meaning: "what is done to negative eigenvalues of an element's Hessian",
+                kind: OptionKind::Choice { words: &["clamp", "absolute", "none"] },
+            },
+            OptionSchema {
+                name: "line_search",
+                meaning: "how far along Newton's step",
+                kind: OptionKind::Choice { words: &["backtracking", "none"] },
+            },
+            OptionSchema {
+                name: "max_iterations",
+                meaning: "the most Newton iterations of a step",
+                kind: OptionKind::Count { default: 1000 },
+            },
+        ],
+        refuses,
+    },
+    build_2d: build::<2>,
+    build_3d: build::<3>,
+};
+
+fn refuses(force: &ForceElement) -> Option<Refusal> {
+    let refusal = Refusal {
+        because: "is the gradient of no energy and no dissipation function, and there is nothing to minimise",
+        remedy: "leave the force (or its damping) out, or use implicit-euler",
+    };
+    (!(force.schema.variational)(&force.parameters)).then_some(refusal)
+}
+
+fn build<const D: usize>(scene: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
+    let options = Options::of(&scene.integrator_options);
+    let zeros = vec![0.0; system.n_particles() * D];
+    Box::new(ProjectedNewton {
+        linearisation: Linearisation::new(system).projected(options.projection),
+        options,
+        iterate: zeros.clone(),
+        delta: zeros.clone(),
+        trial_positions: zeros.clone(),
+        trial_velocities: zeros.clone(),
+        force: zeros,
+    })
+}
+
+struct Options {
+    tolerance: f64,
+    projection: Projection,
+    line_search: bool,
+    max_iterations: u64,
+}
+
+impl Options {
+    fn of(values: &IntegratorOptions) -> Self {
+        Self {
+            tolerance: values.number("tolerance"),
+            projection: match values.choice("projection") {
+                "clamp" => Projection::Clamp,
+                "absolute" => Projection::Absolute,
+                _ => Projection::None,
+            },
+            line_search: values.choice("line_search") == "backtracking",
+            max_iterations: values.count("max_iterations"),
+        }
+    }
+}
+
+struct ProjectedNewton<const D: usize> {
+    options: Options,
+    linearisation: Linearisation<D>,
+    /// `u`.
+    iterate: Vec<f64>,
+    /// `p/h`.
+    delta: Vec<f64>,
+    trial_positions: Vec<f64>,
+    trial_velocities: Vec<f64>,
+    force: Vec<f64>,
+}
+
+impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
+    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+        let Step { size: h, time, positions, velocities, statistics } = step;
+        let time = time + h;
+        // x ← xⁿ; a fixed particle is where its velocity takes it.
+        self.iterate.copy_from_slice(velocities);
+        for (iterate, fixed) in self.iterate.chunks_exact_mut(D).zip(system.fixed()) {
+            if !fixed {
+                iterate.fill(0.0);
+            }
+        }
+        let mut iterations = 0;
+        loop {
+            let point = Point { h, time, positions, velocities, iterate: &self.iterate };
+            self.linearisation.solve(system, point, &mut self.delta, statistics)?;
+            let update = self.delta.iter().fold(0.0, |max: f64, delta| max.max(delta.abs()));
+            if update <= self.options.tolerance {
+                break;
+            }
+            let not_converged = |update| {
+                let residual = self.linearisation.residual;
+                StepError::NotConverged { iterations, update, residual }
+            };
+            // A NaN is never the largest.
+            if self.delta.iter().any(|delta| !delta.is_finite()) {
+                return Err(not_converged(f64::NAN));
+            }
+            if iterations == self.options.max_iterations {
+                return Err(not_converged(update));
+            }
+            iterations += 1;
+
+            let mut alpha = 1.0;
+            if self.options.line_search {
+                let mut line = Line {
+                    system,
+                    point,
+                    delta: &self.delta,
+                    positions: &mut self.trial_positions,
+                    velocities: &mut self.trial_velocities,
+                    force: &mut self.force,
+                    evaluations: 0,
+                };
+                let (start, _) = line.value(0.0);
+                let found = backtrack(&mut line, start)?;
+                statistics.energy_evaluations += line.evaluations;
+                let Some((length, halvings)) = found else {
+                    return Err(StepError::NoDescent { iterations, update });
+                };
+                statistics.line_search_halvings += u64::from(halvings);
+                alpha = length;
+            }
+            for (value, delta) in self.iterate.iter_mut().zip(&self.delta) {
+                *value += alpha * delta;
+            }
+        }
+        statistics.newton_iterations += iterations;
+        statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
+        velocities.copy_from_slice(&self.iterate);
+        drift(positions, velocities, h);
+        Ok(())
+    }
+}
+
+/// `E/h²` from the iterate along Newton's step.
+struct Line<'a, const D: usize> {
+    system: &'a System<D>,
+    point: Point<'a>,
+    delta: &'a [f64],
+    positions: &'a mut [f64],
+    velocities: &'a mut [f64],
+    force: &'a mut [f64],
+    evaluations: u64,
+}
+
+impl<const D: usize> Line<'_, D> {
+    /// Moves to `α`.
+    fn go(&mut self, alpha: f64) {
+        let Point { h, positions, iterate, .. } = self.point;
+        for ((trial, start), delta) in self.velocities.iter_mut().zip(iterate).zip(self.delta) {
+            *trial = start + alpha * delta;
+        }
+        self.positions.copy_from_slice(positions);
+        drift(self.positions, self.velocities, h);
+    }
+}
+
+impl<const D: usize> Objective for Line<'_, D> {
+    type Error = Degenerate;
+
+    fn value(&mut self, alpha: f64) -> (f64, f64) {
+        self.go(alpha);
+        self.evaluations += 1;
+        let Point { h, time, velocities: start, .. } = self.point;
+        let mut inertia = 0.0;
+        let particles = self.velocities.chunks_exact(D).zip(start.chunks_exact(D));
+        for ((velocity, start), mass) in particles.zip(self.system.masses()) {
+            let change = velocity.iter().zip(start).map(|(v, start)| (v - start) * (v - start));
+            inertia += 0.5 * mass * change.sum::<f64>();
+        }
+        let (potential, size) = self.system.energy_and_size(self.positions, self.velocities, time);
+        let dissipation = h * self.system.dissipation(self.positions, self.velocities, time);
+        (inertia + potential + dissipation, inertia + size + dissipation)
+    }
+
+    fn slope(&mut self, alpha: f64) -> Result<f64, Degenerate> {
+        self.go(alpha);
+        let Point { h, time, velocities: start, .. } = self.point;
+        self.system.force(self.positions, self.velocities, time, self.force)?;
+        let mut slope = 0.0;
+        let moved = self.velocities.chunks_exact(D).zip(start.chunks_exact(D));
+        let pulled = self.force.chunks_exact(D).zip(self.delta.chunks_exact(D));
+        for (((velocity, start), (force, delta)), mass) in
+            moved.zip(pulled).zip(self.system.masses())
+        {
+            for axis in 0..D {
+                let gradient = mass * (velocity[axis] - start[axis]) - h * force[axis];
+                slope += gradient * delta[axis];
+            }
+        }
+        Ok(slope)
+    }
+}

@@ -1,0 +1,285 @@
+//! Projected Newton: the lecture's examples, what it shares with implicit Euler, and what it refuses.
+
+mod support;
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use simulator::generate::{Generator, Length, Net, SpringLaw, Springs, Timeline};
+use simulator::scene::{ParseOptions, Scene, xml};
+use simulator::simulation::{FailureKind, Simulation};
+use simulator::statistics::Statistics;
+use simulator::vocabulary;
+use support::{simulate, stderr};
+use tempfile::TempDir;
+
+fn scene(integrator: &str, elements: &str) -> Scene {
+    let text =
+        format!(r#"<scene><duration time="1"/><integrator {integrator}/>{elements}</scene>"#);
+    let options = ParseOptions { strict: true, ..ParseOptions::default() };
+    let parsed = xml::parse(&text, "test.xml", &vocabulary(), &options);
+    parsed.unwrap_or_else(|error| panic!("{error}")).scene
+}
+
+/// The lecture's square, of so many segments.
+fn square(segments: u64, law: SpringLaw, steps: u64, options: &[(&str, &str)]) -> Scene {
+    let options = options.iter().map(|(name, value)| (name.to_string(), value.to_string()));
+    let net = Net {
+        segments,
+        springs: Springs { stiffness: 1e5, damping: 0.0, law },
+        timeline: Timeline {
+            integrator: vocabulary().integrator("projected-newton").unwrap(),
+            options: options.collect(),
+            time_step: Some(0.004),
+            length: Length::Steps(steps),
+        },
+        ..Net::default()
+    };
+    net.scene().unwrap()
+}
+
+/// The same scene by another integrator, with its defaults.
+fn by(scene: &Scene, integrator: &str) -> Scene {
+    let schema = vocabulary().integrator(integrator).unwrap();
+    let integrator_options = simulator::scene::schema::IntegratorOptions::defaults(schema);
+    Scene { integrator: schema, integrator_options, ..scene.clone() }
+}
+
+/// Positions and velocities of every state, one after the other, and what the run cost.
+fn run(scene: &Scene) -> Result<(Vec<f64>, Statistics), FailureKind> {
+    let mut simulation = Simulation::new(scene);
+    let mut states = Vec::new();
+    loop {
+        states.extend_from_slice(simulation.state().positions);
+        states.extend_from_slice(simulation.state().velocities);
+        if !simulation.advance().map_err(|error| error.kind)? {
+            return Ok((states, simulation.statistics().clone()));
+        }
+    }
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).fold(0.0, |largest: f64, (a, b)| {
+        let difference = (a - b).abs();
+        if difference <= largest { largest } else { difference }
+    })
+}
+
+/// The square as the lecture's own algorithm moves it, in numpy and scipy, a state an entry; the start
+/// is moved by up to `nudge`.
+fn peer(segments: u64, spring: &str, steps: u64, nudge: f64) -> Vec<Vec<f64>> {
+    let script =
+        PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("benches/peers/projected_newton.py");
+    let folder = TempDir::new().unwrap();
+    let dump = folder.path().join("peer.csv");
+    let run = Command::new("python3")
+        .arg(script)
+        .args([&segments.to_string(), "0.004", &steps.to_string(), "1e5", "1e-9"])
+        .args(["--spring", spring, "--nudge", &nudge.to_string(), "--dump"])
+        .arg(&dump)
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let text = fs::read_to_string(dump).unwrap();
+    let state = |row: &str| {
+        // Columns: step, time, then x y vx vy of each particle.
+        let numbers: Vec<f64> = row.split(',').skip(2).map(|cell| cell.parse().unwrap()).collect();
+        let particles = || numbers.chunks_exact(4);
+        let positions = particles().flat_map(|particle| [particle[0], particle[1]]);
+        positions.chain(particles().flat_map(|particle| [particle[2], particle[3]])).collect()
+    };
+    text.lines().skip(1).map(state).collect()
+}
+
+/// Prints why nothing is compared, where numpy and scipy are not there.
+fn peer_is_there() -> bool {
+    let look = Command::new("python3").args(["-c", "import numpy, scipy"]).output();
+    let there = look.is_ok_and(|output| output.status.success());
+    if !there {
+        say("skipped: python3 with numpy and scipy is not there");
+    }
+    there
+}
+
+/// For whoever runs the tests with `--nocapture`.
+#[expect(clippy::print_stdout, reason = "why a test is skipped, and how far it is from failing")]
+fn say(what: &str) {
+    println!("{what}");
+}
+
+/// Positions of size 1 and velocities of size 10, each step ended at a tolerance of 1e-9.
+const AGREEMENT: f64 = 1e-8;
+
+fn agrees_with_the_peer(segments: u64, law: SpringLaw, spring: &str) {
+    if !peer_is_there() {
+        return;
+    }
+    let (found, _) = run(&square(segments, law, 20, &[("tolerance", "1e-9")])).unwrap();
+    let difference = largest_difference(&found, &peer(segments, spring, 20, 0.0).concat());
+    say(&format!("{segments} segments, {spring}, 20 steps: {difference:.1e}"));
+    assert!(difference < AGREEMENT, "{segments} segments, {spring}: {difference:e}");
+}
+
+#[test]
+fn the_stretched_square_of_4_segments_moves_as_the_lectures_algorithm_moves_it() {
+    agrees_with_the_peer(4, SpringLaw::Green, "green");
+}
+
+#[test]
+fn the_stretched_square_of_8_segments_moves_as_the_lectures_algorithm_moves_it() {
+    agrees_with_the_peer(8, SpringLaw::Green, "green");
+}
+
+#[test]
+fn hookean_squares_move_as_the_lectures_algorithm_moves_them() {
+    for segments in [4, 16] {
+        agrees_with_the_peer(segments, SpringLaw::Hooke, "hooke");
+    }
+}
+
+#[test]
+fn the_stretched_square_of_16_segments_moves_as_the_lectures_algorithm_moves_it_until_it_buckles() {
+    // In the ninth step this square stands at a saddle of the incremental potential, and rounding decides
+    // to which side it buckles. What the algorithm itself does not agree on, nudged by a rounding error, is
+    // nobody's to agree with.
+    const STEPS: u64 = 10;
+    if !peer_is_there() {
+        return;
+    }
+    let (found, _) = run(&square(16, SpringLaw::Green, STEPS, &[("tolerance", "1e-9")])).unwrap();
+    let found: Vec<&[f64]> = found.chunks(found.len() / (STEPS as usize + 1)).collect();
+    let expected = peer(16, "green", STEPS, 0.0);
+    let nudged = peer(16, "green", STEPS, 1e-15);
+    let mut steps = 0;
+    for ((found, expected), nudged) in found.into_iter().zip(&expected).zip(&nudged) {
+        let unsure = largest_difference(expected, nudged);
+        if unsure > AGREEMENT {
+            say(&format!(
+                "16 segments: nudged by 1e-15, the peer differs from itself by {unsure:.1e} in step {steps}"
+            ));
+            break;
+        }
+        let difference = largest_difference(found, expected);
+        say(&format!("16 segments, green, step {steps}: {difference:.1e}"));
+        assert!(difference < AGREEMENT, "step {steps}: {difference:e}");
+        steps += 1;
+    }
+    assert!(steps > 8, "compared up to step {steps}");
+}
+
+#[test]
+fn a_minimum_is_a_solution_of_implicit_eulers_equation() {
+    // Springs of both laws, a moving fixed particle, gravity, a constant force, drag, gravitation.
+    let elements = r#"
+        <particle m="1" px="0" py="0" vx="0" vy="0.5" fixed="1"/>
+        <particle m="2" px="1" py="0" vx="0" vy="0" fixed="0"/>
+        <particle m="0.5" px="1.5" py="1" vx="1" vy="0" fixed="0"/>
+        <particle m="1" px="-0.5" py="2" vx="0" vy="-1" fixed="0"/>
+        <particle m="3" px="4" py="4" vx="0" vy="0" fixed="0"/>
+        <edge i="0" j="1"/><edge i="1" j="2"/><edge i="2" j="3"/><edge i="3" j="0"/>
+        <springforce edge="0" k="300" l0="0.9"/><greenspringforce edge="1" k="200" l0="1.2"/>
+        <springforce edge="2" k="100" l0="2.5"/><greenspringforce edge="3" k="50" l0="2"/>
+        <simplegravity fx="0.5" fy="-9.81"/><constantforce fx="1" fy="0.25"/>
+        <dragdamping b="0.4"/><gravitationalforce i="3" j="4" G="2"/>"#;
+    for projection in ["clamp", "absolute", "none"] {
+        let minimised = scene(
+            &format!(
+                r#"type="projected-newton" dt="0.01" tolerance="1e-11" projection="{projection}""#
+            ),
+            elements,
+        );
+        let (found, statistics) = run(&minimised).unwrap();
+        let (expected, _) = run(&by(&minimised, "implicit-euler")).unwrap();
+        let difference = largest_difference(&found, &expected);
+        assert!(difference < 1e-9, "{projection}: {difference:e}");
+        let projects = projection != "none";
+        assert_eq!(statistics.projections > 0, projects, "{projection}: {statistics:?}");
+    }
+}
+
+#[test]
+fn the_last_step_of_newtons_method_is_not_taken() {
+    // One particle falls: Newton's first step is the solution, and a second one is nothing. With a
+    // tolerance above the first, the particle stays where it is, as the lecture's loop leaves it.
+    let elements =
+        r#"<particle m="2" px="1" py="2" vx="0" vy="0" fixed="0"/><simplegravity fx="0" fy="-8"/>"#;
+    let steps = |tolerance: &str| {
+        let integrator = format!(r#"type="projected-newton" dt="0.125" tolerance="{tolerance}""#);
+        let (states, statistics) = run(&scene(&integrator, elements)).unwrap();
+        (states[states.len() - 4..].to_vec(), statistics.newton_iterations)
+    };
+    assert_eq!(steps("0.5"), (vec![1.0, -2.5, 0.0, -8.0], 8));
+    // The first step changes the velocity by 1.
+    assert_eq!(steps("1.5"), (vec![1.0, 2.0, 0.0, 0.0], 0));
+}
+
+/// A square of 4 segments, crumpled: every particle somewhere within 0.3 of its place.
+fn crumpled(law: SpringLaw, seed: u64) -> Scene {
+    let mut scene = square(4, law, 10, &[("tolerance", "1e-6")]);
+    let mut random = fastrand::Rng::with_seed(seed);
+    for particle in &mut scene.particles {
+        particle.position[0] /= 1.4;
+        for axis in 0..2 {
+            particle.position[axis] += 0.6 * random.f64() - 0.3;
+        }
+    }
+    scene.time_step = 0.1;
+    scene.duration = 1.0;
+    scene
+}
+
+#[test]
+fn where_plain_newton_overshoots_the_line_search_does_not() {
+    let mut halved = 0;
+    for law in [SpringLaw::Hooke, SpringLaw::Green] {
+        let scene = crumpled(law, 5);
+        let plain = run(&by(&scene, "implicit-euler"));
+        let plain = plain.map(|(_, statistics)| statistics);
+        assert!(matches!(plain, Err(FailureKind::NotConverged { .. })), "{law:?}: {plain:?}");
+        let (_, statistics) = run(&scene).unwrap();
+        assert!(statistics.projections > 1000, "{law:?}: {statistics:?}");
+        halved += statistics.line_search_halvings;
+    }
+    assert!(halved > 0);
+}
+
+#[test]
+fn a_hessian_that_is_not_projected_may_lead_uphill_and_that_is_told() {
+    let mut scene = crumpled(SpringLaw::Hooke, 1);
+    scene.integrator_options.set("projection", "none").unwrap();
+    let failure = run(&scene).unwrap_err();
+    assert!(matches!(failure, FailureKind::NoDescent { .. }), "{failure}");
+}
+
+#[test]
+fn iterations_are_bounded() {
+    let mut scene = crumpled(SpringLaw::Hooke, 1);
+    scene.integrator_options.set("max_iterations", "3").unwrap();
+    let failure = run(&scene).unwrap_err();
+    assert!(matches!(failure, FailureKind::NotConverged { iterations: 3, .. }), "{failure}");
+}
+
+#[test]
+fn a_force_without_a_potential_is_refused_by_name_and_place() {
+    let particles = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>
+<particle m="1" px="1" py="0" vx="0" vy="0" fixed="0"/>
+<edge i="0" j="1"/>"#;
+    for (force, tag) in [
+        (r#"<springforce edge="0" k="1" l0="1" b="0.5"/>"#, "springforce"),
+        (r#"<vortexforce i="0" j="1" kbs="1" kvc="1"/>"#, "vortexforce"),
+    ] {
+        let folder = TempDir::new().unwrap();
+        let text = format!(
+            "<scene><duration time=\"1\"/><integrator type=\"projected-newton\" dt=\"0.1\"/>\n{particles}\n  {force}</scene>"
+        );
+        fs::write(folder.path().join("scene.xml"), text).unwrap();
+        let run = simulate(folder.path(), &["scene.xml", "-o", "trace.csv"]);
+        let expected = format!(
+            "error: scene.xml:5:3: projected-newton cannot simulate this <{tag}>, because it is the gradient of no energy and no dissipation function, and there is nothing to minimise\n  help: leave the force (or its damping) out, or use implicit-euler\n"
+        );
+        assert_eq!((run.status.code(), stderr(&run)), (Some(2), expected.as_str()));
+        assert!(!folder.path().join("trace.csv").exists());
+    }
+}

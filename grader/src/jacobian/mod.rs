@@ -303,13 +303,14 @@ mod tests {
 
     #[test]
     fn jacobians_are_checked_where_they_are_not_zero() {
-        let expected: [(&str, bool, bool); 6] = [
+        let expected: [(&str, bool, bool); 7] = [
             ("simplegravity", false, false),
             ("constantforce", false, false),
             ("springforce", true, true),
             ("gravitationalforce", true, false),
             ("dragdamping", false, true),
             ("vortexforce", true, true),
+            ("windforce", false, false),
         ];
         for check in check_all(Config::default(), |_| true) {
             let entry = expected.iter().find(|(tag, ..)| *tag == check.tag);

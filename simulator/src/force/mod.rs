@@ -38,6 +38,7 @@ mod green_spring;
 mod simple_gravity;
 mod spring;
 mod vortex;
+mod wind;
 
 /// A vector of one particle.
 pub type Vector<const D: usize> = SVector<f64, D>;
@@ -54,6 +55,7 @@ pub static REGISTRY: &[&ForceKind] = &[
     &drag::KIND,
     &vortex::KIND,
     &green_spring::KIND,
+    &wind::KIND,
 ];
 
 /// A force as the registry knows it: how a scene mentions it, and how it is built.

@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::Path;
 
 use super::Location;
+use super::json::problem::JsonProblem;
 
 /// One thing wrong with (or odd about) a scene file.
 ///
@@ -115,6 +116,8 @@ pub enum Problem {
     },
     #[error("duration {duration} s at a time step of {time_step} s is {steps:e} steps")]
     TooManySteps { duration: f64, time_step: f64, steps: f64, limit: u64 },
+    #[error(transparent)]
+    Json(#[from] JsonProblem),
 }
 
 impl Problem {
@@ -124,7 +127,7 @@ impl Problem {
             Self::Unreadable { .. } => "check the path and its permissions".into(),
             Self::SecondRoot { .. } => "put everything into the first <scene>".into(),
             Self::TooLarge { .. } => "split the scene, or check that this is the right file".into(),
-            Self::NotText { .. } => "a scene is an XML file; check that this is one".into(),
+            Self::NotText { .. } => "a scene is text; check that this is the right file".into(),
             Self::Empty | Self::NoRoot => {
                 "a scene is an XML file whose root element is <scene>".into()
             }
@@ -185,6 +188,7 @@ impl Problem {
                     "at most {limit:e} steps are simulated; shorten the duration or lengthen the step"
                 )
             }
+            Self::Json(problem) => problem.remedy(),
         }
     }
 }

@@ -1,16 +1,18 @@
 //! The plain model of a scene: what a file says, resolved and checked, and nothing of how it said it.
 //!
 //! Particles, edges and forces are numbered from 0 in the order of the file. Units are whatever the
-//! scene's author chose, used consistently. Source: the course's XML schema (hand-outs of
-//! milestones 1 to 3).
+//! scene's author chose, used consistently. Sources: the course's XML schema (hand-outs of
+//! milestones 1 to 3), in [`xml`]; the JSON and OBJ files of the fast mass-spring assignment, in [`json`].
 
 pub mod error;
+pub mod json;
 pub mod schema;
 pub mod write;
 pub mod xml;
 
 mod lines;
 mod resolve;
+mod spelling;
 
 use std::path::{Path, PathBuf};
 
@@ -22,6 +24,9 @@ pub const MAX_STEPS: u64 = 1_000_000_000;
 
 /// The largest scene file that is read, in bytes.
 pub const MAX_FILE_SIZE: u64 = 256 << 20;
+
+/// Remarks beyond this many are counted, and not kept.
+const MAX_WARNINGS: usize = 100;
 
 /// The radius of a particle for which none is given.
 pub const PARTICLE_RADIUS: f64 = 0.1;
@@ -190,7 +195,7 @@ pub struct ParticlePath {
 /// How to read a scene.
 #[derive(Debug, Clone, Default)]
 pub struct ParseOptions {
-    /// Unknown elements and attributes are errors instead of warnings.
+    /// Unknown elements, attributes and keys are errors instead of warnings.
     pub strict: bool,
     /// What to use instead of what the file says.
     pub overrides: Overrides,
@@ -218,13 +223,25 @@ pub struct Parsed {
     pub warnings: Vec<SceneError>,
     /// How many remarks there are.
     pub n_warnings: usize,
+    /// The mesh that a scene in JSON names; `None` for a scene in XML.
+    pub mesh: Option<MeshFile>,
 }
 
-/// Reads the scene file at `path`.
+/// The second of the two files that make up a scene in JSON.
+#[derive(Debug)]
+pub struct MeshFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// All that it holds.
+    pub bytes: Vec<u8>,
+}
+
+/// Reads the scene file at `path`: JSON beside an OBJ file where its extension is `.json`, in upper or
+/// lower case, and XML otherwise.
 ///
 /// # Errors
 /// Where the file cannot be read, is larger than [`MAX_FILE_SIZE`], is not UTF-8 text, or is not a
-/// scene that this vocabulary can express.
+/// scene that this vocabulary can express; the same of the mesh that it names.
 pub fn load(
     path: &Path,
     vocabulary: &Vocabulary,
@@ -234,10 +251,11 @@ pub fn load(
     parse_bytes(&bytes, path, vocabulary, options)
 }
 
-/// Reads the scene that `bytes`, the content of the file at `path`, hold.
+/// Reads the scene that `bytes`, the content of the file at `path`, hold. The mesh that a scene in JSON
+/// names is read from its file.
 ///
 /// # Errors
-/// As [`load`], but for reading the file.
+/// As [`load`], but for reading the file at `path`.
 pub fn parse_bytes(
     bytes: &[u8],
     path: &Path,
@@ -245,16 +263,23 @@ pub fn parse_bytes(
     options: &ParseOptions,
 ) -> Result<Parsed, SceneError> {
     let name = path.display().to_string();
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    match std::str::from_utf8(bytes) {
-        Ok(text) => xml::parse(text, &name, vocabulary, options),
-        Err(error) => {
-            let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
-            let location = lines::LineCounter::new(&before).locate(before.len());
-            let byte = bytes[error.valid_up_to()];
-            Err(SceneError::new(&name, location, Problem::NotText { byte }))
-        }
+    let text = decode(bytes, &name)?;
+    if json::is_json(path) {
+        json::parse(text, path, vocabulary, options)
+    } else {
+        xml::parse(text, &name, vocabulary, options)
     }
+}
+
+/// What a file of the name `name` holds, as text without its byte order mark.
+fn decode<'b>(bytes: &'b [u8], name: &str) -> Result<&'b str, SceneError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    std::str::from_utf8(bytes).map_err(|error| {
+        let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+        let location = lines::LineCounter::new(&before).locate(before.len());
+        let byte = bytes[error.valid_up_to()];
+        SceneError::new(name, location, Problem::NotText { byte })
+    })
 }
 
 /// The whole file, refused by its size before it is read.
@@ -285,7 +310,8 @@ pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
     Ok(bytes)
 }
 
-/// Every scene file (`*.xml`) below `folder`, sorted by path.
+/// Every scene file below `folder`, sorted by path: `*.xml`, and what [`json::is_scene`] takes of
+/// `*.json`, which it reads.
 ///
 /// # Errors
 /// Where a folder cannot be listed.
@@ -299,11 +325,12 @@ pub fn find_scene_files(folder: &Path) -> Result<Vec<PathBuf>, SceneError> {
             let path = entry.path();
             // Links to folders are not followed: they could form a loop.
             let kind = entry.file_type().map_err(unreadable)?;
-            let is_scene = path.extension().is_some_and(|extension| extension == "xml");
+            // A pipe would be waited for.
+            let is_file = kind.is_file() || kind.is_symlink();
+            let is_xml = path.extension().is_some_and(|extension| extension == "xml");
             if kind.is_dir() {
                 pending.push(path);
-            } else if is_scene && (kind.is_file() || kind.is_symlink()) {
-                // A pipe of that name would be waited for.
+            } else if is_file && (is_xml || (json::is_json(&path) && json::is_scene(&path))) {
                 found.push(path);
             }
         }

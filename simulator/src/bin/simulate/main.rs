@@ -34,7 +34,7 @@ struct Cli {
     #[command(subcommand)]
     command: Option<Task>,
 
-    /// Scene file (XML)
+    /// Scene file (XML, or JSON beside OBJ)
     #[arg(value_name = "SCENE", required_unless_present = "scene_option")]
     scene: Option<PathBuf>,
 
@@ -166,7 +166,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
     let path = path.ok_or_else(|| Failure("no scene is named".to_owned()))?;
     let format = trace_format(cli)?;
-    refuse_one_file_for_two(path, cli)?;
+    refuse_one_file_for_two("the scene", path, cli)?;
     let parsed = scene::load(path, &vocabulary(), &options)?;
     for warning in &parsed.warnings {
         complain("warning", warning);
@@ -174,6 +174,9 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     match parsed.n_warnings - parsed.warnings.len() {
         0 => {}
         more => complain("warning", format!("{more} more like these")),
+    }
+    if let Some(mesh) = &parsed.mesh {
+        refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
     }
     let scene = parsed.scene;
     let mut simulation = Simulation::new(&scene);
@@ -222,18 +225,18 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What would replace the scene, or the trace by the energies, is refused before anything is opened.
-fn refuse_one_file_for_two(scene: &Path, cli: &Cli) -> Result<(), Failure> {
+/// What would replace an input, or the trace by the energies, is refused before anything is written.
+fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Failure> {
     let target = |path: &Path| simulator::output::target(path).ok().flatten();
-    let scene = target(scene);
+    let input = target(input);
     let [trace, energy] = [&cli.output, &cli.energy].map(|path| path.as_deref().and_then(target));
-    let what = match () {
-        () if trace.is_some() && trace == energy => "the trace and the energies",
-        () if trace.is_some() && trace == scene => "the trace and the scene",
-        () if energy.is_some() && energy == scene => "the energies and the scene",
+    let (first, second) = match () {
+        () if trace.is_some() && trace == energy => ("the trace", "the energies"),
+        () if trace.is_some() && trace == input => ("the trace", what),
+        () if energy.is_some() && energy == input => ("the energies", what),
         () => return Ok(()),
     };
-    Err(Failure(format!("{what} cannot be one file\n  help: name another file")))
+    Err(Failure(format!("{first} and {second} cannot be one file\n  help: name another file")))
 }
 
 fn trace_format(cli: &Cli) -> Result<TraceFormat, Failure> {

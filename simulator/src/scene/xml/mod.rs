@@ -1,4 +1,4 @@
-//! Scenes in the course's XML schema. With its siblings, the only code that knows a file format.
+//! Scenes in the course's XML schema. With its siblings, the only code that reads XML.
 //!
 //! The parser is a pull parser over the text in memory: no recursion, no entity expansion, one pass,
 //! time and memory in proportion to the file. Elements may come in any order: what names another
@@ -16,7 +16,8 @@ use quick_xml::events::{BytesStart, Event};
 use super::error::{Problem, SceneError};
 use super::lines::LineCounter;
 use super::schema::Vocabulary;
-use super::{ParseOptions, Parsed};
+use super::spelling::closest;
+use super::{MAX_WARNINGS, ParseOptions, Parsed};
 use draft::Draft;
 
 /// Elements of the schema that are not forces.
@@ -42,9 +43,6 @@ const UNMODELLED: &[&str] = &["collision", "halfplane", "rigidbody", "elasticbod
 
 /// Elements may stand this deep inside each other; only unknown ones stand deeper than 2.
 const MAX_DEPTH: usize = 32;
-
-/// Remarks beyond this many are counted, and not kept.
-const MAX_WARNINGS: usize = 100;
 
 /// Reads a scene from its text. `name` is what messages call it.
 ///
@@ -222,17 +220,4 @@ impl Parser<'_> {
         }
         Ok(())
     }
-}
-
-/// The known word most like `word`, if any is like it; upper and lower case are alike.
-fn closest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
-    // Similarity is quadratic in the length, and no known word is long.
-    if word.len() > 64 {
-        return None;
-    }
-    let lower: Vec<String> = known.iter().map(|known| known.to_ascii_lowercase()).collect();
-    let candidates: Vec<&str> = lower.iter().map(String::as_str).collect();
-    let matches = similar::get_close_matches(&*word.to_ascii_lowercase(), &candidates, 1, 0.75);
-    let index = lower.iter().position(|candidate| Some(&&**candidate) == matches.first())?;
-    Some(known[index])
 }

@@ -101,7 +101,7 @@ impl Parser<'_> {
             forces,
             rendering,
         };
-        Ok(Parsed { scene, warnings: self.warnings, n_warnings: self.n_warnings })
+        Ok(Parsed { scene, warnings: self.warnings, n_warnings: self.n_warnings, mesh: None })
     }
 
     fn integrator(

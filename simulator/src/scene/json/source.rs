@@ -1,0 +1,72 @@
+//! A text that is read: its name, its places, and the remarks on it.
+
+use super::problem::JsonProblem;
+use crate::scene::error::SceneError;
+use crate::scene::lines::LineCounter;
+use crate::scene::{Location, MAX_WARNINGS};
+
+/// A text with what is needed to name a place in it.
+pub(super) struct Source<'a> {
+    pub(super) name: &'a str,
+    pub(super) text: &'a str,
+    lines: LineCounter<'a>,
+}
+
+impl<'a> Source<'a> {
+    pub(super) fn new(name: &'a str, text: &'a str) -> Self {
+        Self { name, text, lines: LineCounter::new(text) }
+    }
+
+    /// Where `part`, a slice of the text, starts.
+    pub(super) fn offset_of(&self, part: &str) -> usize {
+        part.as_ptr() as usize - self.text.as_ptr() as usize
+    }
+
+    pub(super) fn locate(&mut self, offset: usize) -> Location {
+        self.lines.locate(offset)
+    }
+
+    pub(super) fn error(&mut self, offset: usize, problem: JsonProblem) -> SceneError {
+        SceneError::new(self.name, self.locate(offset), problem.into())
+    }
+
+    /// A problem of the text as a whole.
+    pub(super) fn whole(&self, problem: JsonProblem) -> SceneError {
+        SceneError::whole_file(self.name, problem.into())
+    }
+}
+
+/// The remarks on both files.
+pub(super) struct Remarks {
+    pub(super) strict: bool,
+    pub(super) kept: Vec<SceneError>,
+    pub(super) count: usize,
+}
+
+impl Remarks {
+    /// A remark at a place; under `strict`, an error.
+    pub(super) fn add(
+        &mut self,
+        source: &mut Source<'_>,
+        offset: usize,
+        problem: JsonProblem,
+    ) -> Result<(), SceneError> {
+        if self.strict {
+            return Err(source.error(offset, problem));
+        }
+        self.count += 1;
+        if self.kept.len() < MAX_WARNINGS {
+            self.kept.push(source.error(offset, problem));
+        }
+        Ok(())
+    }
+}
+
+/// The beginning of what the user wrote, for a message.
+pub(super) fn shown(text: &str) -> String {
+    const LONGEST: usize = 40;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
+}

@@ -64,7 +64,7 @@ pub struct Case {
     pub feature: Feature,
     /// The scene.
     pub scene: Scene,
-    /// SHA-256 of the scene file, in hexadecimal.
+    /// SHA-256 of the scene file, followed by the mesh where it names one, in hexadecimal.
     pub scene_hash: String,
 }
 
@@ -86,7 +86,7 @@ pub enum SuiteError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// There are no scenes.
-    #[error("there is no scene (*.xml) below {}", folders(.0))]
+    #[error("there is no scene (*.xml, *.json) below {}", folders(.0))]
     NoScenes(Vec<PathBuf>),
     /// Two scenes have the same name.
     #[error(
@@ -160,14 +160,17 @@ fn load_case(
         [folders @ .., _] => folders.join("/"),
     };
     let feature = Feature { section, group, integrator: parsed.scene.integrator.name };
-    let scene_hash = hash(&bytes);
+    let mesh = parsed.mesh.as_ref().map_or(&[][..], |mesh| &mesh.bytes);
+    let scene_hash = hash([&bytes, mesh]);
     let case = Case { id: parts.join("/"), feature, scene: parsed.scene, scene_hash };
     Ok((case, parsed.warnings))
 }
 
-/// SHA-256 in hexadecimal.
-fn hash(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
+/// SHA-256 of the parts, one after the other, in hexadecimal.
+fn hash(parts: [&[u8]; 2]) -> String {
+    let mut hasher = Sha256::new();
+    parts.into_iter().for_each(|part| hasher.update(part));
+    hexadecimal(&hasher.finalize())
 }
 
 /// SHA-256 of a file, read as a stream, in hexadecimal.
@@ -270,4 +273,37 @@ fn in_other_case(stem: &Path) -> Option<PathBuf> {
     };
     let entries = std::fs::read_dir(stem.parent()?).ok()?;
     entries.flatten().map(|entry| entry.path()).filter(is_other_case).min()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn the_hash_of_a_scene_covers_its_mesh() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        write("net.json", r#"{"obj": "net.obj", "k": 1, "m": 1}"#);
+        write("package.json", r#"{"name": "not a scene"}"#);
+        let mut options = ParseOptions::default();
+        options.overrides.integrator = vocabulary().integrator("implicit-euler");
+        let sections = [(Section::Required, folder.path().to_path_buf())];
+        let hash_with = |mesh: &str| {
+            write("net.obj", mesh);
+            let suite = Suite::load(&sections, &options).unwrap();
+            let [case] = &suite.cases[..] else { panic!("{:?}", suite.cases) };
+            assert_eq!(case.id, "net");
+            case.scene_hash.clone()
+        };
+        let mesh = "v 0 0 0\nv 1 0 0\nf 1 2\n";
+        let hash = hash_with(mesh);
+        assert_ne!(hash, hash_with("v 0 0 0\nv 2 0 0\nf 1 2\n"));
+        assert_eq!(hash, hash_with(mesh));
+        // It is that of both files, one after the other.
+        let both = fs::read_to_string(folder.path().join("net.json")).unwrap() + mesh;
+        write("both", &both);
+        assert_eq!(hash, hash_file(&folder.path().join("both")).unwrap());
+    }
 }

@@ -36,8 +36,12 @@ pub struct LinearStatistics {
     pub factorisations: u64,
     /// Solutions that were refined once more because their residual was too large.
     pub refinements: u64,
-    /// Symmetric matrices that turned out not to be positive definite, and went to a general solver.
+    /// Symmetric matrices that turned out not to be positive definite.
     pub indefinite: u64,
+    /// Systems that were solved with the factor of an earlier matrix.
+    pub reused: u64,
+    /// Iterations of conjugate gradients with the factor of an earlier matrix, those in vain included.
+    pub iterations: u64,
     /// Matrices that needed complete pivoting.
     pub complete_pivotings: u64,
     /// Largest accepted residual of a system, relative to `‖A‖·‖x‖ + ‖b‖` in the maximum norm.

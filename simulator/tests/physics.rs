@@ -847,7 +847,7 @@ fn chain(n: usize, damping: f64, integrator: &str, steps: u32) -> Scene {
 
 #[test]
 fn a_large_part_is_solved_sparsely_and_its_pattern_analysed_once() {
-    for (damping, solver) in [(0.0, "sparse Cholesky 78 × 78"), (0.7, "sparse LU 78 × 78")] {
+    for (damping, solver) in [(0.0, "sparse LDLᵀ 78 × 78"), (0.7, "sparse LU 78 × 78")] {
         let statistics = statistics(&chain(40, damping, "linearized-implicit-euler", 30));
         assert_eq!(statistics.linear_solver, solver);
         let linear = statistics.linear;

@@ -18,7 +18,7 @@
 use super::StepError;
 use crate::force::{Block, Coupling, JacobianSink, Vector, add_to, vector_of};
 use crate::solver::LinearError;
-use crate::solver::linear::{BlockMatrix, Link};
+use crate::solver::linear::{BlockMatrix, LinearSolver, Link, PairSlot};
 use crate::solver::psd::Projection;
 use crate::statistics::Statistics;
 use crate::system::System;
@@ -48,6 +48,8 @@ pub(super) struct Linearisation<const D: usize> {
     /// Number of each particle among the free ones.
     free: Vec<Option<usize>>,
     matrix: BlockMatrix<D>,
+    /// The pairs of free particles, in the order in which their Jacobians come.
+    slots: Vec<Slot>,
     /// Right-hand side and solution, of the free particles only.
     reduced: Vec<f64>,
     /// The smallest mass of a free particle.
@@ -55,6 +57,22 @@ pub(super) struct Linearisation<const D: usize> {
     projection: Projection,
     /// l2 norm of the last right-hand side.
     pub(super) residual: f64,
+    /// Made when a step is first stiff.
+    stiff: Option<StiffRoom>,
+}
+
+/// Where the blocks of a pair of particles are in the matrix.
+#[derive(Clone, Copy)]
+struct Slot {
+    particles: [u32; 2],
+    place: Option<PairSlot>,
+}
+
+/// What refining a stiff system needs.
+struct StiffRoom {
+    right: Vec<f64>,
+    solution: Vec<f64>,
+    product: Vec<f64>,
 }
 
 /// Where a linearisation is made: the state the step starts from, and the iterate.
@@ -70,7 +88,7 @@ pub(super) struct Point<'a> {
 }
 
 impl<const D: usize> Linearisation<D> {
-    pub(super) fn new(system: &System<D>) -> Self {
+    pub(super) fn new(system: &System<D>, choice: LinearSolver) -> Self {
         let mut free = vec![None; system.n_particles()];
         let mut n_free = 0;
         for (number, fixed) in free.iter_mut().zip(system.fixed()) {
@@ -90,10 +108,23 @@ impl<const D: usize> Linearisation<D> {
                 links.push(Link { blocks, symmetric });
             }
         });
+        let matrix = BlockMatrix::new(n_free, &links, choice);
+        let mut slots = Vec::with_capacity(links.len());
+        system.couplings(&mut |coupling| {
+            if let Coupling::Pair { particles, .. } = coupling {
+                let blocks = particles.map(|particle| free[particle]);
+                let place = match blocks {
+                    [Some(i), Some(j)] => matrix.pair_slot([i, j]),
+                    _ => None,
+                };
+                slots.push(Slot { particles: particles.map(|particle| particle as u32), place });
+            }
+        });
         Self {
             trial: vec![0.0; system.n_particles() * D],
             force: vec![0.0; system.n_particles() * D],
-            matrix: BlockMatrix::new(n_free, &links),
+            matrix,
+            slots,
             reduced: vec![0.0; n_free * D],
             lightest: system
                 .masses()
@@ -104,6 +135,7 @@ impl<const D: usize> Linearisation<D> {
             free,
             projection: Projection::None,
             residual: 0.0,
+            stiff: None,
         }
     }
 
@@ -141,8 +173,13 @@ impl<const D: usize> Linearisation<D> {
             }
         }
         let elements = Elements { h, projection: self.projection, projected: 0 };
-        let mut sink =
-            Assembly { elements, free: &self.free, matrix: &mut self.matrix, stiffest: 0.0 };
+        let mut sink = Assembly {
+            elements,
+            free: &self.free,
+            matrix: &mut self.matrix,
+            slots: self.slots.iter(),
+            stiffest: 0.0,
+        };
         system.jacobians(&self.trial, iterate, time, &mut sink)?;
         let stiffness = sink.stiffest / self.lightest;
         statistics.projections += sink.elements.projected;
@@ -154,19 +191,8 @@ impl<const D: usize> Linearisation<D> {
             self.solve_stiff(system, (h, time, iterate), delta, floor, statistics)
         } else {
             self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
-            self.spread(delta);
+            spread::<D>(&self.free, &self.reduced, delta);
             Ok(())
-        }
-    }
-
-    /// Copies the reduced solution to where its particles are.
-    fn spread(&self, delta: &mut [f64]) {
-        for (particle, number) in self.free.iter().enumerate() {
-            let delta = &mut delta[particle * D..][..D];
-            match number {
-                Some(number) => delta.copy_from_slice(&self.reduced[number * D..][..D]),
-                None => delta.fill(0.0),
-            }
         }
     }
 
@@ -180,18 +206,27 @@ impl<const D: usize> Linearisation<D> {
         floor: f64,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
-        let right = self.reduced.clone();
-        let mut solution = vec![0.0; right.len()];
-        let mut product = vec![0.0; delta.len()];
+        let StiffRoom { right, solution, product } = self.stiff.get_or_insert_with(|| StiffRoom {
+            right: vec![0.0; self.reduced.len()],
+            solution: vec![0.0; self.reduced.len()],
+            product: vec![0.0; delta.len()],
+        });
+        right.copy_from_slice(&self.reduced);
+        solution.fill(0.0);
         let mut last = f64::INFINITY;
-        for _ in 0..MAX_REFINEMENTS {
-            self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
+        for round in 0..MAX_REFINEMENTS {
+            let linear = &mut statistics.linear;
+            if round == 0 {
+                self.matrix.solve(&mut self.reduced, linear)?;
+            } else {
+                self.matrix.solve_again(&mut self.reduced, linear)?;
+            }
             for (solution, correction) in solution.iter_mut().zip(&self.reduced) {
                 *solution += correction;
             }
-            let (correction, size) = (l2(&self.reduced), l2(&solution));
-            self.reduced.copy_from_slice(&solution);
-            self.spread(delta);
+            let (correction, size) = (l2(&self.reduced), l2(solution));
+            self.reduced.copy_from_slice(solution);
+            spread::<D>(&self.free, &self.reduced, delta);
             // At rounding the corrections stop shrinking; far above it, that means that the stored
             // matrix is useless.
             let settled = correction <= SETTLED * size;
@@ -208,7 +243,7 @@ impl<const D: usize> Linearisation<D> {
 
             product.fill(0.0);
             let elements = Elements { h, projection: self.projection, projected: 0 };
-            let mut sink = ElementProduct { elements, delta: &*delta, product: &mut product };
+            let mut sink = ElementProduct { elements, delta: &*delta, product };
             system.jacobians(&self.trial, iterate, time, &mut sink)?;
             for (particle, mass) in system.masses().iter().enumerate() {
                 let Some(number) = self.free[particle] else { continue };
@@ -218,8 +253,18 @@ impl<const D: usize> Linearisation<D> {
                 }
             }
         }
-        let correction = last / l2(&solution);
+        let correction = last / l2(solution);
         Err(LinearError::Unsettled { size: right.len(), correction }.into())
+    }
+}
+
+/// Copies the reduced solution to where its particles are.
+fn spread<const D: usize>(free: &[Option<usize>], reduced: &[f64], delta: &mut [f64]) {
+    for (delta, number) in delta.chunks_exact_mut(D).zip(free) {
+        match number {
+            Some(number) => delta.copy_from_slice(&reduced[number * D..][..D]),
+            None => delta.fill(0.0),
+        }
     }
 }
 
@@ -250,6 +295,8 @@ struct Assembly<'a, const D: usize> {
     elements: Elements,
     free: &'a [Option<usize>],
     matrix: &'a mut BlockMatrix<D>,
+    /// Of the pairs that are still to come.
+    slots: std::slice::Iter<'a, Slot>,
     /// The largest entry of a block so far.
     stiffest: f64,
 }
@@ -266,6 +313,13 @@ impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
     fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         let block = self.elements.share(jacobian_x, jacobian_v);
         self.stiffest = self.stiffest.max(block.amax());
+        // A force that hands its pairs over in another order than it said is slower, and no less right.
+        if let Some(Slot { particles, place: Some(place) }) = self.slots.next()
+            && *particles == [i as u32, j as u32]
+        {
+            self.matrix.add_pair(*place, &block);
+            return;
+        }
         let (i, j) = (self.free[i], self.free[j]);
         for own in [i, j].into_iter().flatten() {
             self.matrix.add(own, own, &block);

@@ -11,6 +11,7 @@ use super::backward::{Linearisation, Point};
 use super::{Integrator, IntegratorKind, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
+use crate::solver::linear::LinearSolver;
 use crate::solver::newton::{NewtonError, NewtonOptions, newton};
 use crate::system::System;
 
@@ -31,7 +32,7 @@ const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-9, max_iterations: 1
 
 fn build<const D: usize>(_: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
     let zeros = vec![0.0; system.n_particles() * D];
-    let linearisation = Linearisation::new(system);
+    let linearisation = Linearisation::new(system, LinearSolver::Auto);
     Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros })
 }
 

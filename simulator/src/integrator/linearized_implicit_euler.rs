@@ -10,6 +10,7 @@ use super::backward::{Linearisation, Point};
 use super::{Integrator, IntegratorKind, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
+use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
@@ -26,7 +27,10 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 
 fn build<const D: usize>(_: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
     let delta = vec![0.0; system.n_particles() * D];
-    Box::new(LinearizedImplicitEuler { linearisation: Linearisation::new(system), delta })
+    Box::new(LinearizedImplicitEuler {
+        linearisation: Linearisation::new(system, LinearSolver::Auto),
+        delta,
+    })
 }
 
 struct LinearizedImplicitEuler<const D: usize> {

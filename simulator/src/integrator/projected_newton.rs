@@ -36,6 +36,7 @@ use crate::scene::schema::{
 };
 use crate::scene::{ForceElement, Scene};
 use crate::solver::line_search::{Objective, backtrack};
+use crate::solver::linear::LinearSolver;
 use crate::solver::psd::Projection;
 use crate::system::System;
 
@@ -84,7 +85,7 @@ fn build<const D: usize>(scene: &Scene, system: &System<D>) -> Box<dyn Integrato
     let options = Options::of(&scene.integrator_options);
     let zeros = vec![0.0; system.n_particles() * D];
     Box::new(ProjectedNewton {
-        linearisation: Linearisation::new(system).projected(options.projection),
+        linearisation: Linearisation::new(system, LinearSolver::Auto).projected(options.projection),
         options,
         iterate: zeros.clone(),
         delta: zeros.clone(),

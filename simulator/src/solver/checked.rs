@@ -30,11 +30,13 @@ pub(super) trait Product {
 pub(super) struct Checked {
     pub(super) right: Vec<f64>,
     pub(super) solution: Vec<f64>,
-    residual: Vec<f64>,
-    scale: Vec<f64>,
-    correction: Vec<f64>,
+    /// `b − A x` of the solution that was judged last.
+    pub(super) residual: Vec<f64>,
+    /// `|A| |x| + |b|`.
+    pub(super) scale: Vec<f64>,
+    pub(super) correction: Vec<f64>,
     /// ω of the solution.
-    error: f64,
+    pub(super) error: f64,
 }
 
 impl Checked {
@@ -60,11 +62,13 @@ impl Checked {
     }
 
     /// Solves by `apply`, which overwrites a right-hand side by its solution and returns false where it
-    /// meets a zero pivot; refines once where that is needed. `None` where there is a zero pivot, else
-    /// whether the solution is at rounding.
+    /// meets a zero pivot; refines where that is needed, for as long as each time brings a digit, and
+    /// `max_refinements` times at most. `None` where there is a zero pivot, else whether the solution is
+    /// at rounding.
     pub(super) fn attempt(
         &mut self,
         matrix: &impl Product,
+        max_refinements: u32,
         statistics: &mut LinearStatistics,
         mut apply: impl FnMut(&mut [f64]) -> bool,
     ) -> Option<bool> {
@@ -74,17 +78,23 @@ impl Checked {
             return None;
         }
         self.judge(matrix);
-        if self.error <= tolerance {
-            return Some(true);
-        }
-        statistics.refinements += 1;
-        self.correction.copy_from_slice(&self.residual);
-        if apply(&mut self.correction) {
-            for (value, correction) in self.solution.iter_mut().zip(&self.correction) {
-                *value += correction;
+        for _ in 0..max_refinements {
+            if self.error <= tolerance {
+                break;
+            }
+            statistics.refinements += 1;
+            let last = self.error;
+            self.correction.copy_from_slice(&self.residual);
+            if apply(&mut self.correction) {
+                for (value, correction) in self.solution.iter_mut().zip(&self.correction) {
+                    *value += correction;
+                }
+            }
+            self.judge(matrix);
+            if self.error.is_nan() || self.error > 0.1 * last {
+                break;
             }
         }
-        self.judge(matrix);
         Some(self.error <= tolerance)
     }
 
@@ -94,19 +104,27 @@ impl Checked {
         matrix: &impl Product,
         statistics: &mut LinearStatistics,
     ) -> Result<(), LinearError> {
+        if self.error <= tolerance(matrix) {
+            // The sums of the rows are only looked at where the residual may be the worst: at most as
+            // much as relative to the largest row of |A| |x| + |b|.
+            if largest(&self.residual) > statistics.worst_residual * largest(&self.scale) {
+                let residual = self.normwise_residual(matrix);
+                statistics.worst_residual = statistics.worst_residual.max(residual);
+            }
+            return Ok(());
+        }
         let residual = self.normwise_residual(matrix);
         // Rounding may leave a row of zeros and tiny numbers short of its componentwise bound. A NaN is
         // never small.
-        let accepted = self.error <= tolerance(matrix) || residual <= tolerance(matrix);
-        if !accepted {
-            return Err(LinearError::LostDigits { size: self.right.len(), residual });
+        if residual <= tolerance(matrix) {
+            statistics.worst_residual = statistics.worst_residual.max(residual);
+            return Ok(());
         }
-        statistics.worst_residual = statistics.worst_residual.max(residual);
-        Ok(())
+        Err(LinearError::LostDigits { size: self.right.len(), residual })
     }
 
     /// Computes `b − A x` and ω (NaN if there is one in it).
-    fn judge(&mut self, matrix: &impl Product) {
+    pub(super) fn judge(&mut self, matrix: &impl Product) {
         let Self { right, solution, residual, scale, .. } = self;
         residual.fill(0.0);
         for (scale, right) in scale.iter_mut().zip(&*right) {
@@ -126,8 +144,6 @@ impl Checked {
     }
 
     fn normwise_residual(&mut self, matrix: &impl Product) -> f64 {
-        let largest =
-            |values: &[f64]| values.iter().fold(0.0, |max: f64, value| max.max(value.abs()));
         let residual = largest(&self.residual);
         if residual == 0.0 {
             // A solution of NaNs has no largest residual either.
@@ -140,6 +156,11 @@ impl Checked {
     }
 }
 
-fn tolerance(matrix: &impl Product) -> f64 {
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |max, value| max.max(value.abs()))
+}
+
+/// What ω is at rounding.
+pub(super) fn tolerance(matrix: &impl Product) -> f64 {
     8.0 * matrix.row_length() as f64 * f64::EPSILON
 }

@@ -7,10 +7,11 @@
 //!   goes to the next;
 //! - LU with partial pivoting (2n³/3 operations).
 //!
-//! What falls short of rounding is solved again with complete pivoting.
+//! What falls short of rounding is solved again with complete pivoting. Nothing is allocated by a solve:
+//! the factors of a few rows live on the stack, others in room made once.
 
-use nalgebra::linalg::{Cholesky, FullPivLU, LU};
-use nalgebra::{Const, DMatrix, DVectorViewMut, DimMin, SMatrix, SVector};
+use nalgebra::linalg::FullPivLU;
+use nalgebra::{Const, DMatrix, DimMin, SMatrix, SVector};
 
 use super::LinearError;
 use super::checked::{Checked, Product};
@@ -22,6 +23,9 @@ pub struct DenseSystem {
     pub matrix: DMatrix<f64>,
     method: Method,
     checked: Checked,
+    factor: Factor,
+    /// What the factor was made by, if it is of the last matrix.
+    last: Option<Method>,
 }
 
 /// The first method a system is given to.
@@ -38,7 +42,13 @@ pub enum Method {
 impl DenseSystem {
     /// A zero matrix of `size` rows.
     pub fn new(size: usize, method: Method) -> Self {
-        Self { matrix: DMatrix::zeros(size, size), method, checked: Checked::new(size) }
+        Self {
+            matrix: DMatrix::zeros(size, size),
+            method,
+            checked: Checked::new(size),
+            factor: Factor::default(),
+            last: None,
+        }
     }
 
     /// Rows of the matrix.
@@ -66,33 +76,67 @@ impl DenseSystem {
     /// # Errors
     /// Where the matrix is singular to working precision, or holds what is not finite.
     pub fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
+        self.last = None;
         self.checked.refuse_what_is_not_finite(self.matrix.as_slice())?;
-        let accepted = match self.method {
-            // Sizes known to the compiler need no allocation.
+        let methods: &[Method] = match self.method {
+            // Sizes known to the compiler need no room.
             Method::CompletePivoting => match self.size() {
                 2 => return self.solve_small::<2>(statistics),
                 3 => return self.solve_small::<3>(statistics),
                 4 => return self.solve_small::<4>(statistics),
                 6 => return self.solve_small::<6>(statistics),
                 9 => return self.solve_small::<9>(statistics),
-                _ => false,
+                _ => &[],
             },
-            Method::Cholesky => self.solve_cholesky(statistics),
-            Method::Lu => self.solve_lu(statistics),
+            Method::Cholesky => &[Method::Cholesky, Method::Lu],
+            Method::Lu => &[Method::Lu],
         };
-        if accepted {
-            return self.checked.conclude(&self.matrix, statistics);
+        for &method in methods {
+            statistics.factorisations += 1;
+            if self.factor.factorise(&self.matrix, method).is_ok() {
+                self.last = Some(method);
+                if self.attempt(method, statistics) {
+                    return self.checked.conclude(&self.matrix, statistics);
+                }
+                break;
+            }
+            if method == Method::Cholesky {
+                statistics.indefinite += 1;
+            }
         }
         statistics.factorisations += 1;
         statistics.complete_pivotings += 1;
-        let factor = FullPivLU::new(self.matrix.clone());
-        let solved = self.checked.attempt(&self.matrix, statistics, |b| {
-            factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len()))
-        });
-        match solved {
-            Some(_) => self.checked.conclude(&self.matrix, statistics),
-            None => Err(self.singular(factor.u().diagonal().as_slice())),
+        let complete = Method::CompletePivoting;
+        self.factor
+            .factorise(&self.matrix, complete)
+            .map_err(|pivot| LinearError::Singular { pivot, size: self.size() })?;
+        self.last = Some(complete);
+        self.attempt(complete, statistics);
+        self.checked.conclude(&self.matrix, statistics)
+    }
+
+    /// Solves for another right-hand side, with the factor of the last solve. A few rows are factorised
+    /// again, which costs no more than keeping their factor.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_again(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
+        let Some(method) = self.last else { return self.solve(statistics) };
+        self.checked.refuse_what_is_not_finite(&[])?;
+        if self.attempt(method, statistics) || method == Method::CompletePivoting {
+            return self.checked.conclude(&self.matrix, statistics);
         }
+        self.solve(statistics)
+    }
+
+    /// Whether the factor brings the solution to rounding.
+    fn attempt(&mut self, method: Method, statistics: &mut LinearStatistics) -> bool {
+        let Self { matrix, checked, factor, .. } = self;
+        let solved = checked.attempt(&*matrix, 1, statistics, |b| {
+            factor.solve(method, b);
+            true
+        });
+        solved == Some(true)
     }
 
     fn solve_small<const N: usize>(
@@ -105,48 +149,125 @@ impl DenseSystem {
         statistics.factorisations += 1;
         let factor =
             FullPivLU::new(SMatrix::<f64, N, N>::from_column_slice(self.matrix.as_slice()));
-        let solved = self.checked.attempt(&self.matrix, statistics, |b| {
+        let solved = self.checked.attempt(&self.matrix, 1, statistics, |b| {
             let mut values = SVector::<f64, N>::from_column_slice(b);
             let solved = factor.solve_mut(&mut values);
             b.copy_from_slice(values.as_slice());
             solved
         });
-        match solved {
-            Some(_) => self.checked.conclude(&self.matrix, statistics),
-            None => Err(self.singular(factor.u().diagonal().as_slice())),
+        if solved.is_some() {
+            return self.checked.conclude(&self.matrix, statistics);
         }
+        let pivots = factor.u().diagonal();
+        let pivot = pivots.iter().position(|pivot| *pivot == 0.0).unwrap_or(N - 1);
+        Err(LinearError::Singular { pivot, size: N })
     }
+}
 
-    fn singular(&self, pivots: &[f64]) -> LinearError {
-        let size = self.size();
-        let pivot = pivots.iter().position(|pivot| *pivot == 0.0).unwrap_or(size - 1);
-        LinearError::Singular { pivot, size }
-    }
+/// A factor, column by column, and what was exchanged for what before each column.
+#[derive(Default)]
+struct Factor {
+    entries: Vec<f64>,
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+}
 
-    fn solve_cholesky(&mut self, statistics: &mut LinearStatistics) -> bool {
-        statistics.factorisations += 1;
-        match Cholesky::new(self.matrix.clone()) {
-            Some(factor) => {
-                let solved = self.checked.attempt(&self.matrix, statistics, |b| {
-                    factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len()));
-                    true
-                });
-                solved == Some(true)
+impl Factor {
+    /// Factorises `matrix`, or says at which pivot that ends: a zero, or for Cholesky one that is not
+    /// positive. By columns to the right of the pivot, so that the inner loops are along columns.
+    fn factorise(&mut self, matrix: &DMatrix<f64>, method: Method) -> Result<(), usize> {
+        let size = matrix.nrows();
+        let Self { entries, rows, columns } = self;
+        // Allocates the first time.
+        entries.resize(size * size, 0.0);
+        rows.resize(size, 0);
+        columns.resize(size, 0);
+        entries.copy_from_slice(matrix.as_slice());
+        for k in 0..size {
+            (rows[k], columns[k]) = (k, k);
+            if method == Method::Cholesky {
+                let pivot = entries[k * size + k];
+                if pivot.is_nan() || pivot <= 0.0 {
+                    return Err(k);
+                }
+                let root = pivot.sqrt();
+                entries[k * size + k] = root;
+                entries[k * size + k + 1..(k + 1) * size]
+                    .iter_mut()
+                    .for_each(|entry| *entry /= root);
+            } else {
+                let last = if method == Method::CompletePivoting { size } else { k + 1 };
+                let mut best = 0.0;
+                for column in k..last {
+                    for row in k..size {
+                        let entry = entries[column * size + row].abs();
+                        if entry > best {
+                            (best, rows[k], columns[k]) = (entry, row, column);
+                        }
+                    }
+                }
+                if best == 0.0 {
+                    return Err(k);
+                }
+                if columns[k] != k {
+                    let (left, right) = entries.split_at_mut(columns[k] * size);
+                    left[k * size..][..size].swap_with_slice(&mut right[..size]);
+                }
+                if rows[k] != k {
+                    entries.chunks_exact_mut(size).for_each(|column| column.swap(k, rows[k]));
+                }
+                let pivot = entries[k * size + k];
+                entries[k * size + k + 1..(k + 1) * size]
+                    .iter_mut()
+                    .for_each(|entry| *entry /= pivot);
             }
-            None => {
-                statistics.indefinite += 1;
-                self.solve_lu(statistics)
+            let (left, right) = entries.split_at_mut((k + 1) * size);
+            let own = &left[k * size..];
+            for (number, column) in right.chunks_exact_mut(size).enumerate() {
+                let (start, factor) = match method {
+                    Method::Cholesky => (k + 1 + number, own[k + 1 + number]),
+                    _ => (k + 1, column[k]),
+                };
+                for (entry, of_pivot) in column[start..].iter_mut().zip(&own[start..]) {
+                    *entry -= of_pivot * factor;
+                }
             }
         }
+        Ok(())
     }
 
-    fn solve_lu(&mut self, statistics: &mut LinearStatistics) -> bool {
-        statistics.factorisations += 1;
-        let factor = LU::new(self.matrix.clone());
-        let solved = self.checked.attempt(&self.matrix, statistics, |b| {
-            factor.solve_mut(&mut DVectorViewMut::from_slice(b, b.len()))
-        });
-        solved == Some(true)
+    /// Overwrites a right-hand side by the solution.
+    fn solve(&self, method: Method, b: &mut [f64]) {
+        let size = b.len();
+        let Self { entries, rows, columns } = self;
+        for (k, row) in rows.iter().enumerate() {
+            b.swap(k, *row);
+        }
+        for (k, column) in entries.chunks_exact(size).enumerate() {
+            if method == Method::Cholesky {
+                b[k] /= column[k];
+            }
+            let (done, below) = b.split_at_mut(k + 1);
+            for (value, entry) in below.iter_mut().zip(&column[k + 1..]) {
+                *value -= entry * done[k];
+            }
+        }
+        for (k, column) in entries.chunks_exact(size).enumerate().rev() {
+            let (above, done) = b.split_at_mut(k + 1);
+            if method == Method::Cholesky {
+                let known = column[k + 1..].iter().zip(&*done).map(|(entry, x)| entry * x);
+                above[k] = (above[k] - known.sum::<f64>()) / column[k];
+            } else {
+                above[k] /= column[k];
+                let x = above[k];
+                for (value, entry) in above[..k].iter_mut().zip(column) {
+                    *value -= entry * x;
+                }
+            }
+        }
+        for (k, column) in columns.iter().enumerate().rev() {
+            b.swap(k, *column);
+        }
     }
 }
 

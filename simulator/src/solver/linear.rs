@@ -16,7 +16,7 @@ use crate::statistics::LinearStatistics;
 /// The most blocks that are solved by complete pivoting from the start.
 pub const SMALL: usize = 3;
 
-/// The most blocks of a dense part.
+/// The most blocks of an unsymmetric part that is dense.
 pub const DENSE: usize = 16;
 
 /// Two blocks that the matrix couples; a block with itself if its own `D × D` entries are coupled.
@@ -26,6 +26,18 @@ pub struct Link {
     pub blocks: [usize; 2],
     /// Whether what this link adds to the matrix is symmetric.
     pub symmetric: bool,
+}
+
+/// Which solvers the parts of a matrix are given to.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum LinearSolver {
+    /// What fits each part: the choice that the module describes.
+    #[default]
+    Auto,
+    /// Dense ones for every part, whatever its size.
+    Dense,
+    /// Sparse ones for every part, whatever its size.
+    Sparse,
 }
 
 /// A square matrix of `D × D` blocks, with a solver.
@@ -45,19 +57,28 @@ enum Place {
     Part { part: usize, local: usize },
 }
 
+/// Where the four blocks of a pair are, so that they need not be looked up again and again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PairSlot {
+    part: u32,
+    /// Offsets of the blocks `(i, i)`, `(j, j)`, `(i, j)` and `(j, i)`; the last two are one where the
+    /// system keeps but one of them.
+    offsets: [u32; 4],
+}
+
 struct Part<const D: usize> {
     blocks: Vec<usize>,
     system: System<D>,
 }
 
 enum System<const D: usize> {
-    Dense(DenseSystem),
+    Dense(Box<DenseSystem>),
     Sparse(Box<SparseSystem<D>>),
 }
 
 impl<const D: usize> BlockMatrix<D> {
     /// A zero matrix of `n_blocks` blocks a side, coupled by `links`.
-    pub fn new(n_blocks: usize, links: &[Link]) -> Self {
+    pub fn new(n_blocks: usize, links: &[Link], choice: LinearSolver) -> Self {
         let mut sets = DisjointSets::new(n_blocks);
         let mut coupled = vec![false; n_blocks];
         for &Link { blocks: [a, b], .. } in links {
@@ -97,7 +118,7 @@ impl<const D: usize> BlockMatrix<D> {
         }
         let part_of = |(blocks, couplings): (Vec<usize>, Vec<[usize; 2]>)| {
             let symmetric = symmetric[sets.root(blocks[0])];
-            Part { system: System::new(blocks.len(), &couplings, symmetric), blocks }
+            Part { system: System::new(blocks.len(), &couplings, symmetric, choice), blocks }
         };
         let parts = members.into_iter().zip(couplings).map(part_of).collect();
         Self { places, diagonal: vec![0.0; n_diagonal * D], parts }
@@ -141,7 +162,32 @@ impl<const D: usize> BlockMatrix<D> {
         }
     }
 
-    /// Solves for the right-hand side in `values` and puts the solution there.
+    /// Where the blocks of the pair `i ≠ j` are, for [`add_pair`](Self::add_pair); `None` where the links
+    /// do not couple the two, or where an offset is beyond 32 bits.
+    pub fn pair_slot(&self, [i, j]: [usize; 2]) -> Option<PairSlot> {
+        let (Place::Part { part, local: i }, Place::Part { part: other, local: j }) =
+            (self.places[i], self.places[j])
+        else {
+            return None;
+        };
+        if part != other || i == j {
+            return None;
+        }
+        let offsets = self.parts[part].system.pair_offsets(i, j);
+        let mut narrow = [0; 4];
+        for (narrow, offset) in narrow.iter_mut().zip(offsets) {
+            *narrow = u32::try_from(offset).ok()?;
+        }
+        Some(PairSlot { part: u32::try_from(part).ok()?, offsets: narrow })
+    }
+
+    /// Adds `block`, which must be symmetric where the part is, to the diagonal blocks of the pair that
+    /// `slot` is of, and its negative to the other two.
+    pub fn add_pair(&mut self, slot: PairSlot, block: &SMatrix<f64, D, D>) {
+        self.parts[slot.part as usize].system.add_pair(slot.offsets, block);
+    }
+
+    /// Factorises the matrix, solves for the right-hand side in `values` and puts the solution there.
     ///
     /// # Errors
     /// Where a part is singular to working precision, or holds what is not finite.
@@ -149,6 +195,28 @@ impl<const D: usize> BlockMatrix<D> {
         &mut self,
         values: &mut [f64],
         statistics: &mut LinearStatistics,
+    ) -> Result<(), LinearError> {
+        self.solve_parts(values, statistics, System::solve)
+    }
+
+    /// Solves for another right-hand side with the matrix that was solved last, which must not have been
+    /// changed since; parts of more than [`SMALL`] blocks are not factorised anew.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_again(
+        &mut self,
+        values: &mut [f64],
+        statistics: &mut LinearStatistics,
+    ) -> Result<(), LinearError> {
+        self.solve_parts(values, statistics, System::solve_again)
+    }
+
+    fn solve_parts(
+        &mut self,
+        values: &mut [f64],
+        statistics: &mut LinearStatistics,
+        solve: fn(&mut System<D>, &mut LinearStatistics) -> Result<(), LinearError>,
     ) -> Result<(), LinearError> {
         statistics.solves += 1;
         for (block, place) in self.places.iter().enumerate() {
@@ -169,7 +237,7 @@ impl<const D: usize> BlockMatrix<D> {
             for (local, block) in blocks.iter().enumerate() {
                 system.right_mut()[local * D..][..D].copy_from_slice(&values[block * D..][..D]);
             }
-            system.solve(statistics)?;
+            solve(system, statistics)?;
             for (local, block) in blocks.iter().enumerate() {
                 values[block * D..][..D].copy_from_slice(&system.solution()[local * D..][..D]);
             }
@@ -200,14 +268,27 @@ impl<const D: usize> BlockMatrix<D> {
 }
 
 impl<const D: usize> System<D> {
-    /// The system that fits a part of `n_blocks` blocks.
-    fn new(n_blocks: usize, couplings: &[[usize; 2]], symmetric: bool) -> Self {
-        let dense = |method| Self::Dense(DenseSystem::new(n_blocks * D, method));
-        match (n_blocks, symmetric) {
-            (..=SMALL, _) => dense(Method::CompletePivoting),
-            (..=DENSE, true) => dense(Method::Cholesky),
-            (..=DENSE, false) => dense(Method::Lu),
-            _ => Self::Sparse(Box::new(SparseSystem::new(n_blocks, couplings, symmetric))),
+    /// The system for a part of `n_blocks` blocks.
+    fn new(
+        n_blocks: usize,
+        couplings: &[[usize; 2]],
+        symmetric: bool,
+        choice: LinearSolver,
+    ) -> Self {
+        let method = match (n_blocks, symmetric) {
+            (..=SMALL, _) => Method::CompletePivoting,
+            (_, true) => Method::Cholesky,
+            (_, false) => Method::Lu,
+        };
+        let dense = match choice {
+            LinearSolver::Auto => n_blocks <= SMALL || (n_blocks <= DENSE && !symmetric),
+            LinearSolver::Dense => true,
+            LinearSolver::Sparse => false,
+        };
+        if dense {
+            Self::Dense(Box::new(DenseSystem::new(n_blocks * D, method)))
+        } else {
+            Self::Sparse(Box::new(SparseSystem::new(n_blocks, couplings, symmetric)))
         }
     }
 
@@ -220,8 +301,9 @@ impl<const D: usize> System<D> {
 
     fn add_diagonal(&mut self, block: usize, value: f64) {
         match self {
-            Self::Dense(DenseSystem { matrix, .. }) => {
-                (block * D..block * D + D).for_each(|row| matrix[(row, row)] += value);
+            Self::Dense(system) => {
+                let rows = block * D..block * D + D;
+                rows.for_each(|row| system.matrix[(row, row)] += value);
             }
             Self::Sparse(system) => system.add_diagonal(block, value),
         }
@@ -229,11 +311,47 @@ impl<const D: usize> System<D> {
 
     fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
         match self {
-            Self::Dense(DenseSystem { matrix, .. }) => {
-                let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
+            Self::Dense(system) => {
+                let mut view = system.matrix.fixed_view_mut::<D, D>(row * D, column * D);
                 view += block;
             }
             Self::Sparse(system) => system.add(row, column, block),
+        }
+    }
+
+    fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
+        match self {
+            Self::Dense(system) => {
+                let size = system.size();
+                [[i, i], [j, j], [i, j], [j, i]].map(|[row, column]| (column * size + row) * D)
+            }
+            Self::Sparse(system) => system.pair_offsets(i, j),
+        }
+    }
+
+    fn add_pair(&mut self, [ii, jj, ij, ji]: [u32; 4], block: &SMatrix<f64, D, D>) {
+        match self {
+            Self::Dense(system) => {
+                let size = system.size();
+                let entries = system.matrix.as_mut_slice();
+                for (offset, sign) in [(ii, 1.0), (jj, 1.0), (ij, -1.0), (ji, -1.0)] {
+                    for j in 0..D {
+                        let column = &mut entries[offset as usize + j * size..][..D];
+                        for (entry, value) in column.iter_mut().zip(block.column(j).iter()) {
+                            *entry += sign * value;
+                        }
+                    }
+                }
+            }
+            Self::Sparse(system) => {
+                system.add_at(ii as usize, block);
+                system.add_at(jj as usize, block);
+                let negative = -block;
+                system.add_at(ij as usize, &negative);
+                if ij != ji {
+                    system.add_at(ji as usize, &negative);
+                }
+            }
         }
     }
 
@@ -258,6 +376,13 @@ impl<const D: usize> System<D> {
         }
     }
 
+    fn solve_again(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
+        match self {
+            Self::Dense(system) => system.solve_again(statistics),
+            Self::Sparse(system) => system.solve_again(statistics),
+        }
+    }
+
     fn describe(&self) -> String {
         let (kind, size) = match self {
             Self::Dense(system) => {
@@ -268,7 +393,7 @@ impl<const D: usize> System<D> {
                 };
                 (kind, system.size())
             }
-            Self::Sparse(system) if system.is_symmetric() => ("sparse Cholesky", system.size()),
+            Self::Sparse(system) if system.is_symmetric() => ("sparse LDLᵀ", system.size()),
             Self::Sparse(system) => ("sparse LU", system.size()),
         };
         format!("{kind} {size} × {size}")
@@ -318,9 +443,9 @@ mod tests {
         let one_sided = Link { blocks: [5, 6], symmetric: false };
         let mut links = vec![link(1, 2), link(3, 3), one_sided, link(6, 7), link(7, 4)];
         links.extend((8..11).map(|block| link(block, block + 1)));
-        let matrix = BlockMatrix::<2>::new(12, &links);
+        let matrix = BlockMatrix::<2>::new(12, &links, LinearSolver::Auto);
         let expected = "diagonal of 2, dense complete-pivoting LU 4 × 4, \
-                        dense complete-pivoting LU 2 × 2, dense LU 8 × 8, dense Cholesky 8 × 8";
+                        dense complete-pivoting LU 2 × 2, dense LU 8 × 8, sparse LDLᵀ 8 × 8";
         assert_eq!(matrix.describe(), expected);
     }
 
@@ -328,7 +453,7 @@ mod tests {
     fn separate_springs_stay_separate() {
         let links: Vec<Link> = (0..14).map(|pair| link(2 * pair, 2 * pair + 1)).collect();
         assert_eq!(
-            BlockMatrix::<2>::new(28, &links).describe(),
+            BlockMatrix::<2>::new(28, &links, LinearSolver::Auto).describe(),
             "14 of dense complete-pivoting LU 4 × 4"
         );
     }
@@ -336,7 +461,7 @@ mod tests {
     #[test]
     fn the_solution_lands_where_the_blocks_are() {
         // Blocks 0 and 2 coupled, block 1 alone.
-        let mut matrix = BlockMatrix::<2>::new(3, &[link(0, 2)]);
+        let mut matrix = BlockMatrix::<2>::new(3, &[link(0, 2)], LinearSolver::Auto);
         for block in 0..3 {
             matrix.add_diagonal(block, 2.0);
         }

@@ -9,13 +9,18 @@
 //! - [`line_search`]: backtracking along a step.
 //! - [`psd`]: projection of a block to a positive semi-definite one.
 
+mod blocks;
 mod checked;
 pub mod dense;
+mod fronts;
+mod general;
+mod ldl;
 pub mod line_search;
 pub mod linear;
 pub mod newton;
 pub mod psd;
 pub mod sparse;
+mod stale;
 
 /// A linear system that could not be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

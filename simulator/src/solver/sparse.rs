@@ -1,72 +1,58 @@
 //! One sparse system `A x = b` of `D × D` blocks, solved and checked.
 //!
-//! The pattern is analysed once (approximate minimum degree, elimination tree, supernodes), when the
-//! first system is solved; each solve factorises anew:
+//! A symmetric matrix is given to four methods, each where the one before does not reach rounding:
 //!
-//! - a symmetric matrix by Cholesky; one that is not positive definite, by LBLᵀ with pivoting inside the
-//!   supernodes; what still falls short of rounding, by LU;
-//! - any other by LU with partial pivoting.
+//! 1. conjugate gradients with the factor of an earlier matrix (`stale`), where counts say that it pays;
+//! 2. block LDLᵀ without exchange of blocks (`ldl`), planned once for the pattern (`fronts`);
+//! 3. LBLᵀ with pivoting inside supernodes (`general`);
+//! 4. LU with partial pivoting (`general`), which is also what any other matrix is given to.
 //!
-//! Blocks are stored by columns, both triangles, so that the residual is one pass over contiguous
-//! memory. Storage is in proportion to the couplings, and that of the factors to their fill. Everything
-//! runs on one thread, so that the bits do not depend on how many there are.
+//! Why an LDLᵀ of our own: a library call has a fixed cost, which at 25 to 1000 particles is most of it;
+//! a matrix need not be definite, where Cholesky fails and is paid for in vain; and the bits do not depend
+//! on the processor.
+//!
+//! Storage is in proportion to the couplings, and that of the factors to their fill. Everything runs on
+//! one thread, so that the bits do not depend on how many there are. Nothing is allocated once each of the
+//! methods that a system takes was used.
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::{
-    SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::linalg::lu::{NumericLu, SymbolicLu, factorize_symbolic_lu};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{Conj, MatMut, Par, Side, Spec};
 use nalgebra::SMatrix;
 
 use super::LinearError;
-use super::checked::{Checked, Product};
+use super::blocks::BlockColumns;
+use super::checked::Checked;
+use super::fronts::Plan;
+use super::general::{Lblt, Lu};
+use super::ldl::{Factor, Outcome};
+use super::stale::Stale;
 use crate::statistics::LinearStatistics;
+
+/// Refinements that may bring a solution by LDLᵀ to rounding; each is far cheaper than another method.
+const LDL_REFINEMENTS: u32 = 4;
 
 /// A matrix with room to solve by it.
 pub struct SparseSystem<const D: usize> {
     matrix: BlockColumns<D>,
     checked: Checked,
-    symmetric: bool,
-    symmetric_room: Option<SymmetricRoom>,
-    lu_room: Option<LuRoom>,
+    last: Last,
+    ldl: Option<Box<Ldl<D>>>,
+    lblt: Option<Box<Lblt>>,
+    lu: Option<Box<Lu>>,
 }
 
-/// The matrix, column by column.
-struct BlockColumns<const D: usize> {
-    pattern: SymbolicSparseColMat<u32>,
-    values: Vec<f64>,
-    /// Start of each block column in `rows`.
-    starts: Vec<usize>,
-    /// Block rows of each block column, ascending.
-    rows: Vec<u32>,
-    /// The most entries that a row has; as many as a column, for the pattern is symmetric.
-    row_length: usize,
+/// What the last matrix was solved by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Last {
+    Nothing,
+    Stale,
+    Ldl,
+    Lblt,
+    Lu,
 }
 
-/// What the factorisations of a symmetric matrix need, made once.
-struct SymmetricRoom {
-    symbolic: SymbolicCholesky<u32>,
-    factor: Vec<f64>,
-    memory: MemBuffer,
-    /// Of LBLᵀ alone: made when a matrix first turns out not to be positive definite.
-    indefinite: Option<IndefiniteRoom>,
-}
-
-struct IndefiniteRoom {
-    subdiagonal: Vec<f64>,
-    forward: Vec<u32>,
-    inverse: Vec<u32>,
-    memory: MemBuffer,
-}
-
-/// What an LU factorisation needs, made once.
-struct LuRoom {
-    symbolic: SymbolicLu<u32>,
-    factor: NumericLu<u32, f64>,
-    memory: MemBuffer,
+struct Ldl<const D: usize> {
+    plan: Plan,
+    factor: Factor<D>,
+    stale: Stale,
 }
 
 impl<const D: usize> SparseSystem<D> {
@@ -74,11 +60,12 @@ impl<const D: usize> SparseSystem<D> {
     /// diagonal may be filled; `symmetric` if it always is.
     pub fn new(n_blocks: usize, couplings: &[[usize; 2]], symmetric: bool) -> Self {
         Self {
-            matrix: BlockColumns::new(n_blocks, couplings),
+            matrix: BlockColumns::new(n_blocks, couplings, symmetric),
             checked: Checked::new(n_blocks * D),
-            symmetric,
-            symmetric_room: None,
-            lu_room: None,
+            last: Last::Nothing,
+            ldl: None,
+            lblt: None,
+            lu: None,
         }
     }
 
@@ -89,7 +76,7 @@ impl<const D: usize> SparseSystem<D> {
 
     /// Whether the matrix is symmetric by construction.
     pub fn is_symmetric(&self) -> bool {
-        self.symmetric
+        self.matrix.symmetric
     }
 
     /// The right-hand side, to be filled before each solve.
@@ -109,15 +96,34 @@ impl<const D: usize> SparseSystem<D> {
 
     /// Adds `value` to the diagonal of block `(block, block)`.
     pub fn add_diagonal(&mut self, block: usize, value: f64) {
-        self.matrix.add(block, block, &(SMatrix::identity() * value));
+        self.matrix.add_diagonal(block, value);
     }
 
-    /// Adds to block `(row, column)`.
+    /// Adds to block `(row, column)`. Of a symmetric matrix, the blocks above the diagonal are those below
+    /// it: what is added to them is not looked at.
     ///
     /// # Panics
     /// Where the couplings do not hold that block.
     pub fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
         self.matrix.add(row, column, block);
+    }
+
+    /// Where the blocks `(i, i)`, `(j, j)`, `(i, j)` and `(j, i)` are, for [`add_at`](Self::add_at); the
+    /// last two are one where only one of them is kept.
+    ///
+    /// # Panics
+    /// Where the couplings do not hold them.
+    pub(super) fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
+        let kept = |row, column| self.matrix.offset(row, column);
+        let [ij, ji] = [kept(i, j), kept(j, i)];
+        let diagonal = |block| self.matrix.starts[block] * D * D;
+        let either = |one: Option<usize>, other: Option<usize>| one.or(other).unwrap_or_default();
+        [diagonal(i), diagonal(j), either(ij, ji), either(ji, ij)]
+    }
+
+    /// Adds to the block at `offset`.
+    pub(super) fn add_at(&mut self, offset: usize, block: &SMatrix<f64, D, D>) {
+        self.matrix.add_at(offset, block);
     }
 
     /// Solves the system; the solution is then in [`solution`](Self::solution).
@@ -126,259 +132,148 @@ impl<const D: usize> SparseSystem<D> {
     /// Where the matrix is singular to working precision, holds what is not finite, or has more fill
     /// than there is memory.
     pub fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
+        self.last = Last::Nothing;
         self.checked.refuse_what_is_not_finite(&self.matrix.values)?;
-        if self.symmetric && self.solve_symmetric(statistics)? {
-            return self.checked.conclude(&self.matrix, statistics);
+        let solved = self.matrix.symmetric
+            && (self.solve_stale(statistics)
+                || self.solve_ldl(statistics)?
+                || self.solve_lblt(statistics)?);
+        if !solved {
+            self.solve_lu(statistics)?;
         }
-        self.solve_lu(statistics)?;
         self.checked.conclude(&self.matrix, statistics)
     }
 
-    /// Whether a symmetric factorisation brought the solution to rounding.
-    fn solve_symmetric(&mut self, statistics: &mut LinearStatistics) -> Result<bool, LinearError> {
-        let Self { matrix, checked, symmetric_room, .. } = self;
-        if symmetric_room.is_none() {
-            statistics.symbolic_analyses += 1;
-            *symmetric_room = Some(SymmetricRoom::new(matrix)?);
-        }
-        let Some(room) = symmetric_room else { return Ok(false) };
-        statistics.factorisations += 1;
-        if let Ok(factor) = room.symbolic.factorize_numeric_llt(
-            &mut room.factor,
-            matrix.view(),
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut room.memory),
-            Spec::default(),
-        ) {
-            let solved = checked.attempt(matrix, statistics, |b| {
-                let stack = MemStack::new(&mut room.memory);
-                factor.solve_in_place_with_conj(Conj::No, column(b), Par::Seq, stack);
+    /// Solves for another right-hand side, with the same matrix and what the last one was solved by.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_again(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
+        self.checked.refuse_what_is_not_finite(&[])?;
+        let Self { matrix, checked, ldl, lblt, lu, .. } = self;
+        let solved = match (self.last, ldl, lblt, lu) {
+            (Last::Ldl, Some(ldl), ..) => {
+                let Ldl { plan, factor, .. } = &mut **ldl;
+                checked.attempt(matrix, LDL_REFINEMENTS, statistics, |b| {
+                    factor.solve(plan, b);
+                    true
+                })
+            }
+            (Last::Lblt, _, Some(lblt), _) => checked.attempt(matrix, 1, statistics, |b| {
+                lblt.solve(b);
                 true
-            });
-            return Ok(solved == Some(true));
+            }),
+            (Last::Lu, .., Some(lu)) => {
+                checked.attempt(matrix, 1, statistics, |b| {
+                    lu.solve(b);
+                    true
+                });
+                Some(true)
+            }
+            _ => None,
+        };
+        if solved != Some(true) {
+            return self.solve(statistics);
         }
+        self.checked.conclude(&self.matrix, statistics)
+    }
 
-        statistics.indefinite += 1;
-        statistics.factorisations += 1;
-        if room.indefinite.is_none() {
-            room.indefinite = Some(IndefiniteRoom::new(&room.symbolic)?);
+    /// Whether an earlier factor brought the solution to rounding.
+    fn solve_stale(&mut self, statistics: &mut LinearStatistics) -> bool {
+        let Some(ldl) = &mut self.ldl else { return false };
+        let Ldl { plan, factor, stale } = &mut **ldl;
+        if !stale.is_worth_trying() {
+            return false;
         }
-        let Some(indefinite) = &mut room.indefinite else { return Ok(false) };
-        let factor = room.symbolic.factorize_numeric_intranode_lblt(
-            &mut room.factor,
-            &mut indefinite.subdiagonal,
-            &mut indefinite.forward,
-            &mut indefinite.inverse,
-            matrix.view(),
-            Side::Lower,
-            Par::Seq,
-            MemStack::new(&mut indefinite.memory),
-            Spec::default(),
-        );
-        let solved = checked.attempt(matrix, statistics, |b| {
-            let stack = MemStack::new(&mut indefinite.memory);
-            factor.solve_in_place_with_conj(Conj::No, column(b), Par::Seq, stack);
+        let (solved, iterations) =
+            stale.solve(&self.matrix, &mut self.checked, |b| factor.solve(plan, b));
+        statistics.iterations += iterations;
+        if solved {
+            statistics.reused += 1;
+            self.last = Last::Stale;
+        }
+        solved
+    }
+
+    /// Whether LDLᵀ brought the solution to rounding.
+    fn solve_ldl(&mut self, statistics: &mut LinearStatistics) -> Result<bool, LinearError> {
+        let Self { matrix, checked, .. } = self;
+        let ldl = match &mut self.ldl {
+            Some(ldl) => ldl,
+            empty => {
+                statistics.symbolic_analyses += 1;
+                empty.insert(Box::new(Ldl::new(matrix)?))
+            }
+        };
+        let Ldl { plan, factor, stale } = &mut **ldl;
+        statistics.factorisations += 1;
+        let outcome = factor.factorise(plan, &matrix.values);
+        stale.renew(outcome == Outcome::Definite);
+        if outcome != Outcome::Definite {
+            statistics.indefinite += 1;
+        }
+        if outcome == Outcome::Singular {
+            return Ok(false);
+        }
+        let solved = checked.attempt(matrix, LDL_REFINEMENTS, statistics, |b| {
+            factor.solve(plan, b);
             true
         });
+        self.last = Last::Ldl;
+        Ok(solved == Some(true))
+    }
+
+    /// Whether LBLᵀ brought the solution to rounding.
+    fn solve_lblt(&mut self, statistics: &mut LinearStatistics) -> Result<bool, LinearError> {
+        let Self { matrix, checked, .. } = self;
+        let lblt = match &mut self.lblt {
+            Some(lblt) => lblt,
+            empty => empty.insert(Box::new(Lblt::new(matrix, statistics)?)),
+        };
+        lblt.factorise(matrix, statistics);
+        let solved = checked.attempt(matrix, 1, statistics, |b| {
+            lblt.solve(b);
+            true
+        });
+        self.last = Last::Lblt;
         Ok(solved == Some(true))
     }
 
     fn solve_lu(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
-        let Self { matrix, checked, lu_room, .. } = self;
-        let size = checked.right.len();
-        if lu_room.is_none() {
-            statistics.symbolic_analyses += 1;
-            *lu_room = Some(LuRoom::new(matrix)?);
-        }
-        let Some(LuRoom { symbolic, factor, memory }) = lu_room else { return Ok(()) };
-        statistics.factorisations += 1;
-        let factorised = symbolic.factorize_numeric_lu(
-            factor,
-            matrix.view(),
-            Par::Seq,
-            MemStack::new(memory),
-            Spec::default(),
-        );
-        let factor = factorised.map_err(|error| match error {
-            faer::sparse::linalg::LuError::SymbolicSingular { index } => {
-                LinearError::Singular { pivot: index, size }
-            }
-            faer::sparse::linalg::LuError::Generic(_) => LinearError::OutOfMemory { size },
-        })?;
-        checked.attempt(matrix, statistics, |b| {
-            let stack = MemStack::new(memory);
-            factor.solve_in_place_with_conj(Conj::No, column(b), Par::Seq, stack);
+        let Self { matrix, checked, .. } = self;
+        let lu = match &mut self.lu {
+            Some(lu) => lu,
+            empty => empty.insert(Box::new(Lu::new(matrix, statistics)?)),
+        };
+        lu.factorise(matrix, statistics)?;
+        checked.attempt(matrix, 1, statistics, |b| {
+            lu.solve(b);
             true
         });
+        self.last = Last::Lu;
         // A zero pivot divides; nothing comes after LU.
         if checked.solution.iter().all(|value| value.is_finite()) {
             Ok(())
         } else {
-            Err(LinearError::SingularToPrecision { size })
+            Err(LinearError::SingularToPrecision { size: matrix.size() })
         }
     }
 }
 
-fn column(values: &mut [f64]) -> MatMut<'_, f64> {
-    let rows = values.len();
-    MatMut::from_column_major_slice_mut(values, rows, 1)
-}
-
-/// Room for all of `requirements`, one at a time.
-fn room(size: usize, requirements: &[StackReq]) -> Result<MemBuffer, LinearError> {
-    MemBuffer::try_new(StackReq::any_of(requirements))
-        .map_err(|_| LinearError::OutOfMemory { size })
-}
-
-/// So many zeros for a matrix of `size` rows: the fill may be more than there is memory.
-fn zeros<T: Clone + Default>(size: usize, count: usize) -> Result<Vec<T>, LinearError> {
-    let mut values = Vec::new();
-    values.try_reserve_exact(count).map_err(|_| LinearError::OutOfMemory { size })?;
-    values.resize(count, T::default());
-    Ok(values)
-}
-
-impl SymmetricRoom {
-    fn new<const D: usize>(matrix: &BlockColumns<D>) -> Result<Self, LinearError> {
+impl<const D: usize> Ldl<D> {
+    fn new(matrix: &BlockColumns<D>) -> Result<Self, LinearError> {
         let size = matrix.size();
-        let pattern = matrix.pattern.as_ref();
-        let symbolic = factorize_symbolic_cholesky(
-            pattern,
-            Side::Lower,
-            SymmetricOrdering::Amd,
-            faer::sparse::linalg::cholesky::CholeskySymbolicParams::default(),
-        );
-        let symbolic = symbolic.map_err(|_| LinearError::OutOfMemory { size })?;
-        let requirements = [
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
-        ];
-        let memory = room(size, &requirements)?;
-        let factor = zeros(size, symbolic.len_val())?;
-        Ok(Self { symbolic, factor, memory, indefinite: None })
+        let out_of_memory = LinearError::OutOfMemory { size };
+        let Some(plan) = Plan::new(&matrix.starts, &matrix.rows) else { return Err(out_of_memory) };
+        let Some(factor) = Factor::new(&plan) else { return Err(out_of_memory) };
+        let entries = (plan.n_factor + matrix.rows.len()) as u64;
+        let budget = D as u64 * plan.n_products / (RATE * 2 * entries);
+        Ok(Self { plan, factor, stale: Stale::new(size, budget) })
     }
 }
 
-impl IndefiniteRoom {
-    fn new(symbolic: &SymbolicCholesky<u32>) -> Result<Self, LinearError> {
-        let size = symbolic.nrows();
-        let requirements = [
-            symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
-        ];
-        let memory = room(size, &requirements)?;
-        Ok(Self {
-            subdiagonal: zeros(size, size)?,
-            forward: zeros(size, size)?,
-            inverse: zeros(size, size)?,
-            memory,
-        })
-    }
-}
-
-impl LuRoom {
-    fn new<const D: usize>(matrix: &BlockColumns<D>) -> Result<Self, LinearError> {
-        let size = matrix.size();
-        let symbolic = factorize_symbolic_lu(
-            matrix.pattern.as_ref(),
-            faer::sparse::linalg::lu::LuSymbolicParams::default(),
-        );
-        let symbolic = symbolic.map_err(|_| LinearError::OutOfMemory { size })?;
-        let requirements = [
-            symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Spec::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
-        ];
-        let memory = room(size, &requirements)?;
-        Ok(Self { symbolic, factor: NumericLu::new(), memory })
-    }
-}
-
-impl<const D: usize> BlockColumns<D> {
-    fn new(n_blocks: usize, couplings: &[[usize; 2]]) -> Self {
-        let mut columns: Vec<Vec<u32>> = (0..n_blocks).map(|block| vec![block as u32]).collect();
-        for &[a, b] in couplings {
-            columns[a].push(b as u32);
-            columns[b].push(a as u32);
-        }
-        let mut starts = Vec::with_capacity(n_blocks + 1);
-        let mut rows = Vec::new();
-        let (mut scalar_starts, mut scalar_rows) = (vec![0_u32], Vec::new());
-        for mut column in columns {
-            column.sort_unstable();
-            column.dedup();
-            starts.push(rows.len());
-            for _ in 0..D {
-                let of_block = |row: u32| (0..D as u32).map(move |axis| row * D as u32 + axis);
-                scalar_rows.extend(column.iter().copied().flat_map(of_block));
-                scalar_starts.push(scalar_rows.len() as u32);
-            }
-            rows.extend(column);
-        }
-        starts.push(rows.len());
-        let size = n_blocks * D;
-        let values = vec![0.0; scalar_rows.len()];
-        let pattern =
-            SymbolicSparseColMat::new_checked(size, size, scalar_starts, None, scalar_rows);
-        let lengths = starts.windows(2).map(|pair| pair[1] - pair[0]);
-        let row_length = lengths.max().unwrap_or(0) * D;
-        Self { pattern, values, starts, rows, row_length }
-    }
-
-    fn size(&self) -> usize {
-        self.pattern.nrows()
-    }
-
-    fn view(&self) -> SparseColMatRef<'_, u32, f64> {
-        SparseColMatRef::new(self.pattern.as_ref(), &self.values)
-    }
-
-    fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
-        let (start, end) = (self.starts[column], self.starts[column + 1]);
-        let place = self.rows[start..end].binary_search(&(row as u32));
-        let place = place.expect("the couplings hold every block that is filled");
-        // A block column is D scalar columns, each of all its rows.
-        let height = (end - start) * D;
-        let first = start * D * D + place * D;
-        for axis in 0..D {
-            let entries = &mut self.values[first + axis * height..][..D];
-            for (entry, value) in entries.iter_mut().zip(block.column(axis).iter()) {
-                *entry += value;
-            }
-        }
-    }
-}
-
-impl<const D: usize> Product for BlockColumns<D> {
-    fn row_length(&self) -> usize {
-        self.row_length
-    }
-
-    fn add_products(&self, x: &[f64], product: &mut [f64], scale: &mut [f64]) {
-        let mut values = self.values.iter();
-        for (block_column, x) in x.chunks_exact(D).enumerate() {
-            let rows = &self.rows[self.starts[block_column]..self.starts[block_column + 1]];
-            for x in x {
-                for row in rows {
-                    let start = *row as usize * D;
-                    let targets = product[start..][..D].iter_mut().zip(&mut scale[start..][..D]);
-                    for ((product, scale), entry) in targets.zip(&mut values) {
-                        let term = entry * x;
-                        *product += term;
-                        *scale += term.abs();
-                    }
-                }
-            }
-        }
-    }
-
-    fn add_row_sums(&self, sums: &mut [f64]) {
-        for (row, entry) in self.pattern.row_idx().iter().zip(&self.values) {
-            sums[*row as usize] += entry.abs();
-        }
-    }
-}
+/// Products of entries in a factorisation that take as long as one in a solve, which waits for memory.
+const RATE: u64 = 6;
 
 #[cfg(test)]
 mod tests {

@@ -375,6 +375,8 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
             ("matrix assemblies", assemblies.to_string()),
             ("linear solves", linear.solves.to_string()),
             ("factorisations", linear.factorisations.to_string()),
+            ("factors reused", linear.reused.to_string()),
+            ("iterations with them", linear.iterations.to_string()),
             ("refinements", linear.refinements.to_string()),
             ("indefinite matrices", linear.indefinite.to_string()),
             ("complete pivotings", linear.complete_pivotings.to_string()),

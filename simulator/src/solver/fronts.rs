@@ -1,0 +1,379 @@
+//! The plan of a block LDLᵀ factorisation: what is eliminated when, and where everything is kept.
+//!
+//! Made once for a pattern, by the multifrontal method (Duff and Reid 1983): the blocks are put in order
+//! of approximate minimum degree (Amestoy, Davis and Duff 1996), their elimination tree is found (Liu 1990),
+//! and neighbours in the tree are joined into *fronts* wherever the zeros that are then stored cost less
+//! than a front of its own. A front eliminates its pivots, a few blocks that follow each other in the
+//! order, and leaves an update matrix on its other rows, which its parent in the tree takes in. Every
+//! offset is known before a number is. Cost: in proportion to the entries of the factor, in blocks.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::SymbolicSparseColMat;
+use faer::sparse::linalg::amd;
+
+/// A pattern with this many blocks or fewer has one front, in the order of the file.
+const ONE_FRONT: usize = 4;
+
+/// The plan.
+pub(super) struct Plan {
+    /// The block at each place of the order.
+    pub(super) order: Vec<u32>,
+    /// Children before parents.
+    pub(super) fronts: Vec<Front>,
+    /// Places of the rows below the pivots of each front, ascending.
+    pub(super) rows: Vec<u32>,
+    /// Number of each of these rows among all rows of the parent front.
+    pub(super) in_parent: Vec<u32>,
+    /// The children of each front.
+    pub(super) children: Vec<u32>,
+    /// Where the blocks of the matrix go, front by front.
+    pub(super) entries: Vec<Entry>,
+    /// Blocks of the factor.
+    pub(super) n_factor: usize,
+    /// Blocks of room for update matrices.
+    pub(super) n_updates: usize,
+    /// The most rows of a front, in blocks.
+    pub(super) tallest: usize,
+    /// Products of blocks in a factorisation.
+    pub(super) n_products: u64,
+}
+
+/// One dense step of the elimination; all counts in blocks.
+#[derive(Debug, Clone)]
+pub(super) struct Front {
+    /// Place of the first pivot.
+    pub(super) first: usize,
+    pub(super) n_pivots: usize,
+    /// Range of the rows below the pivots.
+    pub(super) rows: [usize; 2],
+    /// Offset of the pivots' columns in the factor: `n_pivots` columns of `n_pivots + rows`.
+    pub(super) panel: usize,
+    /// Offset of the update matrix in its room.
+    pub(super) update: usize,
+    pub(super) children: [usize; 2],
+    pub(super) entries: [usize; 2],
+}
+
+impl Front {
+    pub(super) fn n_rows(&self) -> usize {
+        self.rows[1] - self.rows[0]
+    }
+
+    pub(super) fn height(&self) -> usize {
+        self.n_pivots + self.n_rows()
+    }
+}
+
+/// Where a block of the matrix goes in its front.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    /// Its number among the blocks stored.
+    pub(super) source: u32,
+    pub(super) row: u32,
+    pub(super) column: u32,
+    pub(super) transposed: bool,
+}
+
+/// A front while the tree is still being joined.
+#[derive(Default)]
+struct Node {
+    pivots: Vec<u32>,
+    rows: Vec<u32>,
+    parent: Option<usize>,
+    children: Vec<usize>,
+}
+
+impl Plan {
+    /// The plan for a symmetric matrix with the blocks `(rows[i], column)`, `i` in
+    /// `starts[column]..starts[column + 1]`, on and below its diagonal. `None` where there is no memory
+    /// for the ordering.
+    pub(super) fn new(starts: &[usize], rows: &[u32]) -> Option<Self> {
+        let n_blocks = starts.len() - 1;
+        let neighbours = neighbours(starts, rows);
+        let order = minimum_degree(&neighbours)?;
+        let nodes = joined(eliminate(&order, &neighbours));
+        let numbered = postorder(&nodes);
+
+        // The final order: pivots front by front.
+        let mut place = vec![0_u32; n_blocks];
+        let mut final_order = Vec::with_capacity(n_blocks);
+        for &node in &numbered {
+            for &pivot in &nodes[node].pivots {
+                place[pivot as usize] = final_order.len() as u32;
+                final_order.push(pivot);
+            }
+        }
+        let mut front_of_node = vec![0_usize; nodes.len()];
+        for (front, &node) in numbered.iter().enumerate() {
+            front_of_node[node] = front;
+        }
+
+        let mut plan = Self {
+            order: final_order,
+            fronts: Vec::with_capacity(nodes.len()),
+            rows: Vec::new(),
+            in_parent: Vec::new(),
+            children: Vec::new(),
+            entries: Vec::new(),
+            n_factor: 0,
+            n_updates: 0,
+            tallest: 0,
+            n_products: 0,
+        };
+        let mut first = 0;
+        for &node in &numbered {
+            let Node { pivots, rows, children, .. } = &nodes[node];
+            let start = plan.rows.len();
+            plan.rows.extend(rows.iter().map(|row| place[*row as usize]));
+            plan.rows[start..].sort_unstable();
+            let first_child = plan.children.len();
+            plan.children.extend(children.iter().map(|child| front_of_node[*child] as u32));
+            plan.children[first_child..].sort_unstable();
+            let front = Front {
+                first,
+                n_pivots: pivots.len(),
+                rows: [start, plan.rows.len()],
+                panel: plan.n_factor,
+                update: 0,
+                children: [first_child, plan.children.len()],
+                entries: [0, 0],
+            };
+            first += pivots.len();
+            plan.n_factor += front.n_pivots * front.height();
+            plan.tallest = plan.tallest.max(front.height());
+            plan.n_products += n_products(front.n_pivots, front.n_rows());
+            plan.fronts.push(front);
+        }
+        plan.place_rows_in_parents(&numbered, &nodes, &front_of_node);
+        plan.place_updates();
+        plan.place_entries(starts, rows, &place);
+        Some(plan)
+    }
+
+    fn place_rows_in_parents(&mut self, numbered: &[usize], nodes: &[Node], front_of: &[usize]) {
+        self.in_parent = vec![0; self.rows.len()];
+        for (front, &node) in self.fronts.iter().zip(numbered) {
+            let Some(parent) = nodes[node].parent else { continue };
+            let parent = &self.fronts[front_of[parent]];
+            for row in front.rows[0]..front.rows[1] {
+                self.in_parent[row] = local(parent, &self.rows, self.rows[row]);
+            }
+        }
+    }
+
+    /// Gives each update matrix its place: the first gap that is wide enough from when it is made until
+    /// its parent has taken it in.
+    fn place_updates(&mut self) {
+        // Gaps by offset; the last has no end.
+        let mut gaps: Vec<[usize; 2]> = vec![[0, usize::MAX]];
+        for number in 0..self.fronts.len() {
+            let length = self.fronts[number].n_rows().pow(2);
+            if length > 0 {
+                let gap = gaps.iter().position(|[start, end]| end - start >= length);
+                let gap = gap.unwrap_or(gaps.len() - 1);
+                self.fronts[number].update = gaps[gap][0];
+                gaps[gap][0] += length;
+                self.n_updates = self.n_updates.max(gaps[gap][0]);
+            }
+            let [start, end] = self.fronts[number].children;
+            for child in start..end {
+                let child = &self.fronts[self.children[child] as usize];
+                let (from, to) = (child.update, child.update + child.n_rows().pow(2));
+                let next = gaps.partition_point(|gap| gap[0] < from);
+                gaps.insert(next, [from, to]);
+            }
+            let mut kept: Vec<[usize; 2]> = Vec::with_capacity(gaps.len());
+            for gap in gaps.drain(..).filter(|[start, end]| start < end) {
+                match kept.last_mut() {
+                    Some(last) if last[1] == gap[0] => last[1] = gap[1],
+                    _ => kept.push(gap),
+                }
+            }
+            gaps = kept;
+        }
+    }
+
+    fn place_entries(&mut self, starts: &[usize], rows: &[u32], place: &[u32]) {
+        let mut front_of_place = vec![0_u32; place.len()];
+        for (number, front) in self.fronts.iter().enumerate() {
+            front_of_place[front.first..][..front.n_pivots].fill(number as u32);
+        }
+        let mut entries: Vec<(u32, Entry)> = Vec::with_capacity(rows.len());
+        for column in 0..place.len() {
+            for source in starts[column]..starts[column + 1] {
+                let (row, column) = (place[rows[source] as usize], place[column]);
+                let transposed = row < column;
+                let (low, high) = (row.min(column), row.max(column));
+                let number = front_of_place[low as usize];
+                let front = &self.fronts[number as usize];
+                let entry = Entry {
+                    source: source as u32,
+                    row: local(front, &self.rows, high),
+                    column: low - front.first as u32,
+                    transposed,
+                };
+                entries.push((number, entry));
+            }
+        }
+        entries.sort_by_key(|(front, entry)| (*front, entry.column, entry.row));
+        let mut end = 0;
+        for (number, front) in self.fronts.iter_mut().enumerate() {
+            let start = end;
+            while end < entries.len() && entries[end].0 as usize == number {
+                end += 1;
+            }
+            front.entries = [start, end];
+        }
+        self.entries = entries.into_iter().map(|(_, entry)| entry).collect();
+    }
+}
+
+/// Number of the row at `place` among all rows of `front`.
+fn local(front: &Front, rows: &[u32], place: u32) -> u32 {
+    let pivot = place as usize - front.first;
+    if pivot < front.n_pivots {
+        return pivot as u32;
+    }
+    let below = &rows[front.rows[0]..front.rows[1]];
+    (front.n_pivots + below.partition_point(|row| *row < place)) as u32
+}
+
+/// Products of blocks that a front of so many pivots and rows below them takes.
+fn n_products(n_pivots: usize, n_rows: usize) -> u64 {
+    (0..n_pivots as u64)
+        .map(|pivot| {
+            let below = pivot + n_rows as u64;
+            below * (below + 3) / 2 + 1
+        })
+        .sum()
+}
+
+/// All neighbours of each block, ascending.
+fn neighbours(starts: &[usize], rows: &[u32]) -> Vec<Vec<u32>> {
+    let mut neighbours = vec![Vec::new(); starts.len() - 1];
+    for column in 0..starts.len() - 1 {
+        for &row in &rows[starts[column]..starts[column + 1]] {
+            if row as usize != column {
+                neighbours[row as usize].push(column as u32);
+                neighbours[column].push(row);
+            }
+        }
+    }
+    neighbours.iter_mut().for_each(|list| list.sort_unstable());
+    neighbours
+}
+
+/// The blocks in order of approximate minimum degree.
+fn minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<u32>> {
+    let n_blocks = neighbours.len();
+    let mut order: Vec<u32> = (0..n_blocks as u32).collect();
+    if n_blocks <= ONE_FRONT {
+        return Some(order);
+    }
+    let (mut starts, mut rows) = (vec![0_u32], Vec::new());
+    for list in neighbours {
+        rows.extend_from_slice(list);
+        starts.push(rows.len() as u32);
+    }
+    let scratch = amd::order_scratch::<u32>(n_blocks, rows.len());
+    let pattern = SymbolicSparseColMat::new_checked(n_blocks, n_blocks, starts, None, rows);
+    let mut memory = MemBuffer::try_new(scratch).ok()?;
+    let mut inverse = vec![0_u32; n_blocks];
+    let stack = MemStack::new(&mut memory);
+    let pattern = pattern.as_ref();
+    amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), stack).ok()?;
+    Some(order)
+}
+
+/// Eliminates block by block in `order`: a tree of fronts of one pivot each.
+fn eliminate(order: &[u32], neighbours: &[Vec<u32>]) -> Vec<Node> {
+    let n_blocks = order.len();
+    let mut place = vec![0_u32; n_blocks];
+    for (number, block) in order.iter().enumerate() {
+        place[*block as usize] = number as u32;
+    }
+    // A node has the number of its pivot's place; rows are places until the end.
+    let mut nodes: Vec<Node> = Vec::with_capacity(n_blocks);
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); n_blocks];
+    let mut seen = vec![u32::MAX; n_blocks];
+    for (number, &block) in order.iter().enumerate() {
+        let mut rows = Vec::new();
+        let mut visit = |row: u32| {
+            if row as usize > number && seen[row as usize] != number as u32 {
+                seen[row as usize] = number as u32;
+                rows.push(row);
+            }
+        };
+        neighbours[block as usize].iter().for_each(|other| visit(place[*other as usize]));
+        let own = std::mem::take(&mut children[number]);
+        for &child in &own {
+            let child: &Node = &nodes[child];
+            child.rows.iter().for_each(|row| visit(*row));
+        }
+        nodes.push(Node { pivots: vec![block], rows, parent: None, children: own });
+        let parent = nodes[number].rows.iter().min().map(|row| *row as usize);
+        nodes[number].parent = parent;
+        if let Some(parent) = parent {
+            children[parent].push(number);
+        }
+    }
+    for node in &mut nodes {
+        node.rows.iter_mut().for_each(|row| *row = order[*row as usize]);
+    }
+    nodes
+}
+
+/// What a front costs, in units of a tenth of a nanosecond on the machine it was weighed on: its set-up,
+/// its columns, the update matrix that is cleared, filled and handed on, and the products of blocks. Only
+/// ratios matter, and they only choose between plans that are all right.
+fn cost(n_pivots: usize, n_rows: usize) -> u64 {
+    let rows = n_rows as u64;
+    400 + 150 * n_pivots as u64 + 12 * rows * rows + 5 * n_products(n_pivots, n_rows)
+}
+
+/// Joins each front with its parent where the two together cost no more than each alone.
+fn joined(mut nodes: Vec<Node>) -> Vec<Node> {
+    // Nodes are numbered children first, and a node that is joined hands its children to its parent.
+    for number in 0..nodes.len() {
+        let mut children = std::mem::take(&mut nodes[number].children);
+        // The widest first: it has the most rows in common with its parent.
+        children.sort_by_key(|child| std::cmp::Reverse((nodes[*child].rows.len(), *child)));
+        let mut kept = Vec::new();
+        for child in children {
+            let (parent, joining) = (&nodes[number], &nodes[child]);
+            let pivots = parent.pivots.len() + joining.pivots.len();
+            let apart = cost(parent.pivots.len(), parent.rows.len())
+                + cost(joining.pivots.len(), joining.rows.len());
+            if cost(pivots, parent.rows.len()) > apart {
+                kept.push(child);
+                continue;
+            }
+            let of_child = std::mem::take(&mut nodes[child]);
+            let mut pivots = of_child.pivots;
+            pivots.append(&mut nodes[number].pivots);
+            nodes[number].pivots = pivots;
+            for grandchild in of_child.children {
+                nodes[grandchild].parent = Some(number);
+                kept.push(grandchild);
+            }
+        }
+        nodes[number].children = kept;
+    }
+    nodes
+}
+
+/// The nodes that are left, children before parents.
+fn postorder(nodes: &[Node]) -> Vec<usize> {
+    let mut order = Vec::new();
+    let roots = (0..nodes.len()).rev();
+    let roots =
+        roots.filter(|root| nodes[*root].parent.is_none() && !nodes[*root].pivots.is_empty());
+    let mut pending: Vec<usize> = roots.collect();
+    // Parents before children, and then the other way round.
+    while let Some(node) = pending.pop() {
+        order.push(node);
+        pending.extend(&nodes[node].children);
+    }
+    order.reverse();
+    order
+}

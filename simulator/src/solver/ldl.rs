@@ -1,0 +1,600 @@
+//! Block LDLᵀ of a sparse symmetric matrix, definite or not: `P A Pᵀ = L D Lᵀ`.
+//!
+//! `L` has unit diagonal blocks, `D` is made of `D × D` blocks. Each of these is factorised with complete
+//! pivoting, so that a block with zeros on its diagonal is no harm; blocks are not exchanged for each
+//! other, so that the plan ([`fronts`](super::fronts)) holds for every matrix of a pattern. What is lost
+//! where a whole pivot block is tiny shows in the backward error of the solution
+//! ([`checked`](super::checked)), and it is the caller's to try another method.
+//!
+//! With `W` the columns of a pivot and `B` its diagonal block, `X = W B⁻¹` are the columns of `L`, and
+//! `X Wᵀ` is subtracted from what is to the right, in tiles that are held in registers.
+//!
+//! Everything is sums and products in a fixed order, never fused, whatever vectors the processor has: the
+//! bits are the same on all of them. Cost: `2 D³` operations for each product of blocks that the plan
+//! counts, about an operation a lane and clock; a solution is two passes over the factor. Nothing is
+//! allocated after [`Factor::new`].
+
+#![expect(clippy::needless_range_loop, reason = "indices run over several arrays at once")]
+
+use super::fronts::{Front, Plan};
+
+/// Blocks that are eliminated before what is to their right is updated.
+const PANEL: usize = 8;
+
+/// Rows of a tile.
+const ROWS: usize = 8;
+
+/// The factor, with the room that making it and solving by it takes.
+pub(super) struct Factor<const D: usize> {
+    /// Columns of `L`, front by front, each front's from its first pivot on; only what is below the
+    /// diagonal blocks is meaningful.
+    columns: Vec<f64>,
+    /// Diagonal blocks, factorised.
+    pivots: Vec<Pivot<D>>,
+    /// Update matrices that wait for their parents.
+    updates: Vec<f64>,
+    /// `W` of the panel at hand.
+    unscaled: Vec<f64>,
+    /// A right-hand side in the order of the plan.
+    permuted: Vec<f64>,
+    /// The part of it that a front sees.
+    gathered: Vec<f64>,
+}
+
+/// What a factorisation found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// Every pivot block is positive definite, and so is the matrix.
+    Definite,
+    /// Some pivot block is not positive definite.
+    Indefinite,
+    /// Some pivot block is singular: there is no factor.
+    Singular,
+}
+
+/// A diagonal block as `P B Q = L U`, reciprocals of the pivots on the diagonal.
+#[derive(Debug, Clone, Copy)]
+struct Pivot<const D: usize> {
+    lu: [[f64; D]; D],
+    rows: [usize; D],
+    columns: [usize; D],
+}
+
+impl<const D: usize> Factor<D> {
+    /// Room for the factor of `plan`; `None` where there is not enough memory.
+    pub(super) fn new(plan: &Plan) -> Option<Self> {
+        let zeros = |count: usize| {
+            let mut values = Vec::new();
+            values.try_reserve_exact(count).ok()?;
+            values.resize(count, 0.0);
+            Some(values)
+        };
+        let height = plan.tallest * D;
+        let zero = Pivot { lu: [[0.0; D]; D], rows: [0; D], columns: [0; D] };
+        Some(Self {
+            columns: zeros(plan.n_factor.checked_mul(D * D)?)?,
+            pivots: vec![zero; plan.order.len()],
+            updates: zeros(plan.n_updates.checked_mul(D * D)?)?,
+            unscaled: zeros(height * PANEL * D)?,
+            permuted: zeros(plan.order.len() * D)?,
+            gathered: zeros(height)?,
+        })
+    }
+
+    /// Factorises the matrix whose blocks are `values`.
+    pub(super) fn factorise(&mut self, plan: &Plan, values: &[f64]) -> Outcome {
+        pulp::Arch::new().dispatch(Factorise { plan, values, factor: self })
+    }
+
+    /// Overwrites a right-hand side by the solution.
+    pub(super) fn solve(&mut self, plan: &Plan, values: &mut [f64]) {
+        pulp::Arch::new().dispatch(Solve { plan, values, factor: self });
+    }
+}
+
+// Code that is compiled for the vectors that the processor has: everything below is inlined into these.
+struct Factorise<'a, const D: usize> {
+    plan: &'a Plan,
+    values: &'a [f64],
+    factor: &'a mut Factor<D>,
+}
+
+struct Solve<'a, const D: usize> {
+    plan: &'a Plan,
+    values: &'a mut [f64],
+    factor: &'a mut Factor<D>,
+}
+
+impl<const D: usize> pulp::WithSimd for Factorise<'_, D> {
+    type Output = Outcome;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Outcome {
+        let Self { plan, values, factor } = self;
+        let mut outcome = Outcome::Definite;
+        for front in &plan.fronts {
+            let (height, rows) = (front.height() * D, front.n_rows() * D);
+            let first = front.panel * D * D;
+            let panel = &mut factor.columns[first..][..front.n_pivots * D * height];
+            panel.fill(0.0);
+            let start = front.update * D * D;
+            factor.updates[start..][..rows * rows].fill(0.0);
+            fill::<D>(plan, front, values, panel);
+            for child in &plan.children[front.children[0]..front.children[1]] {
+                take_in::<D>(
+                    plan,
+                    front,
+                    &plan.fronts[*child as usize],
+                    panel,
+                    &mut factor.updates,
+                );
+            }
+            let update = &mut factor.updates[start..][..rows * rows];
+            let pivots = &mut factor.pivots[front.first..][..front.n_pivots];
+            match eliminate(panel, update, pivots, height, &mut factor.unscaled) {
+                Outcome::Definite => {}
+                Outcome::Indefinite => outcome = Outcome::Indefinite,
+                Outcome::Singular => return Outcome::Singular,
+            }
+        }
+        outcome
+    }
+}
+
+/// Copies the matrix's own blocks to the front.
+#[inline(always)]
+fn fill<const D: usize>(plan: &Plan, front: &Front, values: &[f64], panel: &mut [f64]) {
+    let height = front.height() * D;
+    for entry in &plan.entries[front.entries[0]..front.entries[1]] {
+        let block = &values[entry.source as usize * D * D..][..D * D];
+        let corner = entry.column as usize * D * height + entry.row as usize * D;
+        let target = &mut panel[corner..][..(D - 1) * height + D];
+        for j in 0..D {
+            for i in 0..D {
+                target[j * height + i] =
+                    if entry.transposed { block[i * D + j] } else { block[j * D + i] };
+            }
+        }
+    }
+}
+
+/// Adds the update matrix of `child` to `front`: to its panel, and to its own update matrix.
+#[inline(always)]
+fn take_in<const D: usize>(
+    plan: &Plan,
+    front: &Front,
+    child: &Front,
+    panel: &mut [f64],
+    updates: &mut [f64],
+) {
+    let places = &plan.in_parent[child.rows[0]..child.rows[1]];
+    let (height, child_rows, own_rows) =
+        (front.height() * D, child.n_rows() * D, front.n_rows() * D);
+    let (from, to) = (child.update * D * D, front.update * D * D);
+    let into_panel = places.partition_point(|place| (*place as usize) < front.n_pivots);
+    for (number, &column) in places.iter().enumerate() {
+        for j in 0..D {
+            let source = from + (number * D + j) * child_rows;
+            if number < into_panel {
+                let target = &mut panel[(column as usize * D + j) * height..][..height];
+                let source = &updates[source..][..child_rows];
+                for (block, &row) in source[number * D..].chunks_exact(D).zip(&places[number..]) {
+                    let target = &mut target[row as usize * D..][..D];
+                    for i in 0..D {
+                        target[i] += block[i];
+                    }
+                }
+            } else {
+                let column = (column as usize - front.n_pivots) * D + j;
+                // The two update matrices are apart.
+                let (source, target) = if from < to {
+                    let (low, high) = updates.split_at_mut(to);
+                    (&low[source..][..child_rows], &mut high[column * own_rows..][..own_rows])
+                } else {
+                    let (low, high) = updates.split_at_mut(from);
+                    let low = &mut low[to + column * own_rows..][..own_rows];
+                    (&high[source - from..][..child_rows], low)
+                };
+                for (block, &row) in source[number * D..].chunks_exact(D).zip(&places[number..]) {
+                    let target = &mut target[(row as usize - front.n_pivots) * D..][..D];
+                    for i in 0..D {
+                        target[i] += block[i];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Eliminates the pivots of a front of `height` rows: `panel` becomes columns of `L`, and `update` loses
+/// what they contribute.
+#[inline(always)]
+fn eliminate<const D: usize>(
+    panel: &mut [f64],
+    update: &mut [f64],
+    pivots: &mut [Pivot<D>],
+    height: usize,
+    unscaled: &mut [f64],
+) -> Outcome {
+    let n_columns = pivots.len() * D;
+    let n_rows = height - n_columns;
+    let mut outcome = Outcome::Definite;
+    let mut start = 0;
+    while start < pivots.len() {
+        let end = (start + PANEL).min(pivots.len());
+        for pivot in start..end {
+            let below = (pivot + 1) * D;
+            let (left, right) = panel.split_at_mut(below * height);
+            let own = &mut left[pivot * D * height..];
+            let (factorised, definite) = Pivot::new(own, height, pivot * D);
+            let Some(factorised) = factorised else { return Outcome::Singular };
+            if !definite {
+                outcome = Outcome::Indefinite;
+            }
+            pivots[pivot] = factorised;
+            let kept = &mut unscaled[(pivot - start) * D * height..][..D * height];
+            scale(&factorised, own, kept, height, below);
+            let inside = (end - pivot - 1) * D;
+            if inside > 0 {
+                let own = Operand { columns: own, offset: below };
+                let kept = Operand { columns: kept, offset: below };
+                subtract::<D>(
+                    &mut right[below..],
+                    height,
+                    inside,
+                    own,
+                    kept,
+                    height,
+                    height - below,
+                    D,
+                );
+            }
+        }
+        let done = end * D;
+        let (left, right) = panel.split_at_mut(done * height);
+        let depth = (end - start) * D;
+        let left = &left[start * D * height..];
+        if done < n_columns {
+            let (x, w) = (
+                Operand { columns: left, offset: done },
+                Operand { columns: unscaled, offset: done },
+            );
+            let wide = n_columns - done;
+            subtract::<D>(&mut right[done..], height, wide, x, w, height, height - done, depth);
+        }
+        if n_rows > 0 {
+            let (x, w) = (
+                Operand { columns: left, offset: n_columns },
+                Operand { columns: unscaled, offset: n_columns },
+            );
+            subtract::<D>(update, n_rows, n_rows, x, w, height, n_rows, depth);
+        }
+        start = end;
+    }
+    outcome
+}
+
+impl<const D: usize> Pivot<D> {
+    /// Factorises the block at row `row` of `columns`; `None` where it is singular. Whether it is
+    /// positive definite: then, and only then, all pivots are positive and on the diagonal.
+    #[inline(always)]
+    fn new(columns: &[f64], height: usize, row: usize) -> (Option<Self>, bool) {
+        let mut lu = [[0.0; D]; D];
+        for i in 0..D {
+            for j in 0..D {
+                // Of a symmetric block, the lower triangle.
+                lu[i][j] = columns[i.min(j) * height + row + i.max(j)];
+            }
+        }
+        let (mut rows, mut columns) = ([0; D], [0; D]);
+        for i in 0..D {
+            (rows[i], columns[i]) = (i, i);
+        }
+        let mut definite = true;
+        for k in 0..D {
+            let (mut best, mut at) = (0.0, [k, k]);
+            for i in k..D {
+                if lu[i][i].abs() > best {
+                    (best, at) = (lu[i][i].abs(), [i, i]);
+                }
+            }
+            for i in k..D {
+                for j in k..D {
+                    if lu[i][j].abs() > best {
+                        (best, at) = (lu[i][j].abs(), [i, j]);
+                    }
+                }
+            }
+            if best == 0.0 {
+                return (None, false);
+            }
+            definite &= at[0] == at[1];
+            lu.swap(k, at[0]);
+            rows.swap(k, at[0]);
+            for row in &mut lu {
+                row.swap(k, at[1]);
+            }
+            columns.swap(k, at[1]);
+            definite &= lu[k][k] > 0.0;
+            let reciprocal = 1.0 / lu[k][k];
+            lu[k][k] = reciprocal;
+            for i in k + 1..D {
+                lu[i][k] *= reciprocal;
+                for j in k + 1..D {
+                    lu[i][j] -= lu[i][k] * lu[k][j];
+                }
+            }
+        }
+        (Some(Self { lu, rows, columns }), definite)
+    }
+
+    /// Overwrites a right-hand side by the solution.
+    #[inline(always)]
+    fn solve(&self, values: &mut [f64; D]) {
+        let mut permuted = [0.0; D];
+        for i in 0..D {
+            permuted[i] = values[self.rows[i]];
+            for k in 0..i {
+                permuted[i] -= self.lu[i][k] * permuted[k];
+            }
+        }
+        for i in (0..D).rev() {
+            for k in i + 1..D {
+                permuted[i] -= self.lu[i][k] * permuted[k];
+            }
+            permuted[i] *= self.lu[i][i];
+        }
+        for i in 0..D {
+            values[self.columns[i]] = permuted[i];
+        }
+    }
+}
+
+/// Keeps the rows of `columns` from `first` on as `W`, and overwrites them by `X = W B⁻¹`.
+#[inline(always)]
+fn scale<const D: usize>(
+    pivot: &Pivot<D>,
+    columns: &mut [f64],
+    kept: &mut [f64],
+    height: usize,
+    first: usize,
+) {
+    for j in 0..D {
+        kept[j * height..][first..height].copy_from_slice(&columns[j * height..][first..height]);
+    }
+    // X is solved for row by row, B being symmetric; written column by column, it fits vectors.
+    let mut row = first;
+    while row + ROWS <= height {
+        scale_rows::<D, ROWS>(pivot, columns, kept, height, row);
+        row += ROWS;
+    }
+    while row < height {
+        scale_rows::<D, 1>(pivot, columns, kept, height, row);
+        row += 1;
+    }
+}
+
+#[inline(always)]
+fn scale_rows<const D: usize, const R: usize>(
+    pivot: &Pivot<D>,
+    columns: &mut [f64],
+    kept: &[f64],
+    height: usize,
+    row: usize,
+) {
+    let mut x = [[0.0; R]; D];
+    for i in 0..D {
+        x[i].copy_from_slice(&kept[pivot.rows[i] * height + row..][..R]);
+        for k in 0..i {
+            for r in 0..R {
+                x[i][r] -= pivot.lu[i][k] * x[k][r];
+            }
+        }
+    }
+    for i in (0..D).rev() {
+        for k in i + 1..D {
+            for r in 0..R {
+                x[i][r] -= pivot.lu[i][k] * x[k][r];
+            }
+        }
+        for r in 0..R {
+            x[i][r] *= pivot.lu[i][i];
+        }
+        columns[pivot.columns[i] * height + row..][..R].copy_from_slice(&x[i]);
+    }
+}
+
+/// Columns, and the row of them that belongs to the first row of a target.
+#[derive(Clone, Copy)]
+struct Operand<'a> {
+    columns: &'a [f64],
+    offset: usize,
+}
+
+/// Subtracts `X Wᵀ` from the first `width` columns of a target of `rows` rows, on and below its diagonal
+/// blocks; what is above them is left undefined. `stride` and `height` are what the columns are apart.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "sizes of three matrices")]
+fn subtract<const D: usize>(
+    target: &mut [f64],
+    stride: usize,
+    width: usize,
+    x: Operand<'_>,
+    w: Operand<'_>,
+    height: usize,
+    rows: usize,
+    depth: usize,
+) {
+    let mut column = 0;
+    macro_rules! groups {
+        ($wide:literal) => {
+            while column + $wide <= width {
+                let mut row = column;
+                while row + ROWS <= rows {
+                    tile::<$wide, ROWS>(target, stride, x, w, height, [row, column], depth);
+                    row += ROWS;
+                }
+                if row + ROWS / 2 <= rows {
+                    tile::<$wide, { ROWS / 2 }>(target, stride, x, w, height, [row, column], depth);
+                    row += ROWS / 2;
+                }
+                while row < rows {
+                    tile::<$wide, 1>(target, stride, x, w, height, [row, column], depth);
+                    row += 1;
+                }
+                column += $wide;
+            }
+        };
+    }
+    if D == 2 {
+        groups!(4);
+        groups!(2);
+    } else {
+        groups!(6);
+        groups!(3);
+    }
+}
+
+/// Subtracts a tile of `X Wᵀ` of `R` rows and `G` columns.
+#[inline(always)]
+fn tile<const G: usize, const R: usize>(
+    target: &mut [f64],
+    stride: usize,
+    x: Operand<'_>,
+    w: Operand<'_>,
+    height: usize,
+    [row, column]: [usize; 2],
+    depth: usize,
+) {
+    let mut sums = [[0.0; R]; G];
+    let (mut of_x, mut of_w) = (x.offset + row, w.offset + column);
+    for _ in 0..depth {
+        let left = &x.columns[of_x..][..R];
+        let right = &w.columns[of_w..][..G];
+        for g in 0..G {
+            for r in 0..R {
+                sums[g][r] += left[r] * right[g];
+            }
+        }
+        of_x += height;
+        of_w += height;
+    }
+    for (g, sums) in sums.iter().enumerate() {
+        let target = &mut target[(column + g) * stride + row..][..R];
+        for r in 0..R {
+            target[r] -= sums[r];
+        }
+    }
+}
+
+impl<const D: usize> pulp::WithSimd for Solve<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { plan, values, factor } = self;
+        let Factor { columns, pivots, permuted, gathered, .. } = factor;
+        for (target, block) in permuted.chunks_exact_mut(D).zip(&plan.order) {
+            target.copy_from_slice(&values[*block as usize * D..][..D]);
+        }
+        for front in &plan.fronts {
+            forward::<D>(plan, front, columns, permuted, gathered);
+        }
+        for (values, pivot) in permuted.chunks_exact_mut(D).zip(&*pivots) {
+            let mut block = [0.0; D];
+            block.copy_from_slice(values);
+            pivot.solve(&mut block);
+            values.copy_from_slice(&block);
+        }
+        for front in plan.fronts.iter().rev() {
+            backward::<D>(plan, front, columns, permuted, gathered);
+        }
+        for (source, block) in permuted.chunks_exact(D).zip(&plan.order) {
+            values[*block as usize * D..][..D].copy_from_slice(source);
+        }
+    }
+}
+
+/// Solves with the columns of `L` of one front.
+#[inline(always)]
+fn forward<const D: usize>(
+    plan: &Plan,
+    front: &Front,
+    columns: &[f64],
+    permuted: &mut [f64],
+    gathered: &mut [f64],
+) {
+    let height = front.height() * D;
+    let n_columns = front.n_pivots * D;
+    let panel = &columns[front.panel * D * D..][..n_columns * height];
+    let gathered = &mut gathered[..height];
+    let own = front.first * D;
+    gathered[..n_columns].copy_from_slice(&permuted[own..][..n_columns]);
+    gathered[n_columns..].fill(0.0);
+    for (pivot, columns) in panel.chunks_exact(D * height).enumerate() {
+        let (done, below) = gathered.split_at_mut((pivot + 1) * D);
+        let mut x = [0.0; D];
+        x.copy_from_slice(&done[pivot * D..]);
+        for (j, x) in x.iter().enumerate() {
+            let column = &columns[j * height + (pivot + 1) * D..][..below.len()];
+            for (value, entry) in below.iter_mut().zip(column) {
+                *value -= entry * x;
+            }
+        }
+    }
+    permuted[own..][..n_columns].copy_from_slice(&gathered[..n_columns]);
+    let rows = &plan.rows[front.rows[0]..front.rows[1]];
+    for (change, row) in gathered[n_columns..].chunks_exact(D).zip(rows) {
+        let target = &mut permuted[*row as usize * D..][..D];
+        for i in 0..D {
+            target[i] += change[i];
+        }
+    }
+}
+
+/// Solves with the transposed columns of `L` of one front.
+#[inline(always)]
+fn backward<const D: usize>(
+    plan: &Plan,
+    front: &Front,
+    columns: &[f64],
+    permuted: &mut [f64],
+    gathered: &mut [f64],
+) {
+    let height = front.height() * D;
+    let n_columns = front.n_pivots * D;
+    let panel = &columns[front.panel * D * D..][..n_columns * height];
+    let gathered = &mut gathered[..height];
+    let own = front.first * D;
+    gathered[..n_columns].copy_from_slice(&permuted[own..][..n_columns]);
+    let rows = &plan.rows[front.rows[0]..front.rows[1]];
+    for (target, row) in gathered[n_columns..].chunks_exact_mut(D).zip(rows) {
+        target.copy_from_slice(&permuted[*row as usize * D..][..D]);
+    }
+    for (pivot, columns) in panel.chunks_exact(D * height).enumerate().rev() {
+        let (done, below) = gathered.split_at_mut((pivot + 1) * D);
+        for (j, x) in done[pivot * D..].iter_mut().enumerate() {
+            *x -= dot(&columns[j * height + (pivot + 1) * D..][..below.len()], below);
+        }
+    }
+    permuted[own..][..n_columns].copy_from_slice(&gathered[..n_columns]);
+}
+
+/// A scalar product in eight sums, so that it fits vectors and is the same bits without them.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a_whole, b_whole) = (a.chunks_exact(8), b.chunks_exact(8));
+    let (a_rest, b_rest) = (a_whole.remainder(), b_whole.remainder());
+    for (a, b) in a_whole.zip(b_whole) {
+        for lane in 0..8 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let mut sum =
+        ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
+    for (a, b) in a_rest.iter().zip(b_rest) {
+        sum += a * b;
+    }
+    sum
+}

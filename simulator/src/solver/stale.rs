@@ -1,0 +1,168 @@
+//! An old factor as a preconditioner: conjugate gradients on the matrix of now.
+//!
+//! ```text
+//! z = M⁻¹ r    p = z + (rᵀz / r'ᵀz') p    α = rᵀz / pᵀA p    x ← x + α p    r ← r − α A p
+//! ```
+//!
+//! (Hestenes and Stiefel 1952) with `M` the matrix that was last factorised, which must have been
+//! positive definite. Where the two are close, a few iterations reach the same backward error as a
+//! factorisation, which is what the solution is judged by. Cost: a solve with the factor and a product
+//! with the matrix an iteration.
+//!
+//! Whether it is tried is decided by counts of operations alone, never by a clock, so that a run is the
+//! same every time:
+//!
+//! - at most as many iterations as cost less than a factorisation; fewer where the rate so far says
+//!   that these will not do;
+//! - after a solution that cost more than the average since the last factorisation, that one included, the
+//!   next is factorised anew: from there on the average would rise;
+//! - after a failure it is left alone for a while, twice as long after each further one.
+
+use super::checked::{Checked, Product};
+
+/// Below this many iterations in the time of a factorisation, there is nothing to gain.
+const WORTHWHILE: u64 = 4;
+
+/// The most solutions until it is tried again.
+const LONGEST_PAUSE: u64 = 64;
+
+/// The state of the iteration, and what the decision is based on.
+pub(super) struct Stale {
+    direction: Vec<f64>,
+    product: Vec<f64>,
+    scale: Vec<f64>,
+    /// What a factorisation costs, in iterations.
+    budget: u64,
+    /// Whether there is a factor, and of a positive definite matrix.
+    usable: bool,
+    /// Iterations, and what a factorisation costs in them, since the last one; and solutions.
+    spent: u64,
+    solved: u64,
+    /// Whether the last solution cost more than the average.
+    tired: bool,
+    /// Solutions until it is tried again, and how many the next failure will make these.
+    pause: u64,
+    next_pause: u64,
+}
+
+impl Stale {
+    /// For a matrix of `size` rows whose factorisation costs as much as `budget` iterations.
+    pub(super) fn new(size: usize, budget: u64) -> Self {
+        let zeros = vec![0.0; if budget >= WORTHWHILE { size } else { 0 }];
+        Self {
+            direction: zeros.clone(),
+            product: zeros.clone(),
+            scale: zeros,
+            budget,
+            usable: false,
+            spent: 0,
+            solved: 0,
+            tired: false,
+            pause: 0,
+            next_pause: 1,
+        }
+    }
+
+    /// Whether the next solution should be tried with the old factor.
+    pub(super) fn is_worth_trying(&self) -> bool {
+        self.budget >= WORTHWHILE && self.usable && !self.tired && self.pause == 0
+    }
+
+    /// A matrix was factorised.
+    pub(super) fn renew(&mut self, definite: bool) {
+        self.usable = definite;
+        self.spent = self.budget;
+        self.solved = 1;
+        self.tired = false;
+        self.pause = self.pause.saturating_sub(1);
+    }
+
+    /// Solves for the right-hand side in `checked`, with `apply` the solve with the old factor. Whether
+    /// the solution is at rounding, and the iterations it took.
+    pub(super) fn solve(
+        &mut self,
+        matrix: &impl Product,
+        checked: &mut Checked,
+        mut apply: impl FnMut(&mut [f64]),
+    ) -> (bool, u64) {
+        let (solved, iterations) = self.iterate(matrix, checked, &mut apply);
+        if solved {
+            self.spent += iterations;
+            self.solved += 1;
+            self.tired = iterations * self.solved > self.spent;
+            self.next_pause = 1;
+        } else {
+            self.pause = self.next_pause;
+            self.next_pause = (2 * self.next_pause).min(LONGEST_PAUSE);
+        }
+        (solved, iterations)
+    }
+
+    fn iterate(
+        &mut self,
+        matrix: &impl Product,
+        checked: &mut Checked,
+        apply: &mut impl FnMut(&mut [f64]),
+    ) -> (bool, u64) {
+        let tolerance = super::checked::tolerance(matrix);
+        checked.solution.copy_from_slice(&checked.right);
+        apply(&mut checked.solution);
+        checked.judge(matrix);
+        let first = checked.error;
+        let mut iterations = 1;
+        let mut last = None;
+        loop {
+            if checked.error <= tolerance {
+                return (true, iterations);
+            }
+            let Checked { solution, residual, scale, correction, .. } = checked;
+            // The error falls by about the same factor each time.
+            let done = (checked.error / first).ln() / (tolerance / first).ln();
+            let hopeless = iterations > 1 && (iterations - 1) as f64 > done * self.budget as f64;
+            if iterations >= self.budget || hopeless || !checked.error.is_finite() {
+                return (false, iterations);
+            }
+            correction.copy_from_slice(residual);
+            apply(correction);
+            let rho = dot(residual, correction);
+            match last {
+                Some(last) => {
+                    let beta = rho / last;
+                    for (direction, z) in self.direction.iter_mut().zip(&*correction) {
+                        *direction = z + beta * *direction;
+                    }
+                }
+                None => self.direction.copy_from_slice(correction),
+            }
+            self.product.fill(0.0);
+            self.scale.fill(0.0);
+            matrix.add_products(&self.direction, &mut self.product, &mut self.scale);
+            let curvature = dot(&self.direction, &self.product);
+            // Not positive definite any more; or a NaN.
+            if !(curvature > 0.0 && rho > 0.0) {
+                return (false, iterations);
+            }
+            let alpha = rho / curvature;
+            let mut error: f64 = 0.0;
+            for i in 0..solution.len() {
+                solution[i] += alpha * self.direction[i];
+                residual[i] -= alpha * self.product[i];
+                if residual[i] != 0.0 {
+                    error = error.max(residual[i].abs() / scale[i]);
+                }
+            }
+            iterations += 1;
+            last = Some(rho);
+            checked.error = error;
+            if error <= tolerance {
+                // What was updated all along has drifted from what it stands for.
+                checked.judge(matrix);
+                last = None;
+            }
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -857,6 +857,27 @@ fn a_large_part_is_solved_sparsely_and_its_pattern_analysed_once() {
 }
 
 #[test]
+fn refining_a_stiff_step_factorises_its_matrix_once() {
+    let mut elements = String::new();
+    for i in 0..6 {
+        let (y, fixed) = (0.1 * f64::from(i % 2), u8::from(i == 0));
+        elements +=
+            &format!(r#"<particle m="1" px="{i}" py="{y}" vx="0" vy="{y}" fixed="{fixed}"/>"#);
+    }
+    for i in 0..5 {
+        let j = i + 1;
+        elements += &format!(
+            r#"<edge i="{i}" j="{j}"/><springforce edge="{i}" k="1e9" l0="1.005" b="0"/>"#
+        );
+    }
+    let statistics = statistics(&scene("linearized-implicit-euler", 0.01, 0.1, &elements));
+    assert_eq!(statistics.linear_solver, "sparse LDLᵀ 10 × 10");
+    let linear = statistics.linear;
+    assert!(linear.solves > statistics.assemblies, "{linear:?}");
+    assert_eq!(linear.factorisations, statistics.assemblies);
+}
+
+#[test]
 fn a_step_depends_on_the_state_alone() {
     // A method that kept something of earlier steps would differ on its second way through.
     for kind in INTEGRATORS {

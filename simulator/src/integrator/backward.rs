@@ -290,6 +290,11 @@ impl Elements {
     }
 }
 
+/// The larger of `known` and the entries of `block`.
+fn stiffest<const D: usize>(known: f64, block: &Block<D>) -> f64 {
+    block.iter().fold(known, |max, entry| max.max(entry.abs()))
+}
+
 /// Subtracts `h² ∂F/∂x + h ∂F/∂v` from the matrix, rows and columns of fixed particles left out.
 struct Assembly<'a, const D: usize> {
     elements: Elements,
@@ -305,14 +310,14 @@ impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
     fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         if let (Some(row), Some(column)) = (self.free[row], self.free[column]) {
             let block = self.elements.share(jacobian_x, jacobian_v);
-            self.stiffest = self.stiffest.max(block.amax());
+            self.stiffest = stiffest(self.stiffest, &block);
             self.matrix.add(row, column, &block);
         }
     }
 
     fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         let block = self.elements.share(jacobian_x, jacobian_v);
-        self.stiffest = self.stiffest.max(block.amax());
+        self.stiffest = stiffest(self.stiffest, &block);
         // A force that hands its pairs over in another order than it said is slower, and no less right.
         if let Some(Slot { particles, place: Some(place) }) = self.slots.next()
             && *particles == [i as u32, j as u32]

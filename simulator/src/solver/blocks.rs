@@ -72,6 +72,7 @@ impl<const D: usize> BlockColumns<D> {
     }
 
     /// Adds to the block that starts at `offset`.
+    #[inline]
     pub(super) fn add_at(&mut self, offset: usize, block: &SMatrix<f64, D, D>) {
         let entries = &mut self.values[offset..][..D * D];
         for (entry, value) in entries.iter_mut().zip(block.iter()) {

@@ -328,7 +328,7 @@ fn eliminate(order: &[u32], neighbours: &[Vec<u32>]) -> Vec<Node> {
 /// ratios matter, and they only choose between plans that are all right.
 fn cost(n_pivots: usize, n_rows: usize) -> u64 {
     let rows = n_rows as u64;
-    400 + 150 * n_pivots as u64 + 12 * rows * rows + 5 * n_products(n_pivots, n_rows)
+    600 + 150 * n_pivots as u64 + 16 * rows * rows + 8 * n_products(n_pivots, n_rows)
 }
 
 /// Joins each front with its parent where the two together cost no more than each alone.

@@ -1,7 +1,7 @@
 //! Block LDLᵀ of a sparse symmetric matrix, definite or not: `P A Pᵀ = L D Lᵀ`.
 //!
-//! `L` has unit diagonal blocks, `D` is made of `D × D` blocks. Each of these is factorised with complete
-//! pivoting, so that a block with zeros on its diagonal is no harm; blocks are not exchanged for each
+//! `L` has unit diagonal blocks, `D` is made of `D × D` blocks. Each of these is factorised with
+//! pivoting inside it, so that a block with zeros on its diagonal is no harm; blocks are not exchanged for each
 //! other, so that the plan ([`fronts`](super::fronts)) holds for every matrix of a pattern. What is lost
 //! where a whole pivot block is tiny shows in the backward error of the solution
 //! ([`checked`](super::checked)), and it is the caller's to try another method.
@@ -23,6 +23,10 @@ const PANEL: usize = 8;
 
 /// Rows of a tile.
 const ROWS: usize = 8;
+
+/// A pivot in a block is left in its place where it is this part of what is below it: growth is bounded,
+/// as by partial pivoting.
+const THRESHOLD: f64 = 0.25;
 
 /// The factor, with the room that making it and solving by it takes.
 pub(super) struct Factor<const D: usize> {
@@ -292,29 +296,24 @@ impl<const D: usize> Pivot<D> {
         }
         let mut definite = true;
         for k in 0..D {
-            let (mut best, mut at) = (0.0, [k, k]);
-            for i in k..D {
-                if lu[i][i].abs() > best {
-                    (best, at) = (lu[i][i].abs(), [i, i]);
+            // Most blocks are best left in order, and need no search.
+            let mut largest: f64 = 0.0;
+            for i in k + 1..D {
+                largest = largest.max(lu[i][k].abs());
+            }
+            if lu[k][k].abs() < THRESHOLD * largest || lu[k][k] == 0.0 {
+                let at = find_pivot(&lu, k);
+                definite &= at[0] == at[1];
+                lu.swap(k, at[0]);
+                rows.swap(k, at[0]);
+                for row in &mut lu {
+                    row.swap(k, at[1]);
+                }
+                columns.swap(k, at[1]);
+                if lu[k][k] == 0.0 {
+                    return (None, false);
                 }
             }
-            for i in k..D {
-                for j in k..D {
-                    if lu[i][j].abs() > best {
-                        (best, at) = (lu[i][j].abs(), [i, j]);
-                    }
-                }
-            }
-            if best == 0.0 {
-                return (None, false);
-            }
-            definite &= at[0] == at[1];
-            lu.swap(k, at[0]);
-            rows.swap(k, at[0]);
-            for row in &mut lu {
-                row.swap(k, at[1]);
-            }
-            columns.swap(k, at[1]);
             definite &= lu[k][k] > 0.0;
             let reciprocal = 1.0 / lu[k][k];
             lu[k][k] = reciprocal;
@@ -350,6 +349,25 @@ impl<const D: usize> Pivot<D> {
     }
 }
 
+/// The largest entry from row and column `k` on; of equal ones, one on the diagonal.
+#[cold]
+fn find_pivot<const D: usize>(lu: &[[f64; D]; D], k: usize) -> [usize; 2] {
+    let (mut best, mut at) = (0.0, [k, k]);
+    for i in k..D {
+        if lu[i][i].abs() > best {
+            (best, at) = (lu[i][i].abs(), [i, i]);
+        }
+    }
+    for i in k..D {
+        for j in k..D {
+            if lu[i][j].abs() > best {
+                (best, at) = (lu[i][j].abs(), [i, j]);
+            }
+        }
+    }
+    at
+}
+
 /// Keeps the rows of `columns` from `first` on as `W`, and overwrites them by `X = W B⁻¹`.
 #[inline(always)]
 fn scale<const D: usize>(
@@ -368,9 +386,12 @@ fn scale<const D: usize>(
         scale_rows::<D, ROWS>(pivot, columns, kept, height, row);
         row += ROWS;
     }
-    while row < height {
+    while row + 2 <= height {
+        scale_rows::<D, 2>(pivot, columns, kept, height, row);
+        row += 2;
+    }
+    if row < height {
         scale_rows::<D, 1>(pivot, columns, kept, height, row);
-        row += 1;
     }
 }
 
@@ -434,13 +455,16 @@ fn subtract<const D: usize>(
                     tile::<$wide, ROWS>(target, stride, x, w, height, [row, column], depth);
                     row += ROWS;
                 }
-                if row + ROWS / 2 <= rows {
-                    tile::<$wide, { ROWS / 2 }>(target, stride, x, w, height, [row, column], depth);
-                    row += ROWS / 2;
+                if row + 4 <= rows {
+                    tile::<$wide, 4>(target, stride, x, w, height, [row, column], depth);
+                    row += 4;
                 }
-                while row < rows {
+                if row + 2 <= rows {
+                    tile::<$wide, 2>(target, stride, x, w, height, [row, column], depth);
+                    row += 2;
+                }
+                if row < rows {
                     tile::<$wide, 1>(target, stride, x, w, height, [row, column], depth);
-                    row += 1;
                 }
                 column += $wide;
             }
@@ -535,11 +559,15 @@ fn forward<const D: usize>(
         let (done, below) = gathered.split_at_mut((pivot + 1) * D);
         let mut x = [0.0; D];
         x.copy_from_slice(&done[pivot * D..]);
-        for (j, x) in x.iter().enumerate() {
-            let column = &columns[j * height + (pivot + 1) * D..][..below.len()];
-            for (value, entry) in below.iter_mut().zip(column) {
-                *value -= entry * x;
+        let rows = below.len();
+        let columns: [&[f64]; D] =
+            std::array::from_fn(|j| &columns[j * height + (pivot + 1) * D..][..rows]);
+        for i in 0..rows {
+            let mut sum = 0.0;
+            for j in 0..D {
+                sum += columns[j][i] * x[j];
             }
+            below[i] -= sum;
         }
     }
     permuted[own..][..n_columns].copy_from_slice(&gathered[..n_columns]);

@@ -183,6 +183,7 @@ impl<const D: usize> BlockMatrix<D> {
 
     /// Adds `block`, which must be symmetric where the part is, to the diagonal blocks of the pair that
     /// `slot` is of, and its negative to the other two.
+    #[inline]
     pub fn add_pair(&mut self, slot: PairSlot, block: &SMatrix<f64, D, D>) {
         self.parts[slot.part as usize].system.add_pair(slot.offsets, block);
     }
@@ -329,6 +330,7 @@ impl<const D: usize> System<D> {
         }
     }
 
+    #[inline]
     fn add_pair(&mut self, [ii, jj, ij, ji]: [u32; 4], block: &SMatrix<f64, D, D>) {
         match self {
             Self::Dense(system) => {
@@ -473,6 +475,98 @@ mod tests {
         matrix.solve(&mut values, &mut LinearStatistics::default()).unwrap();
         for (value, expected) in values.iter().zip([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]) {
             assert!((value - expected).abs() < 1e-14, "{values:?}");
+        }
+    }
+
+    #[test]
+    fn a_pair_lands_by_its_slot_where_four_blocks_land_by_looking_up() {
+        let mut links: Vec<Link> = (0..9).map(|block| link(block, block + 1)).collect();
+        links.extend([link(0, 5), link(2, 9), link(10, 11)]);
+        for (symmetric, choice) in [true, false].into_iter().flat_map(|symmetric| {
+            [LinearSolver::Auto, LinearSolver::Dense, LinearSolver::Sparse]
+                .map(|choice| (symmetric, choice))
+        }) {
+            links.iter_mut().for_each(|link| link.symmetric = symmetric);
+            let mut by_slot = BlockMatrix::<3>::new(13, &links, choice);
+            let mut by_block = BlockMatrix::<3>::new(13, &links, choice);
+            assert_eq!(by_slot.pair_slot([0, 12]), None);
+            assert_eq!(by_slot.pair_slot([0, 11]), None);
+            let mut random = fastrand::Rng::with_seed(2);
+            for Link { blocks: [a, b], .. } in &links {
+                // Each way round.
+                for [i, j] in [[*a, *b], [*b, *a]] {
+                    let mut block = SMatrix::<f64, 3, 3>::from_fn(|_, _| random.f64() - 0.5);
+                    if symmetric {
+                        block += block.transpose();
+                    }
+                    let slot = by_slot.pair_slot([i, j]).unwrap();
+                    by_slot.add_pair(slot, &block);
+                    for (row, column, block) in
+                        [(i, i, block), (j, j, block), (i, j, -block), (j, i, -block)]
+                    {
+                        by_block.add(row, column, &block);
+                    }
+                }
+            }
+            let mut solutions = [(); 2].map(|()| -> Vec<f64> { (0..39).map(f64::from).collect() });
+            for (matrix, solution) in [by_slot, by_block].iter_mut().zip(&mut solutions) {
+                (0..13).for_each(|block| matrix.add_diagonal(block, 4.0));
+                matrix.solve(solution, &mut LinearStatistics::default()).unwrap();
+            }
+            assert_eq!(solutions[0], solutions[1], "{choice:?}");
+        }
+    }
+
+    #[test]
+    fn every_solver_gives_the_same_solution() {
+        for n_blocks in [1, 2, 3, 4, 9, 20] {
+            for symmetric in [true, false] {
+                let mut links: Vec<Link> =
+                    (1..n_blocks).map(|block| link(block / 2, block)).collect();
+                links.push(link(0, 0));
+                links.iter_mut().for_each(|link| link.symmetric = symmetric);
+                let choices = [LinearSolver::Auto, LinearSolver::Dense, LinearSolver::Sparse];
+                let solutions = choices.map(|choice| {
+                    let mut matrix = BlockMatrix::<2>::new(n_blocks, &links, choice);
+                    let words = matrix.describe();
+                    match choice {
+                        LinearSolver::Auto => {}
+                        LinearSolver::Dense => assert!(!words.contains("sparse"), "{words}"),
+                        LinearSolver::Sparse => assert!(!words.contains("dense"), "{words}"),
+                    }
+                    let mut random = fastrand::Rng::with_seed(6);
+                    for Link { blocks: [a, b], .. } in &links {
+                        let mut block = SMatrix::<f64, 2, 2>::from_fn(|_, _| random.f64() - 0.5);
+                        if a == b {
+                            block += block.transpose();
+                        } else {
+                            matrix.add(*b, *a, &block.transpose());
+                            block *= if symmetric { 1.0 } else { -2.0 };
+                        }
+                        matrix.add(*a, *b, &block);
+                    }
+                    (0..n_blocks).for_each(|block| matrix.add_diagonal(block, 1.5));
+                    let statistics = &mut LinearStatistics::default();
+                    [1.0, -3.0].map(|right| {
+                        let mut values = vec![right; 2 * n_blocks];
+                        match right {
+                            1.0 => matrix.solve(&mut values, statistics).unwrap(),
+                            _ => matrix.solve_again(&mut values, statistics).unwrap(),
+                        }
+                        values
+                    })
+                });
+                for (other, right) in (1..3).flat_map(|other| [(other, 0), (other, 1)]) {
+                    let pairs = solutions[0][right].iter().zip(&solutions[other][right]);
+                    for (a, b) in pairs {
+                        assert!(
+                            (a - b).abs() < 1e-12,
+                            "{n_blocks} {symmetric} {:?}: {a} {b}",
+                            choices[other]
+                        );
+                    }
+                }
+            }
         }
     }
 }

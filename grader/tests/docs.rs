@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use simulator::scene::schema::{OptionKind, OptionSchema};
 use simulator::{force, integrator};
 
 fn workspace() -> PathBuf {
@@ -75,6 +76,16 @@ fn every_force_and_integrator_is_described() {
     for kind in integrator::REGISTRY {
         for name in kind.schema.aliases.iter().chain([&kind.schema.name]) {
             assert!(text.contains(&format!("`{name}`")), "docs/formats.md does not name {name}");
+        }
+        let name = kind.schema.name;
+        for OptionSchema { name: option, kind, .. } in kind.schema.options {
+            let start = format!("| `{name}` | `{option}` |");
+            let row = text.lines().find(|line| line.starts_with(&start));
+            let row = row.unwrap_or_else(|| panic!("docs/formats.md has no row {start}"));
+            let words = if let OptionKind::Choice { words } = kind { *words } else { &[] };
+            for word in words {
+                assert!(code_words(row).any(|found| found == *word), "{row}: {word}");
+            }
         }
     }
 }

@@ -19,6 +19,12 @@ pub struct Statistics {
     pub line_search_halvings: u64,
     /// Element Hessians that were projected to be semi-definite.
     pub projections: u64,
+    /// Rounds of a local and a global step.
+    pub local_global_iterations: u64,
+    /// The most rounds that a single step took.
+    pub max_local_global_iterations: u64,
+    /// Steps whose rounds ended without reaching the tolerance that was asked for.
+    pub unconverged_steps: u64,
     /// The linear solver that the scene was given, in words; empty for an explicit method.
     pub linear_solver: String,
     /// What the linear solver did.

@@ -523,6 +523,11 @@ fn steps_of_the_oscillator_follow_their_closed_recurrences() {
                 let v = (m * v - h * k * x) / (m + h * b + h * h * k);
                 [x + h * v, v]
             }
+            // The spring at the end of the step, drag at its start.
+            "fast-mass-spring" => {
+                let v = ((m - h * b) * v - h * k * x) / (m + h * h * k);
+                [x + h * v, v]
+            }
             _ => panic!("{name} has no recurrence here: add it"),
         };
         let mut expected = [[1.0, 0.25], [-0.5, 2.0]];
@@ -588,7 +593,10 @@ fn a_circular_orbit_gains_keeps_or_loses_energy_as_its_integrator_does() {
         let end = energy(&simulation);
         match name {
             "explicit-euler" => assert!(end > -1.9, "{name}: {end}"),
-            "symplectic-euler" => assert!((end + 2.0).abs() < 1e-3, "{name}: {end}"),
+            // Gravitation is explicit to the local-global method: its step is symplectic Euler's.
+            "symplectic-euler" | "fast-mass-spring" => {
+                assert!((end + 2.0).abs() < 1e-3, "{name}: {end}");
+            }
             _ => assert!(end < -2.1, "{name}: {end}"),
         }
     }

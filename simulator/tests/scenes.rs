@@ -154,6 +154,8 @@ fn every_spelling_of_an_integrator_means_the_same_method() {
         ("implicit-euler", "implicit-euler"),
         ("implicit", "implicit-euler"),
         ("projected-newton", "projected-newton"),
+        ("fast-mass-spring", "fast-mass-spring"),
+        ("local-global", "fast-mass-spring"),
     ];
     for (spelling, name) in spellings {
         // Of forces that every method takes.

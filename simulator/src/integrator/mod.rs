@@ -17,6 +17,7 @@ use crate::system::System;
 mod backward;
 
 mod explicit_euler;
+mod fast_mass_spring;
 mod implicit_euler;
 mod linearized_implicit_euler;
 mod projected_newton;
@@ -29,6 +30,7 @@ pub static REGISTRY: &[&IntegratorKind] = &[
     &linearized_implicit_euler::KIND,
     &implicit_euler::KIND,
     &projected_newton::KIND,
+    &fast_mass_spring::KIND,
 ];
 
 /// An integrator as the registry knows it.

@@ -361,6 +361,9 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
         energy_evaluations,
         line_search_halvings,
         projections,
+        local_global_iterations,
+        max_local_global_iterations,
+        unconverged_steps,
         linear_solver,
         linear,
     } = simulation.statistics();
@@ -395,6 +398,15 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
     }
     if *projections > 0 {
         rows.push(("projected Hessians", projections.to_string()));
+    }
+    if *local_global_iterations > 0 {
+        rows.extend([
+            (
+                "local-global rounds",
+                format!("{local_global_iterations}, at most {max_local_global_iterations} a step"),
+            ),
+            ("unconverged steps", unconverged_steps.to_string()),
+        ]);
     }
     let mut out = anstream::stdout();
     for (name, value) in rows {

@@ -1,0 +1,337 @@
+//! Global step: `Q δ = r` with the constant matrix of a run, factorised once.
+//!
+//! ```text
+//! Q = Σ k A_eᵀ A_e + M/h² (+ w on pins)        N × N, symmetric positive definite
+//! ```
+//!
+//! A small matrix is factorised as a dense one by nalgebra, a large one by faer's supernodal Cholesky, its rows
+//! in the order of approximate minimum degree; both factors become [`Panels`]. The last solution of a step is
+//! judged by its componentwise backward error
+//!
+//! ```text
+//! ω = max_i |r − Q δ|_i / (|Q| |δ| + |r|)_i
+//! ```
+//!
+//! (Oettli and Prager 1964), refined once where `ω > 8 p ε` with `p` the entries of a row, and refused where it
+//! is then still far from rounding in the maximum norm too.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+use faer::{Par, Side, Spec};
+use nalgebra::DMatrix;
+
+use super::panels::Panels;
+use crate::solver::LinearError;
+use crate::statistics::LinearStatistics;
+
+/// How the matrix is factorised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Storage {
+    Dense,
+    Sparse,
+}
+
+/// Rows up to which `auto` takes a dense factor: it is one panel, and there is nothing to analyse. From nine rows
+/// on a sparse one is as quick or quicker, on chains and square nets alike.
+pub(super) const DENSE: usize = 8;
+
+/// `Q`, its rows still in the order of the scene.
+pub(super) struct Matrix {
+    /// Its diagonal.
+    pub(super) diagonal: Vec<f64>,
+    /// Stiffness `k` between two rows: `−k` in both places off the diagonal. Several add up.
+    pub(super) links: Vec<([usize; 2], f64)>,
+}
+
+/// A factor of `Q`, with what its solutions are judged by; rows in the order of elimination.
+pub(super) struct Global<const P: usize> {
+    panels: Panels,
+    /// `Q`, row by row, without its diagonal.
+    diagonal: Vec<f64>,
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+    /// The most entries of a row.
+    row_length: usize,
+    /// Largest row sum of `|Q|`.
+    norm: f64,
+    residual: Vec<[f64; P]>,
+    correction: Vec<[f64; P]>,
+    storage: Storage,
+}
+
+impl<const P: usize> Global<P> {
+    /// Factorises `Q`; also returns the order of elimination: which row of `matrix` each row now is.
+    ///
+    /// # Errors
+    /// Where `Q` is not finite, not positive definite to working precision, or its factor is too large.
+    pub(super) fn new(
+        matrix: &Matrix,
+        storage: Storage,
+        statistics: &mut LinearStatistics,
+    ) -> Result<(Self, Vec<usize>), LinearError> {
+        let size = matrix.diagonal.len();
+        let links = merged(&matrix.links);
+        let finite = |mut values: std::slice::Iter<'_, f64>| values.all(|value| value.is_finite());
+        if !finite(matrix.diagonal.iter()) || !links.iter().all(|(_, value)| value.is_finite()) {
+            return Err(LinearError::NotFinite { size });
+        }
+        statistics.factorisations += 1;
+        let (panels, order) = match storage {
+            Storage::Dense => dense(&matrix.diagonal, &links)?,
+            Storage::Sparse => {
+                statistics.symbolic_analyses += 1;
+                sparse(&matrix.diagonal, &links)?
+            }
+        };
+        let mut place = vec![0; size];
+        for (row, of_matrix) in order.iter().enumerate() {
+            place[*of_matrix] = row;
+        }
+        let mut entries: Vec<(usize, u32, f64)> = links
+            .iter()
+            .flat_map(|&([a, b], value)| {
+                let (a, b) = (place[a], place[b]);
+                [(a, b as u32, value), (b, a as u32, value)]
+            })
+            .collect();
+        entries.sort_unstable_by_key(|&(row, column, _)| (row, column));
+        let mut starts = vec![0; size + 1];
+        entries.iter().for_each(|(row, ..)| starts[row + 1] += 1);
+        let row_length = 1 + starts.iter().max().copied().unwrap_or(0);
+        (0..size).for_each(|row| starts[row + 1] += starts[row]);
+        let diagonal: Vec<f64> = order.iter().map(|row| matrix.diagonal[*row]).collect();
+        let mut sums = diagonal.clone();
+        entries.iter().for_each(|(row, _, value)| sums[*row] += value.abs());
+        let global = Self {
+            panels,
+            diagonal,
+            starts,
+            columns: entries.iter().map(|entry| entry.1).collect(),
+            values: entries.iter().map(|entry| entry.2).collect(),
+            row_length,
+            norm: sums.into_iter().fold(0.0, f64::max),
+            residual: vec![[0.0; P]; size],
+            correction: vec![[0.0; P]; size],
+            storage,
+        };
+        Ok((global, order))
+    }
+
+    /// Replaces the right-hand side by the solution.
+    pub(super) fn solve(&self, x: &mut [[f64; P]]) {
+        self.panels.solve(x);
+    }
+
+    /// Judges the solution `x` for `right`, refines it where that is needed, and returns the correction
+    /// that it then made.
+    ///
+    /// # Errors
+    /// Where the solution is worthless.
+    pub(super) fn check(
+        &mut self,
+        x: &mut [[f64; P]],
+        right: &[[f64; P]],
+        statistics: &mut LinearStatistics,
+    ) -> Result<Option<&[[f64; P]]>, LinearError> {
+        let size = self.diagonal.len();
+        let tolerance = 8.0 * self.row_length as f64 * f64::EPSILON;
+        let first = self.judge(x, right);
+        if first.componentwise <= tolerance {
+            statistics.worst_residual = statistics.worst_residual.max(first.normwise);
+            return Ok(None);
+        }
+        if !first.normwise.is_finite() {
+            return Err(LinearError::NotFinite { size });
+        }
+        statistics.refinements += 1;
+        self.correction.copy_from_slice(&self.residual);
+        self.panels.solve(&mut self.correction);
+        add(x, &self.correction);
+        let second = self.judge(x, right);
+        // Rounding may leave a row of zeros and tiny numbers short of its componentwise bound.
+        let accepted = second.componentwise <= tolerance || second.normwise <= tolerance;
+        if !accepted {
+            return Err(LinearError::LostDigits { size, residual: second.normwise });
+        }
+        statistics.worst_residual = statistics.worst_residual.max(second.normwise);
+        Ok(Some(&self.correction))
+    }
+
+    /// The residual, and how large it is.
+    fn judge(&mut self, x: &[[f64; P]], right: &[[f64; P]]) -> Judgement {
+        let (mut componentwise, mut largest_residual) = (0.0, 0.0);
+        let (mut largest_x, mut largest_right) = (0.0, 0.0);
+        for (row, residual) in self.residual.iter_mut().enumerate() {
+            let of_row = self.starts[row]..self.starts[row + 1];
+            let mut product = x[row].map(|x| self.diagonal[row] * x);
+            let mut scale = product.map(f64::abs);
+            for (column, value) in self.columns[of_row.clone()].iter().zip(&self.values[of_row]) {
+                for axis in 0..P {
+                    let term = value * x[*column as usize][axis];
+                    product[axis] += term;
+                    scale[axis] += term.abs();
+                }
+            }
+            for axis in 0..P {
+                let right = right[row][axis];
+                residual[axis] = right - product[axis];
+                if residual[axis] != 0.0 {
+                    let error = residual[axis].abs() / (scale[axis] + right.abs());
+                    componentwise = larger(componentwise, error);
+                }
+                largest_residual = larger(largest_residual, residual[axis].abs());
+                largest_x = larger(largest_x, x[row][axis].abs());
+                largest_right = larger(largest_right, right.abs());
+            }
+        }
+        let normwise = if largest_residual == 0.0 {
+            0.0
+        } else {
+            largest_residual / (self.norm * largest_x + largest_right)
+        };
+        Judgement { componentwise, normwise }
+    }
+
+    /// The solver, in words.
+    pub(super) fn describe(&self) -> String {
+        let size = self.diagonal.len();
+        let kind = match self.storage {
+            Storage::Dense => "dense",
+            Storage::Sparse => "sparse",
+        };
+        let entries = self.panels.n_values();
+        format!("constant {kind} Cholesky {size} × {size}, {entries} entries in its factor")
+    }
+}
+
+struct Judgement {
+    componentwise: f64,
+    normwise: f64,
+}
+
+/// Adds vector by vector.
+pub(super) fn add<const P: usize>(values: &mut [[f64; P]], amounts: &[[f64; P]]) {
+    for (value, amount) in values.iter_mut().zip(amounts) {
+        for axis in 0..P {
+            value[axis] += amount[axis];
+        }
+    }
+}
+
+/// The larger of two, or a NaN if one is.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
+
+/// One entry a pair of rows, the smaller row first, sorted; with the sign they have in `Q`.
+fn merged(links: &[([usize; 2], f64)]) -> Vec<([usize; 2], f64)> {
+    let ordered = links.iter().map(|&([a, b], stiffness)| ([a.min(b), a.max(b)], -stiffness));
+    let mut links: Vec<([usize; 2], f64)> = ordered.collect();
+    // Stable: several springs of one pair add up in the order of the file.
+    links.sort_by_key(|link| link.0);
+    links.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        if same {
+            kept.1 += next.1;
+        }
+        same
+    });
+    links
+}
+
+fn dense(
+    diagonal: &[f64],
+    links: &[([usize; 2], f64)],
+) -> Result<(Panels, Vec<usize>), LinearError> {
+    let size = diagonal.len();
+    let n_values = size.checked_mul(size).ok_or(LinearError::OutOfMemory { size })?;
+    let mut panels =
+        Panels::with_capacity(n_values).map_err(|_| LinearError::OutOfMemory { size })?;
+    let mut matrix = DMatrix::zeros(size, size);
+    (0..size).for_each(|row| matrix[(row, row)] = diagonal[row]);
+    for &([a, b], value) in links {
+        matrix[(a, b)] = value;
+        matrix[(b, a)] = value;
+    }
+    let factor = matrix.cholesky().ok_or(LinearError::SingularToPrecision { size })?;
+    let factor = factor.l_dirty();
+    panels.push(0, size, &[], |row, column| factor[(row, column)]);
+    Ok((panels, (0..size).collect()))
+}
+
+fn sparse(
+    diagonal: &[f64],
+    links: &[([usize; 2], f64)],
+) -> Result<(Panels, Vec<usize>), LinearError> {
+    let size = diagonal.len();
+    if size == 0 {
+        return Ok((Panels::default(), Vec::new()));
+    }
+    let out_of_memory = LinearError::OutOfMemory { size };
+    // The lower triangle, column by column: `links` are sorted by their smaller row, the column here.
+    let (mut starts, mut rows, mut values) = (vec![0_u32], Vec::new(), Vec::new());
+    let mut links = links.iter().peekable();
+    for (column, on_diagonal) in diagonal.iter().enumerate() {
+        rows.push(column as u32);
+        values.push(*on_diagonal);
+        while let Some(([_, row], value)) = links.next_if(|link| link.0[0] == column) {
+            rows.push(*row as u32);
+            values.push(*value);
+        }
+        starts.push(rows.len() as u32);
+    }
+    let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
+    let parameters = CholeskySymbolicParams {
+        // Below 0, for a diagonal matrix takes no operations, and no more than none are asked for.
+        supernodal_flop_ratio_threshold: SupernodalThreshold(-1.0),
+        ..CholeskySymbolicParams::default()
+    };
+    let symbolic = factorize_symbolic_cholesky(
+        pattern.as_ref(),
+        Side::Lower,
+        SymmetricOrdering::Amd,
+        parameters,
+    );
+    let symbolic = symbolic.map_err(|_| out_of_memory.clone())?;
+    let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
+    let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory.clone())?;
+    let mut factor = Vec::new();
+    factor.try_reserve_exact(symbolic.len_val()).map_err(|_| out_of_memory.clone())?;
+    factor.resize(symbolic.len_val(), 0.0);
+    symbolic
+        .factorize_numeric_llt(
+            &mut factor,
+            SparseColMatRef::new(pattern.as_ref(), &values),
+            Side::Lower,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        )
+        .map_err(|_| LinearError::SingularToPrecision { size })?;
+    let mut panels =
+        Panels::with_capacity(symbolic.len_val()).map_err(|_| out_of_memory.clone())?;
+    let SymbolicCholeskyRaw::Supernodal(supernodes) = symbolic.raw() else {
+        unreachable!("supernodes were asked for");
+    };
+    let numeric = SupernodalLltRef::new(supernodes, &factor);
+    for number in 0..supernodes.n_supernodes() {
+        let supernode = numeric.supernode(number);
+        let value = supernode.val();
+        panels.push(supernode.start(), value.ncols(), supernode.pattern(), |row, column| {
+            value[(row, column)]
+        });
+    }
+    let order = match symbolic.perm() {
+        Some(order) => order.arrays().0.iter().map(|row| *row as usize).collect(),
+        None => (0..size).collect(),
+    };
+    Ok((panels, order))
+}

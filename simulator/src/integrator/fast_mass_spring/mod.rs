@@ -1,0 +1,413 @@
+//! Fast mass-spring: implicit Euler for springs as a minimisation, by local and global steps in turn.
+//!
+//! ```text
+//! E(x) = 1/(2h²) Σ m_i |x_i − x̃_i|² + Σ_springs k/2 (|x_i − x_j| − l0)² − Σ x_i·f_i        x̃ = x^n + h v^n
+//! local:   d = l0 (x_i − x_j)/|x_i − x_j|                  of each spring, from the iterate; x^n at first
+//! global:  Q x = Σ k A_eᵀ d_e + M/h² x̃ + f                 Q = Σ k A_eᵀ A_e + M/h², A_e x = x_i − x_j
+//! v^{n+1} = (x^{n+1} − x^n)/h
+//! ```
+//!
+//! `f` is every force but the springs' elastic part, taken at the start of the step: gravity, drag, damping of
+//! springs and all others are explicit. A scene of springs and constant forces converges to implicit Euler's
+//! step, of which this is a descent with the constant matrix `Q`: no round increases `E`. Each step takes
+//! `iterations` rounds, or fewer where `tolerance` is above 0 and `max |x_{k+1} − x_k|/h < tolerance`, in the
+//! maximum norm over all coordinates. A step that does not reach the tolerance ends all the same; the
+//! statistics count it. Cost: one factorisation of the `N × N` matrix a run; a round is one pass over the
+//! springs and one substitution for all coordinates together.
+//!
+//! A spring whose ends coincide in the iterate has no direction, and is an error that names it; one of rest
+//! length zero needs none, for its `d` is 0. Springs between two fixed particles, and elastic springs of
+//! stiffness 0, count for nothing.
+//!
+//! Fixed particles are left out of `Q` (`pins="elimination"`), or are unknowns that `w/2 |x_i − x_i^0 − t v_i|²`
+//! holds near where they should be (`pins="penalty"`), `w` being `pin_weight`. As in the assignment, a
+//! penalised pin then feels forces and gives way by their size over `w`; its velocity stays what it was.
+//!
+//! With `acceleration="lbfgs"` a round learns from the last five (`lbfgs.rs`), and still never increases `E`. Of
+//! three methods tried it took the least time to small errors: Anderson acceleration (Peng et al. 2018) needs about
+//! as many rounds, each of them dearer, and Chebyshev's (Wang 2015) needs more. `benches/local_global.rs` measures
+//! it against the plain method.
+//!
+//! Source: Liu, Bargteil, O'Brien and Kavan, "Fast Simulation of Mass-Spring Systems", 2013; Jacobson,
+//! "Computer Graphics – Mass-Spring Systems", the assignment that is built on it.
+
+use self::global::Storage;
+use self::lbfgs::Lbfgs;
+use self::local::Spring;
+use self::problem::{Energy, Problem, Terms, largest};
+use super::{Integrator, IntegratorKind, Step, StepError};
+use crate::force::{Degenerate, ForceKind};
+use crate::scene::schema::{ActsOn, Domain, IntegratorSchema, OptionKind, OptionSchema, Refusal};
+use crate::scene::{ForceElement, Scene};
+use crate::statistics::Statistics;
+use crate::system::{BuildForce, System};
+
+mod global;
+mod lbfgs;
+mod local;
+mod panels;
+mod problem;
+
+/// The force that the local step projects on.
+const SPRING: &str = "springforce";
+
+pub(super) static KIND: IntegratorKind = IntegratorKind {
+    schema: IntegratorSchema {
+        name: "fast-mass-spring",
+        aliases: &["local-global"],
+        summary: "implicit Euler for springs by local and global steps, other forces explicit",
+        options: &[
+            OptionSchema {
+                name: "iterations",
+                meaning: "rounds of a local and a global step, in each time step",
+                kind: OptionKind::Count { default: 50 },
+            },
+            OptionSchema {
+                name: "tolerance",
+                meaning: "largest change of a coordinate over h that ends the rounds early; 0: never",
+                kind: OptionKind::Number { domain: Domain::NonNegative, default: 0.0 },
+            },
+            OptionSchema {
+                name: "pins",
+                meaning: "fixed particles: left out of the equations, or held by a penalty",
+                kind: OptionKind::Choice { words: &["elimination", "penalty"] },
+            },
+            OptionSchema {
+                name: "pin_weight",
+                meaning: "stiffness of the penalty that holds a fixed particle",
+                kind: OptionKind::Number { domain: Domain::Positive, default: 1e10 },
+            },
+            OptionSchema {
+                name: "matrix",
+                meaning: "how the matrix is factorised; auto: by its size",
+                kind: OptionKind::Choice { words: &["auto", "dense", "sparse"] },
+            },
+            OptionSchema {
+                name: "acceleration",
+                meaning: "how a round learns from those before it",
+                kind: OptionKind::Choice { words: &["none", "lbfgs"] },
+            },
+        ],
+        refuses,
+    },
+    build_2d: build::<2, 2>,
+    // Four components fill a vector register; the fourth is 0.
+    build_3d: build::<3, 4>,
+};
+
+fn refuses(element: &ForceElement) -> Option<Refusal> {
+    let other_spring = element.schema.acts_on == ActsOn::Edge && element.schema.tag != SPRING;
+    other_spring.then_some(Refusal {
+        because: "its energy is not that of a Hookean spring, which the local step projects on",
+        remedy: "use projected-newton or implicit-euler",
+    })
+}
+
+/// `P` is `D`, padded to what vector registers hold.
+fn build<const D: usize, const P: usize>(
+    scene: &Scene,
+    system: &System<D>,
+) -> Box<dyn Integrator<D>>
+where
+    ForceKind: BuildForce<D>,
+{
+    let options = &scene.integrator_options;
+    let penalty = options.choice("pins") == "penalty";
+    let (external, elements) = External::new(scene, penalty);
+    Box::new(FastMassSpring::<D, P> {
+        iterations: options.count("iterations"),
+        tolerance: options.number("tolerance"),
+        pin_weight: penalty.then(|| options.number("pin_weight")),
+        storage: match options.choice("matrix") {
+            "dense" => Some(Storage::Dense),
+            "sparse" => Some(Storage::Sparse),
+            _ => None,
+        },
+        springs: elastic_springs(scene),
+        initial: scene.particles.iter().map(|particle| first(particle.position)).collect(),
+        external: External { system: external, elements },
+        force: vec![0.0; system.n_particles() * D],
+        accelerated: options.choice("acceleration") == "lbfgs",
+        problem: None,
+        lbfgs: None,
+    })
+}
+
+/// The springs that pull: not those between two fixed particles, nor those of no stiffness.
+fn elastic_springs(scene: &Scene) -> Vec<Spring> {
+    let numbered = scene.forces.iter().enumerate();
+    let springs = numbered.filter(|(_, force)| force.schema.tag == SPRING);
+    let elastic = springs.filter_map(|(element, force)| {
+        let ends = force.pair?;
+        let [stiffness, rest_length, ..] = force.parameters;
+        let moves = ends.iter().any(|end| !scene.particles[*end].fixed);
+        (moves && stiffness > 0.0).then_some(Spring { ends, stiffness, rest_length, element })
+    });
+    elastic.collect()
+}
+
+/// Every force but the springs' elastic part.
+struct External<S> {
+    system: S,
+    /// The number that each of its elements has in the scene.
+    elements: Vec<usize>,
+}
+
+impl External<()> {
+    /// A system without the springs' stiffness; with a penalty, fixed particles feel it too.
+    #[expect(clippy::new_ret_no_self, reason = "the dimension is that of the system, not of this")]
+    fn new<const D: usize>(scene: &Scene, penalty: bool) -> (System<D>, Vec<usize>)
+    where
+        ForceKind: BuildForce<D>,
+    {
+        let mut scene = scene.clone();
+        let forces = std::mem::take(&mut scene.forces).into_iter().enumerate();
+        let mut elements = Vec::new();
+        for (element, mut force) in forces {
+            if force.schema.tag == SPRING {
+                let [stiffness, rest_length, damping, _] = &mut force.parameters;
+                if *damping == 0.0 {
+                    continue;
+                }
+                (*stiffness, *rest_length) = (0.0, 0.0);
+            }
+            elements.push(element);
+            scene.forces.push(force);
+        }
+        if penalty {
+            scene.particles.iter_mut().for_each(|particle| particle.fixed = false);
+        }
+        (System::new(&scene), elements)
+    }
+}
+
+struct FastMassSpring<const D: usize, const P: usize> {
+    iterations: u64,
+    tolerance: f64,
+    pin_weight: Option<f64>,
+    storage: Option<Storage>,
+    springs: Vec<Spring>,
+    initial: Vec<[f64; P]>,
+    external: External<System<D>>,
+    /// Sum of the external forces, `n·D`.
+    force: Vec<f64>,
+    accelerated: bool,
+    /// Made in the first step, and anew for a step of another size.
+    problem: Option<Problem<P>>,
+    /// Made in the first step of an accelerated run.
+    lbfgs: Option<Lbfgs<P>>,
+}
+
+/// The first components, the rest 0.
+fn first<const P: usize>(vector: [f64; 3]) -> [f64; P] {
+    padded(&vector[..P.min(3)])
+}
+
+fn padded<const P: usize>(values: &[f64]) -> [f64; P] {
+    let mut vector = [0.0; P];
+    vector[..values.len()].copy_from_slice(values);
+    vector
+}
+
+impl<const D: usize, const P: usize> Integrator<D> for FastMassSpring<D, P> {
+    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+        let Step { size: h, time, positions, velocities, statistics } = step;
+        self.evaluate_external(positions, velocities, time)?;
+        statistics.force_evaluations += 1;
+        let mut problem = match self.problem.take() {
+            Some(problem) if problem.h == h => problem,
+            _ => Problem::new(&self.terms(system), h, statistics)?,
+        };
+        self.fill(&mut problem, system, time, positions, velocities);
+        self.minimise(&mut problem, statistics)?;
+        for (slot, particle) in problem.particles.iter().enumerate() {
+            let of_particle = particle * D..particle * D + D;
+            let (x, v) = (&mut positions[of_particle.clone()], &mut velocities[of_particle]);
+            match problem.u.get(slot) {
+                Some(u) => {
+                    for axis in 0..D {
+                        x[axis] += u[axis];
+                        if !system.fixed()[*particle] {
+                            v[axis] = u[axis] / h;
+                        }
+                    }
+                }
+                None => (0..D).for_each(|axis| x[axis] += h * v[axis]),
+            }
+        }
+        self.problem = Some(problem);
+        Ok(())
+    }
+}
+
+impl<const D: usize, const P: usize> FastMassSpring<D, P> {
+    fn terms<'a>(&'a self, system: &'a System<D>) -> Terms<'a> {
+        Terms {
+            masses: system.masses(),
+            fixed: system.fixed(),
+            springs: &self.springs,
+            pin_weight: self.pin_weight,
+            storage: self.storage,
+        }
+    }
+
+    fn evaluate_external(
+        &mut self,
+        positions: &[f64],
+        velocities: &[f64],
+        time: f64,
+    ) -> Result<(), Degenerate> {
+        let External { system, elements } = &self.external;
+        let evaluated = system.force(positions, velocities, time, &mut self.force);
+        evaluated.map_err(|Degenerate { element }| Degenerate { element: elements[element] })
+    }
+
+    /// Puts the start of the step into `problem`.
+    fn fill(
+        &self,
+        problem: &mut Problem<P>,
+        system: &System<D>,
+        time: f64,
+        positions: &[f64],
+        velocities: &[f64],
+    ) {
+        let (h, n_unknowns) = (problem.h, problem.n_unknowns());
+        for (slot, &particle) in problem.particles.iter().enumerate() {
+            let of_particle = particle * D..particle * D + D;
+            let x: [f64; P] = padded(&positions[of_particle.clone()]);
+            let v: [f64; P] = padded(&velocities[of_particle.clone()]);
+            problem.start[slot] = x;
+            if slot >= n_unknowns {
+                problem.drift[slot] = v.map(|v| h * v);
+                continue;
+            }
+            let force: [f64; P] = padded(&self.force[of_particle]);
+            let inertia = system.masses()[particle] / h;
+            let load = &mut problem.load[slot];
+            *load = std::array::from_fn(|axis| inertia * v[axis] + force[axis]);
+            if let (Some(weight), true) = (self.pin_weight, system.fixed()[particle]) {
+                for axis in 0..P {
+                    let target = self.initial[particle][axis] + (time + h) * v[axis];
+                    load[axis] += weight * (target - x[axis]);
+                }
+            }
+        }
+    }
+
+    /// The rounds of a step.
+    fn minimise(
+        &mut self,
+        problem: &mut Problem<P>,
+        statistics: &mut Statistics,
+    ) -> Result<(), StepError> {
+        let lbfgs = self.accelerated.then(|| {
+            let lbfgs = self.lbfgs.get_or_insert_with(|| Lbfgs::new(problem.n_unknowns()));
+            lbfgs.forget();
+            lbfgs
+        });
+        problem.start()?;
+        let mut rounds = Rounds { most: self.iterations, tolerance: self.tolerance, made: 0 };
+        let reached = match lbfgs {
+            Some(lbfgs) => rounds.accelerated(problem, lbfgs, statistics)?,
+            None => rounds.plain(problem, statistics)?,
+        };
+        problem.check(!self.accelerated || rounds.made == 1, statistics)?;
+        let made = rounds.made;
+        statistics.local_global_iterations += made;
+        statistics.max_local_global_iterations = statistics.max_local_global_iterations.max(made);
+        statistics.unconverged_steps += u64::from(self.tolerance > 0.0 && !reached);
+        Ok(())
+    }
+}
+
+/// The rounds of one step.
+struct Rounds {
+    most: u64,
+    tolerance: f64,
+    made: u64,
+}
+
+impl Rounds {
+    /// Whether the tolerance is reached.
+    fn plain<const P: usize>(
+        &mut self,
+        problem: &mut Problem<P>,
+        statistics: &mut Statistics,
+    ) -> Result<bool, StepError> {
+        loop {
+            let reached = self.round(problem, statistics);
+            if reached || self.made == self.most {
+                return Ok(reached);
+            }
+            problem.evaluate::<false>()?;
+        }
+    }
+
+    /// The same with a history; the first round of a step has none.
+    fn accelerated<const P: usize>(
+        &mut self,
+        problem: &mut Problem<P>,
+        lbfgs: &mut Lbfgs<P>,
+        statistics: &mut Statistics,
+    ) -> Result<bool, StepError> {
+        let mut reached = self.round(problem, statistics);
+        let mut energy = Energy::default();
+        while !reached && self.made < self.most {
+            if self.made == 1 {
+                energy = problem.evaluate::<true>()?;
+            }
+            energy = lbfgs.round(problem, energy, statistics)?;
+            self.made += 1;
+            reached = lbfgs.largest_change / problem.h < self.tolerance;
+        }
+        Ok(reached)
+    }
+
+    /// A plain round: whether it changed the iterate by less than the tolerance.
+    fn round<const P: usize>(
+        &mut self,
+        problem: &mut Problem<P>,
+        statistics: &mut Statistics,
+    ) -> bool {
+        problem.round();
+        statistics.linear.solves += 1;
+        self.made += 1;
+        self.tolerance > 0.0 && largest(problem.change()) / problem.h < self.tolerance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::force::REGISTRY;
+    use crate::scene::Location;
+    use crate::scene::schema::{ForceSchema, MAX_PARAMETERS};
+
+    static OTHER_SPRING: ForceSchema = ForceSchema {
+        tag: "otherspring",
+        title: "another spring",
+        acts_on: ActsOn::Edge,
+        parameters: &[],
+        variational: |_| true,
+        example: "<otherspring edge=\"0\"/>",
+    };
+
+    fn refusal(schema: &'static ForceSchema) -> Option<Refusal> {
+        refuses(&ForceElement {
+            schema,
+            pair: None,
+            edge: None,
+            parameters: [0.0; MAX_PARAMETERS],
+            location: Location::default(),
+        })
+    }
+
+    #[test]
+    fn springs_of_another_energy_are_refused_and_nothing_else_is() {
+        assert!(refusal(&OTHER_SPRING).is_some());
+        for kind in REGISTRY {
+            let other_spring = kind.schema.acts_on == ActsOn::Edge && kind.schema.tag != SPRING;
+            assert_eq!(refusal(&kind.schema).is_some(), other_spring, "{}", kind.schema.tag);
+        }
+    }
+}

@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use simulator::force::ForceKind;
-use simulator::generate::{Chain, Cloth, Generator, Net, Springs};
+use simulator::generate::{Chain, Cloth, Generator, Net, SpringLaw, Springs};
 use simulator::integrator::{self, BuildIntegrator, IntegratorKind, Step};
 use simulator::scene::schema::{IntegratorOptions, OptionKind};
 use simulator::scene::{Dimension, Scene};
@@ -29,7 +29,7 @@ const BEFORE: usize = 8;
 fn main() {
     let net = |segments| Net { segments, ..Net::default() };
     let chain = |stiffness| {
-        let springs = Springs { stiffness, damping: 0.0 };
+        let springs = Springs { stiffness, damping: 0.0, law: SpringLaw::Hooke };
         Chain { links: 100, springs, ..Chain::default() }
     };
     let cloth = Cloth { cells: [20, 20], ..Cloth::default() };

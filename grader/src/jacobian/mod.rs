@@ -303,13 +303,14 @@ mod tests {
 
     #[test]
     fn jacobians_are_checked_where_they_are_not_zero() {
-        let expected: [(&str, bool, bool); 7] = [
+        let expected: [(&str, bool, bool); 8] = [
             ("simplegravity", false, false),
             ("constantforce", false, false),
             ("springforce", true, true),
             ("gravitationalforce", true, false),
             ("dragdamping", false, true),
             ("vortexforce", true, true),
+            ("greenspringforce", true, false),
             ("windforce", false, false),
         ];
         for check in check_all(Config::default(), |_| true) {

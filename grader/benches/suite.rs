@@ -10,6 +10,7 @@ use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
 use simulator::scene::ParseOptions;
+use simulator::solver::linear::LinearSolver;
 
 fn workspace() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a crate of a workspace")
@@ -37,7 +38,13 @@ fn suite(
     group.throughput(Throughput::Elements(states));
     group.bench_function(name, |bencher| {
         bencher.iter(|| {
-            let grading = grade(&suite, &Submission::BuiltIn, &oracle, rubric, Vec::new());
+            let grading = grade(
+                &suite,
+                &Submission::BuiltIn(LinearSolver::Auto),
+                &oracle,
+                rubric,
+                Vec::new(),
+            );
             assert!(grading.outcome() == Outcome::Passed, "{name} does not pass");
             grading
         });

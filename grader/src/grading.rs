@@ -220,6 +220,7 @@ fn open_oracle(
 #[cfg(test)]
 mod tests {
     use simulator::scene::ParseOptions;
+    use simulator::solver::linear::LinearSolver;
     use simulator::trace::State;
 
     use super::*;
@@ -254,7 +255,9 @@ mod tests {
         let [case] = suite.cases.as_slice() else { panic!("one scene") };
 
         let judge = |start: fn(Box<dyn StateSource>) -> Box<dyn StateSource>| {
-            judge(case, &oracle, Tolerances::COURSE, || Submission::BuiltIn.states(case).map(start))
+            judge(case, &oracle, Tolerances::COURSE, || {
+                Submission::BuiltIn(LinearSolver::Auto).states(case).map(start)
+            })
         };
         assert_eq!(judge(|source| source).verdict, Verdict::Pass);
         let internal =

@@ -8,6 +8,7 @@ use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
 use simulator::scene::ParseOptions;
+use simulator::solver::linear::LinearSolver;
 
 /// The folder of the course's data, if it is there.
 fn course() -> Option<PathBuf> {
@@ -30,13 +31,25 @@ fn the_courses_own_traces_are_reproduced() {
     assert!(suite.cases.len() >= 45 && suite.warnings.is_empty());
     let oracle = Oracle::open(&course.join("traces")).unwrap();
     // The default rubric is the course's criteria.
-    let grading = grade(&suite, &Submission::BuiltIn, &oracle, &Rubric::default(), Vec::new());
+    for solver in [LinearSolver::Auto, LinearSolver::Dense, LinearSolver::Sparse] {
+        reproduces(&suite, &oracle, solver);
+    }
+}
+
+fn reproduces(suite: &Suite, oracle: &Oracle, solver: LinearSolver) {
+    let submission = Submission::BuiltIn(solver);
+    let grading = grade(suite, &submission, oracle, &Rubric::default(), Vec::new());
     for result in &grading.features {
         for scene in &result.scenes {
-            assert!(scene.comparison.verdict.is_pass(), "{}: {:?}", scene.id, scene.comparison);
+            assert!(
+                scene.comparison.verdict.is_pass(),
+                "{solver:?}, {}: {:?}",
+                scene.id,
+                scene.comparison
+            );
             let largest = scene.comparison.position.largest.max(scene.comparison.velocity.largest);
             // Ten times better than asked: rounding leaves 4e-12 on the worst scene.
-            assert!(largest < 1e-11, "{}: {largest:e}", scene.id);
+            assert!(largest < 1e-11, "{solver:?}, {}: {largest:e}", scene.id);
         }
     }
     assert_eq!(grading.outcome(), Outcome::Passed);

@@ -8,6 +8,7 @@ use simulator::generate::{Chain, Cloth, Generator, Net, SpringLaw, Springs};
 use simulator::integrator::{self, BuildIntegrator, IntegratorKind, Step};
 use simulator::scene::schema::{IntegratorOptions, OptionKind};
 use simulator::scene::{Dimension, Scene};
+use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::system::{BuildForce, System};
 
@@ -85,7 +86,7 @@ where
     options.set("iterations", &rounds.to_string()).expect("it is a count");
     (scene.integrator, scene.integrator_options) = (&method().schema, options);
     let system = System::<D>::new(&scene);
-    let mut integrator = method().build(&scene, &system);
+    let mut integrator = method().build(&scene, &system, LinearSolver::Auto);
     let mut best = Duration::MAX;
     // The first try makes room, and factorises.
     for try_number in 0..=tries {

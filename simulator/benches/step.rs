@@ -11,6 +11,7 @@ use simulator::integrator::{BuildIntegrator, Step};
 use simulator::scene::schema::{ActsOn, ForceSchema};
 use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::simulation::Simulation;
+use simulator::solver::linear::LinearSolver;
 use simulator::state::StateView;
 use simulator::statistics::Statistics;
 use simulator::system::System;
@@ -70,7 +71,7 @@ fn steps(criterion: &mut Criterion) {
                 let start = Simulation::new(&scene);
                 let StateView { positions, velocities, .. } = start.state();
                 let start = (positions.to_vec(), velocities.to_vec());
-                let mut method = integrator.build(&scene, &system);
+                let mut method = integrator.build(&scene, &system, LinearSolver::Auto);
                 let mut statistics = Statistics::default();
                 group.throughput(Throughput::Elements(n as u64));
                 group.bench_function(BenchmarkId::new(integrator.schema.name, n), |bencher| {

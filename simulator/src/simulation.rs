@@ -6,6 +6,7 @@ use crate::force::ForceKind;
 use crate::integrator::{BuildIntegrator, Integrator, IntegratorKind, REGISTRY, Step, StepError};
 use crate::scene::{Dimension, Location, Scene};
 use crate::solver::LinearError;
+use crate::solver::linear::LinearSolver;
 use crate::state::{Energies, StateView};
 use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};
@@ -29,14 +30,22 @@ impl Simulation {
     /// # Panics
     /// Where the scene's integrator is not one of the registry.
     pub fn new(scene: &Scene) -> Self {
+        Self::with_solver(scene, LinearSolver::Auto)
+    }
+
+    /// The same, its linear systems given to these solvers instead of to what fits them.
+    ///
+    /// # Panics
+    /// Where the scene's integrator is not one of the registry.
+    pub fn with_solver(scene: &Scene, solver: LinearSolver) -> Self {
         let of_every_particle = |vector: fn(&crate::scene::Particle) -> &[f64; 3]| {
             let components = scene.dimension.count();
             let particles = scene.particles.iter();
             particles.flat_map(|particle| vector(particle)[..components].to_vec()).collect()
         };
         let run: Box<dyn Run> = match scene.dimension {
-            Dimension::Two => Runner::<2>::start(scene),
-            Dimension::Three => Runner::<3>::start(scene),
+            Dimension::Two => Runner::<2>::start(scene, solver),
+            Dimension::Three => Runner::<3>::start(scene, solver),
         };
         let forces = scene.forces.iter().map(|element| {
             (element.schema.tag, element.pair.unwrap_or_default(), element.location)
@@ -162,11 +171,11 @@ where
     ForceKind: BuildForce<D>,
     IntegratorKind: BuildIntegrator<D>,
 {
-    fn start(scene: &Scene) -> Box<dyn Run> {
+    fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn Run> {
         let system = System::new(scene);
         let kind = REGISTRY.iter().find(|kind| kind.schema.name == scene.integrator.name);
         let kind = kind.expect("a scene holds schemas of the registry");
-        let integrator = kind.build(scene, &system);
+        let integrator = kind.build(scene, &system, solver);
         Box::new(Self { system, integrator })
     }
 }

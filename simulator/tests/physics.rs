@@ -11,6 +11,7 @@ use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions};
 use simulator::scene::write::write;
 use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::simulation::{FailureKind, Simulation};
+use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::system::{BuildForce, System};
 use simulator::vocabulary;
@@ -893,7 +894,7 @@ fn a_step_depends_on_the_state_alone() {
         let scene = everything(name, 0.01, 2, 5);
         let system = System::<2>::new(&scene);
         let [x, v] = start(&scene);
-        let mut used = kind.build(&scene, &system);
+        let mut used = kind.build(&scene, &system, LinearSolver::Auto);
         let mut first = None;
         for _ in 0..3 {
             let (mut positions, mut velocities) = (x.clone(), v.clone());

@@ -16,6 +16,7 @@ use grader::verdict::Verdict;
 use simulator::force;
 use simulator::output::OutputFile;
 use simulator::scene::ParseOptions;
+use simulator::solver::linear::LinearSolver;
 
 /// Grade a mass-spring simulator, feature by feature, against oracle traces.
 ///
@@ -221,10 +222,10 @@ fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
             return Err(Stop::bad_input(format!("{}: there is no such folder", folder.display())));
         }
         Some(folder) => Submission::Traces(folder.clone()),
-        None => Submission::BuiltIn,
+        None => Submission::BuiltIn(LinearSolver::Auto),
     };
     let jacobians = match submission {
-        Submission::BuiltIn => jacobian::check_all(jacobian::Config::default(), |_| true),
+        Submission::BuiltIn(_) => jacobian::check_all(jacobian::Config::default(), |_| true),
         Submission::Traces(_) => Vec::new(),
     };
     let grading = grading::grade(&suite, &submission, &oracle, &rubric, jacobians);

@@ -2,14 +2,15 @@
 
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
+use simulator::solver::linear::LinearSolver;
 use simulator::trace::State;
 
 use super::StateSource;
 use crate::verdict::Failure;
 
 /// Starts the built-in simulator on a scene.
-pub(super) fn start(scene: &Scene) -> Box<dyn StateSource> {
-    Box::new(BuiltIn { simulation: Simulation::new(scene), started: false })
+pub(super) fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn StateSource> {
+    Box::new(BuiltIn { simulation: Simulation::with_solver(scene, solver), started: false })
 }
 
 struct BuiltIn {

@@ -5,6 +5,7 @@ mod traces;
 
 use std::path::PathBuf;
 
+use simulator::solver::linear::LinearSolver;
 use simulator::trace::{State, TraceError, TraceReader};
 
 use crate::suite::Case;
@@ -13,8 +14,8 @@ use crate::verdict::Failure;
 /// A submission.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Submission {
-    /// This project's own simulator.
-    BuiltIn,
+    /// This project's own simulator, with these linear solvers.
+    BuiltIn(LinearSolver),
     /// A folder with a trace a scene.
     Traces(PathBuf),
 }
@@ -23,7 +24,7 @@ impl Submission {
     /// What reports call it.
     pub fn name(&self) -> String {
         match self {
-            Self::BuiltIn => "built-in simulator".to_owned(),
+            Self::BuiltIn(_) => "built-in simulator".to_owned(),
             Self::Traces(folder) => folder.display().to_string(),
         }
     }
@@ -34,7 +35,7 @@ impl Submission {
     /// Where it has none.
     pub fn states(&self, case: &Case) -> Result<Box<dyn StateSource>, Failure> {
         match self {
-            Self::BuiltIn => Ok(builtin::start(&case.scene)),
+            Self::BuiltIn(solver) => Ok(builtin::start(&case.scene, *solver)),
             Self::Traces(folder) => traces::open(folder, case),
         }
     }

@@ -21,6 +21,7 @@ use grader::submission::Submission;
 use grader::suite::{Section, Suite};
 use rayon::prelude::*;
 use simulator::scene::ParseOptions;
+use simulator::solver::linear::LinearSolver;
 
 use judging::{Graded, compare_states, excess, states_of};
 use student::Student;
@@ -70,7 +71,8 @@ fn skip(reason: &str) {
 fn the_second_implementation_agrees_on_every_scene() {
     let disagree = |case: &grader::suite::Case| {
         let states = states_of(&mut Student::faultless().simulate(&case.scene), &case.scene);
-        let mut builtin = Submission::BuiltIn.states(case).expect("the simulator starts");
+        let mut builtin =
+            Submission::BuiltIn(LinearSolver::Auto).states(case).expect("the simulator starts");
         let comparison = compare_states(&states, builtin.as_mut(), &case.scene);
         let excess = excess(&comparison);
         let fault = format!("{}: {}, {excess:e} times the tolerance", case.id, comparison.verdict);

@@ -30,9 +30,13 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 /// A hundred quadratically converging iterations would be far more than a solvable step takes.
 const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-9, max_iterations: 100 };
 
-fn build<const D: usize>(_: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
+fn build<const D: usize>(
+    _: &Scene,
+    system: &System<D>,
+    solver: LinearSolver,
+) -> Box<dyn Integrator<D>> {
     let zeros = vec![0.0; system.n_particles() * D];
-    let linearisation = Linearisation::new(system, LinearSolver::Auto);
+    let linearisation = Linearisation::new(system, solver);
     Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros })
 }
 

@@ -25,12 +25,13 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
     build_3d: build::<3>,
 };
 
-fn build<const D: usize>(_: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
+fn build<const D: usize>(
+    _: &Scene,
+    system: &System<D>,
+    solver: LinearSolver,
+) -> Box<dyn Integrator<D>> {
     let delta = vec![0.0; system.n_particles() * D];
-    Box::new(LinearizedImplicitEuler {
-        linearisation: Linearisation::new(system, LinearSolver::Auto),
-        delta,
-    })
+    Box::new(LinearizedImplicitEuler { linearisation: Linearisation::new(system, solver), delta })
 }
 
 struct LinearizedImplicitEuler<const D: usize> {

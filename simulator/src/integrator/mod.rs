@@ -11,6 +11,7 @@ use crate::force::Degenerate;
 use crate::scene::Scene;
 use crate::scene::schema::IntegratorSchema;
 use crate::solver::LinearError;
+use crate::solver::linear::LinearSolver;
 use crate::statistics::Statistics;
 use crate::system::System;
 
@@ -38,27 +39,42 @@ pub struct IntegratorKind {
     /// How a scene mentions it.
     pub schema: IntegratorSchema,
     /// Builds it for two dimensions.
-    pub build_2d: fn(&Scene, &System<2>) -> Box<dyn Integrator<2>>,
+    pub build_2d: fn(&Scene, &System<2>, LinearSolver) -> Box<dyn Integrator<2>>,
     /// Builds it for three dimensions.
-    pub build_3d: fn(&Scene, &System<3>) -> Box<dyn Integrator<3>>,
+    pub build_3d: fn(&Scene, &System<3>, LinearSolver) -> Box<dyn Integrator<3>>,
 }
 
 /// The integrators, in `D` dimensions.
 pub trait BuildIntegrator<const D: usize> {
     /// Makes room for the system, and chooses solvers that fit it. `scene` is what the system was made
     /// of; it holds the method's options.
-    fn build(&self, scene: &Scene, system: &System<D>) -> Box<dyn Integrator<D>>;
+    fn build(
+        &self,
+        scene: &Scene,
+        system: &System<D>,
+        solver: LinearSolver,
+    ) -> Box<dyn Integrator<D>>;
 }
 
 impl BuildIntegrator<2> for IntegratorKind {
-    fn build(&self, scene: &Scene, system: &System<2>) -> Box<dyn Integrator<2>> {
-        (self.build_2d)(scene, system)
+    fn build(
+        &self,
+        scene: &Scene,
+        system: &System<2>,
+        solver: LinearSolver,
+    ) -> Box<dyn Integrator<2>> {
+        (self.build_2d)(scene, system, solver)
     }
 }
 
 impl BuildIntegrator<3> for IntegratorKind {
-    fn build(&self, scene: &Scene, system: &System<3>) -> Box<dyn Integrator<3>> {
-        (self.build_3d)(scene, system)
+    fn build(
+        &self,
+        scene: &Scene,
+        system: &System<3>,
+        solver: LinearSolver,
+    ) -> Box<dyn Integrator<3>> {
+        (self.build_3d)(scene, system, solver)
     }
 }
 

@@ -81,11 +81,15 @@ fn refuses(force: &ForceElement) -> Option<Refusal> {
     (!(force.schema.variational)(&force.parameters)).then_some(refusal)
 }
 
-fn build<const D: usize>(scene: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
+fn build<const D: usize>(
+    scene: &Scene,
+    system: &System<D>,
+    solver: LinearSolver,
+) -> Box<dyn Integrator<D>> {
     let options = Options::of(&scene.integrator_options);
     let zeros = vec![0.0; system.n_particles() * D];
     Box::new(ProjectedNewton {
-        linearisation: Linearisation::new(system, LinearSolver::Auto).projected(options.projection),
+        linearisation: Linearisation::new(system, solver).projected(options.projection),
         options,
         iterate: zeros.clone(),
         delta: zeros.clone(),

@@ -9,6 +9,7 @@
 use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
+use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
@@ -23,7 +24,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
     build_3d: build::<3>,
 };
 
-fn build<const D: usize>(_: &Scene, system: &System<D>) -> Box<dyn Integrator<D>> {
+fn build<const D: usize>(_: &Scene, system: &System<D>, _: LinearSolver) -> Box<dyn Integrator<D>> {
     Box::new(SymplecticEuler { force: vec![0.0; system.n_particles() * D] })
 }
 

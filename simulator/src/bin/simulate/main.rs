@@ -14,6 +14,7 @@ use simulator::output::OutputFile;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
 use simulator::scene::{self, Overrides, ParseOptions};
 use simulator::simulation::Simulation;
+use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::trace::csv::CsvWriter;
 use simulator::trace::energy::EnergyWriter;
@@ -62,6 +63,10 @@ struct Cli {
     #[arg(long = "option", value_name = "NAME=VALUE", value_parser = parse_option)]
     options: Vec<(String, String)>,
 
+    /// Solve linear systems by dense or by sparse matrices, whatever fits the scene
+    #[arg(long, value_enum, default_value_t = Solver::Auto)]
+    solver: Solver,
+
     /// Write kinetic, potential and total energy and momentum of every state (CSV)
     #[arg(long, value_name = "FILE")]
     energy: Option<PathBuf>,
@@ -106,6 +111,26 @@ enum Format {
     /// FOSSSim's raw little-endian f64
     #[value(alias = "bin")]
     Fosssim,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Solver {
+    /// What fits the scene
+    Auto,
+    /// Dense matrices, whatever their size
+    Dense,
+    /// Sparse matrices, whatever their size
+    Sparse,
+}
+
+impl From<Solver> for LinearSolver {
+    fn from(solver: Solver) -> Self {
+        match solver {
+            Solver::Auto => Self::Auto,
+            Solver::Dense => Self::Dense,
+            Solver::Sparse => Self::Sparse,
+        }
+    }
 }
 
 /// A message for the user; the run has failed.
@@ -179,7 +204,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
     }
     let scene = parsed.scene;
-    let mut simulation = Simulation::new(&scene);
+    let mut simulation = Simulation::with_solver(&scene, cli.solver.into());
 
     let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(&scene))?;
     let mut energy = match &cli.energy {

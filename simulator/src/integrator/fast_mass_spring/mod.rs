@@ -39,6 +39,7 @@ use super::{Integrator, IntegratorKind, Step, StepError};
 use crate::force::{Degenerate, ForceKind};
 use crate::scene::schema::{ActsOn, Domain, IntegratorSchema, OptionKind, OptionSchema, Refusal};
 use crate::scene::{ForceElement, Scene};
+use crate::solver::linear::LinearSolver;
 use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};
 
@@ -107,6 +108,7 @@ fn refuses(element: &ForceElement) -> Option<Refusal> {
 fn build<const D: usize, const P: usize>(
     scene: &Scene,
     system: &System<D>,
+    solver: LinearSolver,
 ) -> Box<dyn Integrator<D>>
 where
     ForceKind: BuildForce<D>,
@@ -118,10 +120,10 @@ where
         iterations: options.count("iterations"),
         tolerance: options.number("tolerance"),
         pin_weight: penalty.then(|| options.number("pin_weight")),
-        storage: match options.choice("matrix") {
-            "dense" => Some(Storage::Dense),
-            "sparse" => Some(Storage::Sparse),
-            _ => None,
+        storage: match (solver, options.choice("matrix")) {
+            (LinearSolver::Dense, _) | (LinearSolver::Auto, "dense") => Some(Storage::Dense),
+            (LinearSolver::Sparse, _) | (LinearSolver::Auto, "sparse") => Some(Storage::Sparse),
+            (LinearSolver::Auto, _) => None,
         },
         springs: elastic_springs(scene),
         initial: scene.particles.iter().map(|particle| first(particle.position)).collect(),

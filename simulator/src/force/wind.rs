@@ -11,6 +11,8 @@
 //! potential, but that of the moment: energy is not conserved. Cost: three sines a particle. Source:
 //! *Computer Graphics – Mass-Spring Systems*, the assignment's program. Several elements add up.
 
+use libm::{cos, sin};
+
 use super::{Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
 use super::{Vector, add_to, vector_of};
 use crate::scene::Scene;
@@ -53,7 +55,7 @@ impl Wind {
     fn forces<const D: usize>(&self, time: f64) -> impl Iterator<Item = Vector<D>> {
         self.phases.iter().map(move |phase| {
             let phi = phase + time;
-            let force = [3.0 + 1.5 * (1.0 + (5.0 * phi).cos()), 1.0 + (0.3 + phi).cos(), phi.sin()];
+            let force = [3.0 + 1.5 * (1.0 + cos(5.0 * phi)), 1.0 + cos(0.3 + phi), sin(phi)];
             Vector::from_fn(|axis, _| self.strength * force[axis])
         })
     }

@@ -24,9 +24,9 @@
 //! penalised pin then feels forces and gives way by their size over `w`; its velocity stays what it was.
 //!
 //! With `acceleration="lbfgs"` a round learns from the last five (`lbfgs.rs`), and still never increases `E`. Of
-//! three methods tried it took the least time to small errors: Anderson acceleration (Peng et al. 2018) needs about
-//! as many rounds, each of them dearer, and Chebyshev's (Wang 2015) needs more. `benches/local_global.rs` measures
-//! it against the plain method.
+//! three methods tried it took the least time on stiff chains. Anderson acceleration (Peng et al. 2018) needs about
+//! as many rounds, each of them dearer, and was as fast or a little faster on nets and cloth; Chebyshev's (Wang
+//! 2015) needs more rounds. `benches/local_global.rs` measures it against the plain method.
 //!
 //! Source: Liu, Bargteil, O'Brien and Kavan, "Fast Simulation of Mass-Spring Systems", 2013; Jacobson,
 //! "Computer Graphics – Mass-Spring Systems", the assignment that is built on it.

@@ -28,10 +28,18 @@ pub enum Projection {
 
 impl Projection {
     /// The projection of the symmetric `block`, and whether it is another.
+    #[inline]
     pub fn project<const D: usize>(self, block: SMatrix<f64, D, D>) -> (SMatrix<f64, D, D>, bool) {
         if self == Self::None {
             return (block, false);
         }
+        self.project_negative(block)
+    }
+
+    fn project_negative<const D: usize>(
+        self,
+        block: SMatrix<f64, D, D>,
+    ) -> (SMatrix<f64, D, D>, bool) {
         let (eigenvalues, vectors) = eigen(block);
         let (mut projected, mut changed) = (block, false);
         for (number, eigenvalue) in eigenvalues.into_iter().enumerate() {

@@ -44,7 +44,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {
         name: "projected-newton",
         aliases: &[],
-        summary: "implicit Euler by minimising 1/2 |x - q - h v|_M^2 + h^2 U(x), then v' = (x - q)/h",
+        summary: "implicit Euler by minimising an energy, with line search",
         options: &[
             OptionSchema {
                 name: "tolerance",

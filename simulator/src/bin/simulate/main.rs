@@ -403,13 +403,17 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
             ("matrix assemblies", assemblies.to_string()),
             ("linear solves", linear.solves.to_string()),
             ("factorisations", linear.factorisations.to_string()),
-            ("factors reused", linear.reused.to_string()),
-            ("iterations with them", linear.iterations.to_string()),
             ("refinements", linear.refinements.to_string()),
             ("indefinite matrices", linear.indefinite.to_string()),
             ("complete pivotings", linear.complete_pivotings.to_string()),
             ("worst linear residual", format!("{:.1e}", linear.worst_residual)),
         ]);
+    }
+    if linear.iterations > 0 {
+        rows.push((
+            "factors reused",
+            format!("{}, with {} iterations", linear.reused, linear.iterations),
+        ));
     }
     if *newton_iterations > 0 {
         rows.push((
@@ -481,9 +485,14 @@ fn parse_option(text: &str) -> Result<(String, String), String> {
 /// What an option means, and what it may be.
 fn describe_option(OptionSchema { meaning, kind, .. }: &OptionSchema) -> String {
     match kind {
-        OptionKind::Number { default, .. } => format!("{meaning} [default: {default:e}]"),
+        OptionKind::Number { default, .. } if *default >= 1e6 => {
+            format!("{meaning} [default: {default:e}]")
+        }
+        OptionKind::Number { default, .. } => format!("{meaning} [default: {default}]"),
         OptionKind::Count { default } => format!("{meaning} [default: {default}]"),
-        OptionKind::Choice { words } => format!("{meaning}: {}", words.join(", ")),
+        OptionKind::Choice { words } => {
+            format!("{meaning}: {} [default: {}]", words.join(", "), words[0])
+        }
     }
 }
 

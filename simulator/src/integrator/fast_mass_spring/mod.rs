@@ -56,7 +56,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {
         name: "fast-mass-spring",
         aliases: &["local-global"],
-        summary: "implicit Euler for springs by local and global steps, other forces explicit",
+        summary: "springs implicit by local and global steps, the rest explicit",
         options: &[
             OptionSchema {
                 name: "iterations",
@@ -70,7 +70,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
             },
             OptionSchema {
                 name: "pins",
-                meaning: "fixed particles: left out of the equations, or held by a penalty",
+                meaning: "how fixed particles stay: left out of the equations, or held by a penalty",
                 kind: OptionKind::Choice { words: &["elimination", "penalty"] },
             },
             OptionSchema {
@@ -80,7 +80,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
             },
             OptionSchema {
                 name: "matrix",
-                meaning: "how the matrix is factorised; auto: by its size",
+                meaning: "how the matrix is factorised, auto by its size",
                 kind: OptionKind::Choice { words: &["auto", "dense", "sparse"] },
             },
             OptionSchema {

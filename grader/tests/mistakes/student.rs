@@ -164,10 +164,12 @@ pub(crate) struct Student {
     pub(crate) constant_force: BodyForce,
     pub(crate) drag: BodyForce,
     pub(crate) elastic: PairForce,
+    pub(crate) green: PairForce,
     pub(crate) damping: PairForce,
     pub(crate) gravitation: PairForce,
     pub(crate) vortex: PairForce,
     pub(crate) elastic_dx: Jacobian,
+    pub(crate) green_dx: Jacobian,
     pub(crate) damping_dx: Jacobian,
     pub(crate) damping_dv: Jacobian,
     pub(crate) gravitation_dx: Jacobian,
@@ -201,6 +203,19 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
     -p[0] * (pair.l() - p[1]) * pair.n()
 }
 
+/// Whether the student can simulate the scene: in the plane, with the methods and forces below. The others
+/// are held to references of their own, in the simulator's tests.
+pub(crate) fn knows(scene: &Scene) -> bool {
+    let minimises = ["projected-newton", "fast-mass-spring"].contains(&scene.integrator.name);
+    let windy = scene.forces.iter().any(|force| force.schema.tag == "windforce");
+    scene.dimension == Dimension::Two && !minimises && !windy
+}
+
+/// `F_i = −2 k (l²/l0² − 1) (x_i − x_j)`.
+fn green(pair: &Pair, p: &Parameters) -> Vec2 {
+    -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.d()
+}
+
 /// `F_i = −b n·(v_i − v_j) n`.
 fn damping(pair: &Pair, p: &Parameters) -> Vec2 {
     -p[2] * pair.n().dot(&pair.w()) * pair.n()
@@ -224,6 +239,12 @@ pub(crate) fn quarter_turn() -> Mat2 {
 /// `−k (n nᵀ + (l − l0)/l (I − n nᵀ))`.
 fn elastic_dx(pair: &Pair, p: &Parameters) -> Mat2 {
     -p[0] * (pair.nn() + (pair.l() - p[1]) / pair.l() * pair.across())
+}
+
+/// `−2 k ((l²/l0² − 1) I + 2 l²/l0² n nᵀ)`.
+fn green_dx(pair: &Pair, p: &Parameters) -> Mat2 {
+    let ratio = (pair.l() / p[1]).powi(2);
+    -2.0 * p[0] * ((ratio - 1.0) * Mat2::identity() + 2.0 * ratio * pair.nn())
 }
 
 /// `−(b/l) (n·w I + n wᵀ) (I − n nᵀ)`.
@@ -306,10 +327,12 @@ impl Student {
             constant_force,
             drag,
             elastic: force(elastic),
+            green: force(green),
             damping: force(damping),
             gravitation: force(gravitation),
             vortex: force(vortex),
             elastic_dx: jacobian(elastic_dx),
+            green_dx: jacobian(green_dx),
             damping_dx: jacobian(damping_dx),
             damping_dv: jacobian(damping_dv),
             gravitation_dx: jacobian(gravitation_dx),
@@ -497,6 +520,7 @@ impl Run {
                     on_pair(student.elastic, ij, p, &mut force);
                     on_pair(student.damping, ij, p, &mut force);
                 }
+                "greenspringforce" => on_pair(student.green, ij, p, &mut force),
                 "gravitationalforce" => on_pair(student.gravitation, ij, p, &mut force),
                 "vortexforce" => on_pair(student.vortex, ij, p, &mut force),
                 other => panic!("the student knows no {other}"),
@@ -527,6 +551,7 @@ impl Run {
                     of_pair(student.damping_dx, ij, p, &mut dx);
                     of_pair(student.damping_dv, ij, p, &mut dv);
                 }
+                "greenspringforce" => of_pair(student.green_dx, ij, p, &mut dx),
                 "gravitationalforce" => of_pair(student.gravitation_dx, ij, p, &mut dx),
                 "dragdamping" => {
                     for i in 0..q.len() {

@@ -12,6 +12,7 @@ pub(super) fn mistakes() -> Vec<Mistake> {
         in_simple_gravity(),
         in_constant_force(),
         in_elastic_force(),
+        in_green_force(),
         in_damping(),
         in_gravitation(),
         in_drag(),
@@ -126,6 +127,36 @@ fn in_elastic_force() -> Vec<Mistake> {
             s.elastic.on_i = |pair, p| -p[0] * (pair.l() - p[1]).max(0.0) * pair.n();
         }),
         of.mistake("only one spring on each edge", |s| s.read = keep_last_on_each_edge),
+    ]);
+    mistakes
+}
+
+fn in_green_force() -> Vec<Mistake> {
+    let of = subject("spring of squared length", "greenspringforce");
+    let mut mistakes = in_any_pair(&of, |s| &mut s.green);
+    mistakes.extend([
+        of.mistake("factor 2 missing", |s| {
+            s.green.on_i = |pair, p| -p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.d();
+        }),
+        of.mistake("factor 4 instead of 2", |s| {
+            s.green.on_i = |pair, p| -4.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.d();
+        }),
+        of.mistake("lengths not squared", |s| {
+            s.green.on_i = |pair, p| -2.0 * p[0] * (pair.l() / p[1] - 1.0) * pair.d();
+        }),
+        of.mistake("not divided by l0²", |s| {
+            s.green.on_i = |pair, p| -2.0 * p[0] * (pair.l().powi(2) - p[1].powi(2)) * pair.d();
+        }),
+        of.mistake("along the direction instead of the difference", |s| {
+            s.green.on_i = |pair, p| -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.n();
+        }),
+        of.mistake("a Hookean spring", |s| {
+            s.green.on_i = |pair, p| -p[0] * (pair.l() - p[1]) * pair.n();
+        }),
+        of.mistake("pulls only", |s| {
+            s.green.on_i =
+                |pair, p| -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0).max(0.0) * pair.d();
+        }),
     ]);
     mistakes
 }

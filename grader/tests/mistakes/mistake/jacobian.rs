@@ -9,6 +9,7 @@ use super::{Area, Mistake, Scope, Subject};
 pub(super) fn mistakes() -> Vec<Mistake> {
     let groups = [
         in_elastic_dx(),
+        in_green_dx(),
         in_damping_dx(),
         in_damping_dv(),
         in_gravitation_dx(),
@@ -76,6 +77,37 @@ fn in_elastic_dx() -> Vec<Mistake> {
                 let dd = pair.d() * pair.d().transpose();
                 -p[0] * (dd + strain(pair, p) * (Mat2::identity() - dd))
             };
+        }),
+    ]);
+    mistakes
+}
+
+fn in_green_dx() -> Vec<Mistake> {
+    let of = subject("spring of squared length, ∂F/∂x", "greenspringforce");
+    let mut mistakes = in_any(&of, |s| &mut s.green_dx);
+    mistakes.extend([
+        of.mistake("n nᵀ missing", |s| {
+            s.green_dx.block =
+                |pair, p| -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * Mat2::identity();
+        }),
+        of.mistake("(l²/l0² − 1) I missing", |s| {
+            s.green_dx.block = |pair, p| -4.0 * p[0] * (pair.l() / p[1]).powi(2) * pair.nn();
+        }),
+        of.mistake("n nᵀ once instead of twice", |s| {
+            s.green_dx.block = |pair, p| {
+                let ratio = (pair.l() / p[1]).powi(2);
+                -2.0 * p[0] * ((ratio - 1.0) * Mat2::identity() + ratio * pair.nn())
+            };
+        }),
+        of.mistake("not divided by l0²", |s| {
+            s.green_dx.block = |pair, p| {
+                let ratio = (pair.l() / p[1]).powi(2);
+                -2.0 * p[0]
+                    * ((ratio - 1.0) * Mat2::identity() + 2.0 * pair.l().powi(2) * pair.nn())
+            };
+        }),
+        of.mistake("that of a Hookean spring", |s| {
+            s.green_dx.block = |pair, p| -p[0] * (pair.nn() + strain(pair, p) * pair.across());
         }),
     ]);
     mistakes

@@ -39,10 +39,10 @@ pub(super) struct PairForce<L> {
 }
 
 struct PairElement<L> {
-    i: usize,
-    j: usize,
+    i: u32,
+    j: u32,
+    element: u32,
     law: L,
-    element: usize,
 }
 
 impl<L> PairForce<L> {
@@ -58,7 +58,9 @@ impl<L> PairForce<L> {
             let law = law(&description.parameters, [i, j]);
             let moves = !(scene.particles[i].fixed && scene.particles[j].fixed);
             let list = if moves { &mut active } else { &mut inert };
-            list.push(PairElement { i, j, law, element });
+            // No scene file holds 2³² of anything.
+            let [i, j, element] = [i, j, element].map(|number| number as u32);
+            list.push(PairElement { i, j, element, law });
         }
         Self { active, inert }
     }
@@ -68,18 +70,18 @@ impl<const D: usize, L: PairLaw<D>> Force<D> for PairForce<L> {
     fn energy(&self, state: State<'_>) -> Option<f64> {
         let mut sum = 0.0;
         for PairElement { i, j, law, .. } in self.active.iter().chain(&self.inert) {
-            let (d, _) = relative::<D>(state, *i, *j);
+            let (d, _) = relative::<D>(state, [*i, *j]);
             sum += law.energy(d.norm())?;
         }
         Some(sum)
     }
 
     fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {
-        for PairElement { i, j, law, element } in &self.active {
-            let (d, w) = relative(state, *i, *j);
-            let f = law.force(&d, &w).ok_or(Degenerate { element: *element })?;
-            add_to(force, *i, &f);
-            add_to(force, *j, &-f);
+        for &PairElement { i, j, ref law, element } in &self.active {
+            let (d, w) = relative(state, [i, j]);
+            let f = law.force(&d, &w).ok_or(Degenerate { element: element as usize })?;
+            add_to(force, i as usize, &f);
+            add_to(force, j as usize, &-f);
         }
         Ok(())
     }
@@ -90,22 +92,26 @@ impl<const D: usize, L: PairLaw<D>> Force<D> for PairForce<L> {
         sink: &mut dyn JacobianSink<D>,
     ) -> Result<(), Degenerate> {
         for &PairElement { i, j, ref law, element } in &self.active {
-            let (d, w) = relative(state, i, j);
-            let (a, b) = law.jacobians(&d, &w).ok_or(Degenerate { element })?;
-            sink.add_pair([i, j], &a, &b);
+            let (d, w) = relative(state, [i, j]);
+            let jacobians = law.jacobians(&d, &w);
+            let (a, b) = jacobians.ok_or(Degenerate { element: element as usize })?;
+            sink.add_pair([i as usize, j as usize], &a, &b);
         }
         Ok(())
     }
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
         for PairElement { i, j, law, .. } in &self.active {
-            visit(Coupling::Pair { particles: [*i, *j], symmetric: law.symmetric() });
+            let particles = [*i as usize, *j as usize];
+            visit(Coupling::Pair { particles, symmetric: law.symmetric() });
         }
     }
 }
 
 /// `d = x_i − x_j` and `w = v_i − v_j`.
-fn relative<const D: usize>(state: State<'_>, i: usize, j: usize) -> (Vector<D>, Vector<D>) {
+#[inline]
+fn relative<const D: usize>(state: State<'_>, pair: [u32; 2]) -> (Vector<D>, Vector<D>) {
+    let [i, j] = pair.map(|particle| particle as usize);
     let d = vector_of(state.positions, i) - vector_of(state.positions, j);
     let w = vector_of(state.velocities, i) - vector_of(state.velocities, j);
     (d, w)

@@ -72,7 +72,11 @@ impl<const D: usize> PairLaw<D> for Spring {
             return None;
         }
         let n = d * (1.0 / length);
-        Some(n * -(self.stiffness * (length - self.rest_length) + self.damping * n.dot(w)))
+        let mut tension = self.stiffness * (length - self.rest_length);
+        if self.damping != 0.0 {
+            tension += self.damping * n.dot(w);
+        }
+        Some(n * -tension)
     }
 
     fn jacobians(&self, d: &Vector<D>, w: &Vector<D>) -> Option<(Block<D>, Block<D>)> {

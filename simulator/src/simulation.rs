@@ -141,7 +141,10 @@ impl Simulation {
         let count = self.dimension.count();
         let look = |values: &[f64], what| {
             // Without an early exit, the usual case is one vectorised pass.
-            let all = values.iter().fold(true, |all, value| all & value.is_finite());
+            let all = pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || values.iter().fold(true, |all, value| all & value.is_finite()),
+            );
             let place = if all { None } else { values.iter().position(|value| !value.is_finite()) };
             place.map(|place| FailureKind::NotFinite {
                 what,

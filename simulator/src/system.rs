@@ -4,6 +4,8 @@
 //! order of the registry, and within a force in the order of the file, so that they are the same bits
 //! every time.
 
+use std::ops::Range;
+
 use crate::force::{
     Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, REGISTRY, State,
 };
@@ -31,6 +33,7 @@ impl BuildForce<3> for ForceKind {
 pub struct System<const D: usize> {
     masses: Vec<f64>,
     fixed: Vec<bool>,
+    free: Vec<Range<usize>>,
     forces: Vec<Box<dyn Force<D>>>,
 }
 
@@ -49,11 +52,18 @@ where
                 forces.push(kind.build(scene, &elements));
             }
         }
-        Self {
-            masses: scene.particles.iter().map(|particle| particle.mass).collect(),
-            fixed: scene.particles.iter().map(|particle| particle.fixed).collect(),
-            forces,
+        let fixed: Vec<bool> = scene.particles.iter().map(|particle| particle.fixed).collect();
+        let mut free = Vec::new();
+        let mut start = 0;
+        for run in fixed.chunk_by(|a, b| a == b) {
+            let end = start + run.len();
+            if !run[0] {
+                free.push(start..end);
+            }
+            start = end;
         }
+        let masses = scene.particles.iter().map(|particle| particle.mass).collect();
+        Self { masses, fixed, free, forces }
     }
 }
 
@@ -66,6 +76,11 @@ impl<const D: usize> System<D> {
     /// Which particles are fixed.
     pub fn fixed(&self) -> &[bool] {
         &self.fixed
+    }
+
+    /// The particles that are not fixed, as ranges in ascending order.
+    pub fn free(&self) -> &[Range<usize>] {
+        &self.free
     }
 
     /// Number of particles.

@@ -75,7 +75,9 @@ fn parse_segments(text: &str) -> Result<usize, String> {
 }
 
 fn main() -> ExitCode {
-    match run(&Cli::parse()) {
+    let cli = Cli::parse();
+    // Large scenes are stepped inside the pool, as `simulate` does.
+    match rayon::scope(|_| run(&cli)) {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever reads the table has seen enough of it.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,

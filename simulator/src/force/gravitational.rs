@@ -28,18 +28,21 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    Box::new(PairForce::new(scene, elements, |parameters, [i, j]| {
+    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |parameters, [i, j]| {
         let masses = scene.particles[i].mass * scene.particles[j].mass;
         Gravitation { strength: parameters[0] * masses }
     }))
 }
 
 /// `strength` is `G m_i m_j`.
+#[derive(Clone, Copy)]
 struct Gravitation {
     strength: f64,
 }
 
 impl<const D: usize> PairLaw<D> for Gravitation {
+    const USES_VELOCITY: bool = false;
+
     fn energy(&self, distance: f64) -> Option<f64> {
         Some(-self.strength / distance)
     }

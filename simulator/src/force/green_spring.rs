@@ -32,12 +32,13 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    Box::new(PairForce::new(scene, elements, |parameters, _| GreenSpring {
+    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |parameters, _| GreenSpring {
         stiffness: parameters[0],
         rest_length_squared: parameters[1] * parameters[1],
     }))
 }
 
+#[derive(Clone, Copy)]
 struct GreenSpring {
     stiffness: f64,
     rest_length_squared: f64,
@@ -51,6 +52,8 @@ impl GreenSpring {
 }
 
 impl<const D: usize> PairLaw<D> for GreenSpring {
+    const USES_VELOCITY: bool = false;
+
     fn energy(&self, distance: f64) -> Option<f64> {
         let strain = self.strain(distance * distance);
         Some(0.5 * self.rest_length_squared * self.stiffness * strain * strain)

@@ -28,6 +28,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::scene::schema::ForceSchema;
 use crate::scene::{ForceElement, Scene};
 
+mod batches;
 mod pair;
 mod uniform;
 
@@ -39,6 +40,8 @@ mod simple_gravity;
 mod spring;
 mod vortex;
 mod wind;
+
+pub use pair::PARALLEL;
 
 /// A vector of one particle.
 pub type Vector<const D: usize> = SVector<f64, D>;
@@ -89,19 +92,21 @@ pub trait Force<const D: usize>: Send + Sync {
     fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate>;
 
     /// Hands every block of both Jacobians that is not zero by construction to `sink`. A block may
-    /// come in several parts; they add up.
+    /// come in several parts; they add up. There are none in a force that depends on neither.
     ///
     /// # Errors
     /// Where the force is not defined at this state.
     fn add_jacobians(
         &self,
-        state: State<'_>,
-        sink: &mut dyn JacobianSink<D>,
-    ) -> Result<(), Degenerate>;
+        _state: State<'_>,
+        _sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        Ok(())
+    }
 
     /// Says, element by element, which particles the Jacobians couple; nothing for an element whose
     /// Jacobians are zero.
-    fn couplings(&self, visit: &mut dyn FnMut(Coupling));
+    fn couplings(&self, _visit: &mut dyn FnMut(Coupling)) {}
 }
 
 /// Where blocks of Jacobians go.

@@ -10,13 +10,21 @@
 //!
 //! Each law states `f`, `A` and `B` only; the assembly is here, once.
 
-use super::{
-    Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, add_to, vector_of,
-};
+use pulp::Simd;
+
+use super::batches::{Batches, Relative};
+use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
 use crate::scene::Scene;
 
+/// Elements of one force from which on its loop is divided among the threads of rayon's pool: with fewer,
+/// waking a thread takes longer than it saves. A step from outside the pool waits for it to start.
+pub const PARALLEL: usize = 200_000;
+
 /// The law of one element.
-pub(super) trait PairLaw<const D: usize>: Send + Sync {
+pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
+    /// Whether the force depends on `w`.
+    const USES_VELOCITY: bool;
+
     /// Potential energy at this distance; `None` if the law has no energy.
     fn energy(&self, distance: f64) -> Option<f64>;
 
@@ -30,60 +38,166 @@ pub(super) trait PairLaw<const D: usize>: Send + Sync {
     fn symmetric(&self) -> bool;
 }
 
-/// All elements of one law in a scene.
-pub(super) struct PairForce<L> {
-    /// Elements that move something.
-    active: Vec<PairElement<L>>,
-    /// Elements between two fixed particles: they have an energy, and move nothing.
-    inert: Vec<PairElement<L>>,
+/// The laws of many elements, by slot.
+pub(super) trait PairLaws<const D: usize>: Default + Send + Sync {
+    /// The law of each.
+    type Law: PairLaw<D>;
+
+    /// Puts a law into the next slot.
+    fn push(&mut self, law: Self::Law);
+
+    /// The law in this slot.
+    fn law(&self, slot: usize) -> Self::Law;
+
+    /// Whether the force depends on `w` in any slot.
+    fn use_velocity(&self) -> bool {
+        Self::Law::USES_VELOCITY
+    }
+
+    /// The force on the first particle of each element from this slot on.
+    ///
+    /// # Errors
+    /// Where one of the forces is not defined.
+    #[inline(always)]
+    fn forces<S: Simd>(
+        &self,
+        _simd: S,
+        first_slot: usize,
+        relative: impl Relative<D>,
+        forces: &mut [[f64; D]],
+    ) -> Result<(), Undefined> {
+        one_by_one(self, first_slot, relative, 0, forces)
+    }
 }
 
-struct PairElement<L> {
+/// What [`PairLaws::forces`] gives, for the elements from `first` on, and without vectors.
+#[inline(always)]
+pub(super) fn one_by_one<const D: usize>(
+    laws: &impl PairLaws<D>,
+    first_slot: usize,
+    relative: impl Relative<D>,
+    first: usize,
+    forces: &mut [[f64; D]],
+) -> Result<(), Undefined> {
+    for (idx, force) in (first..).zip(forces) {
+        let law = laws.law(first_slot + idx);
+        let of_first = law.force(&relative.position(idx), &relative.velocity(idx));
+        *force = of_first.ok_or(Undefined)?.into();
+    }
+    Ok(())
+}
+
+/// A force is not defined in one of the slots.
+pub(super) struct Undefined;
+
+impl<const D: usize, L: PairLaw<D>> PairLaws<D> for Vec<L> {
+    type Law = L;
+
+    fn push(&mut self, law: L) {
+        Vec::push(self, law);
+    }
+
+    #[inline(always)]
+    fn law(&self, slot: usize) -> L {
+        self[slot]
+    }
+}
+
+/// All elements of one law in a scene.
+pub(super) struct PairForce<L> {
+    /// Elements that move something, in the order of the file.
+    active: Vec<PairElement>,
+    /// Laws of the active elements, then of the inert ones.
+    laws: L,
+    /// The active elements by ranges of particles, in ascending order, one a thread.
+    parts: Vec<Batches>,
+    /// Elements between two fixed particles: they have an energy, and move nothing.
+    inert: Vec<PairElement>,
+}
+
+#[derive(Clone, Copy)]
+struct PairElement {
     i: u32,
     j: u32,
     element: u32,
-    law: L,
+    slot: u32,
+}
+
+impl PairElement {
+    fn pair(&self) -> [u32; 2] {
+        [self.i, self.j]
+    }
 }
 
 impl<L> PairForce<L> {
     /// The elements, each with the law that `law` makes of its parameters and its two particles.
-    pub(super) fn new(
+    pub(super) fn new<const D: usize>(
         scene: &Scene,
         elements: &[Numbered<'_>],
-        law: impl Fn(&[f64], [usize; 2]) -> L,
-    ) -> Self {
-        let (mut active, mut inert) = (Vec::new(), Vec::new());
-        for &(element, description) in elements {
-            let Some([i, j]) = description.pair else { continue };
-            let law = law(&description.parameters, [i, j]);
-            let moves = !(scene.particles[i].fixed && scene.particles[j].fixed);
-            let list = if moves { &mut active } else { &mut inert };
+        law: impl Fn(&[f64], [usize; 2]) -> L::Law,
+    ) -> Self
+    where
+        L: PairLaws<D>,
+    {
+        let n_parts = if elements.len() < PARALLEL { 1 } else { rayon::current_num_threads() };
+        Self::in_parts(scene, elements, law, n_parts)
+    }
+
+    /// The same, for so many threads.
+    fn in_parts<const D: usize>(
+        scene: &Scene,
+        elements: &[Numbered<'_>],
+        law: impl Fn(&[f64], [usize; 2]) -> L::Law,
+        n_parts: usize,
+    ) -> Self
+    where
+        L: PairLaws<D>,
+    {
+        let with_pairs = elements.iter().filter_map(|&(element, description)| {
+            let [i, j] = description.pair?;
             // No scene file holds 2³² of anything.
             let [i, j, element] = [i, j, element].map(|number| number as u32);
-            list.push(PairElement { i, j, element, law });
+            Some(PairElement { i, j, element, slot: 0 })
+        });
+        let is_fixed = |particle: u32| scene.particles[particle as usize].fixed;
+        let moves = |element: &PairElement| !element.pair().into_iter().all(is_fixed);
+        let (mut active, mut inert): (Vec<_>, Vec<_>) = with_pairs.partition(moves);
+
+        let pairs: Vec<[u32; 2]> = active.iter().map(PairElement::pair).collect();
+        let mut order = Vec::with_capacity(pairs.len());
+        let particles = scene.particles.len();
+        let border = |part: usize| part * particles / n_parts;
+        let parts = (0..n_parts)
+            .map(|part| Batches::new(&pairs, border(part)..border(part + 1), &mut order))
+            .collect();
+        for (slot, number) in order.iter().enumerate() {
+            active[*number as usize].slot = slot as u32;
         }
-        Self { active, inert }
+        for (slot, element) in (order.len()..).zip(&mut inert) {
+            element.slot = slot as u32;
+        }
+        let mut laws = L::default();
+        for element in order.iter().map(|number| &active[*number as usize]).chain(&inert) {
+            let parameters = &scene.forces[element.element as usize].parameters;
+            laws.push(law(parameters, element.pair().map(|particle| particle as usize)));
+        }
+        Self { active, laws, parts, inert }
     }
 }
 
-impl<const D: usize, L: PairLaw<D>> Force<D> for PairForce<L> {
+impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
     fn energy(&self, state: State<'_>) -> Option<f64> {
         let mut sum = 0.0;
-        for PairElement { i, j, law, .. } in self.active.iter().chain(&self.inert) {
-            let (d, _) = relative::<D>(state, [*i, *j]);
-            sum += law.energy(d.norm())?;
+        for element in self.active.iter().chain(&self.inert) {
+            let (d, _) = relative::<D>(state, element.pair());
+            sum += self.laws.law(element.slot as usize).energy(d.norm())?;
         }
         Some(sum)
     }
 
     fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {
-        for &PairElement { i, j, ref law, element } in &self.active {
-            let (d, w) = relative(state, [i, j]);
-            let f = law.force(&d, &w).ok_or(Degenerate { element: element as usize })?;
-            add_to(force, i as usize, &f);
-            add_to(force, j as usize, &-f);
-        }
-        Ok(())
+        let added = self.add_parts(&self.parts, state, force);
+        added.map_err(|Undefined| self.first_undefined(state))
     }
 
     fn add_jacobians(
@@ -91,19 +205,86 @@ impl<const D: usize, L: PairLaw<D>> Force<D> for PairForce<L> {
         state: State<'_>,
         sink: &mut dyn JacobianSink<D>,
     ) -> Result<(), Degenerate> {
-        for &PairElement { i, j, ref law, element } in &self.active {
-            let (d, w) = relative(state, [i, j]);
-            let jacobians = law.jacobians(&d, &w);
-            let (a, b) = jacobians.ok_or(Degenerate { element: element as usize })?;
-            sink.add_pair([i as usize, j as usize], &a, &b);
+        for active in &self.active {
+            let (d, w) = relative(state, active.pair());
+            let jacobians = self.laws.law(active.slot as usize).jacobians(&d, &w);
+            let (a, b) = jacobians.ok_or(Degenerate { element: active.element as usize })?;
+            sink.add_pair([active.i as usize, active.j as usize], &a, &b);
         }
         Ok(())
     }
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
-        for PairElement { i, j, law, .. } in &self.active {
-            let particles = [*i as usize, *j as usize];
-            visit(Coupling::Pair { particles, symmetric: law.symmetric() });
+        for element in &self.active {
+            let particles = element.pair().map(|particle| particle as usize);
+            let symmetric = self.laws.law(element.slot as usize).symmetric();
+            visit(Coupling::Pair { particles, symmetric });
+        }
+    }
+}
+
+impl<L> PairForce<L> {
+    /// Adds the forces on the particles of these parts.
+    fn add_parts<const D: usize>(
+        &self,
+        parts: &[Batches],
+        state: State<'_>,
+        sums: &mut [f64],
+    ) -> Result<(), Undefined>
+    where
+        L: PairLaws<D>,
+    {
+        match parts {
+            [] => Ok(()),
+            [batches] => {
+                pulp::Arch::new().dispatch(AddForce { laws: &self.laws, batches, state, sums })
+            }
+            [first, ..] => {
+                let (left, right) = parts.split_at(parts.len() / 2);
+                let border = right[0].range().start - first.range().start;
+                let (of_left, of_right) = sums.split_at_mut(border * D);
+                let (left, right) = rayon::join(
+                    || self.add_parts(left, state, of_left),
+                    || self.add_parts(right, state, of_right),
+                );
+                left.and(right)
+            }
+        }
+    }
+
+    /// The first element of the file whose force is not defined.
+    #[cold]
+    fn first_undefined<const D: usize>(&self, state: State<'_>) -> Degenerate
+    where
+        L: PairLaws<D>,
+    {
+        let is_undefined = |active: &&PairElement| {
+            let (d, w) = relative::<D>(state, active.pair());
+            self.laws.law(active.slot as usize).force(&d, &w).is_none()
+        };
+        let first = self.active.iter().find(is_undefined).expect("one of them is not defined");
+        Degenerate { element: first.element as usize }
+    }
+}
+
+// Code that is compiled for the vectors that the processor has: everything below is inlined into this.
+struct AddForce<'a, const D: usize, L> {
+    laws: &'a L,
+    batches: &'a Batches,
+    state: State<'a>,
+    sums: &'a mut [f64],
+}
+
+impl<const D: usize, L: PairLaws<D>> pulp::WithSimd for AddForce<'_, D, L> {
+    type Output = Result<(), Undefined>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { laws, batches, state, sums } = self;
+        if laws.use_velocity() {
+            batches.add::<D, true, S>(simd, laws, state, sums)
+        } else {
+            batches.add::<D, false, S>(simd, laws, state, sums)
         }
     }
 }
@@ -115,4 +296,158 @@ fn relative<const D: usize>(state: State<'_>, pair: [u32; 2]) -> (Vector<D>, Vec
     let d = vector_of(state.positions, i) - vector_of(state.positions, j);
     let w = vector_of(state.velocities, i) - vector_of(state.velocities, j);
     (d, w)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write;
+
+    use super::super::spring::Springs;
+    use super::*;
+    use crate::scene::{ParseOptions, xml};
+    use crate::vocabulary;
+
+    const PARTICLES: usize = 200;
+
+    /// `(i, j)` of springs in every pattern there is: rows near and far, upwards and downwards, both
+    /// diagonals of a net, patterns of period 3, short rows, and no pattern at all.
+    fn pairs(rng: &mut fastrand::Rng) -> Vec<[usize; 2]> {
+        let mut pairs = Vec::new();
+        while pairs.len() < 800 {
+            let repeats = rng.usize(1..70);
+            let start = || rng.clone().usize(0..PARTICLES - repeats - 20);
+            let (first, offset) = (start(), 1 + rng.usize(..19));
+            let pattern: &[[usize; 2]] = match rng.u32(..5) {
+                0 => &[[0, offset]],
+                1 => &[[offset, 0]],
+                2 => &[[0, offset + 1], [offset, 1]],
+                3 => &[[0, 1], [offset, offset + 1], [0, offset]],
+                _ => &[],
+            };
+            let is_pair = |[i, j]: &[usize; 2]| i != j;
+            for t in first..first + repeats {
+                pairs.extend(pattern.iter().map(|pair| pair.map(|end| end + t)).filter(is_pair));
+            }
+            let scattered = [rng.usize(..PARTICLES), rng.usize(..PARTICLES)];
+            pairs.extend(Some(scattered).filter(is_pair));
+        }
+        pairs
+    }
+
+    /// A scene of random states, in which such a share of the springs is damped, and of no rest length.
+    fn scene(rng: &mut fastrand::Rng, dimensions: usize, damped: f64, unstretched: f64) -> Scene {
+        let mut text =
+            r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="1"/>"#.to_owned();
+        for _ in 0..PARTICLES {
+            let mut numbers = std::iter::repeat_with(|| rng.f64() - 0.5);
+            let mut number = || numbers.next().unwrap();
+            write!(
+                text,
+                r#"<particle m="1" px="{}" py="{}" vx="{}" vy="{}""#,
+                number(),
+                number(),
+                number(),
+                number()
+            )
+            .unwrap();
+            if dimensions == 3 {
+                write!(text, r#" pz="{}" vz="{}""#, number(), number()).unwrap();
+            }
+            text += r#" fixed="0"/>"#;
+        }
+        for (edge, [i, j]) in pairs(rng).into_iter().enumerate() {
+            let damping = if rng.f64() < damped { rng.f64() } else { 0.0 };
+            let rest_length = if rng.f64() < unstretched { 0.0 } else { rng.f64() };
+            write!(
+                text,
+                r#"<edge i="{i}" j="{j}"/><springforce edge="{edge}" k="{}" l0="{rest_length}" b="{damping}"/>"#,
+                rng.f64()
+            )
+            .unwrap();
+        }
+        text += "</scene>";
+        xml::parse(&text, "random.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
+    }
+
+    fn coordinates<const D: usize>(
+        scene: &Scene,
+        of: fn(&crate::scene::Particle) -> [f64; 3],
+    ) -> Vec<f64> {
+        scene.particles.iter().flat_map(|particle| of(particle).into_iter().take(D)).collect()
+    }
+
+    fn springs<const D: usize>(scene: &Scene, n_parts: usize) -> PairForce<Springs<D>> {
+        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+        PairForce::in_parts::<D>(scene, &elements, Springs::<D>::of_parameters, n_parts)
+    }
+
+    /// The forces of all springs, pair by pair in the order of the file.
+    fn pair_by_pair<const D: usize>(scene: &Scene, state: State<'_>) -> Vec<f64> {
+        let mut sums = vec![0.0; state.positions.len()];
+        for element in &scene.forces {
+            let [i, j] = element.pair.unwrap();
+            let (d, w) = relative::<D>(state, [i as u32, j as u32]);
+            let force =
+                Springs::<D>::of_parameters(&element.parameters, [i, j]).force(&d, &w).unwrap();
+            for axis in 0..D {
+                sums[i * D + axis] += force[axis];
+                sums[j * D + axis] -= force[axis];
+            }
+        }
+        sums
+    }
+
+    fn assert_same_bits<const D: usize>() {
+        let mut rng = fastrand::Rng::with_seed(D as u64);
+        for (damped, unstretched) in [(0.0, 0.0), (1.0, 0.0), (0.3, 0.0), (0.0, 0.2), (0.5, 0.5)] {
+            let scene = scene(&mut rng, D, damped, unstretched);
+            let masses = vec![1.0; PARTICLES];
+            let positions = coordinates::<D>(&scene, |particle| particle.position);
+            let velocities = coordinates::<D>(&scene, |particle| particle.velocity);
+            let state = State {
+                masses: &masses,
+                positions: &positions,
+                velocities: &velocities,
+                time: 0.0,
+            };
+            let expected = pair_by_pair::<D>(&scene, state);
+            for n_parts in [1, 2, 3, 7, PARTICLES] {
+                let mut sums = vec![0.0; positions.len()];
+                springs::<D>(&scene, n_parts).add_force(state, &mut sums).unwrap();
+                let bits =
+                    |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+                assert!(
+                    bits(&sums) == bits(&expected),
+                    "{damped} {unstretched} in {n_parts} parts"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn vectors_and_threads_give_the_bits_of_pair_by_pair() {
+        assert_same_bits::<2>();
+        assert_same_bits::<3>();
+    }
+
+    #[test]
+    fn the_first_spring_without_a_direction_is_told() {
+        let mut rng = fastrand::Rng::with_seed(5);
+        let mut scene = scene(&mut rng, 2, 0.0, 0.0);
+        let [i, j] = scene.forces[300].pair.unwrap();
+        scene.particles[i].position = scene.particles[j].position;
+        let first = scene.forces.iter().position(|element| {
+            let pair = element.pair.unwrap();
+            pair == [i, j] || pair == [j, i]
+        });
+        let positions = coordinates::<2>(&scene, |particle| particle.position);
+        let masses = vec![1.0; PARTICLES];
+        let state =
+            State { masses: &masses, positions: &positions, velocities: &positions, time: 0.0 };
+        for n_parts in [1, 4] {
+            let error =
+                springs::<2>(&scene, n_parts).add_force(state, &mut vec![0.0; positions.len()]);
+            assert_eq!(error.unwrap_err().element, first.unwrap());
+        }
+    }
 }

@@ -14,7 +14,10 @@
 //! A spring of length zero has no direction. Where its rest length and damping are zero too, the law is
 //! `f = −k d`, which needs none; otherwise the force is not defined there.
 
-use super::pair::{PairForce, PairLaw};
+use pulp::Simd;
+
+use super::batches::{Relative, load};
+use super::pair::{PairForce, PairLaw, PairLaws, Undefined, one_by_one};
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use crate::scene::Scene;
 use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
@@ -37,14 +40,11 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    Box::new(PairForce::new(scene, elements, |parameters, _| Spring {
-        stiffness: parameters[0],
-        rest_length: parameters[1],
-        damping: parameters[2],
-    }))
+    Box::new(PairForce::<Springs<D>>::new::<D>(scene, elements, Springs::<D>::of_parameters))
 }
 
-struct Spring {
+#[derive(Clone, Copy)]
+pub(super) struct Spring {
     stiffness: f64,
     rest_length: f64,
     damping: f64,
@@ -58,6 +58,8 @@ impl Spring {
 }
 
 impl<const D: usize> PairLaw<D> for Spring {
+    const USES_VELOCITY: bool = true;
+
     fn energy(&self, distance: f64) -> Option<f64> {
         let stretch = distance - self.rest_length;
         Some(0.5 * self.stiffness * stretch * stretch)
@@ -79,6 +81,7 @@ impl<const D: usize> PairLaw<D> for Spring {
         Some(n * -tension)
     }
 
+    #[inline(always)]
     fn jacobians(&self, d: &Vector<D>, w: &Vector<D>) -> Option<(Block<D>, Block<D>)> {
         if self.linear() {
             return Some((Block::identity() * -self.stiffness, Block::zeros()));
@@ -103,4 +106,128 @@ impl<const D: usize> PairLaw<D> for Spring {
     fn symmetric(&self) -> bool {
         self.damping == 0.0
     }
+}
+
+/// The springs of a scene, by slot. Their parameters are laid out as vectors are, and meet the same shuffles.
+#[derive(Default)]
+pub(super) struct Springs<const D: usize> {
+    /// Stiffness and rest length.
+    elastic: Vec<[f64; D]>,
+    /// Damping; empty as long as there is none.
+    damping: Vec<[f64; D]>,
+    /// Whether one of them is linear.
+    any_linear: bool,
+}
+
+impl<const D: usize> Springs<D> {
+    /// The law of an element with these parameters.
+    pub(super) fn of_parameters(parameters: &[f64], _: [usize; 2]) -> Spring {
+        Spring { stiffness: parameters[0], rest_length: parameters[1], damping: parameters[2] }
+    }
+}
+
+impl<const D: usize> PairLaws<D> for Springs<D> {
+    type Law = Spring;
+
+    fn push(&mut self, law: Spring) {
+        let Spring { stiffness, rest_length, damping } = law;
+        if damping != 0.0 || !self.damping.is_empty() {
+            self.damping.resize(self.elastic.len(), [0.0; D]);
+            self.damping.push(leading([damping, 0.0]));
+        }
+        self.elastic.push(leading([stiffness, rest_length]));
+        self.any_linear |= law.linear();
+    }
+
+    #[inline(always)]
+    fn law(&self, slot: usize) -> Spring {
+        let [stiffness, rest_length, ..] = self.elastic[slot][..] else { unreachable!() };
+        let damping = self.damping.get(slot).map_or(0.0, |damping| damping[0]);
+        Spring { stiffness, rest_length, damping }
+    }
+
+    fn use_velocity(&self) -> bool {
+        !self.damping.is_empty()
+    }
+
+    #[inline(always)]
+    fn forces<S: Simd>(
+        &self,
+        simd: S,
+        first_slot: usize,
+        relative: impl Relative<D>,
+        forces: &mut [[f64; D]],
+    ) -> Result<(), Undefined> {
+        let (count, lanes) = (forces.len(), S::F64_LANES);
+        let elastic = &self.elastic[first_slot..first_slot + count];
+        let damping = self.damping.get(first_slot..first_slot + count);
+        // Linear springs are rare, and need no root.
+        let n_vectors = if self.any_linear { 0 } else { count / lanes };
+        let (head, tail) = forces.split_at_mut(n_vectors * lanes);
+        let head = S::as_mut_simd_f64s(head.as_flattened_mut()).0.as_chunks_mut::<D>().0;
+        let zero = simd.splat_f64s(0.0);
+        let mut undefined = simd.equal_f64s(zero, simd.splat_f64s(1.0));
+        for (vector, force) in head.iter_mut().enumerate() {
+            let first = vector * lanes;
+            let d = deinterleave(simd, relative.positions(simd, first));
+            let [stiffness, rest_length, ..] = deinterleave(simd, load::<D, S>(elastic, first))[..]
+            else {
+                unreachable!("there are two dimensions or more")
+            };
+            let length = simd.sqrt_f64s(dot(simd, &d, &d));
+            undefined = simd.or_m64s(undefined, simd.equal_f64s(length, zero));
+            let inverse = simd.div_f64s(simd.splat_f64s(1.0), length);
+            let n = d.map(|component| simd.mul_f64s(component, inverse));
+            let mut tension = simd.mul_f64s(stiffness, simd.sub_f64s(length, rest_length));
+            if let Some(damping) = damping {
+                let w = deinterleave(simd, relative.velocities(simd, first));
+                let damping = deinterleave(simd, load::<D, S>(damping, first))[0];
+                let damped = simd.add_f64s(tension, simd.mul_f64s(damping, dot(simd, &n, &w)));
+                tension = simd.select_f64s(simd.equal_f64s(damping, zero), tension, damped);
+            }
+            let pull = simd.neg_f64s(tension);
+            *force = interleave(simd, n.map(|component| simd.mul_f64s(component, pull)));
+        }
+        if simd.first_true_m64s(undefined) < lanes {
+            return Err(Undefined);
+        }
+        one_by_one(self, first_slot, relative, n_vectors * lanes, tail)
+    }
+}
+
+/// `a·b`, summed in the order of a [`Vector`]'s.
+#[inline(always)]
+fn dot<const D: usize, S: Simd>(simd: S, a: &[S::f64s; D], b: &[S::f64s; D]) -> S::f64s {
+    let mut products = a.iter().zip(b).map(|(a, b)| simd.mul_f64s(*a, *b));
+    let first = products.next().unwrap_or(simd.splat_f64s(0.0));
+    products.fold(first, |sum, product| simd.add_f64s(sum, product))
+}
+
+/// The first two of `D` numbers.
+fn leading<const D: usize>(values: [f64; 2]) -> [f64; D] {
+    std::array::from_fn(|axis| values.get(axis).copied().unwrap_or(0.0))
+}
+
+/// From particle-major vectors to one vector an axis, their lanes in an order of the processor's own.
+#[inline(always)]
+fn deinterleave<const D: usize, S: Simd>(simd: S, vectors: [S::f64s; D]) -> [S::f64s; D] {
+    let mut axes = vectors;
+    match *vectors.as_slice() {
+        [a, b] => axes.copy_from_slice(&simd.deinterleave_shfl_f64s([a, b])),
+        [a, b, c] => axes.copy_from_slice(&simd.deinterleave_shfl_f64s([a, b, c])),
+        _ => {}
+    }
+    axes
+}
+
+/// The way back.
+#[inline(always)]
+fn interleave<const D: usize, S: Simd>(simd: S, axes: [S::f64s; D]) -> [S::f64s; D] {
+    let mut vectors = axes;
+    match *axes.as_slice() {
+        [a, b] => vectors.copy_from_slice(&simd.interleave_shfl_f64s([a, b])),
+        [a, b, c] => vectors.copy_from_slice(&simd.interleave_shfl_f64s([a, b, c])),
+        _ => {}
+    }
+    vectors
 }

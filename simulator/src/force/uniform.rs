@@ -4,9 +4,7 @@
 //! U = −Σ w_i f·x_i       F_i = w_i f       ∂F/∂x = ∂F/∂v = 0       w_i = m_i or 1
 //! ```
 
-use super::{
-    Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, add_to, vector_of,
-};
+use super::{Degenerate, Force, Numbered, State, Vector, add_to, vector_of};
 use crate::scene::schema::ParameterSchema;
 
 /// What the vector of a uniform force is multiplied by on each particle.
@@ -65,14 +63,4 @@ impl<const D: usize> Force<D> for Uniform<D> {
         }
         Ok(())
     }
-
-    fn add_jacobians(
-        &self,
-        _state: State<'_>,
-        _sink: &mut dyn JacobianSink<D>,
-    ) -> Result<(), Degenerate> {
-        Ok(())
-    }
-
-    fn couplings(&self, _visit: &mut dyn FnMut(Coupling)) {}
 }

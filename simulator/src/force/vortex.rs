@@ -36,12 +36,13 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    Box::new(PairForce::new(scene, elements, |parameters, _| Vortex {
+    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |parameters, _| Vortex {
         biot_savart: parameters[0],
         viscous: parameters[1],
     }))
 }
 
+#[derive(Clone, Copy)]
 struct Vortex {
     biot_savart: f64,
     viscous: f64,
@@ -58,6 +59,8 @@ fn quarter_turn<const D: usize>() -> Block<D> {
 }
 
 impl<const D: usize> PairLaw<D> for Vortex {
+    const USES_VELOCITY: bool = true;
+
     fn energy(&self, _distance: f64) -> Option<f64> {
         None
     }

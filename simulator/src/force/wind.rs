@@ -13,7 +13,7 @@
 
 use libm::{cos, sin};
 
-use super::{Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
+use super::{Degenerate, Force, ForceKind, Numbered, State};
 use super::{Vector, add_to, vector_of};
 use crate::scene::Scene;
 use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
@@ -75,16 +75,6 @@ impl<const D: usize> Force<D> for Wind {
         }
         Ok(())
     }
-
-    fn add_jacobians(
-        &self,
-        _state: State<'_>,
-        _sink: &mut dyn JacobianSink<D>,
-    ) -> Result<(), Degenerate> {
-        Ok(())
-    }
-
-    fn couplings(&self, _visit: &mut dyn FnMut(Coupling)) {}
 }
 
 #[cfg(test)]

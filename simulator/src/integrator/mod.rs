@@ -149,21 +149,32 @@ impl From<LinearError> for StepError {
 
 /// `x ← x + h·v`.
 fn drift(positions: &mut [f64], velocities: &[f64], h: f64) {
-    for (position, velocity) in positions.iter_mut().zip(velocities) {
-        *position += h * velocity;
-    }
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (position, velocity) in positions.iter_mut().zip(velocities) {
+                *position += h * velocity;
+            }
+        },
+    );
 }
 
 /// `v ← v + h·F/m` for the particles that are free.
 fn kick<const D: usize>(system: &System<D>, force: &[f64], h: f64, velocities: &mut [f64]) {
-    let particles = velocities.chunks_exact_mut(D).zip(force.chunks_exact(D));
-    for ((velocity, force), (mass, fixed)) in
-        particles.zip(system.masses().iter().zip(system.fixed()))
-    {
-        if !fixed {
-            for (velocity, force) in velocity.iter_mut().zip(force) {
-                *velocity += h * (force / mass);
+    let force = force.as_chunks::<D>().0;
+    let velocities = velocities.as_chunks_mut::<D>().0;
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for free in system.free() {
+                let masses = &system.masses()[free.clone()];
+                let particles = velocities[free.clone()].iter_mut().zip(&force[free.clone()]);
+                for ((velocity, force), mass) in particles.zip(masses) {
+                    for (velocity, force) in velocity.iter_mut().zip(force) {
+                        *velocity += h * (force / mass);
+                    }
+                }
             }
-        }
-    }
+        },
+    );
 }

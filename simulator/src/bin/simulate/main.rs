@@ -10,9 +10,10 @@ use std::time::{Duration, Instant};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use simulator::force::PARALLEL;
 use simulator::output::OutputFile;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
-use simulator::scene::{self, Overrides, ParseOptions};
+use simulator::scene::{self, Overrides, ParseOptions, Scene};
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
@@ -204,9 +205,19 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
     }
     let scene = parsed.scene;
-    let mut simulation = Simulation::with_solver(&scene, cli.solver.into());
+    // Steps that use several threads enter their pool at no cost from inside; to start it takes a moment.
+    if scene.forces.len() < PARALLEL {
+        simulate(cli, &scene, format)
+    } else {
+        rayon::scope(|_| simulate(cli, &scene, format))
+    }
+}
 
-    let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(&scene))?;
+/// Takes all steps of the scene and writes what was asked for.
+fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure> {
+    let mut simulation = Simulation::with_solver(scene, cli.solver.into());
+
+    let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(scene))?;
     let mut energy = match &cli.energy {
         Some(path) => {
             let file =

@@ -1,0 +1,424 @@
+//! Pairs of particles in batches that vector instructions can work on.
+//!
+//! Meshes list their springs row by row: element `s + 1` then joins the particles next to those of element
+//! `s`. Such a *run*, `(i, j), (i+1, j+1), …`, reads and writes contiguous particles, and needs neither
+//! gathers nor scatters. Several runs may alternate (the two diagonals of a net do, with period 2). What
+//! follows no such pattern is left scattered, pair by pair.
+//!
+//! Batches keep each particle's sum in the order of the file, and so its bits. In `t` repeats of runs that
+//! start at `(i_r, j_r)`, particle `p` is met at `t = p − i_r` and `t = p − j_r`: earlier by the ends of
+//! runs that start at a higher particle. So the ends are added one after another, the one with the highest
+//! first particle first; among equals, in the order of the file.
+//!
+//! Threads divide the particles, not the pairs: each adds to the sums of a range of particles, and evaluates
+//! what moves one of them. A pair across two ranges is evaluated twice. Every sum is then the same bits for
+//! any number of threads.
+//!
+//! Memory: 24 bytes a batch, and 8 for each run of one and for each scattered pair.
+
+use std::cmp::Reverse;
+use std::ops::Range;
+
+use pulp::Simd;
+
+use super::pair::{PairLaws, Undefined};
+use super::{State, Vector};
+
+/// Most elements of a batch: enough to fill vectors, few enough to stay in the nearest cache.
+const BATCH: usize = 64;
+
+/// The longest period of alternating runs that is looked for.
+const MAX_PERIOD: usize = 4;
+
+/// Fewer repeats than this are not worth a run.
+const MIN_REPEATS: usize = 8;
+
+/// Runs shorter than this are summed particle by particle.
+const SHORT: usize = 12;
+
+/// No vector of this many numbers or fewer straddles the forces of two runs.
+const ALIGNMENT: usize = 8;
+
+/// The pairs of a force that move particles of a range, in batches.
+#[derive(Debug)]
+pub(super) struct Batches {
+    /// The particles.
+    range: Range<usize>,
+    batches: Vec<Batch>,
+    /// First pairs of runs, and scattered pairs.
+    pairs: Vec<[u32; 2]>,
+}
+
+/// Some runs, or scattered pairs. Elements of a batch have consecutive slots, run by run.
+#[derive(Debug, Clone, Copy)]
+struct Batch {
+    first_slot: u32,
+    first_pair: u32,
+    /// Elements of each run, or pairs.
+    count: u32,
+    /// Runs; 0 where the pairs are scattered.
+    n_runs: u32,
+    /// Ends of runs in the order in which they are added: twice the run, and one more for its second end.
+    ends: [u8; 2 * MAX_PERIOD],
+}
+
+impl Batches {
+    /// Batches of those of the pairs that move a particle of `range`. The pairs' numbers, in the order of
+    /// slots, are appended to `order`.
+    pub(super) fn new(pairs: &[[u32; 2]], range: Range<usize>, order: &mut Vec<u32>) -> Self {
+        let mut batches = Self { range, batches: Vec::new(), pairs: Vec::new() };
+        let mut next = 0;
+        while next < pairs.len() {
+            match Block::at(pairs, next) {
+                Some(block) => {
+                    batches.push_block(pairs, next, block, order);
+                    next += block.period * block.repeats;
+                }
+                None => {
+                    if pairs[next]
+                        .iter()
+                        .any(|particle| batches.range.contains(&(*particle as usize)))
+                    {
+                        batches.push_scattered(pairs[next], order.len());
+                        order.push(next as u32);
+                    }
+                    next += 1;
+                }
+            }
+        }
+        batches
+    }
+
+    fn push_scattered(&mut self, pair: [u32; 2], slot: usize) {
+        match self.batches.last_mut() {
+            Some(batch) if batch.n_runs == 0 && (batch.count as usize) < BATCH => batch.count += 1,
+            _ => self.push(Batch {
+                first_slot: slot as u32,
+                first_pair: 0,
+                count: 1,
+                n_runs: 0,
+                ends: [0; _],
+            }),
+        }
+        self.pairs.push(pair);
+    }
+
+    fn push_block(
+        &mut self,
+        pairs: &[[u32; 2]],
+        first: usize,
+        Block { period, repeats }: Block,
+        order: &mut Vec<u32>,
+    ) {
+        let firsts = &pairs[first..first + period];
+        // The repeats that move a particle of the range, and those between them.
+        let Range { start, end } = self.range;
+        let met = firsts.as_flattened().iter().map(|particle| {
+            let repeat = |border: usize| border.saturating_sub(*particle as usize).min(repeats);
+            (repeat(start), repeat(end))
+        });
+        let met = met.filter(|(from, to)| from < to);
+        let hull = |(from, to): (usize, usize), (a, b)| (from.min(a), to.max(b));
+        let (from, to) = met.reduce(hull).unwrap_or((0, 0));
+        let at_most = BATCH / period;
+        for done in (from..to).step_by(at_most) {
+            let count = at_most.min(to - done);
+            let firsts = &pairs[first + done * period..][..period];
+            let mut ends: [u8; 2 * MAX_PERIOD] = std::array::from_fn(|end| end as u8);
+            let particle = |end: &u8| firsts[usize::from(end / 2)][usize::from(end % 2)];
+            ends[..2 * period].sort_by_key(|end| Reverse(particle(end)));
+            self.push(Batch {
+                first_slot: order.len() as u32,
+                first_pair: 0,
+                count: count as u32,
+                n_runs: period as u32,
+                ends,
+            });
+            self.pairs.extend(firsts);
+            for run in 0..period {
+                order.extend((done..done + count).map(|t| (first + t * period + run) as u32));
+            }
+        }
+    }
+
+    fn push(&mut self, batch: Batch) {
+        self.batches.push(Batch { first_pair: self.pairs.len() as u32, ..batch });
+    }
+
+    /// The particles whose sums these are.
+    pub(super) fn range(&self) -> Range<usize> {
+        self.range.clone()
+    }
+
+    /// Adds to the sums of the range's particles what the laws make of all particles' positions, and of their
+    /// velocities where `V` is set.
+    ///
+    /// # Errors
+    /// Where a law is not defined.
+    #[inline(always)]
+    pub(super) fn add<const D: usize, const V: bool, S: Simd>(
+        &self,
+        simd: S,
+        laws: &impl PairLaws<D>,
+        State { positions, velocities, .. }: State<'_>,
+        sums: &mut [f64],
+    ) -> Result<(), Undefined> {
+        let x = positions.as_chunks::<D>().0;
+        let v = velocities.as_chunks::<D>().0;
+        let sums = sums.as_chunks_mut::<D>().0;
+        let mut forces = [[0.0; D]; BATCH + MAX_PERIOD * ALIGNMENT];
+        for batch in &self.batches {
+            let (slot, count) = (batch.first_slot as usize, batch.count as usize);
+            if batch.n_runs == 0 {
+                let pairs = &self.pairs[batch.first_pair as usize..][..count];
+                let forces = &mut forces[..count];
+                laws.forces(simd, slot, Scattered { pairs, x, v: V.then_some(v) }, forces)?;
+                self.add_scattered(pairs, forces, sums);
+                continue;
+            }
+            let n_runs = batch.n_runs as usize;
+            let firsts = &self.pairs[batch.first_pair as usize..][..n_runs];
+            let stride = count.next_multiple_of(ALIGNMENT);
+            for (run, pair) in firsts.iter().enumerate() {
+                let [i, j] = pair.map(|particle| particle as usize);
+                let x = [&x[i..][..count], &x[j..][..count]];
+                let v = if V { [&v[i..][..count], &v[j..][..count]] } else { [&v[..0]; 2] };
+                laws.forces(
+                    simd,
+                    slot + run * count,
+                    Run { x, v },
+                    &mut forces[run * stride..][..count],
+                )?;
+            }
+            for end in &batch.ends[..2 * n_runs] {
+                let (run, side) = (usize::from(end / 2), usize::from(end % 2));
+                let first = firsts[run][side] as usize;
+                let (from, to) = (first.max(self.range.start), (first + count).min(self.range.end));
+                if from >= to {
+                    continue;
+                }
+                let n = to - from;
+                let sums = &mut sums[from - self.range.start..][..n];
+                let forces = &forces[run * stride + from - first..][..n];
+                match side {
+                    0 => update(sums, forces, |sum, force| sum + force),
+                    _ => update(sums, forces, |sum, force| sum - force),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn add_scattered<const D: usize>(
+        &self,
+        pairs: &[[u32; 2]],
+        forces: &[[f64; D]],
+        sums: &mut [[f64; D]],
+    ) {
+        // What is below the range wraps around, far beyond it.
+        let place = |particle: u32| (particle as usize).wrapping_sub(self.range.start);
+        for (force, &[i, j]) in forces.iter().zip(pairs) {
+            if let Some(sum) = sums.get_mut(place(i)) {
+                *sum = std::array::from_fn(|axis| sum[axis] + force[axis]);
+            }
+            if let Some(sum) = sums.get_mut(place(j)) {
+                *sum = std::array::from_fn(|axis| sum[axis] - force[axis]);
+            }
+        }
+    }
+}
+
+/// Relative positions and velocities of the two particles of some elements.
+pub(super) trait Relative<const D: usize>: Copy {
+    /// `d = x_i − x_j` of `F64_LANES` elements from this one on, particle-major.
+    fn positions<S: Simd>(self, simd: S, first: usize) -> [S::f64s; D];
+    /// `w = v_i − v_j`, likewise.
+    fn velocities<S: Simd>(self, simd: S, first: usize) -> [S::f64s; D];
+    /// `d` of one element.
+    fn position(self, idx: usize) -> Vector<D>;
+    /// `w` of one element; 0 where velocities were not asked for.
+    fn velocity(self, idx: usize) -> Vector<D>;
+}
+
+/// All first particles, and all second ones.
+#[derive(Clone, Copy)]
+struct Run<'a, const D: usize> {
+    x: [&'a [[f64; D]]; 2],
+    v: [&'a [[f64; D]]; 2],
+}
+
+/// Pairs, and the states of all particles.
+#[derive(Clone, Copy)]
+struct Scattered<'a, const D: usize> {
+    pairs: &'a [[u32; 2]],
+    x: &'a [[f64; D]],
+    v: Option<&'a [[f64; D]]>,
+}
+
+impl<const D: usize> Scattered<'_, D> {
+    #[inline(always)]
+    fn gather<S: Simd>(self, simd: S, x: &[[f64; D]], first: usize) -> [S::f64s; D] {
+        let mut vectors = [simd.splat_f64s(0.0); D];
+        let (vectors_d, _) =
+            pulp::bytemuck::cast_slice_mut::<S::f64s, f64>(&mut vectors).as_chunks_mut::<D>();
+        for (d, pair) in vectors_d.iter_mut().zip(&self.pairs[first..first + S::F64_LANES]) {
+            let [i, j] = pair.map(|particle| x[particle as usize]);
+            *d = std::array::from_fn(|axis| i[axis] - j[axis]);
+        }
+        vectors
+    }
+    #[inline(always)]
+    fn difference(self, x: &[[f64; D]], idx: usize) -> Vector<D> {
+        let [i, j] = self.pairs[idx].map(|particle| Vector::from(x[particle as usize]));
+        i - j
+    }
+}
+
+/// The vectors of `F64_LANES` elements or particles, from this one on.
+#[inline(always)]
+pub(super) fn load<const D: usize, S: Simd>(values: &[[f64; D]], first: usize) -> [S::f64s; D] {
+    let (vectors, _) = S::as_simd_f64s(values[first..first + S::F64_LANES].as_flattened());
+    vectors.as_chunks::<D>().0[0]
+}
+
+#[inline(always)]
+fn load_difference<const D: usize, S: Simd>(
+    simd: S,
+    [a, b]: [&[[f64; D]]; 2],
+    first: usize,
+) -> [S::f64s; D] {
+    let mut difference = load::<D, S>(a, first);
+    for (a, b) in difference.iter_mut().zip(load::<D, S>(b, first)) {
+        *a = simd.sub_f64s(*a, b);
+    }
+    difference
+}
+
+impl<const D: usize> Relative<D> for Run<'_, D> {
+    #[inline(always)]
+    fn positions<S: Simd>(self, simd: S, first: usize) -> [S::f64s; D] {
+        load_difference(simd, self.x, first)
+    }
+    #[inline(always)]
+    fn velocities<S: Simd>(self, simd: S, first: usize) -> [S::f64s; D] {
+        load_difference(simd, self.v, first)
+    }
+    #[inline(always)]
+    fn position(self, idx: usize) -> Vector<D> {
+        Vector::from(self.x[0][idx]) - Vector::from(self.x[1][idx])
+    }
+    #[inline(always)]
+    fn velocity(self, idx: usize) -> Vector<D> {
+        match self.v[0].get(idx) {
+            Some(first) => Vector::from(*first) - Vector::from(self.v[1][idx]),
+            None => Vector::zeros(),
+        }
+    }
+}
+
+impl<const D: usize> Relative<D> for Scattered<'_, D> {
+    #[inline(always)]
+    fn positions<S: Simd>(self, simd: S, first: usize) -> [S::f64s; D] {
+        self.gather(simd, self.x, first)
+    }
+    #[inline(always)]
+    fn velocities<S: Simd>(self, simd: S, first: usize) -> [S::f64s; D] {
+        self.v.map_or([simd.splat_f64s(0.0); D], |v| self.gather(simd, v, first))
+    }
+    #[inline(always)]
+    fn position(self, idx: usize) -> Vector<D> {
+        self.difference(self.x, idx)
+    }
+    #[inline(always)]
+    fn velocity(self, idx: usize) -> Vector<D> {
+        self.v.map_or_else(Vector::zeros, |v| self.difference(v, idx))
+    }
+}
+
+/// `z ← operation(z, a)`, in vectors short enough for the shortest runs.
+#[inline(always)]
+fn update<const D: usize>(z: &mut [[f64; D]], a: &[[f64; D]], operation: impl Fn(f64, f64) -> f64) {
+    const LANES: usize = 8;
+    // Vectors that straddle what a shorter run has just stored wait for it: particle by particle, none does.
+    if z.len() < SHORT {
+        for (z, a) in z.iter_mut().zip(a) {
+            *z = std::array::from_fn(|axis| operation(z[axis], a[axis]));
+        }
+        return;
+    }
+    let (wide, rest) = z.as_flattened_mut().as_chunks_mut::<LANES>();
+    let (wide_a, rest_a) = a.as_flattened().as_chunks::<LANES>();
+    for (z, a) in wide.iter_mut().zip(wide_a) {
+        *z = std::array::from_fn(|lane| operation(z[lane], a[lane]));
+    }
+    for (z, a) in rest.iter_mut().zip(rest_a) {
+        *z = operation(*z, *a);
+    }
+}
+
+/// `repeats` times a pattern of `period` elements, each time one particle further.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Block {
+    period: usize,
+    repeats: usize,
+}
+
+impl Block {
+    /// The block that starts at this pair and covers most; `None` where none is worth it.
+    fn at(pairs: &[[u32; 2]], first: usize) -> Option<Self> {
+        let of_period = |period: usize| {
+            let follows = |number: &usize| {
+                let [before, after] = [pairs[number - period], pairs[*number]];
+                before.map(|particle| particle + 1) == after
+            };
+            let last = (first + period..pairs.len()).take_while(follows).count();
+            Self { period, repeats: 1 + last / period }
+        };
+        let blocks = (1..=MAX_PERIOD).map(of_period);
+        let blocks = blocks.filter(|block| block.repeats >= MIN_REPEATS);
+        // The first of the longest: `max_by_key` would take the last.
+        blocks.rev().max_by_key(|block| block.period * block.repeats)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nets_are_runs() {
+        // Rows, columns and both diagonals of a net of 30 by 30 particles.
+        let particle = |row: u32, column: u32| row * 30 + column;
+        let mut pairs = Vec::new();
+        for (row, column) in (0..29).flat_map(|row| (0..30).map(move |column| (row, column))) {
+            pairs.push([particle(row, column), particle(row + 1, column)]);
+        }
+        for (row, column) in (0..30).flat_map(|row| (0..29).map(move |column| (row, column))) {
+            pairs.push([particle(row, column), particle(row, column + 1)]);
+        }
+        for (row, column) in (0..29).flat_map(|row| (0..29).map(move |column| (row, column))) {
+            pairs.push([particle(row, column), particle(row + 1, column + 1)]);
+            pairs.push([particle(row + 1, column), particle(row, column + 1)]);
+        }
+        let mut order = Vec::new();
+        let batches = Batches::new(&pairs, 0..900, &mut order);
+        assert!(batches.batches.iter().all(|batch| batch.n_runs > 0));
+        // Each pair has one slot.
+        order.sort_unstable();
+        assert!(order.iter().copied().eq(0..pairs.len() as u32));
+    }
+
+    #[test]
+    fn a_pair_across_a_border_is_in_both_ranges() {
+        let pairs: Vec<[u32; 2]> = (0..99).map(|particle| [particle, particle + 1]).collect();
+        let mut order = Vec::new();
+        for range in [0..40, 40..100] {
+            Batches::new(&pairs, range, &mut order);
+        }
+        order.sort_unstable();
+        let twice: Vec<u32> =
+            order.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]).collect();
+        assert_eq!((order.len(), twice), (100, vec![39]));
+    }
+}

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grader::grading::{Outcome, grade};
+use grader::jacobian::JacobianReport;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
@@ -43,7 +44,7 @@ fn suite(
                 &Submission::BuiltIn(LinearSolver::Auto),
                 &oracle,
                 rubric,
-                Vec::new(),
+                JacobianReport::default(),
             );
             assert!(grading.outcome() == Outcome::Passed, "{name} does not pass");
             grading

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use simulator::trace::{self, Shape};
 
 use crate::compare::{Comparison, Expectation, Tolerances, compare};
-use crate::jacobian::JacobianCheck;
+use crate::jacobian::JacobianReport;
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
 use crate::submission::{StateSource, Submission};
@@ -22,7 +22,7 @@ pub struct Grading {
     /// Features in the order of the report: by section, group, integrator.
     pub features: Vec<FeatureResult>,
     /// Jacobian checks; empty where the submission is not the built-in simulator.
-    pub jacobians: Vec<JacobianCheck>,
+    pub jacobians: JacobianReport,
 }
 
 /// A feature with its scenes.
@@ -131,7 +131,7 @@ impl Grading {
         if totals.iter().any(|totals| totals.faults > 0) {
             Outcome::GraderFault
         } else if totals.iter().any(|totals| totals.passed < totals.scenes)
-            || self.jacobians.iter().any(|check| !check.is_pass())
+            || !self.jacobians.is_pass()
         {
             Outcome::Failed
         } else {
@@ -146,7 +146,7 @@ pub fn grade(
     submission: &Submission,
     oracle: &Oracle,
     rubric: &Rubric,
-    jacobians: Vec<JacobianCheck>,
+    jacobians: JacobianReport,
 ) -> Grading {
     let judge = |case: &Case| {
         let tolerances = rubric.tolerances(case);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use grader::grading::{Outcome, grade};
+use grader::jacobian::JacobianReport;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
@@ -38,7 +39,7 @@ fn the_courses_own_traces_are_reproduced() {
 
 fn reproduces(suite: &Suite, oracle: &Oracle, solver: LinearSolver) {
     let submission = Submission::BuiltIn(solver);
-    let grading = grade(suite, &submission, oracle, &Rubric::default(), Vec::new());
+    let grading = grade(suite, &submission, oracle, &Rubric::default(), JacobianReport::default());
     for result in &grading.features {
         for scene in &result.scenes {
             assert!(

@@ -49,9 +49,14 @@ fn every_source_folder_is_in_the_architecture() {
 
 #[test]
 fn links_in_the_documents_lead_somewhere() {
-    for name in
-        ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/formats.md", "docs/mistakes.md"]
-    {
+    for name in [
+        "README.md",
+        "CONTRIBUTING.md",
+        "CHANGELOG.md",
+        "docs/formats.md",
+        "docs/jacobians.md",
+        "docs/mistakes.md",
+    ] {
         let text = document(name);
         let folder = workspace().join(name).parent().unwrap().to_path_buf();
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use grader::grading::{self, Grading, Outcome};
-use grader::jacobian;
+use grader::jacobian::{self, JacobianReport};
 use grader::oracle::{self, Change, Difference, Leftover, Oracle, Regeneration};
 use grader::report;
 use grader::rubric::Rubric;
@@ -37,7 +37,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Check each force's Jacobians against central differences of the force
+    /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive
     Jacobians(JacobianArgs),
     /// Make the oracle traces anew, or see whether they still match
     #[command(subcommand)]
@@ -103,7 +103,7 @@ struct SuiteArgs {
 
 #[derive(Args)]
 struct JacobianArgs {
-    /// Random states a force and dimension
+    /// Random states a force and dimension, beside the hard ones
     #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     states: u32,
 
@@ -114,6 +114,22 @@ struct JacobianArgs {
     /// Check only this force
     #[arg(long, value_name = "TAG", value_parser = force::REGISTRY.iter().map(|kind| kind.schema.tag).collect::<Vec<_>>())]
     force: Option<String>,
+
+    /// Format of the report
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+
+    /// Write the report to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    /// Show the blocks and the state behind every verdict, and not only where one is not correct (text only)
+    #[arg(long)]
+    details: bool,
+
+    /// Write a plot a force (SVG) to this folder: errors of differences and of Taylor's test by step size
+    #[arg(long, value_name = "DIR")]
+    plot: Option<PathBuf>,
 }
 
 #[derive(Subcommand)]
@@ -225,8 +241,8 @@ fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         None => Submission::BuiltIn(LinearSolver::Auto),
     };
     let jacobians = match submission {
-        Submission::BuiltIn(_) => jacobian::check_all(jacobian::Config::default(), |_| true),
-        Submission::Traces(_) => Vec::new(),
+        Submission::BuiltIn(_) => jacobian::check_all(jacobian::Config::default()),
+        Submission::Traces(_) => JacobianReport::default(),
     };
     let grading = grading::grade(&suite, &submission, &oracle, &rubric, jacobians);
     deliver(args, &grading)?;
@@ -250,21 +266,35 @@ fn open_oracle(folder: &Path) -> Result<Oracle, Stop> {
 
 /// Writes the report where it is wanted.
 fn deliver(args: &GradeArgs, grading: &Grading) -> Result<(), Stop> {
+    let bytes = render(grading, args.format, |out| {
+        report::text::write(out, grading, report::text::Config { details: args.details })
+    })?;
+    put(&bytes, args.output.as_deref())
+}
+
+/// The report in the format wanted; `text` writes it for people.
+fn render(
+    grading: &Grading,
+    format: Format,
+    text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<Vec<u8>, Stop> {
     let mut bytes = Vec::new();
-    match args.format {
-        Format::Text => {
-            let config = report::text::Config { details: args.details };
-            report::text::write(&mut bytes, grading, config).map_err(Stop::fault)?;
-        }
+    match format {
+        Format::Text => text(&mut bytes).map_err(Stop::fault)?,
         Format::Json => bytes = report::json::render(grading).map_err(Stop::fault)?.into_bytes(),
         Format::Junit => bytes = report::junit::render(grading).map_err(Stop::fault)?.into_bytes(),
     }
-    match &args.output {
+    Ok(bytes)
+}
+
+/// Writes a report to a file, or to the standard output.
+fn put(bytes: &[u8], output: Option<&Path>) -> Result<(), Stop> {
+    match output {
         None => {
-            print(&bytes);
+            print(bytes);
             Ok(())
         }
-        Some(path) => write_file(path, &bytes)
+        Some(path) => write_file(path, bytes)
             .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display()))),
     }
 }
@@ -278,13 +308,42 @@ fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 fn check_jacobians(args: &JacobianArgs) -> Result<Exit, Stop> {
     let config = jacobian::Config { states: args.states, seed: args.seed };
-    let selected = |tag: &str| args.force.as_ref().is_none_or(|force| force == tag);
-    let checks = jacobian::check_all(config, selected);
-    let mut bytes = Vec::new();
-    report::text::write_jacobians(&mut bytes, &checks).map_err(Stop::fault)?;
-    print(&bytes);
-    let passed = checks.iter().all(jacobian::JacobianCheck::is_pass);
-    Ok(if passed { Exit::Passed } else { Exit::Failed })
+    let jacobians = match &args.force {
+        Some(tag) => JacobianReport {
+            forces: jacobian::check_forces(config, |force| force == tag),
+            ..JacobianReport::default()
+        },
+        None => jacobian::check_all(config),
+    };
+    let grading = Grading {
+        submission: Submission::BuiltIn(LinearSolver::Auto).name(),
+        features: Vec::new(),
+        jacobians,
+    };
+    let bytes = render(&grading, args.format, |out| {
+        let config = report::jacobians::text::Config { details: args.details };
+        report::jacobians::text::write(out, &grading.jacobians, config)
+    })?;
+    put(&bytes, args.output.as_deref())?;
+    if let Some(folder) = &args.plot {
+        plot(folder, &grading.jacobians)?;
+    }
+    Ok(if grading.jacobians.is_pass() { Exit::Passed } else { Exit::Failed })
+}
+
+/// Writes a plot a force.
+fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop> {
+    let unwritable =
+        |path: &Path, error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
+    std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, error))?;
+    for check in &jacobians.forces {
+        let Some(curves) = jacobian::curves(check) else { continue };
+        let svg = report::jacobians::plot::render(&curves).map_err(Stop::fault)?;
+        let name = format!("{}-{}d.svg", check.tag, check.dimension.count());
+        let path = folder.join(name);
+        write_file(&path, svg.as_bytes()).map_err(|error| unwritable(&path, error))?;
+    }
+    Ok(())
 }
 
 fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {

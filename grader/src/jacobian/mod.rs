@@ -1,43 +1,53 @@
-//! Each force's Jacobians against central differences of the force itself.
+//! Jacobians of forces, judged block by block and as a whole.
 //!
-//! For every registered force, in two and three dimensions, at many random states of two particles away
-//! from where the force is not defined, with random parameters of which some are zero: the assembled `∂F/∂x` and `∂F/∂v` of the system are compared,
-//! entry by entry, with
+//! For every registered force, in two and three dimensions, at states that are random and at states that are
+//! hard on purpose, each entry of `∂F/∂x` and `∂F/∂v` is held against three opinions:
 //!
 //! ```text
-//! F'(x) ≈ (8 (F(x+δ) − F(x−δ)) − (F(x+2δ) − F(x−2δ))) / 12δ           error O(δ⁴)
+//! differences    (F(z+h) − F(z−h)) / 2h, extrapolated to h = 0, with an uncertainty (ridders)
+//! dual numbers   the law written a second time, F(z + ε e) = F(z) + ε J e          (law)
+//! Taylor         |F(z+te) − F(z) − t J e| falls as t² or as t                        (taylor)
 //! ```
 //!
-//! The error of a state is the largest difference of two entries, divided by the largest entry of either
-//! matrix; where both are zero throughout, it is zero. A Jacobian that is zero at every state although
-//! its differences are not has an error of 1, and one that is never anything but zero is reported as
-//! such. Cost: `8nD` force evaluations a state.
+//! and called correct, wrong or inconclusive ([`Verdict`]). Beside the entries stand properties of the whole
+//! ([`Property`]), and the Newton systems of the implicit methods ([`NewtonCheck`]). Cost: some ten thousand
+//! evaluations of the force a state; all forces together take a twentieth of a second on two cores.
 
-mod difference;
+mod check;
+mod curves;
+mod law;
+mod newton;
+mod ridders;
+mod states;
+mod structure;
+mod subject;
+mod tally;
+mod taylor;
+mod verdict;
 
-use fastrand::Rng;
-use nalgebra::DMatrix;
-use simulator::force::{self, Block, ForceKind, JacobianSink};
-use simulator::integrator;
-use simulator::scene::schema::{ActsOn, Domain, IntegratorOptions, ParameterSchema};
-use simulator::scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering,
-    Scene,
+use nalgebra::{DMatrix, SMatrix};
+use rayon::prelude::*;
+use simulator::force::{self, ForceKind};
+use simulator::scene::Dimension;
+use simulator::solver::psd::Projection;
+
+pub use curves::{Curves, curves};
+pub use newton::NewtonCheck;
+pub use ridders::{Difference, Estimate};
+pub use states::{CheckState, states};
+pub use subject::{Jacobians, Maker, Subject, simulated};
+pub use taylor::{Taylor, Window};
+pub use verdict::{
+    BlockFinding, BlockKind, By, Entry, Exhibit, Part, Property, PropertyFinding, Reason, Verdict,
 };
-use simulator::system::{BuildForce, System};
 
-use difference::difference;
-
-/// The largest error of a correct Jacobian. Truncation and rounding leave about 1e-9.
-pub const TOLERANCE: f64 = 1e-7;
-
-/// Of so many values of a parameter that may be zero or left out, one is.
-const ONE_IN: u32 = 8;
+use structure::{Project, Structure};
+use tally::Tally;
 
 /// How to check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Config {
-    /// Random states a force and dimension.
+    /// Random states a force and dimension, beside the hard ones.
     pub states: u32,
     /// Seed of the random states.
     pub seed: u64,
@@ -45,7 +55,40 @@ pub struct Config {
 
 impl Default for Config {
     fn default() -> Self {
-        Self { states: 200, seed: 1 }
+        Self { states: 16, seed: 1 }
+    }
+}
+
+/// All that was found.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct JacobianReport {
+    /// One entry a force and dimension.
+    pub forces: Vec<JacobianCheck>,
+    /// One entry an implicit method and scene.
+    pub newton: Vec<NewtonCheck>,
+}
+
+impl JacobianReport {
+    /// Whether nothing was checked.
+    pub fn is_empty(&self) -> bool {
+        self.forces.is_empty()
+    }
+
+    /// Whether everything is correct.
+    pub fn is_pass(&self) -> bool {
+        self.verdicts().all(Verdict::is_correct)
+    }
+
+    /// Every verdict.
+    pub fn verdicts(&self) -> impl Iterator<Item = Verdict> {
+        let of_forces = self.forces.iter().flat_map(JacobianCheck::verdicts);
+        of_forces.chain(self.newton.iter().map(|check| check.verdict))
+    }
+
+    /// How many verdicts are correct, of how many that were asked for.
+    pub fn counts(&self) -> (usize, usize) {
+        let asked = || self.verdicts().filter(|verdict| *verdict != Verdict::NotApplicable);
+        (asked().filter(|verdict| verdict.is_correct()).count(), asked().count())
     }
 }
 
@@ -57,348 +100,293 @@ pub struct JacobianCheck {
     /// Two or three dimensions.
     pub dimension: Dimension,
     /// States checked.
-    pub states: u32,
-    /// `∂F/∂x`.
-    pub by_position: Finding,
-    /// `∂F/∂v`.
-    pub by_velocity: Finding,
+    pub states: usize,
+    /// Each kind of block, in the order of [`BlockKind::ALL`].
+    pub blocks: Vec<BlockFinding>,
+    /// Each property, in the order of [`Property::ALL`].
+    pub properties: Vec<PropertyFinding>,
 }
 
 impl JacobianCheck {
-    /// Whether both Jacobians agree with the differences.
+    /// Whether everything is correct.
     pub fn is_pass(&self) -> bool {
-        self.by_position.is_pass() && self.by_velocity.is_pass()
+        self.verdicts().all(Verdict::is_correct)
+    }
+
+    /// Whether something is wrong.
+    pub fn is_wrong(&self) -> bool {
+        self.verdicts().any(|verdict| verdict == Verdict::Wrong)
+    }
+
+    /// Every verdict: blocks, then properties.
+    pub fn verdicts(&self) -> impl Iterator<Item = Verdict> {
+        let properties = self.properties.iter().map(|finding| finding.verdict);
+        self.blocks.iter().map(|finding| finding.verdict).chain(properties)
     }
 }
 
-/// What was found for one Jacobian.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// The largest relative error over all states.
-    pub error: f64,
-    /// States at which the Jacobian or its differences were not zero.
-    pub evidence: u32,
-    /// The entry with that error; `None` where the error is zero.
-    pub worst: Option<WorstEntry>,
+/// Checks all there is: every registered force, and the Newton systems.
+pub fn check_all(config: Config) -> JacobianReport {
+    JacobianReport { forces: check_forces(config, |_| true), newton: newton::check_all() }
 }
 
-impl Finding {
-    /// Whether the Jacobian agrees with the differences. A NaN does not.
-    pub fn is_pass(&self) -> bool {
-        self.error <= TOLERANCE
-    }
+/// Checks every registered force whose tag `select` accepts, forces and dimensions in parallel.
+pub fn check_forces(config: Config, select: impl Fn(&str) -> bool) -> Vec<JacobianCheck> {
+    let kinds = force::REGISTRY.iter().copied().filter(|kind| select(kind.schema.tag));
+    let both = |kind| [(kind, Dimension::Two), (kind, Dimension::Three)];
+    let jobs: Vec<(&'static ForceKind, Dimension)> = kinds.flat_map(both).collect();
+    jobs.into_par_iter()
+        .filter_map(|(kind, dimension)| check(kind, dimension, config, &simulated))
+        .collect()
 }
 
-/// One entry of a Jacobian, by the simulator and by differences.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorstEntry {
-    /// Number of the random state.
-    pub state: u32,
-    /// Row: particle and axis of the force.
-    pub row: (usize, usize),
-    /// Column: particle and axis of the position or velocity.
-    pub column: (usize, usize),
-    /// What the simulator says.
-    pub analytic: f64,
-    /// What the differences say.
-    pub numeric: f64,
+/// Checks the subjects that `make` makes of the states for `kind`; `None` for a force without a law.
+pub fn check(
+    kind: &'static ForceKind,
+    dimension: Dimension,
+    config: Config,
+    make: &Maker<'_>,
+) -> Option<JacobianCheck> {
+    check_with(kind, dimension, config, make, &clamp)
 }
 
-/// Checks every registered force whose tag `select` accepts.
-pub fn check_all(config: Config, select: impl Fn(&str) -> bool) -> Vec<JacobianCheck> {
-    let kinds = force::REGISTRY.iter().filter(|kind| select(kind.schema.tag));
-    let both = |kind: &&'static ForceKind| [check::<2>(kind, config), check::<3>(kind, config)];
-    kinds.flat_map(both).collect()
-}
-
-fn check<const D: usize>(kind: &'static ForceKind, config: Config) -> JacobianCheck
-where
-    ForceKind: BuildForce<D>,
-{
-    let mut rng = Rng::with_seed(config.seed);
-    let mut findings = [Tally::default(), Tally::default()];
-    for state in 0..config.states {
-        let scene = random_scene::<D>(kind, &mut rng);
-        let system = System::<D>::new(&scene);
-        let positions = coordinates::<D>(&scene, |particle| particle.position);
-        let velocities = coordinates::<D>(&scene, |particle| particle.velocity);
-        let analytic = analytic(&system, &positions, &velocities);
-        let numeric = [
-            difference(&positions, |x, force| evaluate(&system, x, &velocities, force)),
-            difference(&velocities, |v, force| evaluate(&system, &positions, v, force)),
-        ];
-        for ((finding, analytic), numeric) in findings.iter_mut().zip(&analytic).zip(&numeric) {
-            finding.add::<D>(state, analytic, numeric);
-        }
-    }
-    let [by_position, by_velocity] = findings.map(Tally::finish);
-    JacobianCheck {
-        tag: kind.schema.tag,
-        dimension: dimension::<D>(),
-        states: config.states,
-        by_position,
-        by_velocity,
-    }
-}
-
-fn dimension<const D: usize>() -> Dimension {
-    if D == 2 { Dimension::Two } else { Dimension::Three }
-}
-
-/// The force, or NaN where it is not defined: a NaN is never close to anything.
-fn evaluate<const D: usize>(system: &System<D>, x: &[f64], v: &[f64], force: &mut [f64]) {
-    if system.force(x, v, 0.0, force).is_err() {
-        force.fill(f64::NAN);
-    }
-}
-
-fn analytic<const D: usize>(system: &System<D>, x: &[f64], v: &[f64]) -> [DMatrix<f64>; 2] {
-    let size = system.n_particles() * D;
-    let mut matrices = Matrices([DMatrix::zeros(size, size), DMatrix::zeros(size, size)]);
-    if system.jacobians(x, v, 0.0, &mut matrices).is_err() {
-        matrices.0.iter_mut().for_each(|matrix| matrix.fill(f64::NAN));
-    }
-    matrices.0
-}
-
-struct Matrices([DMatrix<f64>; 2]);
-
-impl<const D: usize> JacobianSink<D> for Matrices {
-    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        for (matrix, block) in self.0.iter_mut().zip([jacobian_x, jacobian_v]) {
-            let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
-            view += block;
-        }
-    }
-}
-
-/// The worst of one Jacobian so far.
-#[derive(Default)]
-struct Tally {
-    error: f64,
-    evidence: u32,
-    worst: Option<WorstEntry>,
-}
-
-impl Tally {
-    fn add<const D: usize>(&mut self, state: u32, analytic: &DMatrix<f64>, numeric: &DMatrix<f64>) {
-        let scale = analytic.amax().max(numeric.amax());
-        let finite = |matrix: &DMatrix<f64>| matrix.iter().all(|entry| entry.is_finite());
-        let sound = finite(analytic) && finite(numeric);
-        if scale == 0.0 && sound {
-            return;
-        }
-        self.evidence += 1;
-        for ((row, column), (analytic, numeric)) in
-            indices(analytic).zip(analytic.iter().zip(numeric.iter()))
-        {
-            let error = (analytic - numeric).abs() / scale;
-            // A NaN is the worst there is, and stays it.
-            if (error > self.error || error.is_nan()) && !self.error.is_nan() {
-                self.error = error;
-                self.worst = Some(WorstEntry {
-                    state,
-                    row: (row / D, row % D),
-                    column: (column / D, column % D),
-                    analytic: *analytic,
-                    numeric: *numeric,
-                });
+fn check_with(
+    kind: &'static ForceKind,
+    dimension: Dimension,
+    config: Config,
+    make: &Maker<'_>,
+    project: Project<'_>,
+) -> Option<JacobianCheck> {
+    let law = law::find(kind.schema.tag)?;
+    let states = states(kind, dimension, config.states, config.seed);
+    let mut tallies = Tally::all(law);
+    let mut structure = Structure::new(law, project);
+    let subjects: Vec<_> = states.iter().map(|state| make(&state.scene)).collect();
+    let mut both = states.iter().zip(&subjects);
+    let is_the_laws =
+        both.all(|(state, subject)| check::has_the_laws_force(subject.as_ref(), state, law));
+    for (state, subject) in states.iter().zip(&subjects) {
+        match check::observe(subject.as_ref(), state, law, is_the_laws) {
+            Some(observation) => {
+                tallies.iter_mut().for_each(|tally| tally.add(state, &observation))
             }
+            None => tallies.iter_mut().for_each(Tally::add_degenerate),
         }
+        structure.add(subject.as_ref(), state);
     }
-
-    fn finish(self) -> Finding {
-        Finding { error: self.error, evidence: self.evidence, worst: self.worst }
-    }
+    Some(JacobianCheck {
+        tag: kind.schema.tag,
+        dimension,
+        states: states.len(),
+        blocks: tallies.map(Tally::finish).into(),
+        properties: structure.finish(),
+    })
 }
 
-/// Row and column of each entry, in the order in which a matrix iterates.
-fn indices(matrix: &DMatrix<f64>) -> impl Iterator<Item = (usize, usize)> + use<> {
-    let (rows, columns) = matrix.shape();
-    (0..columns).flat_map(move |column| (0..rows).map(move |row| (row, column)))
-}
-
-/// Two particles half a unit to three units apart, with one element of the force.
-fn random_scene<const D: usize>(kind: &'static ForceKind, rng: &mut Rng) -> Scene {
-    let mut parameters = [0.0; simulator::scene::schema::MAX_PARAMETERS];
-    for (value, parameter) in parameters.iter_mut().zip(kind.schema.parameters) {
-        *value = random_parameter(parameter, rng);
+/// The projection of `projected-newton`.
+fn clamp(block: &DMatrix<f64>) -> DMatrix<f64> {
+    fn project<const D: usize>(block: &DMatrix<f64>) -> DMatrix<f64> {
+        let block = SMatrix::<f64, D, D>::from_fn(|row, column| block[(row, column)]);
+        let (projected, _) = Projection::Clamp.project(block);
+        DMatrix::from_fn(D, D, |row, column| projected[(row, column)])
     }
-    let mut within = |low: f64, high: f64| low + (high - low) * rng.f64();
-    let mut vector = |size: f64| -> [f64; 3] {
-        std::array::from_fn(|axis| if axis < D { within(-size, size) } else { 0.0 })
-    };
-    let first = vector(1.0);
-    let second = loop {
-        let offset = vector(3.0);
-        let distance = offset.iter().map(|component| component * component).sum::<f64>().sqrt();
-        if (0.5..3.0).contains(&distance) {
-            break std::array::from_fn(|axis| first[axis] + offset[axis]);
-        }
-    };
-    let velocities = [vector(2.0), vector(2.0)];
-    let particles =
-        [first, second].into_iter().zip(velocities).map(|(position, velocity)| Particle {
-            mass: within(0.5, 4.0),
-            position,
-            velocity,
-            fixed: false,
-            radius: PARTICLE_RADIUS,
-            tag: None,
-        });
-    let acts_on_pair = kind.schema.acts_on != ActsOn::EveryParticle;
-    let element = ForceElement {
-        schema: &kind.schema,
-        pair: acts_on_pair.then_some([0, 1]),
-        edge: (kind.schema.acts_on == ActsOn::Edge).then_some(0),
-        parameters,
-        location: Location::default(),
-    };
-    Scene {
-        name: "random state".to_owned(),
-        description: None,
-        tag: None,
-        dimension: dimension::<D>(),
-        duration: 0.0,
-        time_step: 1.0,
-        integrator: &integrator::REGISTRY[0].schema,
-        integrator_options: IntegratorOptions::defaults(&integrator::REGISTRY[0].schema),
-        max_simulation_frequency: None,
-        particles: particles.collect(),
-        edges: vec![Edge { particles: [0, 1], radius: EDGE_RADIUS }],
-        forces: vec![element],
-        rendering: Rendering::default(),
-    }
-}
-
-/// A typical value; at times the parameter's default, or zero, for which a force may have a branch.
-fn random_parameter(parameter: &ParameterSchema, rng: &mut Rng) -> f64 {
-    let (low, high) = parameter.typical;
-    let typical = low + (high - low) * rng.f64();
-    let zero = (parameter.domain == Domain::NonNegative).then_some(0.0);
-    match parameter.default.or(zero) {
-        Some(special) if rng.u32(..ONE_IN) == 0 => special,
-        _ => typical,
-    }
-}
-
-fn coordinates<const D: usize>(scene: &Scene, of: fn(&Particle) -> [f64; 3]) -> Vec<f64> {
-    scene.particles.iter().flat_map(|particle| of(particle).into_iter().take(D)).collect()
+    if block.nrows() == 2 { project::<2>(block) } else { project::<3>(block) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use simulator::force::{Degenerate, Force, JacobianSink, Numbered, State};
+    use simulator::scene::schema::{ForceSchema, Vocabulary};
+    use simulator::scene::{ParseOptions, Scene, xml};
+    use simulator::system::BuildForce;
 
-    #[test]
-    fn every_registered_force_agrees_with_its_differences() {
-        let checks = check_all(Config::default(), |_| true);
-        assert_eq!(checks.len(), 2 * force::REGISTRY.len());
-        for check in checks {
-            // A wide margin to the tolerance: the verdict does not hang on rounding.
-            let worst = check.by_position.error.max(check.by_velocity.error);
-            assert!(worst < TOLERANCE / 20.0, "{check:?}");
-        }
-    }
-
-    #[test]
-    fn jacobians_are_checked_where_they_are_not_zero() {
-        let expected: [(&str, bool, bool); 8] = [
-            ("simplegravity", false, false),
-            ("constantforce", false, false),
-            ("springforce", true, true),
-            ("gravitationalforce", true, false),
-            ("dragdamping", false, true),
-            ("vortexforce", true, true),
-            ("greenspringforce", true, false),
-            ("windforce", false, false),
-        ];
-        for check in check_all(Config::default(), |_| true) {
-            let entry = expected.iter().find(|(tag, ..)| *tag == check.tag);
-            let (_, by_position, by_velocity) = entry.expect("a line for each force");
-            // A force whose parameters are zero is no evidence.
-            let enough = |evidence: u32, expected: bool| match expected {
-                true => 2 * evidence >= check.states,
-                false => evidence == 0,
-            };
-            assert!(enough(check.by_position.evidence, *by_position), "{check:?}");
-            assert!(enough(check.by_velocity.evidence, *by_velocity), "{check:?}");
-        }
-    }
-
-    fn spring() -> &'static ForceKind {
-        force::REGISTRY.iter().find(|kind| kind.schema.tag == "springforce").unwrap()
-    }
-
-    #[test]
-    fn springs_are_checked_with_and_without_rest_length_and_damping() {
-        let Config { states, seed } = Config::default();
-        let mut rng = Rng::with_seed(seed);
-        let branch = |scene: &Scene| {
-            let [_, rest_length, damping, _] = scene.forces[0].parameters;
-            (rest_length == 0.0, damping == 0.0)
-        };
-        let branches: Vec<(bool, bool)> =
-            (0..states).map(|_| branch(&random_scene::<2>(spring(), &mut rng))).collect();
-        let share = |wanted: (bool, bool)| branches.iter().filter(|is| **is == wanted).count();
-        assert!(share((false, false)) > branches.len() / 2);
-        assert!(share((false, true)) >= 10 && share((true, false)) >= 10);
-        assert!(share((true, true)) >= 1);
-    }
-
-    #[test]
-    fn a_jacobian_that_is_wrong_for_an_undamped_spring_is_called_wrong() {
-        let finding = tally_of_spoilt_where(
-            |parameters| parameters[2] == 0.0,
-            |matrix| *matrix *= 1.0 + 1e-6,
+    /// What keeps a force from being checked, if anything does: it has no law, or its example, between two
+    /// particles that are nowhere special, yields nothing to check.
+    fn registry_fault(kind: &'static ForceKind) -> Option<String> {
+        let tag = kind.schema.tag;
+        let Some(law) = law::find(tag) else { return Some(format!("{tag} has no law")) };
+        let text = format!(
+            r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>
+            <particle m="1.5" px="0.3" py="-0.7" vx="0.4" vy="1.1" fixed="0"/>
+            <particle m="0.8" px="1.9" py="0.6" vx="-0.9" vy="0.2" fixed="0"/>
+            <edge i="0" j="1"/>{}</scene>"#,
+            kind.schema.example
         );
-        assert!(!finding.is_pass(), "{finding:?}");
-    }
-
-    /// The tally for a spring's `∂F/∂x` after `spoil` has changed it.
-    fn tally_of_spoilt(spoil: impl Fn(&mut DMatrix<f64>)) -> Finding {
-        tally_of_spoilt_where(|_| true, spoil)
-    }
-
-    /// The same, changed only for springs with such parameters.
-    fn tally_of_spoilt_where(
-        select: impl Fn(&[f64]) -> bool,
-        spoil: impl Fn(&mut DMatrix<f64>),
-    ) -> Finding {
-        let spring = spring();
-        let mut rng = Rng::with_seed(7);
-        let mut tally = Tally::default();
-        for state in 0..50 {
-            let scene = random_scene::<2>(spring, &mut rng);
-            let system = System::<2>::new(&scene);
-            let x = coordinates::<2>(&scene, |particle| particle.position);
-            let v = coordinates::<2>(&scene, |particle| particle.velocity);
-            let [mut by_position, _] = analytic(&system, &x, &v);
-            if select(&scene.forces[0].parameters) {
-                spoil(&mut by_position);
-            }
-            let numeric = difference(&x, |x, force| evaluate(&system, x, &v, force));
-            tally.add::<2>(state, &by_position, &numeric);
+        let integrators = simulator::vocabulary().integrators;
+        let vocabulary = Vocabulary { forces: vec![&kind.schema], integrators };
+        let scene = match xml::parse(&text, "example", &vocabulary, &ParseOptions::default()) {
+            Ok(parsed) => parsed.scene,
+            Err(error) => return Some(format!("{tag}: its example cannot be read: {error}")),
+        };
+        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+        let force: Box<dyn Force<2>> = kind.build(&scene, &elements);
+        let state = State {
+            masses: &[1.5, 0.8],
+            positions: &[0.3, -0.7, 1.9, 0.6],
+            velocities: &[0.4, 1.1, -0.9, 0.2],
+            time: 0.25,
+        };
+        let mut values = [0.0; 4];
+        let mut largest = Largest([0.0; 2]);
+        let defined = force
+            .add_force(state, &mut values)
+            .and_then(|()| force.add_jacobians(state, &mut largest));
+        if defined.is_err() || values.iter().any(|value| !value.is_finite()) {
+            return Some(format!("{tag}: its example is degenerate"));
         }
-        tally.finish()
+        if values.iter().all(|value| *value == 0.0) {
+            return Some(format!("{tag}: its example exerts no force"));
+        }
+        let shows = [
+            law.terms.iter().any(|term| term.by_position),
+            law.terms.iter().any(|term| term.by_velocity),
+        ];
+        // An example need not be damped; what depends on nothing else must show.
+        let Largest([by_position, by_velocity]) = largest;
+        let hidden = shows.iter().any(|shows| *shows) && by_position == 0.0 && by_velocity == 0.0;
+        hidden.then(|| format!("{tag}: the Jacobians of its example are zero"))
+    }
+
+    /// The largest entry by position and by velocity.
+    struct Largest([f64; 2]);
+
+    impl JacobianSink<2> for Largest {
+        fn add(
+            &mut self,
+            _: usize,
+            _: usize,
+            jacobian_x: &force::Block<2>,
+            jacobian_v: &force::Block<2>,
+        ) {
+            let [by_position, by_velocity] = &mut self.0;
+            *by_position = by_position.max(jacobian_x.amax());
+            *by_velocity = by_velocity.max(jacobian_v.amax());
+        }
     }
 
     #[test]
-    fn a_wrong_jacobian_is_called_wrong() {
-        type Spoil = fn(&mut DMatrix<f64>);
-        let mistakes: [(&str, Spoil); 7] = [
-            ("sign", |matrix| *matrix = -&*matrix),
-            ("transposed", |matrix| *matrix = matrix.transpose()),
-            ("missing", |matrix| matrix.fill(0.0)),
-            ("one entry off by a millionth", |matrix| matrix[(2, 1)] *= 1.0 + 1e-6),
-            ("off-diagonal block", |matrix| matrix.fixed_view_mut::<2, 2>(0, 2).fill(0.0)),
-            ("scaled", |matrix| *matrix *= 1.0 + 1e-6),
-            ("NaN", |matrix| matrix[(3, 3)] = f64::NAN),
-        ];
-        assert!(tally_of_spoilt(|_| ()).is_pass());
-        for (name, spoil) in mistakes {
-            let finding = tally_of_spoilt(spoil);
-            assert!(!finding.is_pass() && finding.worst.is_some(), "{name}: {finding:?}");
+    fn every_registered_force_can_be_checked() {
+        let faults: Vec<String> =
+            force::REGISTRY.iter().filter_map(|kind| registry_fault(kind)).collect();
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
+    }
+
+    /// A force that exerts nothing.
+    struct Idle;
+
+    impl<const D: usize> Force<D> for Idle {
+        fn energy(&self, _: State<'_>) -> Option<f64> {
+            None
         }
+
+        fn add_force(&self, _: State<'_>, _: &mut [f64]) -> Result<(), Degenerate> {
+            Ok(())
+        }
+
+        fn add_jacobians(
+            &self,
+            _: State<'_>,
+            _: &mut dyn JacobianSink<D>,
+        ) -> Result<(), Degenerate> {
+            Ok(())
+        }
+
+        fn couplings(&self, _: &mut dyn FnMut(force::Coupling)) {}
+    }
+
+    #[test]
+    fn a_force_that_cannot_be_checked_is_told() {
+        fn idle<const D: usize>(_: &Scene, _: &[Numbered<'_>]) -> Box<dyn Force<D>> {
+            Box::new(Idle)
+        }
+        let spring = &force::REGISTRY.iter().find(|kind| kind.schema.tag == "springforce").unwrap();
+        let like_a_spring = |tag, example| ForceSchema {
+            tag,
+            example,
+            title: spring.schema.title,
+            acts_on: spring.schema.acts_on,
+            parameters: spring.schema.parameters,
+            variational: spring.schema.variational,
+        };
+        let fault = |schema, build_2d, build_3d| {
+            registry_fault(Box::leak(Box::new(ForceKind { schema, build_2d, build_3d })))
+        };
+        let of_spring = |schema| fault(schema, spring.build_2d, spring.build_3d);
+        assert_eq!(of_spring(like_a_spring("springforce", spring.schema.example)), None);
+        let unknown = like_a_spring("rubberband", r#"<rubberband edge="0" k="1" l0="1"/>"#);
+        assert_eq!(of_spring(unknown).unwrap(), "rubberband has no law");
+        let slack = like_a_spring("springforce", r#"<springforce edge="0" k="0" l0="1"/>"#);
+        assert!(of_spring(slack).unwrap().ends_with("exerts no force"));
+        let unreadable = like_a_spring("springforce", r#"<springforce edge="3" k="1" l0="1"/>"#);
+        assert!(of_spring(unreadable).unwrap().contains("cannot be read"));
+        let silent = like_a_spring("springforce", spring.schema.example);
+        assert!(fault(silent, idle::<2>, idle::<3>).unwrap().ends_with("exerts no force"));
+    }
+
+    #[test]
+    fn a_parameter_shows_where_its_law_says_and_nowhere_else() {
+        for kind in force::REGISTRY {
+            let law = law::find(kind.schema.tag).unwrap();
+            let mut shown = vec![[false; 2]; law.terms.len()];
+            for state in states(kind, Dimension::Three, 4, 3) {
+                let subject = simulated(&state.scene);
+                let observation = check::observe(subject.as_ref(), &state, law, true).unwrap();
+                for block in &observation.blocks {
+                    for (shown, shows) in shown.iter_mut().zip(&block.terms) {
+                        shown[usize::from(block.kind.by == By::Velocity)] |= shows;
+                    }
+                }
+            }
+            let stated: Vec<[bool; 2]> =
+                law.terms.iter().map(|term| [term.by_position, term.by_velocity]).collect();
+            assert_eq!(shown, stated, "{}", kind.schema.tag);
+        }
+    }
+
+    #[test]
+    fn a_projection_that_is_not_the_nearest_is_called_wrong() {
+        let kind = force::REGISTRY.iter().find(|kind| kind.schema.tag == "gravitationalforce");
+        let verdict = |project: Project<'_>, dimension| {
+            let config = Config { states: 4, seed: 1 };
+            let check = check_with(kind.unwrap(), dimension, config, &simulated, project).unwrap();
+            let mut found = check.properties.iter();
+            found.find(|finding| finding.property == Property::Projection).unwrap().verdict
+        };
+        type Change = fn(&DMatrix<f64>) -> DMatrix<f64>;
+        let absolute: Change = |block| {
+            let mut eigen = block.clone().symmetric_eigen();
+            eigen.eigenvalues.apply(|eigenvalue| *eigenvalue = eigenvalue.abs());
+            eigen.recompose()
+        };
+        let shifted: Change = |block| {
+            let lowest = block.symmetric_eigenvalues().min().min(0.0);
+            block - DMatrix::identity(block.nrows(), block.nrows()) * lowest
+        };
+        let mistakes: [(&str, Change); 5] = [
+            ("nothing", |block| block.clone()),
+            ("absolute values", absolute),
+            ("shifted until it is semi-definite", shifted),
+            ("zero", |block| DMatrix::zeros(block.nrows(), block.nrows())),
+            ("off by 1e-9", |block| clamp(block) * (1.0 + 1e-9)),
+        ];
+        for dimension in [Dimension::Two, Dimension::Three] {
+            assert_eq!(verdict(&clamp, dimension), Verdict::Correct);
+            for (name, change) in mistakes {
+                assert_eq!(verdict(&change, dimension), Verdict::Wrong, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_bits_come_of_any_number_of_threads() {
+        let config = Config { states: 2, seed: 5 };
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| check_all(config))
+        };
+        let (one, four) = (with(1), with(4));
+        assert_eq!(format!("{one:?}"), format!("{four:?}"));
+        assert!(one.is_pass());
     }
 }

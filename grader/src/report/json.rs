@@ -4,15 +4,14 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use simulator::scene::Dimension;
 
+use super::jacobians::json::{JsonJacobian, JsonNewton};
 use crate::compare::{Comparison, FirstWrong, Residuals, Tolerances};
 use crate::grading::{FeatureResult, Grading, Outcome, SceneResult, Totals};
-use crate::jacobian::{Finding, JacobianCheck};
 use crate::suite::Section;
 
 /// Version of the schema.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The report as JSON, with a newline at its end.
 ///
@@ -50,6 +49,8 @@ struct Report {
     features: Vec<JsonFeature>,
     /// Checks of each force's Jacobians; empty unless the built-in simulator was graded.
     jacobians: Vec<JsonJacobian>,
+    /// Checks of the linear systems of implicit methods; empty as above.
+    newton_systems: Vec<JsonNewton>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -150,43 +151,6 @@ struct JsonContext {
     got: Vec<f64>,
 }
 
-#[derive(Serialize, JsonSchema)]
-struct JsonJacobian {
-    /// The force's tag.
-    force: &'static str,
-    /// 2 or 3.
-    dimension: usize,
-    /// Random states checked.
-    states: u32,
-    /// Derivative of the force by the positions.
-    by_position: JsonFinding,
-    /// Derivative of the force by the velocities.
-    by_velocity: JsonFinding,
-}
-
-#[derive(Serialize, JsonSchema)]
-struct JsonFinding {
-    pass: bool,
-    /// Largest relative error.
-    error: Option<f64>,
-    /// States at which the Jacobian was not zero.
-    evidence: u32,
-    /// The entry with the largest error.
-    worst: Option<JsonWorst>,
-}
-
-#[derive(Serialize, JsonSchema)]
-struct JsonWorst {
-    /// Number of the random state.
-    state: u32,
-    /// Particle and axis of the force.
-    row: (usize, usize),
-    /// Particle and axis of the position or velocity.
-    column: (usize, usize),
-    analytic: Option<f64>,
-    numeric: Option<f64>,
-}
-
 impl Report {
     fn of(grading: &Grading) -> Self {
         Self {
@@ -201,7 +165,8 @@ impl Report {
             required: JsonTotals::of(grading.totals(Section::Required)),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit)),
             features: grading.features.iter().map(JsonFeature::of).collect(),
-            jacobians: grading.jacobians.iter().map(JsonJacobian::of).collect(),
+            jacobians: grading.jacobians.forces.iter().map(JsonJacobian::of).collect(),
+            newton_systems: grading.jacobians.newton.iter().map(JsonNewton::of).collect(),
         }
     }
 }
@@ -281,35 +246,6 @@ impl JsonFirstWrong {
             accumulated: first.accumulated,
             context: context.collect(),
         }
-    }
-}
-
-impl JsonJacobian {
-    fn of(check: &JacobianCheck) -> Self {
-        Self {
-            force: check.tag,
-            dimension: match check.dimension {
-                Dimension::Two => 2,
-                Dimension::Three => 3,
-            },
-            states: check.states,
-            by_position: JsonFinding::of(&check.by_position),
-            by_velocity: JsonFinding::of(&check.by_velocity),
-        }
-    }
-}
-
-impl JsonFinding {
-    fn of(finding: &Finding) -> Self {
-        let worst = finding.worst.map(|worst| JsonWorst {
-            state: worst.state,
-            row: worst.row,
-            column: worst.column,
-            analytic: finite(worst.analytic),
-            numeric: finite(worst.numeric),
-        });
-        let Finding { error, evidence, .. } = *finding;
-        Self { pass: finding.is_pass(), error: finite(error), evidence, worst }
     }
 }
 

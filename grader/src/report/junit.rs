@@ -4,8 +4,8 @@
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
+use super::jacobians;
 use crate::grading::{Grading, SceneResult};
-use crate::jacobian::{Finding, JacobianCheck};
 use crate::verdict::Verdict;
 
 /// The report as JUnit XML.
@@ -21,9 +21,9 @@ pub fn render(grading: &Grading) -> Result<String, quick_junit::SerializeError> 
         report.add_test_suite(suite);
     }
     if !grading.jacobians.is_empty() {
-        let mut suite = TestSuite::new("jacobians");
-        suite.add_test_cases(grading.jacobians.iter().flat_map(jacobians));
-        report.add_test_suite(suite);
+        let suites = grading.jacobians.forces.iter().map(jacobians::junit::suite);
+        report.add_test_suites(suites);
+        report.add_test_suite(jacobians::junit::newton(&grading.jacobians.newton));
     }
     report.to_string()
 }
@@ -43,19 +43,7 @@ fn scene(scene: &SceneResult) -> TestCase {
     not_passed(&scene.id, kind, verdict.name(), message)
 }
 
-fn jacobians(check: &JacobianCheck) -> [TestCase; 2] {
-    let case = |name: &str, finding: &Finding| {
-        let name = format!("{} {name} in {}D", check.tag, check.dimension.count());
-        if finding.is_pass() {
-            return TestCase::new(name, TestCaseStatus::success());
-        }
-        let message = format!("relative error {:.1e}", finding.error);
-        not_passed(&name, NonSuccessKind::Failure, "wrong", message)
-    };
-    [case("dF/dx", &check.by_position), case("dF/dv", &check.by_velocity)]
-}
-
-fn not_passed(name: &str, kind: NonSuccessKind, ty: &str, message: String) -> TestCase {
+pub(super) fn not_passed(name: &str, kind: NonSuccessKind, ty: &str, message: String) -> TestCase {
     let mut status = TestCaseStatus::non_success(kind);
     status.set_type(ty).set_message(message);
     TestCase::new(name, status)

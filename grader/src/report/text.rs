@@ -5,21 +5,20 @@
 use std::io::{self, Write};
 
 use anstyle::{AnsiColor, Style};
-use simulator::scene::Dimension;
 
 use super::digits::{self, Line, LineKind};
+use super::jacobians;
 use super::table::{self, Cell};
 use crate::compare::FirstWrong;
 use crate::grading::{FeatureResult, Grading, Outcome, SceneResult};
-use crate::jacobian::{Finding, JacobianCheck, WorstEntry};
 use crate::suite::Section;
 use crate::verdict::Verdict;
 
-const BOLD: Style = Style::new().bold();
-const DIM: Style = Style::new().dimmed();
-const GOOD: Style = AnsiColor::Green.on_default();
-const BAD: Style = AnsiColor::Red.on_default().bold();
-const ODD: Style = AnsiColor::Yellow.on_default().bold();
+pub(super) const BOLD: Style = Style::new().bold();
+pub(super) const DIM: Style = Style::new().dimmed();
+pub(super) const GOOD: Style = AnsiColor::Green.on_default();
+pub(super) const BAD: Style = AnsiColor::Red.on_default().bold();
+pub(super) const ODD: Style = AnsiColor::Yellow.on_default().bold();
 
 /// How to write it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,72 +42,11 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Resu
         }
     }
     if !grading.jacobians.is_empty() {
-        write_jacobians(out, &grading.jacobians)?;
+        jacobians::text::write_brief(out, &grading.jacobians.forces)?;
         writeln!(out)?;
     }
     write_failures(out, grading, config)?;
     write_summary(out, grading)
-}
-
-/// Writes the Jacobian checks alone.
-///
-/// # Errors
-/// Where the output takes no more.
-pub fn write_jacobians(out: &mut dyn Write, checks: &[JacobianCheck]) -> io::Result<()> {
-    writeln!(
-        out,
-        "{BOLD}Jacobians{BOLD:#} against central differences of the force, largest relative error"
-    )?;
-    let mut rows = vec![header(&["force", "", "dF/dx", "dF/dv", "states", "verdict"], 2..5)];
-    for check in checks {
-        let finding = |finding: &Finding| match finding.evidence {
-            0 => Cell::right("zero"),
-            _ => Cell::right(residual(finding.error)),
-        };
-        rows.push(vec![
-            Cell::left(check.tag),
-            Cell::left(match check.dimension {
-                Dimension::Two => "2D",
-                Dimension::Three => "3D",
-            }),
-            finding(&check.by_position),
-            finding(&check.by_velocity),
-            Cell::right(check.states.to_string()),
-            if check.is_pass() { good("pass") } else { bad("WRONG") },
-        ]);
-    }
-    table::write(out, &rows)?;
-    for check in checks.iter().filter(|check| !check.is_pass()) {
-        for (name, finding) in [("dF/dx", &check.by_position), ("dF/dv", &check.by_velocity)] {
-            if let (false, Some(worst)) = (finding.is_pass(), &finding.worst) {
-                write_worst_entry(out, check, name, worst)?;
-            }
-        }
-    }
-    Ok(())
-}
-
-fn write_worst_entry(
-    out: &mut dyn Write,
-    check: &JacobianCheck,
-    name: &str,
-    worst: &WorstEntry,
-) -> io::Result<()> {
-    let axis = |axis: usize| ["x", "y", "z"][axis];
-    let (row, column) = (worst.row, worst.column);
-    writeln!(
-        out,
-        "  {BAD}{} {name}{BAD:#}: state {}, force on particle {} along {} by particle {} along {}: \
-         analytic {}, differences {}",
-        check.tag,
-        worst.state,
-        row.0,
-        axis(row.1),
-        column.0,
-        axis(column.1),
-        worst.analytic,
-        worst.numeric,
-    )
 }
 
 fn title(section: Section) -> &'static str {
@@ -118,7 +56,7 @@ fn title(section: Section) -> &'static str {
     }
 }
 
-fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
+pub(super) fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
     let cell = |(column, name): (usize, &&str)| {
         let cell = if numbers.contains(&column) { Cell::right(*name) } else { Cell::left(*name) };
         cell.styled(DIM)
@@ -263,8 +201,8 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         }
     }
     if !grading.jacobians.is_empty() {
-        let passed = grading.jacobians.iter().filter(|check| check.is_pass()).count();
-        let count = format!("{passed}/{} checks", grading.jacobians.len());
+        let (correct, asked) = grading.jacobians.counts();
+        let count = format!("{correct}/{asked} verdicts");
         rows.push(vec![Cell::left("Jacobians"), Cell::right(count)]);
     }
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}", grading.submission)?;

@@ -21,7 +21,8 @@
 //! # Adding a force
 //!
 //! One new file with a [`ForceKind`], and one line in [`REGISTRY`]. The parser, `simulate --help`, the
-//! Jacobian check and the benches pick it up from there.
+//! Jacobian check and the benches pick it up from there; the check wants the law a second time, in the grader's
+//! `jacobian/law`.
 
 use nalgebra::{SMatrix, SVector};
 

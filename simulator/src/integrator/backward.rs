@@ -16,6 +16,7 @@
 //! `δ`, so that motions which stretch nothing cancel exactly.
 
 use super::StepError;
+use super::observe::{NewtonSystem, Observer};
 use crate::force::{Block, Coupling, JacobianSink, Vector, add_to, vector_of};
 use crate::solver::LinearError;
 use crate::solver::linear::{BlockMatrix, LinearSolver, Link, PairSlot};
@@ -59,6 +60,7 @@ pub(super) struct Linearisation<const D: usize> {
     pub(super) residual: f64,
     /// Made when a step is first stiff.
     stiff: Option<StiffRoom>,
+    observer: Option<Observer>,
 }
 
 /// Where the blocks of a pair of particles are in the matrix.
@@ -136,7 +138,13 @@ impl<const D: usize> Linearisation<D> {
             projection: Projection::None,
             residual: 0.0,
             stiff: None,
+            observer: None,
         }
+    }
+
+    /// Hands every later system to `observer` before it is solved.
+    pub(super) fn observe(&mut self, observer: Observer) {
+        self.observer = Some(observer);
     }
 
     /// The same, with each element's share of the matrix projected. The elements must be symmetric.
@@ -182,10 +190,23 @@ impl<const D: usize> Linearisation<D> {
         };
         system.jacobians(&self.trial, iterate, time, &mut sink)?;
         let stiffness = sink.stiffest / self.lightest;
-        statistics.projections += sink.elements.projected;
+        let projected = sink.elements.projected;
+        statistics.projections += projected;
         statistics.assemblies += 1;
 
         self.residual = l2(&self.reduced);
+        if let Some(observer) = &mut self.observer {
+            observer(&NewtonSystem {
+                h,
+                time,
+                positions,
+                velocities,
+                iterate,
+                matrix: self.matrix.to_dense(),
+                residual: &self.reduced,
+                projected,
+            });
+        }
         if stiffness > STIFF {
             let floor = ROUNDED * stiffness;
             self.solve_stiff(system, (h, time, iterate), delta, floor, statistics)

@@ -8,7 +8,7 @@
 //! milestone 3, sections 5 and 10, equation (1).
 
 use super::backward::{Linearisation, Point};
-use super::{Integrator, IntegratorKind, Step, StepError, drift};
+use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
 use crate::solver::linear::LinearSolver;
@@ -69,5 +69,9 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
         velocities.copy_from_slice(&self.iterate);
         drift(positions, velocities, h);
         Ok(())
+    }
+
+    fn observe(&mut self, observer: Observer) {
+        self.linearisation.observe(observer);
     }
 }

@@ -7,7 +7,7 @@
 //! with force and Jacobians at `(q + h v, v)`. Source: hand-out of milestone 3, section 6, equation (2).
 
 use super::backward::{Linearisation, Point};
-use super::{Integrator, IntegratorKind, Step, StepError, drift};
+use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
 use crate::solver::linear::LinearSolver;
@@ -49,5 +49,9 @@ impl<const D: usize> Integrator<D> for LinearizedImplicitEuler<D> {
         }
         drift(positions, velocities, h);
         Ok(())
+    }
+
+    fn observe(&mut self, observer: Observer) {
+        self.linearisation.observe(observer);
     }
 }

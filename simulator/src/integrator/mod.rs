@@ -16,6 +16,7 @@ use crate::statistics::Statistics;
 use crate::system::System;
 
 mod backward;
+mod observe;
 
 mod explicit_euler;
 mod fast_mass_spring;
@@ -23,6 +24,8 @@ mod implicit_euler;
 mod linearized_implicit_euler;
 mod projected_newton;
 mod symplectic_euler;
+
+pub use observe::{NewtonSystem, Observer};
 
 /// Every integrator.
 pub static REGISTRY: &[&IntegratorKind] = &[
@@ -85,6 +88,10 @@ pub trait Integrator<const D: usize>: Send {
     /// # Errors
     /// Where the step has no answer; the state is then meaningless.
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError>;
+
+    /// Hands the linear systems of later steps to `observer`. A method that solves none, or one of another
+    /// form, never calls it.
+    fn observe(&mut self, _observer: Observer) {}
 }
 
 /// The state that a step replaces, and what is kept of the work.

@@ -29,7 +29,7 @@
 //! scenes with it are refused.
 
 use super::backward::{Linearisation, Point};
-use super::{Integrator, IntegratorKind, Step, StepError, drift};
+use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::force::Degenerate;
 use crate::scene::schema::{
     Domain, IntegratorOptions, IntegratorSchema, OptionKind, OptionSchema, Refusal,
@@ -194,6 +194,10 @@ impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
         velocities.copy_from_slice(&self.iterate);
         drift(positions, velocities, h);
         Ok(())
+    }
+
+    fn observe(&mut self, observer: Observer) {
+        self.linearisation.observe(observer);
     }
 }
 

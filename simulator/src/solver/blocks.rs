@@ -92,6 +92,24 @@ impl<const D: usize> BlockColumns<D> {
         entries.iter_mut().step_by(D + 1).for_each(|entry| *entry += value);
     }
 
+    /// Copies the entries, both triangles of a symmetric matrix, to where `to` wants them by row and column.
+    pub(super) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
+        let mut blocks = self.values.chunks_exact(D * D);
+        for column in 0..self.n_blocks() {
+            let rows = &self.rows[self.starts[column]..self.starts[column + 1]];
+            for (row, block) in rows.iter().zip(&mut blocks) {
+                let row = *row as usize;
+                for (place, entry) in block.iter().enumerate() {
+                    let (i, j) = (row * D + place % D, column * D + place / D);
+                    to(i, j, *entry);
+                    if self.symmetric && row != column {
+                        to(j, i, *entry);
+                    }
+                }
+            }
+        }
+    }
+
     /// The same matrix, entry by entry: its pattern, and for each of the pattern's entries where it is
     /// among the values. Of a symmetric matrix both triangles, for a factorisation that wants them.
     pub(super) fn scalar_columns(&self) -> (SymbolicSparseColMat<u32>, Vec<u32>) {

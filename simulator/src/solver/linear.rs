@@ -6,7 +6,7 @@
 //! fourteen 4 × 4 systems, and never one of 56 rows. The split is made once; its cost is in proportion
 //! to the couplings.
 
-use nalgebra::SMatrix;
+use nalgebra::{DMatrix, SMatrix};
 
 use super::LinearError;
 use super::dense::{DenseSystem, Method};
@@ -246,6 +246,25 @@ impl<const D: usize> BlockMatrix<D> {
         Ok(())
     }
 
+    /// The matrix as it stands, every entry. For inspection: it costs the square of the size.
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        let size = self.places.len() * D;
+        let mut dense = DMatrix::zeros(size, size);
+        for (block, place) in self.places.iter().enumerate() {
+            if let Place::Diagonal(number) = *place {
+                for axis in 0..D {
+                    let row = block * D + axis;
+                    dense[(row, row)] = self.diagonal[number * D + axis];
+                }
+            }
+        }
+        for Part { blocks, system } in &self.parts {
+            let global = |local: usize| blocks[local / D] * D + local % D;
+            system.read(&mut |row, column, entry| dense[(global(row), global(column))] = entry);
+        }
+        dense
+    }
+
     /// The solvers chosen, in words.
     pub fn describe(&self) -> String {
         let mut kinds: Vec<(String, usize)> = Vec::new();
@@ -354,6 +373,18 @@ impl<const D: usize> System<D> {
                     system.add_at(ji as usize, &negative);
                 }
             }
+        }
+    }
+
+    fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
+        match self {
+            Self::Dense(system) => {
+                let size = system.size();
+                for (row, column) in (0..size).flat_map(|i| (0..size).map(move |j| (i, j))) {
+                    to(row, column, system.matrix[(row, column)]);
+                }
+            }
+            Self::Sparse(system) => system.read(to),
         }
     }
 
@@ -514,6 +545,35 @@ mod tests {
                 matrix.solve(solution, &mut LinearStatistics::default()).unwrap();
             }
             assert_eq!(solutions[0], solutions[1], "{choice:?}");
+        }
+    }
+
+    #[test]
+    fn every_storage_shows_the_same_matrix() {
+        for symmetric in [true, false] {
+            let mut links: Vec<Link> = (0..5).map(|block| link(block, block + 1)).collect();
+            links.iter_mut().for_each(|link| link.symmetric = symmetric);
+            let choices = [LinearSolver::Dense, LinearSolver::Sparse];
+            let shown = choices.map(|choice| {
+                // Block 6 is by itself.
+                let mut matrix = BlockMatrix::<2>::new(7, &links, choice);
+                let mut random = fastrand::Rng::with_seed(3);
+                for Link { blocks: [i, j], .. } in &links {
+                    let mut block = SMatrix::<f64, 2, 2>::from_fn(|_, _| random.f64());
+                    if symmetric {
+                        block += block.transpose();
+                    }
+                    matrix.add_pair(matrix.pair_slot([*i, *j]).unwrap(), &block);
+                }
+                (0..7).for_each(|block| matrix.add_diagonal(block, 4.0));
+                matrix.to_dense()
+            });
+            assert_eq!(shown[0], shown[1]);
+            assert_eq!(shown[0] == shown[0].transpose(), symmetric);
+            assert_eq!((shown[0][(12, 12)], shown[0][(12, 0)], shown[0][(0, 4)]), (4.0, 0.0, 0.0));
+            // The blocks of a pair cancel: every row of a column of blocks sums to the diagonal's addition.
+            let column_sum = (0..14).step_by(2).map(|row| shown[0][(row, 2)]).sum::<f64>();
+            assert!((column_sum - 4.0).abs() < 1e-14, "{column_sum}");
         }
     }
 

@@ -115,6 +115,10 @@ impl<const D: usize> SparseSystem<D> {
     ///
     /// # Panics
     /// Where the couplings do not hold them.
+    pub(super) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
+        self.matrix.read(to);
+    }
+
     pub(super) fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
         let kept = |row, column| self.matrix.offset(row, column);
         let [ij, ji] = [kept(i, j), kept(j, i)];

@@ -1,0 +1,93 @@
+//! Laws of a particle by itself.
+//!
+//! ```text
+//! simple gravity  F = m (fx, fy, fz)                                             milestone 3, section 8.2
+//! constant force  F = (fx, fy, fz)                                               the course's scene schema
+//! linear drag     F = −b v                                                       milestone 2, section 3.3
+//! wind            F = s (3 + 3/2 (1 + cos 5φ), 1 + cos(φ + 3/10), sin φ)         the assignment's program
+//! ```
+//!
+//! with `φ = x(0)/D + t`, and `D` the diagonal of the box around all particles at the start.
+
+use super::{At, Form, Law, Number, Scale, Symmetry, Term, Vector};
+
+pub(super) static SIMPLE_GRAVITY: Law = Law {
+    tag: "simplegravity",
+    internal: false,
+    symmetry: Symmetry::None,
+    terms: &[Term::nowhere("fx"), Term::nowhere("fy"), Term::nowhere("fz")],
+    form: Form::Field {
+        plain: simple_gravity,
+        dual: simple_gravity,
+        scale: |p, at| uniform_scale(p, at.mass, at),
+    },
+};
+
+fn simple_gravity<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
+    std::array::from_fn(|axis| T::from(at.mass * p[axis]))
+}
+
+pub(super) static CONSTANT: Law = Law {
+    tag: "constantforce",
+    internal: false,
+    symmetry: Symmetry::None,
+    terms: &[Term::nowhere("fx"), Term::nowhere("fy"), Term::nowhere("fz")],
+    form: Form::Field { plain: constant, dual: constant, scale: |p, at| uniform_scale(p, 1.0, at) },
+};
+
+fn constant<T: Number>(p: &[f64], _: &At<'_, T>) -> Vector<T> {
+    std::array::from_fn(|axis| T::from(p[axis]))
+}
+
+fn uniform_scale(p: &[f64], weight: f64, at: &At<'_, f64>) -> Scale {
+    let force = weight * (p[0].abs() + p[1].abs() + p[2].abs());
+    Scale { energy: force * super::norm(&at.position), force, ..Scale::default() }
+}
+
+pub(super) static DRAG: Law = Law {
+    tag: "dragdamping",
+    internal: false,
+    symmetry: Symmetry::Isotropic,
+    terms: &[Term::new("b", false, true)],
+    form: Form::Field { plain: drag, dual: drag, scale: drag_scale },
+};
+
+fn drag<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
+    at.velocity.map(|component| component * -p[0])
+}
+
+fn drag_scale(p: &[f64], at: &At<'_, f64>) -> Scale {
+    let b = p[0];
+    Scale { force: b * super::norm(&at.velocity), by_velocity: b, ..Scale::default() }
+}
+
+pub(super) static WIND: Law = Law {
+    tag: "windforce",
+    internal: false,
+    symmetry: Symmetry::None,
+    terms: &[Term::nowhere("strength")],
+    form: Form::Field { plain: wind, dual: wind, scale: wind_scale },
+};
+
+fn wind<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
+    let phi = phase(at);
+    let force = [3.0 + 1.5 * (1.0 + (5.0 * phi).cos()), 1.0 + (phi + 0.3).cos(), phi.sin()];
+    force.map(|component| T::from(p[0] * component))
+}
+
+fn phase<T>(at: &At<'_, T>) -> f64 {
+    let (particle, starts) = at.start;
+    let extent = |axis: usize| {
+        let along = || starts.iter().map(|start| start[axis]);
+        along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
+    };
+    let diagonal = (extent(0).powi(2) + extent(1).powi(2) + extent(2).powi(2)).sqrt();
+    let start = if diagonal > 0.0 { starts[particle][0] / diagonal } else { 0.0 };
+    start + at.time
+}
+
+fn wind_scale(p: &[f64], at: &At<'_, f64>) -> Scale {
+    // The phase is rounded too, and the more the larger it is.
+    let force = p[0].abs() * (8.0 + 8.0 * phase(at).abs());
+    Scale { energy: force * super::norm(&at.position), force, ..Scale::default() }
+}

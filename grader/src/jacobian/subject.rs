@@ -1,0 +1,124 @@
+//! What a check of Jacobians looks at.
+//!
+//! A [`Subject`] is a small system of `n` particles in `D` dimensions: its force, both Jacobians of the force, the
+//! couplings it claims and its energy, if it has one. The simulator's [`System`] is one ([`Simulated`]); a check
+//! sees nothing else of it, so that whatever states these functions can be judged.
+//!
+//! Positions, velocities and forces hold `n·D` numbers, particle-major; a Jacobian is a dense matrix of `n·D`
+//! rows (of the force) and columns (of the position or velocity).
+
+use nalgebra::DMatrix;
+use simulator::force::{
+    self, Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State,
+};
+use simulator::scene::{Dimension, Scene};
+use simulator::system::{BuildForce, System};
+
+/// Both Jacobians of a force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Jacobians {
+    /// `∂F/∂x`.
+    pub by_position: DMatrix<f64>,
+    /// `∂F/∂v`.
+    pub by_velocity: DMatrix<f64>,
+}
+
+impl Jacobians {
+    /// Zeros of `size` rows and columns.
+    pub fn zeros(size: usize) -> Self {
+        Self { by_position: DMatrix::zeros(size, size), by_velocity: DMatrix::zeros(size, size) }
+    }
+}
+
+/// A force with its Jacobians, of a system with one kind of force and no fixed particle.
+pub trait Subject {
+    /// Sets `force` to the force on every particle.
+    ///
+    /// # Errors
+    /// Where it is not defined.
+    fn force(&self, x: &[f64], v: &[f64], time: f64, force: &mut [f64]) -> Result<(), Degenerate>;
+
+    /// Both Jacobians, as the subject states them.
+    ///
+    /// # Errors
+    /// Where they are not defined.
+    fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Result<Jacobians, Degenerate>;
+
+    /// The potential energy, if the force has one.
+    fn energy(&self, x: &[f64], v: &[f64], time: f64) -> Option<f64>;
+
+    /// What the subject says that its Jacobians couple.
+    fn couplings(&self) -> Vec<Coupling>;
+}
+
+/// Makes the subject of a scene.
+pub type Maker<'a> = dyn Fn(&Scene) -> Box<dyn Subject> + Sync + 'a;
+
+/// The built-in simulator's force.
+pub fn simulated(scene: &Scene) -> Box<dyn Subject> {
+    match scene.dimension {
+        Dimension::Two => Box::new(Simulated::<2>::new(scene)),
+        Dimension::Three => Box::new(Simulated::<3>::new(scene)),
+    }
+}
+
+/// The simulator's system of a scene.
+struct Simulated<const D: usize> {
+    system: System<D>,
+    /// Each kind of force by itself, to ask whether it has an energy.
+    forces: Vec<Box<dyn Force<D>>>,
+}
+
+impl<const D: usize> Simulated<D>
+where
+    ForceKind: BuildForce<D>,
+{
+    fn new(scene: &Scene) -> Self {
+        let build = |kind: &&ForceKind| {
+            let is_of_kind = |(_, element): &Numbered<'_>| *element.schema == kind.schema;
+            let elements: Vec<Numbered<'_>> =
+                scene.forces.iter().enumerate().filter(is_of_kind).collect();
+            (!elements.is_empty()).then(|| kind.build(scene, &elements))
+        };
+        Self {
+            system: System::new(scene),
+            forces: force::REGISTRY.iter().filter_map(build).collect(),
+        }
+    }
+}
+
+impl<const D: usize> Subject for Simulated<D> {
+    fn force(&self, x: &[f64], v: &[f64], time: f64, force: &mut [f64]) -> Result<(), Degenerate> {
+        self.system.force(x, v, time, force)
+    }
+
+    fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Result<Jacobians, Degenerate> {
+        let mut sink = Dense(Jacobians::zeros(x.len()));
+        self.system.jacobians(x, v, time, &mut sink)?;
+        Ok(sink.0)
+    }
+
+    fn energy(&self, x: &[f64], v: &[f64], time: f64) -> Option<f64> {
+        let state = State { masses: self.system.masses(), positions: x, velocities: v, time };
+        self.forces.iter().map(|force| force.energy(state)).sum()
+    }
+
+    fn couplings(&self) -> Vec<Coupling> {
+        let mut couplings = Vec::new();
+        self.system.couplings(&mut |coupling| couplings.push(coupling));
+        couplings
+    }
+}
+
+/// Adds blocks up in dense matrices.
+struct Dense(Jacobians);
+
+impl<const D: usize> JacobianSink<D> for Dense {
+    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
+        let Jacobians { by_position, by_velocity } = &mut self.0;
+        for (matrix, block) in [(by_position, jacobian_x), (by_velocity, jacobian_v)] {
+            let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
+            view += block;
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Taylor's test: how the remainder of a linearisation falls as the step shrinks.
+//!
+//! ```text
+//! R(t) = |F(z + t e) − F(z) − t J e|          t = 2⁰, 2⁻¹, 2⁻², … times a first step
+//! ```
+//!
+//! Where `J` is right, `R = O(t²)`, down to rounding; where it is wrong by `ε`, `R` approaches `ε t`. The
+//! slope of `log R` against `log t` tells them apart, if it is fitted where truncation dominates: the window
+//! starts at the smallest `t` whose remainder is eight times above rounding, and grows upwards as long as the
+//! slope between neighbours stays where it is. A remainder that is at rounding throughout belongs to a
+//! function that is linear along `e`, and is right. Cost: up to 44 evaluations a coordinate.
+
+use super::ridders::exact_steps;
+
+/// Steps tried.
+const STEPS: usize = 44;
+
+/// How far above the bound of rounding a remainder must be to count.
+const CLEAR: f64 = 8.0;
+
+/// How far the slope between two neighbours may be from the one before, for the window to grow.
+const STEADY: f64 = 0.12;
+
+/// The fewest remainders that make a window.
+const FEWEST: usize = 4;
+
+/// Where the slope was fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// The slope.
+    pub slope: f64,
+    /// The smallest and the largest step in it.
+    pub steps: (f64, f64),
+    /// How many steps it holds.
+    pub count: usize,
+}
+
+/// What the remainders say of one entry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Taylor {
+    /// They fall as `t²` or faster.
+    Consistent(Window),
+    /// They are rounding: the function is linear along the step.
+    Linear,
+    /// They fall as `t`.
+    Wrong(Window),
+    /// No window was found.
+    Undecided,
+}
+
+impl Taylor {
+    /// The window, where there is one.
+    pub fn window(&self) -> Option<Window> {
+        match self {
+            Self::Consistent(window) | Self::Wrong(window) => Some(*window),
+            Self::Linear | Self::Undecided => None,
+        }
+    }
+}
+
+/// A remainder and its bound of rounding.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Remainder {
+    pub(super) step: f64,
+    pub(super) size: f64,
+    pub(super) floor: f64,
+}
+
+/// Changes of a function, step by step, from which remainders follow for any Jacobian.
+pub(super) struct Steps {
+    steps: Vec<f64>,
+    /// `F(z + t e) − F(z)`, a row a step.
+    changes: Vec<Vec<f64>>,
+}
+
+impl Steps {
+    /// Takes the steps along coordinate `column` of `x`, from `first` (a power of two) downwards. Those that
+    /// are not exact, or lead to where the function has no value, are left out.
+    pub(super) fn take(
+        mut function: impl FnMut(&[f64], &mut [f64]) -> bool,
+        x: &[f64],
+        column: usize,
+        first: f64,
+        size: usize,
+    ) -> Self {
+        let mut taken = Self { steps: Vec::new(), changes: Vec::new() };
+        let (mut here, mut there) = (vec![0.0; size], vec![0.0; size]);
+        if !function(x, &mut here) {
+            return taken;
+        }
+        let mut moved = x.to_vec();
+        let mut step = first;
+        for _ in 0..STEPS {
+            if let Some((up, _)) = exact_steps(x[column], step) {
+                moved[column] = up;
+                if function(&moved, &mut there) {
+                    taken.steps.push(step);
+                    taken.changes.push(there.iter().zip(&here).map(|(a, b)| a - b).collect());
+                }
+            }
+            step *= 0.5;
+        }
+        taken
+    }
+
+    /// What the remainders of component `row` say of the entry `jacobian`. `noise` bounds the rounding of
+    /// the component, `entry_noise` that of the entry.
+    pub(super) fn judge(&self, row: usize, jacobian: f64, noise: f64, entry_noise: f64) -> Taylor {
+        let remainders: Vec<Remainder> = self
+            .steps
+            .iter()
+            .zip(&self.changes)
+            .map(|(&step, change)| Remainder {
+                step,
+                size: (change[row] - step * jacobian).abs(),
+                floor: 2.0 * noise + step * entry_noise,
+            })
+            .collect();
+        judge(&remainders)
+    }
+}
+
+/// Judges remainders of falling steps.
+pub(super) fn judge(remainders: &[Remainder]) -> Taylor {
+    if remainders.len() < FEWEST || remainders.iter().any(|r| !r.size.is_finite()) {
+        return Taylor::Undecided;
+    }
+    let Some(smallest) = remainders.iter().rposition(|r| r.size > CLEAR * r.floor) else {
+        return Taylor::Linear;
+    };
+    let slope = |at: usize| (remainders[at].size / remainders[at + 1].size).log2();
+    let mut largest = smallest;
+    while largest > 0 && remainders[largest - 1].size > CLEAR * remainders[largest - 1].floor {
+        let next = slope(largest - 1);
+        // At the start nothing is known yet of the slope, and rounding is at its largest.
+        let steady = smallest - largest < 2 || (next - slope(largest)).abs() < STEADY;
+        if !steady {
+            break;
+        }
+        largest -= 1;
+    }
+    let count = smallest - largest + 1;
+    if count < FEWEST {
+        return Taylor::Undecided;
+    }
+    let window = Window {
+        slope: fit(&remainders[largest..=smallest]),
+        steps: (remainders[smallest].step, remainders[largest].step),
+        count,
+    };
+    match window.slope {
+        slope if slope > 1.7 => Taylor::Consistent(window),
+        slope if (0.7..1.3).contains(&slope) => Taylor::Wrong(window),
+        _ => Taylor::Undecided,
+    }
+}
+
+/// Slope of the line of least squares through `log₂ R` against `log₂ t`.
+fn fit(remainders: &[Remainder]) -> f64 {
+    let n = remainders.len() as f64;
+    let points = || remainders.iter().map(|r| (r.step.log2(), r.size.log2()));
+    let (x, y) = points().fold((0.0, 0.0), |(sx, sy), (x, y)| (sx + x / n, sy + y / n));
+    let (above, below) = points()
+        .fold((0.0, 0.0), |(a, b), (px, py)| (a + (px - x) * (py - y), b + (px - x) * (px - x)));
+    above / below
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The test of `jacobian` as the derivative of `function` at 1.25.
+    fn taylor(function: impl Fn(f64) -> f64, jacobian: f64) -> Taylor {
+        let x = [1.25];
+        let evaluate = |x: &[f64], values: &mut [f64]| {
+            values[0] = function(x[0]);
+            true
+        };
+        let noise = 2.0 * f64::EPSILON * function(x[0]).abs();
+        Steps::take(evaluate, &x, 0, 0.25, 1).judge(0, jacobian, noise, f64::EPSILON * jacobian)
+    }
+
+    #[test]
+    fn the_slope_is_two_where_the_derivative_is_right() {
+        for (function, jacobian) in
+            [(f64::sin as fn(f64) -> f64, 1.25_f64.cos()), (|x| 1.0 / x, -1.0 / 1.5625)]
+        {
+            let Taylor::Consistent(window) = taylor(function, jacobian) else { panic!() };
+            assert!((window.slope - 2.0).abs() < 0.1 && window.count >= 8, "{window:?}");
+            assert!(window.steps.0 < 1e-5 && window.steps.1 > 1e-3, "{window:?}");
+        }
+    }
+
+    #[test]
+    fn the_slope_is_one_where_it_is_wrong() {
+        for relative in [1.0, 1e-2, 1e-4, 1e-5, -1e-5, 1e-6] {
+            let result = taylor(f64::sin, 1.25_f64.cos() * (1.0 + relative));
+            let Taylor::Wrong(window) = result else { panic!("{relative:e}: {result:?}") };
+            assert!((window.slope - 1.0).abs() < 0.2, "{relative:e}: {window:?}");
+        }
+    }
+
+    #[test]
+    fn a_linear_function_leaves_rounding() {
+        assert_eq!(taylor(|x| 3.0 * x, 3.0), Taylor::Linear);
+        assert!(matches!(taylor(|x| 3.0 * x, 3.000003), Taylor::Wrong(_)));
+        assert_eq!(taylor(|_| 3.0, f64::NAN), Taylor::Undecided);
+    }
+
+    #[test]
+    fn a_function_without_curvature_falls_faster() {
+        // At an inflection the remainder is of third order.
+        let at_inflection = |x: f64| (x - 1.25).powi(3) + x;
+        let Taylor::Consistent(window) = taylor(at_inflection, 1.0) else { panic!() };
+        assert!((window.slope - 3.0).abs() < 0.2, "{window:?}");
+    }
+}

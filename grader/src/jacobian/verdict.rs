@@ -1,0 +1,398 @@
+//! What can be said of a Jacobian: correct, wrong, or inconclusive and why.
+
+use super::ridders::{Difference, Estimate};
+use super::states::CheckState;
+use super::taylor::Taylor;
+
+/// A verdict on a block, a property or a matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Verdict {
+    /// It agrees where it was seen, and is contradicted nowhere.
+    Correct,
+    /// It is zero, as it has to be, at states where the force is not.
+    CorrectZero,
+    /// At least two opinions contradict it, and agree with each other.
+    Wrong,
+    /// Neither could be shown.
+    Inconclusive(Reason),
+    /// The property is not asked of this force.
+    NotApplicable,
+}
+
+/// Why nothing could be shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Reason {
+    /// The opinions contradict each other.
+    Disagreement,
+    /// The force has a kink at the state.
+    Kink,
+    /// The force has no value there: the state is degenerate.
+    Degenerate,
+    /// Rounding leaves no digits to compare.
+    Cancellation,
+    /// The term vanished at every state, or no state was there.
+    NoEvidence,
+}
+
+impl Verdict {
+    /// Whether nothing is left to be said against it.
+    pub fn is_correct(self) -> bool {
+        matches!(self, Self::Correct | Self::CorrectZero | Self::NotApplicable)
+    }
+
+    /// Its name, for reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Correct => "correct",
+            Self::CorrectZero => "correct-zero",
+            Self::Wrong => "wrong",
+            Self::Inconclusive(_) => "inconclusive",
+            Self::NotApplicable => "not-applicable",
+        }
+    }
+
+    /// Why it is inconclusive, if it is.
+    pub fn reason(self) -> Option<Reason> {
+        if let Self::Inconclusive(reason) = self { Some(reason) } else { None }
+    }
+}
+
+impl Reason {
+    /// Its name, for reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Disagreement => "disagreement",
+            Self::Kink => "kink",
+            Self::Degenerate => "degenerate",
+            Self::Cancellation => "cancellation",
+            Self::NoEvidence => "no-evidence",
+        }
+    }
+}
+
+/// By what the force is differentiated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum By {
+    /// Positions: `∂F/∂x`.
+    Position,
+    /// Velocities: `∂F/∂v`.
+    Velocity,
+}
+
+/// Whose force by whose coordinate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Part {
+    /// A particle's own: block `(a, a)`.
+    Direct,
+    /// Another's: block `(a, b)`.
+    Cross,
+}
+
+/// Which blocks a finding is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BlockKind {
+    /// By position or velocity.
+    pub by: By,
+    /// Direct or cross.
+    pub part: Part,
+}
+
+impl BlockKind {
+    /// All four, in the order of reports.
+    pub const ALL: [Self; 4] = [
+        Self { by: By::Position, part: Part::Direct },
+        Self { by: By::Position, part: Part::Cross },
+        Self { by: By::Velocity, part: Part::Direct },
+        Self { by: By::Velocity, part: Part::Cross },
+    ];
+
+    /// Its name, for reports.
+    pub fn name(self) -> &'static str {
+        match (self.by, self.part) {
+            (By::Position, Part::Direct) => "dF/dx direct",
+            (By::Position, Part::Cross) => "dF/dx cross",
+            (By::Velocity, Part::Direct) => "dF/dv direct",
+            (By::Velocity, Part::Cross) => "dF/dv cross",
+        }
+    }
+}
+
+/// What was found for one kind of block.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlockFinding {
+    /// Which blocks.
+    pub kind: BlockKind,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// States at which the block was not zero and could be judged.
+    pub evidence: usize,
+    /// States at which an entry could not be judged.
+    pub undecided: usize,
+    /// Parameters that had to show in the block, and did at no state.
+    pub unseen: Vec<&'static str>,
+    /// The state that shows the verdict: the worst contradiction, or the largest error.
+    pub exhibit: Option<Box<Exhibit>>,
+}
+
+/// One block at one state, with all that was measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exhibit {
+    /// The state.
+    pub state: CheckState,
+    /// The particle whose force it is.
+    pub row: usize,
+    /// The particle whose position or velocity moves.
+    pub column: usize,
+    /// Its entries, row by row.
+    pub entries: Vec<Entry>,
+    /// The worst of them.
+    pub worst: usize,
+    /// The largest entry of the block, by the sharpest opinion: errors are told relative to it.
+    pub size: f64,
+}
+
+impl Exhibit {
+    /// The worst entry.
+    pub fn worst_entry(&self) -> &Entry {
+        &self.entries[self.worst]
+    }
+
+    /// Error of the worst entry and its uncertainty, relative to the block's largest entry.
+    pub fn relative_error(&self) -> Estimate {
+        let Estimate { value, uncertainty } = self.worst_entry().error();
+        let size = if self.size > 0.0 { self.size } else { 1.0 };
+        Estimate { value: value / size, uncertainty: uncertainty / size }
+    }
+}
+
+/// One entry of a Jacobian, by everyone who has an opinion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// What the subject states.
+    pub analytic: f64,
+    /// Bound of the rounding that any correct formula may leave in it.
+    pub rounding: f64,
+    /// By differences of the subject's force.
+    pub difference: Difference,
+    /// By dual numbers; `None` where the subject's force is not the law's.
+    pub dual: Option<Estimate>,
+    /// By Taylor's test.
+    pub taylor: Taylor,
+}
+
+/// What the opinions come to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Judgement {
+    Agrees,
+    Wrong,
+    Undecided(Reason),
+}
+
+/// How many combined uncertainties a contradiction takes.
+const CLEAR: f64 = 8.0;
+
+impl Entry {
+    /// The opinion with the smallest uncertainty, of differences and dual numbers.
+    pub fn sharpest(&self) -> Option<Estimate> {
+        let smaller = |a: Estimate, b: Estimate| if b.uncertainty < a.uncertainty { b } else { a };
+        self.values().into_iter().flatten().reduce(smaller)
+    }
+
+    /// How far the entry is from the differences (from dual numbers where there are none), and how well that is
+    /// known. Not finite where the entry is not.
+    pub fn error(&self) -> Estimate {
+        match self.values().into_iter().flatten().next() {
+            Some(Estimate { value, uncertainty }) => Estimate {
+                value: (self.analytic - value).abs(),
+                uncertainty: uncertainty + self.rounding,
+            },
+            None => Estimate { value: f64::NAN, uncertainty: f64::INFINITY },
+        }
+    }
+
+    /// How many combined uncertainties the entry is off, by the opinion that is most against it.
+    pub(super) fn excess(&self) -> f64 {
+        if !self.analytic.is_finite() {
+            return f64::INFINITY;
+        }
+        let ratio = |estimate: Estimate| {
+            let error = (self.analytic - estimate.value).abs();
+            if error == 0.0 { 0.0 } else { error / (estimate.uncertainty + self.rounding) }
+        };
+        self.values().into_iter().flatten().map(ratio).fold(0.0, f64::max)
+    }
+
+    pub(super) fn judge(&self) -> Judgement {
+        if self.difference == Difference::Kink {
+            return Judgement::Undecided(Reason::Kink);
+        }
+        if !self.analytic.is_finite() {
+            return Judgement::Wrong;
+        }
+        let off = |estimate: Estimate, times: f64| {
+            let error = (self.analytic - estimate.value).abs();
+            error > times * (estimate.uncertainty + self.rounding)
+        };
+        let values = self.values();
+        let opinions = || values.iter().flatten().copied();
+        let by_value = opinions().filter(|estimate| off(*estimate, CLEAR)).count();
+        let against = by_value + usize::from(matches!(self.taylor, Taylor::Wrong(_)));
+        let agree = opinions().filter(|estimate| !off(*estimate, 1.0)).count();
+        let same = match values {
+            [Some(first), Some(second)] => {
+                let apart = (first.value - second.value).abs();
+                apart <= CLEAR * (first.uncertainty + second.uncertainty)
+            }
+            _ => true,
+        };
+        match (against, agree) {
+            (2.., 0) if by_value < 2 || same => Judgement::Wrong,
+            (1.., _) => Judgement::Undecided(Reason::Disagreement),
+            (0, 0) => Judgement::Undecided(Reason::Cancellation),
+            (0, _) => Judgement::Agrees,
+        }
+    }
+
+    fn values(&self) -> [Option<Estimate>; 2] {
+        let difference = match self.difference {
+            Difference::Smooth(estimate) => Some(estimate),
+            Difference::Kink | Difference::Unavailable => None,
+        };
+        [difference, self.dual]
+    }
+}
+
+/// A property of the whole, with its verdict.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PropertyFinding {
+    /// The property.
+    pub property: Property,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// States at which it could be seen.
+    pub evidence: usize,
+    /// The largest violation and how well it is known, relative to the size of what is compared.
+    pub error: Option<Estimate>,
+    /// The state with that violation.
+    pub state: Option<Box<CheckState>>,
+}
+
+/// What must hold of a force besides its derivatives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Property {
+    /// The force is the law's.
+    Force,
+    /// `∂F/∂x` is symmetric where the force has an energy, and both are where the couplings say so.
+    Symmetry,
+    /// Rows sum to zero: internal forces do not change where all particles move alike.
+    Translation,
+    /// `J(Rx) = R J(x) Rᵀ`, and `F(Rx) = R F(x)`.
+    Rotation,
+    /// Blocks outside of the couplings are zero to the bit, and the couplings are the law's.
+    Stencil,
+    /// `F = −∇U`.
+    Gradient,
+    /// `∂F/∂x = −∇²U`.
+    Hessian,
+    /// The projection of an element's Hessian is the nearest semi-definite matrix.
+    Projection,
+}
+
+impl Property {
+    /// All, in the order of reports.
+    pub const ALL: [Self; 8] = [
+        Self::Force,
+        Self::Symmetry,
+        Self::Translation,
+        Self::Rotation,
+        Self::Stencil,
+        Self::Gradient,
+        Self::Hessian,
+        Self::Projection,
+    ];
+
+    /// Its name, for reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Force => "force",
+            Self::Symmetry => "symmetry",
+            Self::Translation => "translation",
+            Self::Rotation => "rotation",
+            Self::Stencil => "stencil",
+            Self::Gradient => "gradient",
+            Self::Hessian => "hessian",
+            Self::Projection => "projection",
+        }
+    }
+
+    /// What it says.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Force => "the force is the documents' formula",
+            Self::Symmetry => "symmetric where there is an energy",
+            Self::Translation => "rows sum to zero",
+            Self::Rotation => "turned with the scene",
+            Self::Stencil => "zero outside of the couplings",
+            Self::Gradient => "F = -grad U",
+            Self::Hessian => "dF/dx = -Hessian of U",
+            Self::Projection => "the nearest semi-definite matrix",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jacobian::taylor::Window;
+
+    fn estimate(value: f64, uncertainty: f64) -> Estimate {
+        Estimate { value, uncertainty }
+    }
+
+    fn entry(
+        analytic: f64,
+        difference: Difference,
+        dual: Option<Estimate>,
+        taylor: Taylor,
+    ) -> Entry {
+        Entry { analytic, rounding: 1e-14, difference, dual, taylor }
+    }
+
+    const WINDOW: Window = Window { slope: 1.0, steps: (1e-8, 1e-4), count: 12 };
+
+    #[test]
+    fn it_takes_two_opinions_to_call_an_entry_wrong() {
+        let smooth = |value| Difference::Smooth(estimate(value, 1e-12));
+        let dual = |value| Some(estimate(value, 1e-15));
+        let right = Taylor::Consistent(Window { slope: 2.0, ..WINDOW });
+        let wrong = Taylor::Wrong(WINDOW);
+        let off = 1.0 + 1e-6;
+        use Judgement::{Agrees, Undecided, Wrong};
+        let cases = [
+            (entry(1.0, smooth(1.0), dual(1.0), right), Agrees),
+            (entry(off, smooth(1.0), dual(1.0), wrong), Wrong),
+            (entry(off, smooth(1.0), dual(1.0), Taylor::Undecided), Wrong),
+            (entry(off, smooth(1.0), None, wrong), Wrong),
+            (entry(off, Difference::Unavailable, dual(1.0), wrong), Wrong),
+            // One alone does not do, and neither do two that contradict each other.
+            (entry(off, smooth(1.0), dual(off), right), Undecided(Reason::Disagreement)),
+            (entry(off, smooth(1.0), None, right), Undecided(Reason::Disagreement)),
+            (entry(off, smooth(1.0), dual(2.0), right), Undecided(Reason::Disagreement)),
+            (entry(1.0, smooth(1.0), dual(1.0), wrong), Undecided(Reason::Disagreement)),
+            (entry(off, smooth(1.0), dual(off), wrong), Undecided(Reason::Disagreement)),
+            // Without an opinion nothing is correct.
+            (entry(1.0, Difference::Unavailable, None, right), Undecided(Reason::Cancellation)),
+            (entry(1.0, Difference::Kink, dual(1.0), right), Undecided(Reason::Kink)),
+            (entry(f64::NAN, smooth(1.0), dual(1.0), Taylor::Undecided), Wrong),
+            (entry(f64::INFINITY, smooth(1.0), dual(1.0), Taylor::Undecided), Wrong),
+            // An opinion that knows nothing contradicts nothing.
+            (
+                entry(off, Difference::Smooth(estimate(1.0, 1.0)), dual(off), Taylor::Undecided),
+                Agrees,
+            ),
+        ];
+        for (entry, expected) in cases {
+            assert_eq!(entry.judge(), expected, "{entry:?}");
+        }
+    }
+}

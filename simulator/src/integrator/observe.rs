@@ -1,0 +1,36 @@
+//! The linear systems of implicit methods, for whoever wants to look at them.
+//!
+//! With the iterate `u` of the new velocity and the residual
+//!
+//! ```text
+//! r(u) = M (v − u) + h F(q + h u, u)
+//! ```
+//!
+//! each iteration solves `A δ = r(u)` with `A = −∂r/∂u = M − h² ∂F/∂x − h ∂F/∂v`. An observer is handed `A` as it is
+//! stored, after assembly and before it is factorised. Without an observer nothing is copied.
+
+use nalgebra::DMatrix;
+
+/// A system that is about to be solved. Shapes: `n·D`, particle-major, unless it says otherwise.
+#[derive(Debug)]
+pub struct NewtonSystem<'a> {
+    /// Time step, in seconds.
+    pub h: f64,
+    /// The end of the step, in seconds.
+    pub time: f64,
+    /// Positions `q` at the start of the step.
+    pub positions: &'a [f64],
+    /// Velocities `v` at the start of the step.
+    pub velocities: &'a [f64],
+    /// The iterate `u`.
+    pub iterate: &'a [f64],
+    /// `A`: rows and columns of the free particles alone, in their order.
+    pub matrix: DMatrix<f64>,
+    /// `r(u)` of the free particles, in units of momentum.
+    pub residual: &'a [f64],
+    /// How many elements' shares of the matrix were projected: where some were, it is not `−∂r/∂u`.
+    pub projected: u64,
+}
+
+/// Is handed every system.
+pub type Observer = Box<dyn FnMut(&NewtonSystem<'_>) + Send>;

@@ -25,6 +25,8 @@ pub mod rubric;
 pub mod grading;
 pub mod jacobian;
 
+pub mod probe;
+
 pub mod oracle;
 
 pub mod report;

@@ -3,14 +3,17 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use grader::grading::{self, Grading, Outcome};
 use grader::jacobian::{self, JacobianReport};
 use grader::oracle::{self, Change, Difference, Leftover, Oracle, Regeneration};
+use grader::probe;
 use grader::report;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
+use grader::submission::program::{self, Program};
 use grader::suite::{Case, Section, Suite};
 use grader::verdict::Verdict;
 use simulator::force;
@@ -37,7 +40,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive
+    /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive; ours, or a program's
     Jacobians(JacobianArgs),
     /// Make the oracle traces anew, or see whether they still match
     #[command(subcommand)]
@@ -103,6 +106,15 @@ struct SuiteArgs {
 
 #[derive(Args)]
 struct JacobianArgs {
+    /// Measure forces and Jacobians of this program, which is run as `PROGRAM -s SCENE -d 0 -o TRACE` or
+    /// `PROGRAM SCENE -o TRACE`, instead of checking the built-in simulator
+    #[arg(value_name = "PROGRAM", conflicts_with_all = ["states", "seed", "plot"])]
+    program: Option<PathBuf>,
+
+    /// Seconds that one run of the program may take
+    #[arg(long, value_name = "SECONDS", default_value_t = program::TIME_LIMIT.as_secs(), value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    time_limit: u64,
+
     /// Random states a force and dimension, beside the hard ones
     #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     states: u32,
@@ -307,6 +319,9 @@ fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 fn check_jacobians(args: &JacobianArgs) -> Result<Exit, Stop> {
+    if let Some(program) = &args.program {
+        return probe_program(program, args);
+    }
     let config = jacobian::Config { states: args.states, seed: args.seed };
     let jacobians = match &args.force {
         Some(tag) => JacobianReport {
@@ -344,6 +359,31 @@ fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop> {
         write_file(&path, svg.as_bytes()).map_err(|error| unwritable(&path, error))?;
     }
     Ok(())
+}
+
+/// The black-box check: nothing is known of the program but its traces.
+fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, Stop> {
+    let limit = Duration::from_secs(args.time_limit);
+    let program = Program::identify(path, limit).map_err(Stop::bad_input)?;
+    let selected = |tag: &str| args.force.as_ref().is_none_or(|force| force == tag);
+    let probing = probe::probe(&program, selected);
+    let bytes = match args.format {
+        Format::Text => {
+            let config = report::probe::text::Config { details: args.details };
+            let mut bytes = Vec::new();
+            report::probe::text::write(&mut bytes, &probing, config).map_err(Stop::fault)?;
+            bytes
+        }
+        Format::Json => report::probe::json::render(&probing).map_err(Stop::fault)?.into_bytes(),
+        Format::Junit => report::probe::junit::render(&probing).map_err(Stop::fault)?.into_bytes(),
+    };
+    put(&bytes, args.output.as_deref())?;
+    Ok(match probing.verdict() {
+        probe::Verdict::Wrong => Exit::Failed,
+        probe::Verdict::Correct | probe::Verdict::NotOffered | probe::Verdict::Inconclusive => {
+            Exit::Passed
+        }
+    })
 }
 
 fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {

@@ -1,8 +1,10 @@
-//! Reports, one format a file. They see a [`Grading`](crate::grading::Grading) and nothing else.
+//! Reports, one format a file. They see a [`Grading`](crate::grading::Grading) or a
+//! [`Probing`](crate::probe::Probing) and nothing else.
 
 pub mod jacobians;
 pub mod json;
 pub mod junit;
+pub mod probe;
 pub mod text;
 
 mod digits;

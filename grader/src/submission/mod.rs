@@ -1,5 +1,7 @@
 //! What is graded: something that yields, for each scene, a stream of states.
 
+pub mod program;
+
 mod builtin;
 mod traces;
 

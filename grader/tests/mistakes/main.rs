@@ -10,6 +10,7 @@
 
 mod judging;
 mod mistake;
+mod probing;
 mod student;
 mod table;
 

@@ -1,0 +1,282 @@
+//! A program's force, and the derivatives of it, from explicit steps.
+//!
+//! One step of explicit or symplectic Euler with `h = 1` from `(x, v)` gives `F = M (v' − v)`. One run holds
+//! every state of a difference table: along each coordinate of a group, central differences at five
+//! distances from 1/16 to 1/256 are extrapolated (C. J. F. Ridders, *Accurate computation of F'(x)*, 1982).
+//! Of the table's entries the one is taken whose error estimate and share of the noise are together the
+//! least. Cost: 20 D (D + 1) + 9 groups a state.
+
+use nalgebra::DMatrix;
+use simulator::force::{Block, ForceKind, JacobianSink};
+use simulator::scene::{Dimension, Scene};
+use simulator::system::{BuildForce, System};
+
+use super::noise::{self, DIFFERENCE};
+use super::scenes::{Elements, Group, State, chain, scene};
+use super::stepper::Stepper;
+use crate::verdict::Failure;
+
+/// Distances of the central differences, each half the last.
+const LEVELS: usize = 5;
+
+/// The largest distance.
+const WIDEST: f64 = 1.0 / 16.0;
+
+/// Time step of the explicit steps; a power of two.
+pub(super) const EXPLICIT_STEP: f64 = 1.0;
+
+/// Numbers, each with a bound of its error.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Estimate {
+    pub(super) value: DMatrix<f64>,
+    pub(super) bound: DMatrix<f64>,
+}
+
+impl Estimate {
+    pub(super) fn zeros(size: usize) -> Self {
+        Self { value: DMatrix::zeros(size, size), bound: DMatrix::zeros(size, size) }
+    }
+
+    /// The difference; the bounds add up.
+    pub(super) fn minus(&self, other: &Self) -> Self {
+        Self { value: &self.value - &other.value, bound: &self.bound + &other.bound }
+    }
+
+    /// `a self + b other`.
+    pub(super) fn combine(&self, a: f64, other: &Self, b: f64) -> Self {
+        Self {
+            value: &self.value * a + &other.value * b,
+            bound: &self.bound * a.abs() + &other.bound * b.abs(),
+        }
+    }
+}
+
+/// A force at one state with its derivatives, as a program has them, and as ours are.
+#[derive(Debug, Clone)]
+pub(super) struct Differences {
+    /// Groups at which the force was taken, with the force of the program and ours.
+    pub(super) samples: Vec<Sample>,
+    /// `∂F/∂x` and `∂F/∂v` of the program's force, by differences.
+    pub(super) by_position: Estimate,
+    pub(super) by_velocity: Estimate,
+    /// Our Jacobians.
+    pub(super) ours: [DMatrix<f64>; 2],
+    /// Noise of a component of the force.
+    pub(super) noise: f64,
+}
+
+/// A force at a group.
+#[derive(Debug, Clone)]
+pub(super) struct Sample {
+    pub(super) group: Group,
+    pub(super) force: Vec<f64>,
+    pub(super) ours: Vec<f64>,
+}
+
+/// A program, and how it spells the methods that it offers.
+#[derive(Clone, Copy)]
+pub(super) struct Offer<'a> {
+    pub(super) stepper: &'a dyn Stepper,
+    pub(super) dimension: Dimension,
+    pub(super) explicit: &'a str,
+    /// Linearized implicit Euler; `None` where it is not offered.
+    pub(super) implicit: Option<&'a str>,
+}
+
+impl Offer<'_> {
+    /// Numbers of a group's positions.
+    pub(super) fn size(&self) -> usize {
+        chain(self.dimension) * self.dimension.count()
+    }
+
+    /// The force on each group.
+    pub(super) fn samples(
+        &self,
+        elements: &[Elements],
+        groups: Vec<Group>,
+    ) -> Result<Vec<Sample>, Failure> {
+        let scene = scene(self.dimension, elements, &groups, EXPLICIT_STEP, false);
+        let after = self.stepper.step(&scene, self.explicit)?;
+        let ours = our_force(&scene);
+        let (size, count) = (self.size(), self.dimension.count());
+        let forces = after.chunks_exact(size).zip(ours.chunks_exact(size));
+        let samples = groups.into_iter().zip(forces).map(|(group, (after, ours))| {
+            let change = after.iter().zip(&group.state.velocities).map(|(after, v)| after - v);
+            let kicks = change.enumerate();
+            let force = kicks.map(|(i, dv)| group.masses[i / count] * dv / EXPLICIT_STEP).collect();
+            Sample { group, force, ours: ours.to_vec() }
+        });
+        Ok(samples.collect())
+    }
+
+    /// The force at `state` and its derivatives.
+    pub(super) fn differences(
+        &self,
+        elements: &[Elements],
+        state: &State,
+        masses: &[f64],
+    ) -> Result<Differences, Failure> {
+        let mut states = noise::line(state, self.dimension);
+        let size = self.size();
+        for index in 0..2 * size {
+            for level in 0..LEVELS {
+                for sign in [1.0, -1.0] {
+                    let mut moved = state.clone();
+                    let values =
+                        if index < size { &mut moved.positions } else { &mut moved.velocities };
+                    values[index % size] += sign * distance(level);
+                    states.push(moved);
+                }
+            }
+        }
+        let groups: Vec<Group> =
+            states.into_iter().map(|state| Group { state, masses: masses.to_vec() }).collect();
+        let samples = self.samples(elements, groups)?;
+        let forces = |samples: &[Sample]| -> Vec<Vec<f64>> {
+            samples.iter().map(|sample| sample.force.clone()).collect()
+        };
+        let (line, table) = samples.split_at(noise::LINE);
+        let fastest = samples.iter().flat_map(|sample| {
+            let masses = sample.group.masses.iter().copied().fold(1.0, f64::max);
+            let after = sample.force.iter().zip(&sample.group.state.velocities);
+            after.map(move |(force, v)| masses * (force.abs() + v.abs()))
+        });
+        let rounding = noise::ROUNDING * fastest.fold(0.0, f64::max);
+        let noise = noise::variance(&forces(line)).sqrt().max(rounding);
+        let mut jacobians = [Estimate::zeros(size), Estimate::zeros(size)];
+        for (index, column) in forces(table).chunks_exact(2 * LEVELS).enumerate() {
+            let jacobian = &mut jacobians[index / size];
+            for row in 0..size {
+                let (value, bound) = extrapolate(column, row, noise);
+                jacobian.value[(row, index % size)] = value;
+                jacobian.bound[(row, index % size)] = bound;
+            }
+        }
+        let [by_position, by_velocity] = jacobians;
+        let group = Group { state: state.clone(), masses: masses.to_vec() };
+        let ours = our_jacobians(&scene(self.dimension, elements, &[group], EXPLICIT_STEP, false));
+        Ok(Differences { samples, by_position, by_velocity, ours, noise })
+    }
+}
+
+fn distance(level: usize) -> f64 {
+    WIDEST / f64::from(1_u32 << level)
+}
+
+/// The derivative of component `row` from samples `F(+d₀), F(−d₀), F(+d₁), …`, and a bound of its error.
+fn extrapolate(samples: &[Vec<f64>], row: usize, noise: f64) -> (f64, f64) {
+    let mut best = (0.0, f64::INFINITY);
+    let mut last: Vec<(f64, f64)> = Vec::new();
+    for (level, pair) in samples.chunks_exact(2).enumerate() {
+        let slope = (pair[0][row] - pair[1][row]) / (2.0 * distance(level));
+        let mut line = vec![(slope, noise / distance(level))];
+        let mut power = 1.0;
+        for (order, (coarser, coarser_noise)) in last.iter().enumerate() {
+            power *= 4.0;
+            let (finer, finer_noise) = line[order];
+            let value = (power * finer - coarser) / (power - 1.0);
+            let share = (power * finer_noise + coarser_noise) / (power - 1.0);
+            let error = (value - finer).abs().max((value - coarser).abs());
+            let bound = error + DIFFERENCE * share;
+            if bound < best.1 {
+                best = (value, bound);
+            }
+            line.push((value, share));
+        }
+        last = line;
+    }
+    best
+}
+
+/// Our force on every particle of a scene at its start; NaN where it is not defined.
+fn our_force(scene: &Scene) -> Vec<f64> {
+    match scene.dimension {
+        Dimension::Two => force_of::<2>(scene),
+        Dimension::Three => force_of::<3>(scene),
+    }
+}
+
+fn start<const D: usize>(scene: &Scene) -> [Vec<f64>; 2] {
+    let collect = |of: fn(&simulator::scene::Particle) -> &[f64; 3]| {
+        scene.particles.iter().flat_map(|particle| of(particle)[..D].to_vec()).collect()
+    };
+    [collect(|particle| &particle.position), collect(|particle| &particle.velocity)]
+}
+
+fn force_of<const D: usize>(scene: &Scene) -> Vec<f64>
+where
+    ForceKind: BuildForce<D>,
+{
+    let [x, v] = start::<D>(scene);
+    let mut force = vec![0.0; x.len()];
+    if System::<D>::new(scene).force(&x, &v, 0.0, &mut force).is_err() {
+        force.fill(f64::NAN);
+    }
+    force
+}
+
+/// Our Jacobians by position and velocity of a scene at its start.
+fn our_jacobians(scene: &Scene) -> [DMatrix<f64>; 2] {
+    match scene.dimension {
+        Dimension::Two => jacobians_of::<2>(scene),
+        Dimension::Three => jacobians_of::<3>(scene),
+    }
+}
+
+fn jacobians_of<const D: usize>(scene: &Scene) -> [DMatrix<f64>; 2]
+where
+    ForceKind: BuildForce<D>,
+{
+    let [x, v] = start::<D>(scene);
+    let mut matrices =
+        Matrices([DMatrix::zeros(x.len(), x.len()), DMatrix::zeros(x.len(), x.len())]);
+    if System::<D>::new(scene).jacobians(&x, &v, 0.0, &mut matrices).is_err() {
+        matrices.0.iter_mut().for_each(|matrix| matrix.fill(f64::NAN));
+    }
+    matrices.0
+}
+
+struct Matrices([DMatrix<f64>; 2]);
+
+impl<const D: usize> JacobianSink<D> for Matrices {
+    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
+        for (matrix, block) in self.0.iter_mut().zip([jacobian_x, jacobian_v]) {
+            let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
+            view += block;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::noise::CLEAR;
+    use super::super::scenes::{PARTS, Steps, states};
+    use super::super::stepper::BuiltIn;
+    use super::*;
+
+    #[test]
+    fn differences_of_every_force_are_within_their_bounds_and_narrow() {
+        for dimension in [Dimension::Two, Dimension::Three] {
+            let offer =
+                Offer { stepper: &BuiltIn, dimension, explicit: "explicit-euler", implicit: None };
+            for part in PARTS.iter().filter(|part| part.steps != Steps::None) {
+                for state in states(dimension) {
+                    let found = offer
+                        .differences(&[part.full], &state, &vec![1.0; chain(dimension)])
+                        .unwrap();
+                    for (estimate, ours) in
+                        [&found.by_position, &found.by_velocity].into_iter().zip(&found.ours)
+                    {
+                        let error = (&estimate.value - ours).abs();
+                        let excess = error.component_div(&estimate.bound).max();
+                        assert!(excess < 1.0, "{} {}: {excess}", part.force, part.name);
+                        // Narrow enough to see a millionth of an entry clearly.
+                        let scale = ours.amax().max(1.0);
+                        let width = CLEAR * estimate.bound.amax() / scale;
+                        assert!(width < 1e-8, "{} {}: {width:e}", part.force, part.name);
+                    }
+                }
+            }
+        }
+    }
+}

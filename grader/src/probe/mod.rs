@@ -1,0 +1,158 @@
+//! The forces and Jacobians of any simulator, measured from single steps.
+//!
+//! ```text
+//! explicit Euler, h = 1, from (x, v)                 F = M (v' − v)
+//! the same from states around it                     ∂F/∂x, ∂F/∂v of its own force, with error bars
+//! linearized implicit Euler from (x − h v, v)        (M − A) δ = h F      A = h² ∂F/∂x + h ∂F/∂v
+//! ```
+//!
+//! A submission is only met through traces ([`Stepper`]). One scene holds hundreds of independent groups of
+//! particles, so that a force costs some twenty runs. Each part of each force is asked: is the force ours
+//! ([`PartReport::force_finding`]), is the step what it should be ([`PartReport::step`]), is the Jacobian the
+//! derivative of the program's own force ([`PartReport::blocks`])? So a wrong force with a consistent
+//! Jacobian is told from a right force with a wrong one.
+//!
+//! How the bounds follow from measured noise stands in `noise.rs`; the scenes in `scenes.rs`; how the matrix
+//! is identified in `identify.rs`.
+
+mod scenes;
+mod stepper;
+
+mod noise;
+
+mod differences;
+mod identify;
+mod separate;
+
+mod diagnosis;
+mod judge;
+mod verdict;
+
+mod session;
+
+use simulator::scene::Dimension;
+use simulator::trace::Shape;
+
+use crate::verdict::Failure;
+use differences::Offer;
+use session::Session;
+
+pub use stepper::{BuiltIn, Stepper};
+pub use verdict::{Block, Entry, Finding, PartReport, Replay, Verdict};
+
+/// Spellings of methods with the step `v' = v + h F(q, v)/m`, in the order in which they are tried.
+const EXPLICIT: [&str; 4] =
+    ["explicit-euler", "symplectic-euler", "forward-backward-euler", "symplectic"];
+
+/// Spellings of linearized implicit Euler.
+const IMPLICIT: [&str; 2] = ["linearized-implicit-euler", "linearized-implicit"];
+
+/// What was found about a simulator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probing {
+    /// What it is called.
+    pub name: String,
+    /// What it offers in two and in three dimensions.
+    pub spaces: Vec<Space>,
+    /// One entry a part and space.
+    pub parts: Vec<PartReport>,
+}
+
+/// What a simulator offers in one space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Space {
+    /// Two or three dimensions.
+    pub dimension: Dimension,
+    /// How it spells the method that shows its forces, or what came of asking.
+    pub explicit: Result<&'static str, Failure>,
+    /// How it spells linearized implicit Euler, or what came of asking.
+    pub implicit: Result<&'static str, Failure>,
+}
+
+impl Probing {
+    /// The gravest verdict of all parts.
+    pub fn verdict(&self) -> Verdict {
+        let verdicts = self.parts.iter().map(PartReport::verdict);
+        verdicts.max().unwrap_or(Verdict::NotOffered)
+    }
+}
+
+/// Probes a simulator with every force whose tag `select` accepts. Runs are made in parallel; the result
+/// does not depend on their order.
+pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str) -> bool) -> Probing {
+    let mut spaces: Vec<Space> = Vec::new();
+    let mut parts = Vec::new();
+    for dimension in [Dimension::Two, Dimension::Three] {
+        let blank = Offer { stepper, dimension, explicit: "", implicit: None };
+        // What was understood in the plane is spelt the same in space.
+        let known = spaces.first();
+        let explicit = match known.map(|space| &space.explicit) {
+            Some(Ok(known)) => first_of(blank, &[*known], false),
+            _ => first_of(blank, &EXPLICIT, false),
+        };
+        let implicit = match (&explicit, known.map(|space| &space.implicit)) {
+            (Err(failure), _) => Err(failure.clone()),
+            (Ok(_), Some(Ok(known))) => first_of(blank, &[*known], true),
+            (Ok(_), _) => first_of(blank, &IMPLICIT, true),
+        };
+        if let Ok(explicit) = &explicit {
+            let implicit = implicit.as_ref().ok().copied();
+            let mut session = Session::new(Offer { stepper, dimension, explicit, implicit });
+            let wanted = scenes::PARTS.iter().filter(|part| select(part.force));
+            parts.extend(wanted.map(|part| session.report(part)));
+        }
+        spaces.push(Space { dimension, explicit, implicit });
+    }
+    Probing { name: stepper.name(), spaces, parts }
+}
+
+/// The first spelling that is understood; the first failure where none is.
+fn first_of(
+    offer: Offer<'_>,
+    spellings: &[&'static str],
+    implicit: bool,
+) -> Result<&'static str, Failure> {
+    let mut first = None;
+    for spelling in spellings {
+        match session::takes(offer, spelling, implicit) {
+            Ok(()) => return Ok(spelling),
+            Err(failure) => {
+                first.get_or_insert(failure);
+            }
+        }
+    }
+    Err(first.unwrap_or(Failure::TooShort { states: 0, expected: 2 }))
+}
+
+/// Particles and dimension of the states that reports show.
+pub fn shape(dimension: Dimension) -> Shape {
+    Shape { dimension, n_particles: scenes::chain(dimension) }
+}
+
+/// Positions and velocities of the state with this number, particle-major.
+pub fn state(dimension: Dimension, number: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+    let states = scenes::states(dimension);
+    states.into_iter().nth(number).map(|state| (state.positions, state.velocities))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_simulator_is_correct_in_every_part() {
+        let probing = probe(&BuiltIn, |_| true);
+        assert_eq!(probing.parts.len(), 2 * scenes::PARTS.len());
+        for part in &probing.parts {
+            for (name, finding) in part.findings() {
+                let time = part.force == "windforce" && name != "force";
+                let expected = if time { Verdict::NotOffered } else { Verdict::Correct };
+                assert_eq!(
+                    finding.verdict, expected,
+                    "{} {} {} {:?}: {finding:?}",
+                    part.force, part.part, name, part.dimension
+                );
+            }
+        }
+    }
+}

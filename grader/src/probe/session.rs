@@ -1,0 +1,505 @@
+//! One program in one space: every part measured, each run made once.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::diagnosis::{self, Measured};
+use super::differences::{Differences, Estimate, Offer, Sample};
+use super::identify::{Experiment, Steps};
+use super::judge::{
+    Forces, compare_forces, failed, judge_by_mass, judge_model, no_implicit, not_judged,
+};
+use super::noise::CLEAR;
+use super::scenes::{
+    self, COMPANION, EXCITER, Elements, Group, Part, SECOND_COMPANION, State, TIME_STEPS, chain,
+};
+use super::separate::{
+    Derivatives, PartMatrix, Separated, block_entries, part_matrices, part_of, separate,
+};
+use super::stepper::text;
+use super::verdict::{Block, Entry, Finding, PartReport, Replay, Verdict};
+use crate::verdict::Failure;
+
+type Kept<T> = Vec<(Vec<Elements>, Result<T, Failure>)>;
+
+/// Steps with these elements and, where they must be kept off their lines, with the exciter as well.
+#[derive(Debug, Clone, PartialEq)]
+struct Stepped {
+    elements: Vec<Elements>,
+    excited: bool,
+}
+
+impl Stepped {
+    fn new(elements: &[Elements]) -> Self {
+        Self { elements: elements.to_vec(), excited: false }
+    }
+
+    fn variants(&self) -> Vec<Vec<Elements>> {
+        let mut variants = vec![self.elements.clone()];
+        if self.excited {
+            variants.push(self.elements.iter().copied().chain([EXCITER]).collect());
+        }
+        variants
+    }
+}
+
+/// What was measured so far.
+pub(super) struct Session<'a> {
+    offer: Offer<'a>,
+    states: Vec<State>,
+    forces: Kept<Forces>,
+    steps: Vec<(Stepped, Result<Steps, Failure>)>,
+}
+
+impl<'a> Session<'a> {
+    pub(super) fn new(offer: Offer<'a>) -> Self {
+        let states = scenes::states(offer.dimension);
+        Self { offer, states, forces: Vec::new(), steps: Vec::new() }
+    }
+
+    /// Everything about one part.
+    pub(super) fn report(&mut self, part: &'static Part) -> PartReport {
+        let force = self.judge_force(part);
+        let mut report = PartReport {
+            force: part.force,
+            part: part.name,
+            meaning: part.meaning,
+            dimension: self.offer.dimension,
+            step: Finding::only(Verdict::NotOffered, force.reason.clone()),
+            blocks: Block::ALL.map(|_| Finding::only(Verdict::NotOffered, force.reason.clone())),
+            force_finding: force,
+            diagnosis: Vec::new(),
+            replay: None,
+        };
+        if !matches!(report.force_finding.verdict, Verdict::NotOffered) {
+            self.judge_steps(part, &mut report);
+        }
+        let all_well = |verdict| matches!(verdict, Verdict::Correct | Verdict::NotOffered);
+        if !all_well(report.verdict()) {
+            report.replay = Some(self.replay(part, &report));
+        }
+        report
+    }
+
+    /// Makes sure that the force of these elements was measured.
+    fn measure_forces(&mut self, elements: &[Elements]) -> usize {
+        if let Some(found) = self.forces.iter().position(|(known, _)| known == elements) {
+            return found;
+        }
+        let forces = self.take_forces(elements);
+        self.forces.push((elements.to_vec(), forces));
+        self.forces.len() - 1
+    }
+
+    fn take_forces(&self, elements: &[Elements]) -> Result<Forces, Failure> {
+        let offer = self.offer;
+        let ones = vec![1.0; chain(offer.dimension)];
+        let differences: Result<Vec<Differences>, Failure> =
+            self.states.par_iter().map(|state| offer.differences(elements, state, &ones)).collect();
+        let by_mass = offer.samples(elements, self.groups())?;
+        Ok(Forces { differences: differences?, by_mass })
+    }
+
+    /// Every state with every combination of masses.
+    fn groups(&self) -> Vec<Group> {
+        let all = self.states.iter().flat_map(|state| {
+            let masses = scenes::masses(self.offer.dimension).into_iter();
+            masses.map(|masses| Group { state: state.clone(), masses })
+        });
+        all.collect()
+    }
+
+    /// Makes sure that these steps were taken.
+    fn measure_steps(&mut self, stepped: &Stepped) -> usize {
+        if let Some(found) = self.steps.iter().position(|(known, _)| known == stepped) {
+            return found;
+        }
+        let steps = match self.offer.implicit {
+            Some(implicit) => self.own_matrices(&stepped.elements).and_then(|own| {
+                Steps::take(self.offer, implicit, &stepped.variants(), &self.states, &own)
+            }),
+            None => Err(no_implicit()),
+        };
+        self.steps.push((stepped.clone(), steps));
+        self.steps.len() - 1
+    }
+
+    /// The matrix of a step that follows from the program's own force, by state and time step.
+    fn own_matrices(&mut self, elements: &[Elements]) -> Result<Vec<Vec<DMatrix<f64>>>, Failure> {
+        let size = self.offer.size();
+        let zeros = || vec![DMatrix::zeros(size, size); TIME_STEPS.len()];
+        let mut matrices: Vec<Vec<DMatrix<f64>>> = self.states.iter().map(|_| zeros()).collect();
+        for element in elements {
+            let index = self.measure_forces(&[*element]);
+            let forces = self.forces[index].1.as_ref().map_err(Clone::clone)?;
+            for (of_state, differences) in matrices.iter_mut().zip(&forces.differences) {
+                let [by_x, by_v] = [&differences.by_position, &differences.by_velocity];
+                for (matrix, h) in of_state.iter_mut().zip(TIME_STEPS) {
+                    *matrix += &by_x.value * (h * h) + &by_v.value * h;
+                }
+            }
+        }
+        Ok(matrices)
+    }
+
+    /// Has the particles kept off their lines, where a wrong Jacobian keeps them on.
+    fn excite(&mut self, full: &mut Stepped, without: &mut Option<Stepped>) {
+        let mut all: Vec<&mut Stepped> = vec![full];
+        all.extend(without);
+        let is_partial = |stepped: &&mut Stepped| {
+            let steps = self.measure_steps(stepped);
+            self.steps[steps].1.as_ref().is_ok_and(Steps::is_partial)
+        };
+        if all.iter().any(is_partial) && self.has_force(EXCITER) {
+            for stepped in all {
+                stepped.excited = !stepped.elements.contains(&EXCITER);
+            }
+        }
+    }
+
+    fn judge_force(&mut self, part: &Part) -> Finding {
+        let full = self.measure_forces(&[part.full]);
+        let without = part.without.map(|without| self.measure_forces(&[without]));
+        let full = match &self.forces[full].1 {
+            Ok(forces) => forces,
+            Err(failure) => return failed(failure),
+        };
+        let without = match without.map(|index| &self.forces[index].1) {
+            None => None,
+            Some(Ok(forces)) => Some(forces),
+            Some(Err(failure)) => {
+                let reason = format!("the force cannot be measured without this part: {failure}");
+                return Finding::only(Verdict::Inconclusive, reason);
+            }
+        };
+        compare_forces(full, without, &self.states, self.offer.dimension.count())
+    }
+
+    fn judge_steps(&mut self, part: &Part, report: &mut PartReport) {
+        let (mut full, mut without) = match self.steps_of(part) {
+            Ok(elements) => elements,
+            Err(finding) => {
+                not_judged(report, &finding);
+                report.step = *finding;
+                return;
+            }
+        };
+        self.excite(&mut full, &mut without);
+        let full_steps = self.measure_steps(&full);
+        let without_steps = without.as_ref().map(|without| self.measure_steps(without));
+        let full_steps = match &self.steps[full_steps].1 {
+            Ok(steps) => steps,
+            Err(failure) => {
+                report.step = failed(failure);
+                return not_judged(report, &report.step.clone());
+            }
+        };
+        let without_steps = match without_steps.map(|index| &self.steps[index].1) {
+            None => None,
+            Some(Ok(steps)) if steps.is_explained() => Some(steps),
+            Some(Ok(_)) => {
+                let reason = "no matrix explains the steps without this part";
+                report.step = Finding::only(Verdict::Inconclusive, reason);
+                return not_judged(report, &report.step.clone());
+            }
+            Some(Err(failure)) => {
+                let reason = format!("there are no steps without this part: {failure}");
+                report.step = Finding::only(Verdict::Inconclusive, reason);
+                return not_judged(report, &report.step.clone());
+            }
+        };
+        report.step = judge_model(full_steps);
+        let Some(derivatives) = self.derivatives(part) else { return };
+        if !full_steps.is_explained() {
+            return self.judge_unexplained(part, &full.elements, full_steps, &derivatives, report);
+        }
+        let matrices = part_matrices(full_steps, without_steps);
+        let count = self.offer.dimension.count();
+        let separated: Vec<Separated> =
+            matrices.iter().map(|of_state| separate(of_state)).collect();
+        let misfit = separated.iter().map(|separated| separated.misfit).fold(0.0, f64::max);
+        if misfit > CLEAR {
+            let reason = "the matrix of the steps is not h² K + h B, whatever K and B";
+            if report.step.verdict == Verdict::Correct {
+                report.step = Finding::only(Verdict::Wrong, reason);
+            }
+            report.diagnosis = self.diagnose(part, &matrices, &derivatives);
+            return not_judged(report, &Finding::only(Verdict::Inconclusive, reason));
+        }
+        let scale = |which: usize| {
+            let sizes = derivatives.iter().map(|of_state| of_state.own[which].value.amax());
+            let largest = sizes.fold(0.0, f64::max);
+            derivatives.iter().map(|of_state| of_state.force).fold(largest, f64::max)
+        };
+        report.blocks = Block::ALL.map(|block| {
+            let which = usize::from(!block.is_by_position());
+            let entries = separated.iter().zip(&derivatives).enumerate();
+            let entries = entries.flat_map(|(state, (found, expected))| {
+                block_entries(block, state, count, &found.matrices[which], expected, which)
+            });
+            let mut finding = Finding::of(entries, scale(which));
+            if let Some(Entry { state, row, column: Some(column), block, .. }) = &mut finding.worst
+            {
+                let matrices = [
+                    &separated[*state].matrices[which].value,
+                    &derivatives[*state].own[which].value,
+                ];
+                *block = Some(matrices.map(|matrix| part_of(matrix, row.0, column.0, count)));
+            }
+            finding
+        });
+        if full_steps.is_partial() || without_steps.is_some_and(Steps::is_partial) {
+            for block in &mut report.blocks {
+                if block.verdict == Verdict::Wrong {
+                    let reason = "the steps do not move the particles in every direction: which block it is \
+                                  cannot be told for sure";
+                    block.reason = reason.to_owned();
+                }
+            }
+        }
+        let is_wrong = report.blocks.iter().any(|block| block.verdict == Verdict::Wrong);
+        if is_wrong {
+            report.diagnosis = self.diagnose(part, &matrices, &derivatives);
+        }
+    }
+
+    /// Steps that no single matrix explains: it may depend on the masses.
+    fn judge_unexplained(
+        &self,
+        part: &Part,
+        elements: &[Elements],
+        steps: &Steps,
+        derivatives: &[Derivatives],
+        report: &mut PartReport,
+    ) {
+        if report.force_finding.verdict == Verdict::Wrong
+            && !steps.is_loose()
+            && let Ok(excess) = self.excess(elements, steps)
+        {
+            let (step, blocks) = judge_by_mass(excess, steps.residual_of_right);
+            report.step = step;
+            return not_judged(report, &blocks);
+        }
+        not_judged(report, &Finding::only(Verdict::Inconclusive, "no matrix explains the steps"));
+        for (by_mass, reason) in BY_MASS {
+            if self.is_scaled(part, steps, derivatives, by_mass) {
+                report.step = Finding::only(Verdict::Correct, "");
+                report.diagnosis.push(format!("the Jacobian {reason}"));
+                report.blocks = Block::ALL.map(|block| {
+                    let which = usize::from(!block.is_by_position());
+                    let count = self.offer.dimension.count();
+                    let shows =
+                        derivatives.iter().any(|of_state| of_state.shows(block, which, count));
+                    let verdict = if shows { Verdict::Wrong } else { Verdict::Correct };
+                    Finding::only(verdict, if shows { reason } else { "" })
+                });
+                return;
+            }
+        }
+    }
+
+    /// Whether the part's Jacobian, each row scaled so by the particle's mass, explains the steps.
+    fn is_scaled(
+        &self,
+        part: &Part,
+        steps: &Steps,
+        derivatives: &[Derivatives],
+        by_mass: fn(f64) -> f64,
+    ) -> bool {
+        let count = self.offer.dimension.count();
+        let masses = scenes::masses(self.offer.dimension);
+        let rest = part.steps == scenes::Steps::BesideSprings;
+        let companion = self.forces.iter().find(|(known, _)| rest && known == &[COMPANION]);
+        let companion = companion.and_then(|(_, forces)| forces.as_ref().ok());
+        let without = part.without.map(|without| [without]);
+        let base = self
+            .forces
+            .iter()
+            .find(|(known, _)| without.as_ref().is_some_and(|without| known == without.as_slice()));
+        let base = base.and_then(|(_, forces)| forces.as_ref().ok()).or(companion);
+        steps.experiments.iter().enumerate().all(|(state, experiments)| {
+            experiments.iter().all(|experiment| {
+                let h = experiment.h;
+                let [by_x, by_v] = &derivatives[state].own;
+                let of_part = by_x.combine(h * h, by_v, h);
+                let matrices: Vec<Estimate> = masses
+                    .iter()
+                    .map(|masses| {
+                        let mut matrix = of_part.clone();
+                        for row in 0..matrix.value.nrows() {
+                            let factor = by_mass(masses[row / count]);
+                            matrix.value.row_mut(row).scale_mut(factor);
+                            matrix.bound.row_mut(row).scale_mut(factor);
+                        }
+                        match base {
+                            None => matrix,
+                            Some(base) => {
+                                let at = &base.differences[state];
+                                let other = at.by_position.combine(h * h, &at.by_velocity, h);
+                                matrix.combine(1.0, &other, 1.0)
+                            }
+                        }
+                    })
+                    .collect();
+                experiment.excess(&matrices) <= CLEAR
+            })
+        })
+    }
+
+    /// What a part is stepped with, and what the steps without it are.
+    fn steps_of(&mut self, part: &Part) -> Result<(Stepped, Option<Stepped>), Box<Finding>> {
+        if part.steps == scenes::Steps::None {
+            let reason = "it depends on the time: only the force is judged";
+            return Err(Box::new(Finding::only(Verdict::NotOffered, reason)));
+        }
+        if self.offer.implicit.is_none() {
+            return Err(Box::new(failed(&no_implicit())));
+        }
+        if part.steps == scenes::Steps::Chain {
+            let without = part.without.map(|without| Stepped::new(&[without]));
+            return Ok((Stepped::new(&[part.full]), without));
+        }
+        let mut companions = vec![COMPANION];
+        if part.full != SECOND_COMPANION {
+            companions.push(SECOND_COMPANION);
+        }
+        for companion in companions {
+            if self.moves(companion) {
+                let full = Stepped::new(&[companion, part.full]);
+                return Ok((full, Some(Stepped::new(&[companion]))));
+            }
+        }
+        if part.full == SECOND_COMPANION {
+            return Ok((Stepped::new(&[part.full]), None));
+        }
+        let reason = "there is no other force to excite every direction with";
+        Err(Box::new(Finding::only(Verdict::Inconclusive, reason)))
+    }
+
+    /// Whether these elements move anything by explicit steps.
+    fn has_force(&mut self, elements: Elements) -> bool {
+        let forces = self.measure_forces(&[elements]);
+        let moves = |sample: &Sample| sample.force.iter().any(|force| *force != 0.0);
+        self.forces[forces].1.as_ref().is_ok_and(|forces| forces.by_mass.iter().any(moves))
+    }
+
+    /// Whether these elements move anything, by explicit and by implicit steps.
+    fn moves(&mut self, elements: Elements) -> bool {
+        let steps = self.measure_steps(&Stepped::new(&[elements]));
+        self.has_force(elements) && self.steps[steps].1.as_ref().is_ok_and(Steps::is_explained)
+    }
+
+    /// The part's own derivatives at each state.
+    fn derivatives(&self, part: &Part) -> Option<Vec<Derivatives>> {
+        let of = |elements: Elements| {
+            let found = self.forces.iter().find(|(known, _)| known == &[elements])?;
+            found.1.as_ref().ok()
+        };
+        let full = of(part.full)?;
+        let without = match part.without {
+            Some(without) => Some(of(without)?),
+            None => None,
+        };
+        let states = full.differences.iter().enumerate().map(|(state, full)| {
+            let without = without.map(|without| &without.differences[state]);
+            Derivatives::new(full, without)
+        });
+        Some(states.collect())
+    }
+
+    /// How many times their bound the steps are off from what differences at their very masses say.
+    fn excess(&self, elements: &[Elements], steps: &Steps) -> Result<f64, Failure> {
+        let Some((state, experiments)) = self.states.first().zip(steps.experiments.first()) else {
+            return Ok(f64::INFINITY);
+        };
+        let masses = scenes::masses(self.offer.dimension);
+        let found: Result<Vec<Differences>, Failure> = masses
+            .par_iter()
+            .map(|masses| self.offer.differences(elements, state, masses))
+            .collect();
+        let found = found?;
+        let excess = |experiment: &Experiment| {
+            let h = experiment.h;
+            let matrices: Vec<Estimate> =
+                found.iter().map(|at| at.by_position.combine(h * h, &at.by_velocity, h)).collect();
+            experiment.excess(&matrices)
+        };
+        Ok(experiments.iter().map(excess).fold(0.0, f64::max))
+    }
+
+    fn diagnose(
+        &self,
+        part: &Part,
+        matrices: &[Vec<PartMatrix>],
+        derivatives: &[Derivatives],
+    ) -> Vec<String> {
+        let mut all = Vec::new();
+        for (index, state) in self.states.iter().enumerate() {
+            let derivatives = &derivatives[index];
+            for (step, h) in TIME_STEPS.into_iter().enumerate() {
+                let PartMatrix { matrix, moved } = &matrices[index][step];
+                all.push(Measured {
+                    h,
+                    moved,
+                    count: self.offer.dimension.count(),
+                    matrix,
+                    own: [&derivatives.own[0], &derivatives.own[1]],
+                    ours: [&derivatives.ours[0], &derivatives.ours[1]],
+                    at_start: self.derivatives_at_start(part, &state.before(h)),
+                });
+            }
+        }
+        diagnosis::diagnose(&all)
+    }
+
+    fn derivatives_at_start(&self, part: &Part, state: &State) -> Option<[Estimate; 2]> {
+        let ones = vec![1.0; chain(self.offer.dimension)];
+        let at = |elements: Elements| self.offer.differences(&[elements], state, &ones).ok();
+        let full = at(part.full)?;
+        let without = match part.without {
+            Some(without) => Some(at(without)?),
+            None => None,
+        };
+        Some(Derivatives::new(&full, without.as_ref()).own)
+    }
+
+    /// The scenes of the worst finding's state.
+    fn replay(&self, part: &Part, report: &PartReport) -> Replay {
+        let worst = report.findings().filter(|(_, finding)| finding.verdict == Verdict::Wrong);
+        let entry = worst.filter_map(|(_, finding)| finding.worst.as_ref()).last();
+        let state = entry.map_or(0, |entry| entry.state);
+        let groups = |state: &State| -> Vec<Group> {
+            let masses = scenes::masses(self.offer.dimension).into_iter();
+            masses.map(|masses| Group { state: state.clone(), masses }).collect()
+        };
+        let beside = part.steps == scenes::Steps::BesideSprings;
+        let stepped = if beside { vec![COMPANION, part.full] } else { vec![part.full] };
+        let Offer { dimension, explicit, implicit, .. } = self.offer;
+        let at = &self.states[state];
+        let force = scenes::scene(dimension, &[part.full], &groups(at), 1.0, false);
+        let step = scenes::scene(dimension, &stepped, &groups(&at.before(1.0)), 1.0, true);
+        Replay {
+            state,
+            explicit: text(&force, explicit),
+            implicit: implicit.map_or_else(String::new, |implicit| text(&step, implicit)),
+        }
+    }
+}
+
+/// A row's factor by the mass of its particle, and how reports put it.
+type Scaling = (fn(f64) -> f64, &'static str);
+
+/// Ways to bring masses into a Jacobian where they do not belong.
+const BY_MASS: [Scaling; 2] = [
+    (|mass| mass, "is multiplied by the particle's mass"),
+    (|mass| 1.0 / mass, "is divided by the particle's mass"),
+];
+
+/// Whether a program steps groups that feel nothing, by this spelling of a method.
+pub(super) fn takes(offer: Offer<'_>, spelling: &str, implicit: bool) -> Result<(), Failure> {
+    let masses = vec![1.0; chain(offer.dimension)];
+    let states = scenes::states(offer.dimension).into_iter();
+    let groups: Vec<Group> = states.map(|state| Group { state, masses: masses.clone() }).collect();
+    let scene = scenes::scene(offer.dimension, &[], &groups, 1.0, implicit);
+    offer.stepper.step(&scene, spelling).map(|_| ())
+}

@@ -1,0 +1,108 @@
+//! What is probed: something that takes one step of a scene. A program, or the built-in simulator.
+
+use simulator::scene::{Scene, write};
+use simulator::simulation::Simulation;
+use simulator::trace::{Shape, State};
+
+use crate::submission::StateSource;
+use crate::submission::program::Program;
+use crate::verdict::{Failure, Place, Quantity};
+
+/// How far a trace's first state may be from the scene's: digits of a trace, not physics, are at stake.
+const SAME: f64 = 1e-6;
+
+/// Something that steps scenes.
+pub trait Stepper: Sync {
+    /// What reports call it.
+    fn name(&self) -> String;
+
+    /// Velocities after the one step that `scene` has, `n·D`, particle-major, by the integrator that is
+    /// spelt so.
+    ///
+    /// # Errors
+    /// Where there is no such step, or it is not finite.
+    fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure>;
+}
+
+/// The simulator of this project.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct BuiltIn;
+
+impl Stepper for BuiltIn {
+    fn name(&self) -> String {
+        "built-in simulator".to_owned()
+    }
+
+    fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
+        let crashed = |detail: String| Failure::Crashed { detail };
+        let schema = simulator::vocabulary().integrator(integrator);
+        let schema = schema.ok_or_else(|| crashed(format!("no integrator {integrator}")))?;
+        let scene = Scene { integrator: schema, ..scene.clone() };
+        let mut simulation = Simulation::new(&scene);
+        simulation.advance().map_err(|error| crashed(error.to_string()))?;
+        Ok(simulation.state().velocities.to_vec())
+    }
+}
+
+impl Stepper for Program {
+    fn name(&self) -> String {
+        Self::name(self).to_owned()
+    }
+
+    fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
+        let shape = Shape::of(scene);
+        let mut run = self.run(&text(scene, integrator), shape)?;
+        let mut state = State::zeros(shape);
+        let expected = 2;
+        for number in 0..expected {
+            if !run.read(&mut state)? {
+                return Err(Failure::TooShort { states: number, expected });
+            }
+            check_finite(&state, number, shape)?;
+            if number == 0 {
+                check_start(scene, &state)?;
+            }
+        }
+        let velocities = std::mem::take(&mut state.velocities);
+        let mut further = State::zeros(shape);
+        if run.read(&mut further)? { Err(Failure::TooLong { expected }) } else { Ok(velocities) }
+    }
+}
+
+/// The scene as a file, its integrator spelt so.
+pub(super) fn text(scene: &Scene, integrator: &str) -> String {
+    let mut bytes = Vec::new();
+    // Nothing in a probe's scene cannot be written.
+    let _ = write::write(scene, &mut bytes);
+    let text = String::from_utf8(bytes).unwrap_or_default();
+    text.replacen(&format!("\"{}\"", scene.integrator.name), &format!("\"{integrator}\""), 1)
+}
+
+fn check_finite(state: &State, step: u64, shape: Shape) -> Result<(), Failure> {
+    let count = shape.dimension.count();
+    for (quantity, values) in
+        [(Quantity::Position, &state.positions), (Quantity::Velocity, &state.velocities)]
+    {
+        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+            let place = Place { step, particle: index / count, quantity, axis: index % count };
+            return Err(Failure::NotFinite { location: None, place, value: values[index] });
+        }
+    }
+    Ok(())
+}
+
+fn check_start(scene: &Scene, state: &State) -> Result<(), Failure> {
+    let count = scene.dimension.count();
+    let found = state.positions.chunks_exact(count).zip(state.velocities.chunks_exact(count));
+    for (number, (particle, (position, velocity))) in scene.particles.iter().zip(found).enumerate()
+    {
+        let expected = particle.position[..count].iter().chain(&particle.velocity[..count]);
+        let found = position.iter().chain(velocity);
+        if expected.zip(found).any(|(expected, found)| (expected - found).abs() > SAME) {
+            let detail =
+                format!("the trace does not start from the scene's state: particle {number}");
+            return Err(Failure::Malformed { detail });
+        }
+    }
+    Ok(())
+}

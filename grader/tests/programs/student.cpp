@@ -1,0 +1,394 @@
+// A mass-spring simulator in one file, as a student of the course might write it: two dimensions, dense
+// matrices. Called as FOSSSim is: student -s scene.xml -d 0 -o trace.bin
+//
+// REAL (a macro) is the type it computes with. SOLVER (environment) is lu, nopivot, krylov or gauss-seidel;
+// ORDER=reversed sums forces backwards; MISTAKE plants one mistake by its name.
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#ifndef REAL
+#define REAL double
+#endif
+
+typedef REAL Real;
+typedef std::vector<Real> Vec;
+typedef std::map<std::string, std::string> Attributes;
+
+static std::string setting(const char *name) {
+  const char *value = std::getenv(name);
+  return value ? value : "";
+}
+static const std::string MISTAKE = setting("MISTAKE");
+static const std::string SOLVER = setting("SOLVER");
+static bool is(const char *name) { return MISTAKE == name; }
+
+[[noreturn]] static void refuse(const std::string &why) {
+  std::fprintf(stderr, "student: %s\n", why.c_str());
+  std::exit(1);
+}
+
+struct Mat {  // a 2 x 2 block
+  Real a, b, c, d;
+};
+static Mat operator+(Mat m, Mat n) { return {m.a + n.a, m.b + n.b, m.c + n.c, m.d + n.d}; }
+static Mat operator*(Real s, Mat m) { return {s * m.a, s * m.b, s * m.c, s * m.d}; }
+static Mat operator*(Mat m, Mat n) {
+  return {m.a * n.a + m.b * n.c, m.a * n.b + m.b * n.d, m.c * n.a + m.d * n.c, m.c * n.b + m.d * n.d};
+}
+static Mat transposed(Mat m) { return {m.a, m.c, m.b, m.d}; }
+static Mat outer(const Real *u, const Real *v) { return {u[0] * v[0], u[0] * v[1], u[1] * v[0], u[1] * v[1]}; }
+static const Mat I = {1, 0, 0, 1};
+static const Mat R = {0, -1, 1, 0};
+static const Mat O = {0, 0, 0, 0};
+
+enum Kind { SPRING, GRAVITATION, VORTEX };
+struct Pair {
+  Kind kind;
+  int i, j;
+  Real p[3];
+};
+
+static int n;  // particles
+static Vec mass, x, v;
+static std::vector<bool> fixedp;
+static std::vector<Pair> pairs;
+static std::vector<int> edges;
+static Real drag, gravity[2], constant[2], h, duration;
+static std::string method;
+
+// Force on i and its derivatives by d = x_i - x_j and w = v_i - v_j.
+static void law(const Pair &e, const Real *d, const Real *w, Real *f, Mat *K, Mat *B) {
+  Real l = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+  Real nn[2] = {d[0] / l, d[1] / l};
+  Real nw = nn[0] * w[0] + nn[1] * w[1];
+  Mat along = outer(nn, nn), across = I + Real(-1) * along;
+  f[0] = f[1] = 0;
+  *K = *B = O;
+  if (e.kind == SPRING) {
+    Real k = e.p[0], l0 = e.p[1], b = e.p[2];
+    Real lf = is("spring: force and Jacobian without l0") || is("spring: force without l0") ? Real(0) : l0;
+    Real lj = is("spring: force and Jacobian without l0") || is("spring: Jacobian without l0") ? Real(0) : l0;
+    Real kf = is("spring: half the stiffness in force and Jacobian") ? k / 2 : k;
+    Real tension = -kf * (l - lf);
+    for (int a = 0; a < 2; a++) f[a] = tension * nn[a];
+    Mat elastic = -kf * (along + ((l - lj) / l) * across);
+    if (is("spring: l0/l² in the Jacobian")) elastic = -k * (along + (1 - l0 / (l * l)) * across);
+    if (is("spring: Jacobian's sign")) elastic = Real(-1) * elastic;
+    if (is("spring: only n nᵀ in the Jacobian")) elastic = -k * along;
+    if (is("spring: Jacobian off by 1e-6")) elastic = Real(1 + 1e-6) * elastic;
+    *K = elastic;
+    if (b != 0) {
+      if (is("damping: force and Jacobian not projected")) {
+        for (int a = 0; a < 2; a++) f[a] -= b * w[a];
+        *B = -b * I;
+        return;
+      }
+      for (int a = 0; a < 2; a++) f[a] -= b * nw * nn[a];
+      Mat turning = (nw * I + outer(nn, w)) * across;
+      if (is("damping: dF/dx without (n·w) I")) turning = outer(nn, w) * across;
+      if (is("damping: dF/dx without n wᵀ")) turning = nw * across;
+      if (is("damping: dF/dx without the projection")) turning = nw * I + outer(nn, w);
+      Mat part = (-b / l) * turning;
+      if (is("damping: dF/dx missing")) part = O;
+      if (is("damping: dF/dx has the wrong sign")) part = Real(-1) * part;
+      if (is("damping: dF/dx transposed")) part = transposed(part);
+      if (is("damping: dF/dx made symmetric")) part = Real(0.5) * (part + transposed(part));
+      if (is("damping: dF/dx over l²")) part = (1 / l) * part;
+      *K = *K + part;
+      *B = -b * along;
+      if (is("damping: dF/dv not projected")) *B = -b * I;
+      if (is("damping: dF/dv missing")) *B = O;
+      if (is("damping: dF/dv has the wrong sign")) *B = b * along;
+    }
+  } else if (e.kind == GRAVITATION) {
+    Real s = e.p[0] * mass[e.i] * mass[e.j];
+    if (is("gravitation: 1/l in force and Jacobian")) {
+      for (int a = 0; a < 2; a++) f[a] = -s / l * nn[a];
+      *K = (-s / (l * l)) * (I + Real(-2) * along);
+      return;
+    }
+    for (int a = 0; a < 2; a++) f[a] = -s / (l * l) * nn[a];
+    *K = (-s / (l * l * l)) * (I + Real(-3) * along);
+    if (is("gravitation: l² for l³ in the Jacobian")) *K = l * *K;
+    if (is("gravitation: n nᵀ without its 3")) *K = (-s / (l * l * l)) * across;
+    if (is("gravitation: Jacobian's sign")) *K = Real(-1) * *K;
+    if (is("gravitation: Jacobian missing")) *K = O;
+    if (is("gravitation: Jacobian transposed")) *K = transposed(*K);
+    if (is("gravitation: one entry off by 1e-6")) K->c *= Real(1 + 1e-6);
+  } else {
+    // The hand-out's direction goes from i to j, and its force is that on j.
+    Real kbs = e.p[0], kvc = e.p[1], s = kvc / (l * l);
+    if (is("vortex: rotates the other way")) kbs = -kbs;
+    Real turned[2] = {-nn[1], nn[0]};
+    for (int a = 0; a < 2; a++) f[a] = s * (kbs * turned[a] - w[a]);
+    Mat swirl = kbs * (R + Real(-3) * (R * along)), viscous = Real(2) * outer(w, nn);
+    if (is("vortex: 3 R n nᵀ missing")) swirl = kbs * R;
+    if (is("vortex: no quarter turn")) swirl = kbs * (I + Real(-3) * along);
+    if (is("vortex: w nᵀ transposed")) viscous = transposed(viscous);
+    if (is("vortex: w nᵀ without its 2")) viscous = Real(0.5) * viscous;
+    if (is("vortex: dF/dx without its drag part")) viscous = O;
+    *K = (s / l) * (swirl + viscous);
+    if (is("vortex: dF/dx over l²")) *K = l * *K;
+    *B = -s * I;
+    if (is("vortex: dF/dv over l")) *B = (-kvc / l) * I;
+    if (is("vortex: dF/dv missing")) *B = O;
+  }
+}
+
+static void add(std::vector<Real> &matrix, int row, int column, Mat m) {
+  Real *at = &matrix[(2 * row) * (2 * n) + 2 * column];
+  at[0] += m.a, at[1] += m.b;
+  at += 2 * n;
+  at[0] += m.c, at[1] += m.d;
+}
+
+// Forces, and where they are wanted both Jacobians.
+static void evaluate(const Vec &q, const Vec &u, Vec &F, std::vector<Real> *K, std::vector<Real> *B) {
+  F.assign(2 * n, 0);
+  if (K) K->assign(4 * n * n, 0), B->assign(4 * n * n, 0);
+  bool backwards = setting("ORDER") == "reversed";
+  for (size_t index = 0; index < pairs.size(); index++) {
+    const Pair &e = pairs[backwards ? pairs.size() - 1 - index : index];
+    Real d[2] = {q[2 * e.i] - q[2 * e.j], q[2 * e.i + 1] - q[2 * e.j + 1]};
+    Real w[2] = {u[2 * e.i] - u[2 * e.j], u[2 * e.i + 1] - u[2 * e.j + 1]};
+    Real f[2];
+    Mat A, D;
+    law(e, d, w, f, &A, &D);
+    for (int a = 0; a < 2; a++) F[2 * e.i + a] += f[a], F[2 * e.j + a] -= f[a];
+    if (!K) continue;
+    Mat cross = Real(-1) * A, crossv = Real(-1) * D, first = A;
+    if (e.kind == SPRING && is("spring: cross blocks have the wrong sign")) cross = A;
+    if (e.kind == SPRING && is("spring: cross blocks missing")) cross = O;
+    if (e.kind == SPRING && is("spring: one entry off by 1e-6")) first.b *= Real(1 + 1e-6);
+    if (e.kind == GRAVITATION && is("gravitation: cross blocks have the wrong sign")) cross = A;
+    if (e.kind == VORTEX && is("vortex: cross blocks transposed")) cross = transposed(cross);
+    if (e.kind == SPRING && is("damping: dF/dv without its cross blocks")) crossv = O;
+    add(*K, e.i, e.i, first), add(*K, e.j, e.j, A), add(*K, e.i, e.j, cross), add(*K, e.j, e.i, cross);
+    add(*B, e.i, e.i, D), add(*B, e.j, e.j, D), add(*B, e.i, e.j, crossv), add(*B, e.j, e.i, crossv);
+  }
+  for (int p = 0; p < n; p++) {
+    Real m = mass[p], b = drag;
+    if (is("drag: scaled by mass in force and Jacobian")) b *= m;
+    for (int a = 0; a < 2; a++) {
+      F[2 * p + a] += (is("gravity: not scaled by mass") ? 1 : m) * gravity[a] - b * u[2 * p + a];
+      F[2 * p + a] += (is("constant force: scaled by mass") ? m : 1) * constant[a];
+    }
+    if (!K) continue;
+    Real bj = b;
+    if (is("drag: dF/dv scaled by mass")) bj = b * m;
+    if (is("drag: dF/dv missing")) bj = 0;
+    if (is("drag: dF/dv has the wrong sign")) bj = -b;
+    if (is("drag: dF/dv off by 1e-6")) bj = b * Real(1 + 1e-6);
+    add(*B, p, p, -bj * I);
+    if (is("gravity: has a Jacobian") && gravity[0] != 0) add(*K, p, p, Real(1e-3) * I);
+  }
+}
+
+static void lu(std::vector<Real> &A, Vec &b, bool pivot) {
+  int size = b.size();
+  for (int k = 0; k < size; k++) {
+    int best = k;
+    for (int r = k + 1; pivot && r < size; r++)
+      if (std::fabs(A[r * size + k]) > std::fabs(A[best * size + k])) best = r;
+    if (A[best * size + k] == 0) refuse("singular matrix");
+    if (best != k) {
+      for (int c = 0; c < size; c++) std::swap(A[k * size + c], A[best * size + c]);
+      std::swap(b[k], b[best]);
+    }
+    for (int r = k + 1; r < size; r++) {
+      Real factor = A[r * size + k] / A[k * size + k];
+      if (factor == 0) continue;
+      for (int c = k; c < size; c++) A[r * size + c] -= factor * A[k * size + c];
+      b[r] -= factor * b[k];
+    }
+  }
+  for (int k = size - 1; k >= 0; k--) {
+    for (int c = k + 1; c < size; c++) b[k] -= A[k * size + c] * b[c];
+    b[k] /= A[k * size + k];
+  }
+}
+
+static Vec times(const std::vector<Real> &A, const Vec &u) {
+  int size = u.size();
+  Vec y(size, 0);
+  for (int r = 0; r < size; r++)
+    for (int c = 0; c < size; c++) y[r] += A[r * size + c] * u[c];
+  return y;
+}
+static Real dot(const Vec &u, const Vec &w) {
+  Real s = 0;
+  for (size_t i = 0; i < u.size(); i++) s += u[i] * w[i];
+  return s;
+}
+
+// Conjugate gradients of the normal equations: takes matrices that are not symmetric, too.
+static void krylov(const std::vector<Real> &A, Vec &b, Real tolerance) {
+  int size = b.size();
+  std::vector<Real> T(size * size);
+  for (int r = 0; r < size; r++)
+    for (int c = 0; c < size; c++) T[c * size + r] = A[r * size + c];
+  Vec u(size, 0), r = b, z = times(T, r), p = z;
+  Real zz = dot(z, z), stop = tolerance * tolerance * dot(b, b);
+  for (int iteration = 0; iteration < 100 * size && dot(r, r) > stop; iteration++) {
+    Vec Ap = times(A, p);
+    Real alpha = zz / dot(Ap, Ap);
+    for (int i = 0; i < size; i++) u[i] += alpha * p[i], r[i] -= alpha * Ap[i];
+    z = times(T, r);
+    Real next = dot(z, z);
+    for (int i = 0; i < size; i++) p[i] = z[i] + next / zz * p[i];
+    zz = next;
+  }
+  b = u;
+}
+
+static void gauss_seidel(const std::vector<Real> &A, Vec &b, Real tolerance) {
+  int size = b.size();
+  Vec u(size, 0);
+  for (int sweep = 0; sweep < 100000; sweep++) {
+    Real change = 0, largest = 0;
+    for (int r = 0; r < size; r++) {
+      Real s = b[r];
+      for (int c = 0; c < size; c++)
+        if (c != r) s -= A[r * size + c] * u[c];
+      s /= A[r * size + r];
+      change = std::fmax(change, std::fabs(s - u[r]));
+      largest = std::fmax(largest, std::fabs(s));
+      u[r] = s;
+    }
+    if (change <= tolerance * largest) {
+      b = u;
+      return;
+    }
+    if (!(largest < 1e9)) break;
+  }
+  refuse("Gauss-Seidel does not converge");
+}
+
+static void step() {
+  Vec F;
+  if (method == "explicit-euler" || method == "forward-backward-euler" || method == "symplectic-euler") {
+    evaluate(x, v, F, nullptr, nullptr);
+    Vec old = v;
+    for (int i = 0; i < 2 * n; i++)
+      if (!fixedp[i / 2]) v[i] += h * F[i] / mass[i / 2];
+    for (int i = 0; i < 2 * n; i++) x[i] += h * (method == "explicit-euler" ? old[i] : v[i]);
+    return;
+  }
+  if (method != "linearized-implicit-euler") refuse("no integrator " + method);
+  Vec ahead = x;
+  for (int i = 0; i < 2 * n; i++) ahead[i] += h * v[i];
+  std::vector<Real> K, B, A(4 * n * n);
+  evaluate(is("step: everything at q") || is("step: Jacobians at q") ? x : ahead, v, F, &K, &B);
+  if (is("step: right-hand side at q")) evaluate(x, v, F, nullptr, nullptr);
+  if (is("step: Jacobians at q")) evaluate(ahead, v, F, nullptr, nullptr);
+  if (is("step: K and B swapped")) std::swap(K, B);
+  int size = 2 * n;
+  Real hk = h * h, hb = h, hf = h;
+  if (is("step: h K for h² K")) hk = h;
+  if (is("step: h² B for h B")) hb = h * h;
+  if (is("step: no h before K and B")) hk = hb = 1;
+  if (is("step: K's sign")) hk = -hk;
+  if (is("step: B's sign")) hb = -hb;
+  if (is("step: B left out")) hb = 0;
+  if (is("step: no h on the right-hand side")) hf = 1;
+  if (is("step: h² on the right-hand side")) hf = h * h;
+  for (int r = 0; r < size; r++)
+    for (int c = 0; c < size; c++) {
+      int at = is("step: matrix transposed") ? c * size + r : r * size + c;
+      A[r * size + c] = -hk * K[at] - hb * B[at];
+      if (r == c) A[r * size + c] += is("step: no mass matrix") ? 1 : mass[r / 2];
+      if (r == c && is("step: mass matrix off by 1e-3")) A[r * size + c] += mass[r / 2] * Real(1e-3);
+    }
+  Vec b(size);
+  for (int r = 0; r < size; r++) b[r] = hf * F[r];
+  for (int p = 0; p < n; p++) {
+    if (!fixedp[p]) continue;
+    for (int r = 2 * p; r < 2 * p + 2; r++) {
+      for (int c = 0; c < size; c++) A[r * size + c] = A[c * size + r] = 0;
+      A[r * size + r] = 1, b[r] = 0;
+    }
+  }
+  std::string tolerance = setting("TOLERANCE");
+  Real within = tolerance.empty() ? Real(1e-12) : Real(std::atof(tolerance.c_str()));
+  if (SOLVER == "krylov") krylov(A, b, within);
+  else if (SOLVER == "gauss-seidel") gauss_seidel(A, b, within);
+  else lu(A, b, SOLVER != "nopivot");
+  for (int i = 0; i < size; i++) v[i] += b[i], x[i] += h * v[i];
+}
+
+static Real number(const Attributes &a, const char *name, double otherwise) {
+  Attributes::const_iterator found = a.find(name);
+  return found == a.end() ? Real(otherwise) : Real(std::atof(found->second.c_str()));
+}
+
+static void element(const std::string &tag, const Attributes &a) {
+  if (tag == "duration") duration = number(a, "time", 0);
+  else if (tag == "integrator") method = a.at("type"), h = number(a, "dt", 0);
+  else if (tag == "particle") {
+    n++;
+    mass.push_back(number(a, "m", 1));
+    x.push_back(number(a, "px", 0)), x.push_back(number(a, "py", 0));
+    v.push_back(number(a, "vx", 0)), v.push_back(number(a, "vy", 0));
+    fixedp.push_back(number(a, "fixed", 0) != 0);
+    if (a.count("pz")) refuse("no third dimension");
+  } else if (tag == "edge") edges.push_back(number(a, "i", 0)), edges.push_back(number(a, "j", 0));
+  else if (tag == "springforce") {
+    int e = number(a, "edge", 0);
+    pairs.push_back({SPRING, edges.at(2 * e), edges.at(2 * e + 1), {number(a, "k", 0), number(a, "l0", 0), number(a, "b", 0)}});
+  } else if (tag == "gravitationalforce")
+    pairs.push_back({GRAVITATION, int(number(a, "i", 0)), int(number(a, "j", 0)), {number(a, "G", 0), 0, 0}});
+  else if (tag == "vortexforce")
+    pairs.push_back({VORTEX, int(number(a, "i", 0)), int(number(a, "j", 0)), {number(a, "kbs", 0), number(a, "kvc", 0), 0}});
+  else if (tag == "dragdamping") drag += number(a, "b", 0);
+  else if (tag == "simplegravity") gravity[0] += number(a, "fx", 0), gravity[1] += number(a, "fy", 0);
+  else if (tag == "constantforce") constant[0] += number(a, "fx", 0), constant[1] += number(a, "fy", 0);
+  else if (tag != "scene") refuse("no element " + tag);
+}
+
+static void parse(const std::string &text) {
+  for (size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
+    if (text[at + 1] == '/' || text[at + 1] == '?' || text[at + 1] == '!') continue;
+    size_t end = text.find_first_of(" \t\r\n/>", at + 1), close = text.find('>', at);
+    std::string tag = text.substr(at + 1, end - at - 1);
+    Attributes attributes;
+    while (true) {
+      size_t name = text.find_first_not_of(" \t\r\n/", end), equals = text.find('=', name);
+      if (name >= close || equals >= close) break;
+      size_t open = text.find('"', equals), shut = text.find('"', open + 1);
+      attributes[text.substr(name, equals - name)] = text.substr(open + 1, shut - open - 1);
+      end = shut + 1;
+    }
+    element(tag, attributes);
+  }
+}
+
+int main(int count, char **arguments) {
+  std::string scene, output;
+  for (int i = 1; i + 1 < count; i += 2) {
+    if (!std::strcmp(arguments[i], "-s")) scene = arguments[i + 1];
+    if (!std::strcmp(arguments[i], "-o")) output = arguments[i + 1];
+  }
+  if (scene.empty()) refuse("usage: student -s scene.xml -d 0 -o trace.bin");
+  std::ifstream file(scene);
+  std::stringstream text;
+  text << file.rdbuf();
+  parse(text.str());
+  std::ofstream trace(output, std::ios::binary);
+  int steps = std::ceil(double(duration) / double(h));
+  for (int s = 0; s <= steps; s++) {
+    if (s > 0) step();
+    for (const Vec *values : {&x, &v})
+      for (Real value : *values) {
+        double wide = value;
+        trace.write(reinterpret_cast<const char *>(&wide), sizeof wide);
+      }
+  }
+}

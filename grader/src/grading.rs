@@ -1,6 +1,7 @@
 //! A submission graded over a suite: scenes in parallel, results in the suite's order.
 
 use std::any::Any;
+use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
@@ -9,10 +10,16 @@ use simulator::trace::{self, Shape};
 use crate::compare::{Comparison, Expectation, Tolerances, compare};
 use crate::jacobian::JacobianReport;
 use crate::oracle::Oracle;
+use crate::probe::{self, Probing};
 use crate::rubric::Rubric;
+use crate::sandbox::Protection;
+use crate::submission::program::Program;
 use crate::submission::{StateSource, Submission};
 use crate::suite::{Case, Feature, Section, Suite};
-use crate::verdict::{Failure, Fault, Verdict};
+use crate::verdict::{Fault, Verdict};
+
+/// The most scenes that are run twice.
+const REPEATED: usize = 8;
 
 /// Everything a report says.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,8 +28,39 @@ pub struct Grading {
     pub submission: String,
     /// Features in the order of the report: by section, group, integrator.
     pub features: Vec<FeatureResult>,
+    /// How its programs were run; `None` where it has none.
+    pub protection: Option<Vec<Protection>>,
+    /// Whether its programs do the same twice; `None` where it has none.
+    pub repetition: Option<Repetition>,
+    /// Forces and Jacobians of its program, measured from single steps; `None` where they were not.
+    pub probing: Option<Probing>,
     /// Jacobian checks; empty where the submission is not the built-in simulator.
     pub jacobians: JacobianReport,
+}
+
+/// Some scenes, each run twice more.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Repetition {
+    /// How many were run twice.
+    pub scenes: usize,
+    /// The names of those whose two traces were not the same bytes.
+    pub differing: Vec<String>,
+}
+
+impl Repetition {
+    /// Runs the first scene of each feature twice, as long as it leaves a trace at all.
+    fn of(suite: &Suite, program: &Program) -> Self {
+        let mut features = HashSet::new();
+        let first_ones = suite.cases.iter().filter(|case| features.insert(&case.feature));
+        let cases: Vec<&Case> = first_ones.take(REPEATED).collect();
+        let same = |case: &&Case| {
+            let [first, second] = [(); 2].map(|()| program.trace_hash(case));
+            Some((case.id.clone(), first.ok()? == second.ok()?))
+        };
+        let results: Vec<(String, bool)> = cases.par_iter().filter_map(same).collect();
+        let differing = results.iter().filter(|(_, same)| !same).map(|(id, _)| id.clone());
+        Self { scenes: results.len(), differing: differing.collect() }
+    }
 }
 
 /// A feature with its scenes.
@@ -132,6 +170,10 @@ impl Grading {
             Outcome::GraderFault
         } else if totals.iter().any(|totals| totals.passed < totals.scenes)
             || !self.jacobians.is_pass()
+            || self
+                .probing
+                .as_ref()
+                .is_some_and(|probing| probing.verdict() == probe::Verdict::Wrong)
         {
             Outcome::Failed
         } else {
@@ -171,7 +213,18 @@ pub fn grade(
         }
     }
     features.sort_by(|a, b| a.feature.cmp(&b.feature));
-    Grading { submission: submission.name(), features, jacobians }
+    let repetition = match submission {
+        Submission::Program(program) => Some(Repetition::of(suite, program)),
+        _ => None,
+    };
+    Grading {
+        submission: submission.name(),
+        features,
+        protection: None,
+        repetition,
+        probing: None,
+        jacobians,
+    }
 }
 
 /// Judges the states that `start` yields for a scene. A panic, here or there, costs this scene alone.
@@ -179,7 +232,7 @@ fn judge(
     case: &Case,
     oracle: &Oracle,
     tolerances: Tolerances,
-    start: impl FnOnce() -> Result<Box<dyn StateSource>, Failure>,
+    start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
 ) -> Comparison {
     // What a panic leaves half done is dropped with it.
     let judged = catch_unwind(AssertUnwindSafe(|| {
@@ -190,7 +243,7 @@ fn judge(
         };
         match start() {
             Ok(mut actual) => compare(expected.as_mut(), actual.as_mut(), expectation, tolerances),
-            Err(failure) => Comparison::without_states(Verdict::Fail(failure)),
+            Err(verdict) => Comparison::without_states(verdict),
         }
     }));
     judged.unwrap_or_else(|panic| {
@@ -225,6 +278,7 @@ mod tests {
 
     use super::*;
     use crate::oracle::regenerate;
+    use crate::verdict::Failure;
 
     const SCENE: &str = r#"<scene>
       <duration time="0.3"/> <integrator type="explicit-euler" dt="0.1"/>

@@ -6,16 +6,19 @@
 //!
 //! - [`suite`]: the scenes that are graded, and their features.
 //! - [`submission`]: what is graded; a simulator, built-in or foreign, is met only through its states.
+//! - [`sandbox`]: another's program, run so that it can do no harm.
 //! - [`compare`]: a trace against the oracle's.
 //! - [`verdict`]: a pass, or a named failure.
 //! - [`rubric`]: tolerances and points.
 //! - [`grading`]: all of it, over a suite.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
 //! - [`oracle`]: the stored traces: regenerated, verified.
+//! - [`init`]: skeletons of submissions.
 //! - [`report`]: one format a file.
 
 pub mod suite;
 
+pub mod sandbox;
 pub mod submission;
 pub mod verdict;
 
@@ -25,6 +28,7 @@ pub mod rubric;
 pub mod grading;
 pub mod jacobian;
 
+pub mod init;
 pub mod probe;
 
 pub mod oracle;

@@ -15,10 +15,18 @@
 //! [[scene]]              # one scene, by its name
 //! name = "Spring/two-springs"
 //! largest = 1e-9
+//!
+//! [limits]               # of each run of a program; what is left out is as `grade --help` says
+//! wall = 10              # seconds
+//! memory = 1_000_000_000 # bytes
+//!
+//! [build-limits]         # of its build
+//! cpu = 300
 //! ```
 //!
 //! A scene's tolerance is its own entry's, else its feature's, else the default's.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -26,6 +34,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::compare::Tolerances;
+use crate::sandbox::Limits;
 use crate::suite::{Case, Feature, Section, Suite, read_text};
 
 /// The largest rubric that is read, in MiB.
@@ -37,6 +46,8 @@ pub struct Rubric {
     default: Defaults,
     features: Vec<FeatureRule>,
     scenes: Vec<SceneRule>,
+    limits: Vec<(String, f64)>,
+    build_limits: Vec<(String, f64)>,
 }
 
 /// A rubric that cannot be used.
@@ -81,6 +92,10 @@ struct File {
     feature: Vec<Spanned<FeatureRule>>,
     #[serde(default)]
     scene: Vec<Spanned<SceneRule>>,
+    #[serde(default)]
+    limits: BTreeMap<String, Spanned<f64>>,
+    #[serde(default, rename = "build-limits")]
+    build_limits: BTreeMap<String, Spanned<f64>>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -173,10 +188,11 @@ impl Rubric {
             let line = before.matches('\n').count() + 1;
             RubricError::Invalid { path: path.to_path_buf(), line, column, message }
         };
-        let File { default, feature, scene } = toml::from_str(text).map_err(|error| {
-            let start = error.span().map_or(0, |span| span.start);
-            invalid(start, error.message().to_owned())
-        })?;
+        let File { default, feature, scene, limits, build_limits } =
+            toml::from_str(text).map_err(|error| {
+                let start = error.span().map_or(0, |span| span.start);
+                invalid(start, error.message().to_owned())
+            })?;
         let idle = |start: usize, entry: &dyn fmt::Display, keys: &str| {
             let message =
                 format!("{entry} sets nothing\n  help: give it {keys}, or remove the entry");
@@ -193,8 +209,18 @@ impl Rubric {
                 return Err(idle(rule.span().start, rule.as_ref(), "largest or accumulated"));
             }
         }
+        // Tried out here, where the line is known.
+        for (name, value) in limits.iter().chain(&build_limits) {
+            let tried = Limits::default().set(name, *value.as_ref());
+            tried.map_err(|message| invalid(value.span().start, message))?;
+        }
+        let plain = |limits: BTreeMap<String, Spanned<f64>>| {
+            limits.into_iter().map(|(name, value)| (name, value.into_inner())).collect()
+        };
         Ok(Self {
             default,
+            limits: plain(limits),
+            build_limits: plain(build_limits),
             features: feature.into_iter().map(Spanned::into_inner).collect(),
             scenes: scene.into_iter().map(Spanned::into_inner).collect(),
         })
@@ -239,11 +265,29 @@ impl Rubric {
         Tolerances { largest: tolerances.0.0, accumulated: tolerances.1.0 }
     }
 
+    /// The limits of a run of a program.
+    pub fn limits(&self) -> Limits {
+        with(Limits::default(), &self.limits)
+    }
+
+    /// The limits of the build of a program.
+    pub fn build_limits(&self) -> Limits {
+        with(Limits::of_builds(), &self.build_limits)
+    }
+
     /// The points of a feature.
     pub fn points(&self, feature: &Feature) -> f64 {
         let rules = self.features.iter().filter(|rule| rule.fits(feature));
         rules.filter_map(|rule| rule.points).next_back().unwrap_or(self.default.points).0
     }
+}
+
+fn with(mut limits: Limits, changes: &[(String, f64)]) -> Limits {
+    for (name, value) in changes {
+        // It was tried when the rubric was read.
+        let _ = limits.set(name, *value);
+    }
+    limits
 }
 
 impl SectionName {

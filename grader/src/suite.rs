@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -64,8 +64,30 @@ pub struct Case {
     pub feature: Feature,
     /// The scene.
     pub scene: Scene,
+    /// The files it is read from: the scene, and a mesh where it names one.
+    pub files: Vec<SceneFile>,
     /// SHA-256 of the scene file, followed by the mesh where it names one, in hexadecimal.
     pub scene_hash: String,
+}
+
+/// A file of a scene.
+#[derive(Debug, Clone)]
+pub struct SceneFile {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Where it is seen from the scene's folder; what it is called, if it is in no folder below.
+    pub name: PathBuf,
+}
+
+impl SceneFile {
+    fn new(path: &Path, folder: &Path) -> Self {
+        let below = path.strip_prefix(folder).ok();
+        let below =
+            below.filter(|name| name.components().all(|part| matches!(part, Component::Normal(_))));
+        let name =
+            below.map_or_else(|| path.file_name().unwrap_or_default().into(), Path::to_path_buf);
+        Self { path: path.to_path_buf(), name }
+    }
 }
 
 /// Every scene that is graded, sorted by section and name, and what was odd about their files.
@@ -160,9 +182,12 @@ fn load_case(
         [folders @ .., _] => folders.join("/"),
     };
     let feature = Feature { section, group, integrator: parsed.scene.integrator.name };
+    let home = file.parent().unwrap_or(folder);
+    let mut files = vec![SceneFile::new(file, home)];
+    files.extend(parsed.mesh.as_ref().map(|mesh| SceneFile::new(&mesh.path, home)));
     let mesh = parsed.mesh.as_ref().map_or(&[][..], |mesh| &mesh.bytes);
     let scene_hash = hash([&bytes, mesh]);
-    let case = Case { id: parts.join("/"), feature, scene: parsed.scene, scene_hash };
+    let case = Case { id: parts.join("/"), feature, scene: parsed.scene, files, scene_hash };
     Ok((case, parsed.warnings))
 }
 

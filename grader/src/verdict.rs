@@ -54,6 +54,36 @@ pub enum Failure {
         /// What it said.
         detail: String,
     },
+    /// There is no program, for its build failed.
+    #[error("{detail}")]
+    BuildFailed {
+        /// What the build said.
+        detail: String,
+    },
+    /// A program did not end in its time.
+    #[error("{detail}")]
+    TimedOut {
+        /// What time it is.
+        detail: String,
+    },
+    /// A program needs more memory than it may have.
+    #[error("{detail}")]
+    OutOfMemory {
+        /// How much it may have.
+        detail: String,
+    },
+    /// A program writes more than it may.
+    #[error("{detail}")]
+    TooMuchOutput {
+        /// What, and how much it may be.
+        detail: String,
+    },
+    /// A program starts more processes than it may have.
+    #[error("{detail}")]
+    TooManyProcesses {
+        /// How many it may have.
+        detail: String,
+    },
     /// The trace is not in its format.
     #[error("{detail}")]
     Malformed {
@@ -95,6 +125,11 @@ impl Failure {
         match self {
             Self::NoOutput { .. } => "no-output",
             Self::Crashed { .. } => "crashed",
+            Self::BuildFailed { .. } => "build-failed",
+            Self::TimedOut { .. } => "timed-out",
+            Self::OutOfMemory { .. } => "out-of-memory",
+            Self::TooMuchOutput { .. } => "too-much-output",
+            Self::TooManyProcesses { .. } => "too-many-processes",
             Self::Malformed { .. } => "malformed",
             Self::NotFinite { .. } => "not-finite",
             Self::TooShort { .. } => "too-short",
@@ -129,6 +164,12 @@ pub enum Fault {
     /// The oracle's trace cannot be used.
     #[error("the oracle trace cannot be used: {detail}")]
     BrokenOracle {
+        /// Why.
+        detail: String,
+    },
+    /// The program could not be run, through no fault of its own.
+    #[error("{detail}")]
+    NotRun {
         /// Why.
         detail: String,
     },

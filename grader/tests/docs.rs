@@ -53,6 +53,7 @@ fn links_in_the_documents_lead_somewhere() {
         "README.md",
         "CONTRIBUTING.md",
         "CHANGELOG.md",
+        "docs/attacks.md",
         "docs/formats.md",
         "docs/jacobians.md",
         "docs/mistakes.md",

@@ -3,17 +3,20 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use grader::grading::{self, Grading, Outcome};
+use grader::init::{self, Language};
 use grader::jacobian::{self, JacobianReport};
 use grader::oracle::{self, Change, Difference, Leftover, Oracle, Regeneration};
 use grader::probe;
 use grader::report;
 use grader::rubric::Rubric;
+use grader::sandbox::{self, Limits, Protection, Sandbox};
 use grader::submission::Submission;
-use grader::submission::program::{self, Program};
+use grader::submission::folder::{self, Built, FolderError};
+use grader::submission::program::{Identified, Program, Runner};
 use grader::suite::{Case, Section, Suite};
 use grader::verdict::Verdict;
 use simulator::force;
@@ -42,6 +45,16 @@ struct Cli {
 enum Command {
     /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive; ours, or a program's
     Jacobians(JacobianArgs),
+    /// Write a working skeleton of a submission, which documents the protocol
+    Init {
+        /// Its language
+        #[arg(value_name = "LANG", value_parser = PossibleValuesParser::new(Language::ALL.map(Language::name)))]
+        language: String,
+
+        /// Folder to write it to; it is made where it is missing
+        #[arg(value_name = "DIR", default_value = "my-simulator")]
+        folder: PathBuf,
+    },
     /// Make the oracle traces anew, or see whether they still match
     #[command(subcommand)]
     Oracle(OracleCommand),
@@ -49,9 +62,17 @@ enum Command {
 
 #[derive(Args)]
 struct GradeArgs {
+    /// What is graded instead of the built-in simulator: a program (run as `PROGRAM -s SCENE -d 0 -o TRACE` or
+    /// `PROGRAM SCENE -o TRACE`), a folder with submission.toml, or a folder of traces
+    #[arg(value_name = "SUBMISSION")]
+    submission: Option<PathBuf>,
+
     /// Grade the traces of this folder (GROUP/SCENE.csv or .bin) instead of running anything
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "submission")]
     traces: Option<PathBuf>,
+
+    #[command(flatten)]
+    run: RunArgs,
 
     /// Grade only scenes whose name contains this text, or whose integrator is called so
     #[arg(long, value_name = "TEXT")]
@@ -71,6 +92,63 @@ struct GradeArgs {
 
     #[command(flatten)]
     suite: SuiteArgs,
+}
+
+/// How programs are run.
+#[derive(Args)]
+struct RunArgs {
+    /// Run programs with all the rights that you have: they may read the oracle, and change your files
+    #[arg(long)]
+    unprotected: bool,
+
+    /// Set a limit of each run, as --limit wall=10; sizes may end in K, M or G. Limits: cpu and wall (seconds),
+    /// memory, trace, stdout and stderr (bytes), processes, files
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse_limit)]
+    limit: Vec<(String, f64)>,
+
+    /// Let programs read this file or folder as well
+    #[arg(long, value_name = "PATH")]
+    readable: Vec<PathBuf>,
+}
+
+fn parse_limit(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("a limit is set as NAME=VALUE")?;
+    let (digits, factor) = match value.char_indices().next_back() {
+        Some((place, 'K' | 'k')) => (&value[..place], 1024.0),
+        Some((place, 'M' | 'm')) => (&value[..place], 1024.0 * 1024.0),
+        Some((place, 'G' | 'g')) => (&value[..place], 1024.0 * 1024.0 * 1024.0),
+        _ => (value, 1.0),
+    };
+    let number: f64 = digits.parse().map_err(|_| format!("{value:?} is no number"))?;
+    let number = number * factor;
+    Limits::default().set(name, number)?;
+    Ok((name.to_owned(), number))
+}
+
+impl RunArgs {
+    /// How programs are run, and the protections that are then in force.
+    fn runner(&self, rubric: &Rubric) -> Result<(Runner, Vec<Protection>), Stop> {
+        let mut limits = rubric.limits();
+        for (name, value) in &self.limit {
+            limits.set(name, *value).map_err(Stop::bad_input)?;
+        }
+        let absolute = |path: &PathBuf| {
+            let found = std::fs::canonicalize(path);
+            found.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+        };
+        let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
+        sandbox::sweep();
+        let sandbox = if self.unprotected {
+            complain("warning", "programs are run with all your rights");
+            Sandbox::Unprotected
+        } else {
+            Sandbox::Protected(std::env::current_exe().map_err(Stop::fault)?)
+        };
+        let protections = sandbox.protections().map_err(|error| {
+            Stop::fault(format!("{error}\n  help: --unprotected runs programs without protection"))
+        })?;
+        Ok((Runner { sandbox, limits, readable }, protections))
+    }
 }
 
 #[derive(Args)]
@@ -106,14 +184,13 @@ struct SuiteArgs {
 
 #[derive(Args)]
 struct JacobianArgs {
-    /// Measure forces and Jacobians of this program, which is run as `PROGRAM -s SCENE -d 0 -o TRACE` or
-    /// `PROGRAM SCENE -o TRACE`, instead of checking the built-in simulator
-    #[arg(value_name = "PROGRAM", conflicts_with_all = ["states", "seed", "plot"])]
-    program: Option<PathBuf>,
+    /// Measure forces and Jacobians of this program, or of that of this folder with submission.toml, instead of
+    /// checking the built-in simulator
+    #[arg(value_name = "SUBMISSION", conflicts_with_all = ["states", "seed", "plot"])]
+    submission: Option<PathBuf>,
 
-    /// Seconds that one run of the program may take
-    #[arg(long, value_name = "SECONDS", default_value_t = program::TIME_LIMIT.as_secs(), value_parser = clap::value_parser!(u64).range(1..=86_400))]
-    time_limit: u64,
+    #[command(flatten)]
+    run: RunArgs,
 
     /// Random states a force and dimension, beside the hard ones
     #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -199,6 +276,10 @@ impl Stop {
 }
 
 fn main() -> ExitCode {
+    #[cfg(target_os = "linux")]
+    if let Some(code) = sandbox::serve() {
+        return code;
+    }
     let cli = Cli::parse();
     std::panic::set_hook(Box::new(|panic| {
         complain(
@@ -221,6 +302,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
     match &cli.command {
         None => grade(&cli.grade),
         Some(Command::Jacobians(args)) => check_jacobians(args),
+        Some(Command::Init { language, folder }) => init(language, folder),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
             regenerate(*accept, suite)
         }
@@ -245,24 +327,92 @@ fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         complain("note", format!("{} of {total} scenes are graded", suite.cases.len()));
     }
     let oracle = open_oracle(&expected)?;
-    let submission = match &args.traces {
-        Some(folder) if !folder.is_dir() => {
-            return Err(Stop::bad_input(format!("{}: there is no such folder", folder.display())));
-        }
-        Some(folder) => Submission::Traces(folder.clone()),
-        None => Submission::BuiltIn(LinearSolver::Auto),
-    };
+    let (submission, protection) = open_submission(args, &rubric, &expected)?;
     let jacobians = match submission {
         Submission::BuiltIn(_) => jacobian::check_all(jacobian::Config::default()),
-        Submission::Traces(_) => JacobianReport::default(),
+        _ => JacobianReport::default(),
     };
-    let grading = grading::grade(&suite, &submission, &oracle, &rubric, jacobians);
+    let mut grading = grading::grade(&suite, &submission, &oracle, &rubric, jacobians);
+    grading.protection = protection;
+    // Whoever picks scenes wants to see those, and soon.
+    if let (Submission::Program(program), None) = (&submission, &args.only) {
+        grading.probing = Some(probe::probe(program, |_| true));
+    }
     deliver(args, &grading)?;
     Ok(match grading.outcome() {
         Outcome::Passed => Exit::Passed,
         Outcome::Failed => Exit::Failed,
         Outcome::GraderFault => Exit::GraderFault,
     })
+}
+
+/// What is graded, and the protection under which it is run, where it is a program.
+fn open_submission(
+    args: &GradeArgs,
+    rubric: &Rubric,
+    expected: &Path,
+) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+    if let Some(folder) = &args.traces {
+        return match folder.is_dir() {
+            true => Ok((Submission::Traces(folder.clone()), None)),
+            false => Err(Stop::bad_input(format!("{}: there is no such folder", folder.display()))),
+        };
+    }
+    let Some(path) = &args.submission else {
+        return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
+    };
+    if path.is_dir() && !folder::is_submission(path) {
+        return Ok((Submission::Traces(path.clone()), None));
+    }
+    let (submission, protections) = open_program(path, &args.run, rubric, Some(expected))?;
+    Ok((submission, Some(protections)))
+}
+
+/// The program of a file or of a folder with a manifest, and the protection under which it is run. It must not
+/// be able to read `secret`.
+fn open_program(
+    path: &Path,
+    run: &RunArgs,
+    rubric: &Rubric,
+    secret: Option<&Path>,
+) -> Result<(Submission, Vec<Protection>), Stop> {
+    if !path.exists() {
+        let path = path.display();
+        return Err(Stop::bad_input(format!("{path}: there is no such file or folder")));
+    }
+    if path.is_dir() && !folder::is_submission(path) {
+        let path = path.display();
+        return Err(Stop::bad_input(format!("{path}: there is no submission.toml in it")));
+    }
+    let (runner, protections) = run.runner(rubric)?;
+    let mut readable = runner.readable.clone();
+    readable.extend(std::fs::canonicalize(path));
+    let secret = secret.and_then(|secret| std::fs::canonicalize(secret).ok());
+    if let (false, Some(secret)) = (run.unprotected, secret)
+        && let Some(folder) = sandbox::revealed_by(&secret, &readable)
+    {
+        return Err(Stop::bad_input(format!(
+            "{}: the submission may read {}, and so the oracle\n  help: keep them apart, or name the \
+             oracle's folder with --expected",
+            secret.display(),
+            folder.display(),
+        )));
+    }
+    let submission = if path.is_dir() {
+        match folder::open(path, runner, rubric.build_limits()) {
+            Ok(Built::Program(program)) => Submission::Program(program),
+            Ok(Built::Failed { name, failure }) => Submission::Unusable { name, failure },
+            Err(FolderError::NotRun(error)) => return Err(Stop::fault(error)),
+            Err(error) => return Err(Stop::bad_input(error)),
+        }
+    } else {
+        match Program::identify(path, runner) {
+            Ok(Identified::Program(program)) => Submission::Program(program),
+            Ok(Identified::Unusable { name, failure }) => Submission::Unusable { name, failure },
+            Err(error) => return Err(Stop::fault(error)),
+        }
+    };
+    Ok((submission, protections))
 }
 
 /// The oracle of a folder, which must be there.
@@ -274,6 +424,28 @@ fn open_oracle(folder: &Path) -> Result<Oracle, Stop> {
         )));
     }
     Oracle::open(folder).map_err(Stop::bad_input)
+}
+
+/// Writes a skeleton, and says what to do with it.
+fn init(language: &str, folder: &Path) -> Result<Exit, Stop> {
+    let language = Language::ALL.into_iter().find(|each| each.name() == language);
+    let language = language.ok_or_else(|| Stop::bad_input("there is no such language"))?;
+    let files = init::write(language, folder)
+        .map_err(|error| Stop::bad_input(format!("{}: {error}", folder.display())))?;
+    let mut text = String::new();
+    for file in files {
+        text += &format!("wrote {}\n", file.display());
+    }
+    let mut folder = folder.display().to_string();
+    if let Some(arguments) = language.arguments() {
+        folder += &format!(" {arguments}");
+    }
+    text += &format!(
+        "\nIt moves particles on which no force acts. See what that passes, and go on from there:\n\n    \
+         grade {folder} --only Inertia\n    grade {folder}\n"
+    );
+    print(text.as_bytes());
+    Ok(Exit::Passed)
 }
 
 /// Writes the report where it is wanted.
@@ -319,8 +491,8 @@ fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 fn check_jacobians(args: &JacobianArgs) -> Result<Exit, Stop> {
-    if let Some(program) = &args.program {
-        return probe_program(program, args);
+    if let Some(submission) = &args.submission {
+        return probe_program(submission, args);
     }
     let config = jacobian::Config { states: args.states, seed: args.seed };
     let jacobians = match &args.force {
@@ -334,6 +506,9 @@ fn check_jacobians(args: &JacobianArgs) -> Result<Exit, Stop> {
         submission: Submission::BuiltIn(LinearSolver::Auto).name(),
         features: Vec::new(),
         jacobians,
+        protection: None,
+        repetition: None,
+        probing: None,
     };
     let bytes = render(&grading, args.format, |out| {
         let config = report::jacobians::text::Config { details: args.details };
@@ -363,8 +538,15 @@ fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop> {
 
 /// The black-box check: nothing is known of the program but its traces.
 fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, Stop> {
-    let limit = Duration::from_secs(args.time_limit);
-    let program = Program::identify(path, limit).map_err(Stop::bad_input)?;
+    // There need not be a suite, nor a rubric of it.
+    let rubric = Rubric::default();
+    let program = match open_program(path, &args.run, &rubric, None)? {
+        (Submission::Program(program), _) => program,
+        (Submission::Unusable { name, failure }, _) => {
+            return Err(Stop::bad_input(format!("{name}: {failure}")));
+        }
+        _ => return Err(Stop::bad_input(format!("{}: this is no program", path.display()))),
+    };
     let selected = |tag: &str| args.force.as_ref().is_none_or(|force| force == tag);
     let probing = probe::probe(&program, selected);
     let bytes = match args.format {

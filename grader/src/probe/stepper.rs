@@ -5,8 +5,8 @@ use simulator::simulation::Simulation;
 use simulator::trace::{Shape, State};
 
 use crate::submission::StateSource;
-use crate::submission::program::Program;
-use crate::verdict::{Failure, Place, Quantity};
+use crate::submission::program::{Program, SceneSource};
+use crate::verdict::{Failure, Place, Quantity, Verdict};
 
 /// How far a trace's first state may be from the scene's: digits of a trace, not physics, are at stake.
 const SAME: f64 = 1e-6;
@@ -51,7 +51,13 @@ impl Stepper for Program {
 
     fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
         let shape = Shape::of(scene);
-        let mut run = self.run(&text(scene, integrator), shape)?;
+        let text = text(scene, integrator);
+        let mut run =
+            self.run(SceneSource::Xml(&text), shape).map_err(|verdict| match verdict {
+                Verdict::Fail(failure) => failure,
+                // No step, and no fault of the program's: nothing is held against it.
+                other => Failure::NoOutput { detail: other.to_string() },
+            })?;
         let mut state = State::zeros(shape);
         let expected = 2;
         for number in 0..expected {

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::jacobians::json::{JsonJacobian, JsonNewton};
+use super::probe::json::JsonProbing;
 use crate::compare::{Comparison, FirstWrong, Residuals, Tolerances};
 use crate::grading::{FeatureResult, Grading, Outcome, SceneResult, Totals};
 use crate::suite::Section;
@@ -41,6 +42,13 @@ struct Report {
     submission: String,
     /// What it comes to.
     outcome: JsonOutcome,
+    /// The protections under which the program was run ("files", "network", "signals", "processes",
+    /// "system-calls", "limits"); null where no program was run.
+    protection: Option<Vec<&'static str>>,
+    /// What came of running some scenes twice more; null where no program was run.
+    repetition: Option<JsonRepetition>,
+    /// Forces and Jacobians of the program, measured from single steps; null where they were not.
+    probe: Option<JsonProbing>,
     /// Sums over the required features.
     required: JsonTotals,
     /// Sums over the extra-credit features.
@@ -51,6 +59,14 @@ struct Report {
     jacobians: Vec<JsonJacobian>,
     /// Checks of the linear systems of implicit methods; empty as above.
     newton_systems: Vec<JsonNewton>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonRepetition {
+    /// Scenes that were run twice.
+    scenes: usize,
+    /// The names of those whose two traces were not the same bytes.
+    differing: Vec<String>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -91,8 +107,8 @@ struct JsonFeature {
 struct JsonScene {
     name: String,
     path: String,
-    /// "pass", "differs", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed" or
-    /// "grader-fault".
+    /// "pass", "differs", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out",
+    /// "out-of-memory", "too-many-processes", "too-much-output", "build-failed" or "grader-fault".
     verdict: &'static str,
     /// The verdict in a sentence.
     message: String,
@@ -162,6 +178,14 @@ impl Report {
                 Outcome::Failed => JsonOutcome::Failed,
                 Outcome::GraderFault => JsonOutcome::GraderFault,
             },
+            protection: grading.protection.as_ref().map(|protections| {
+                protections.iter().map(|protection| protection.name()).collect()
+            }),
+            repetition: grading.repetition.as_ref().map(|repetition| JsonRepetition {
+                scenes: repetition.scenes,
+                differing: repetition.differing.clone(),
+            }),
+            probe: grading.probing.as_ref().map(JsonProbing::of),
             required: JsonTotals::of(grading.totals(Section::Required)),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit)),
             features: grading.features.iter().map(JsonFeature::of).collect(),

@@ -25,6 +25,9 @@ pub fn render(grading: &Grading) -> Result<String, quick_junit::SerializeError> 
         report.add_test_suites(suites);
         report.add_test_suite(jacobians::junit::newton(&grading.jacobians.newton));
     }
+    if let Some(probing) = &grading.probing {
+        report.add_test_suites(super::probe::junit::suites(probing));
+    }
     report.to_string()
 }
 

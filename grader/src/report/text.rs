@@ -10,7 +10,9 @@ use super::digits::{self, Line, LineKind};
 use super::jacobians;
 use super::table::{self, Cell};
 use crate::compare::FirstWrong;
-use crate::grading::{FeatureResult, Grading, Outcome, SceneResult};
+use crate::grading::{FeatureResult, Grading, Outcome, Repetition, SceneResult};
+use crate::probe;
+use crate::sandbox::Protection;
 use crate::suite::Section;
 use crate::verdict::Verdict;
 
@@ -43,6 +45,14 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Resu
     }
     if !grading.jacobians.is_empty() {
         jacobians::text::write_brief(out, &grading.jacobians.forces)?;
+        writeln!(out)?;
+    }
+    if let Some(probing) = &grading.probing {
+        super::probe::text::write_findings(
+            out,
+            probing,
+            super::probe::text::Config { details: false },
+        )?;
         writeln!(out)?;
     }
     write_failures(out, grading, config)?;
@@ -183,6 +193,37 @@ fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> 
     Ok(())
 }
 
+/// Says what the program was kept from, and what it was not.
+fn write_protection(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
+    let names = |wanted: bool| {
+        let chosen = Protection::ALL.into_iter().filter(|each| in_force.contains(each) == wanted);
+        chosen.map(Protection::name).collect::<Vec<_>>().join(", ")
+    };
+    if in_force.is_empty() {
+        return writeln!(out, "  {ODD}Run without protection.{ODD:#}");
+    }
+    writeln!(out, "  {DIM}Run under protection: {}.{DIM:#}", names(true))?;
+    match names(false) {
+        missing if missing.is_empty() => Ok(()),
+        missing => writeln!(out, "  {ODD}This system does not offer: {missing}.{ODD:#}"),
+    }
+}
+
+/// Says whether running a scene again gave the same bytes.
+fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<()> {
+    let Repetition { scenes, differing } = repetition;
+    match differing.as_slice() {
+        [] if *scenes == 0 => Ok(()),
+        [] => writeln!(out, "  {DIM}{scenes} scenes run twice: the same bytes.{DIM:#}"),
+        _ => writeln!(
+            out,
+            "  {ODD}Run twice, {} of {scenes} scenes gave other bytes: {}.{ODD:#}",
+            differing.len(),
+            differing.join(", ")
+        ),
+    }
+}
+
 fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let mut rows = Vec::new();
     for section in Section::ALL {
@@ -205,8 +246,24 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         let count = format!("{correct}/{asked} verdicts");
         rows.push(vec![Cell::left("Jacobians"), Cell::right(count)]);
     }
+    if let Some(probing) = &grading.probing {
+        let count = |wanted: fn(probe::Verdict) -> bool| {
+            let findings = probing.parts.iter().flat_map(probe::PartReport::findings);
+            findings.filter(|(_, finding)| wanted(finding.verdict)).count()
+        };
+        let offered = count(|verdict| verdict != probe::Verdict::NotOffered);
+        let correct = count(|verdict| verdict == probe::Verdict::Correct);
+        let text = format!("{correct}/{offered} findings");
+        rows.push(vec![Cell::left("Jacobians"), Cell::right(text)]);
+    }
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}", grading.submission)?;
     table::write(out, &rows)?;
+    if let Some(protection) = &grading.protection {
+        write_protection(out, protection)?;
+    }
+    if let Some(repetition) = &grading.repetition {
+        write_repetition(out, repetition)?;
+    }
     let (style, text) = match grading.outcome() {
         Outcome::Passed => (GOOD, "All passed."),
         Outcome::Failed => (BAD, "Something failed."),

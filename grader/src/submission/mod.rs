@@ -1,25 +1,37 @@
 //! What is graded: something that yields, for each scene, a stream of states.
 
+pub mod folder;
 pub mod program;
 
 mod builtin;
+mod printed;
 mod traces;
 
 use std::path::PathBuf;
 
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::{State, TraceError, TraceReader};
+use simulator::trace::{Shape, State, TraceError, TraceReader};
 
 use crate::suite::Case;
-use crate::verdict::Failure;
+use crate::verdict::{Failure, Verdict};
+use program::{Program, SceneSource};
 
 /// A submission.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub enum Submission {
     /// This project's own simulator, with these linear solvers.
     BuiltIn(LinearSolver),
     /// A folder with a trace a scene.
     Traces(PathBuf),
+    /// A program.
+    Program(Program),
+    /// A program that cannot be built, or writes no trace of the simplest scene.
+    Unusable {
+        /// What reports call it.
+        name: String,
+        /// How.
+        failure: Failure,
+    },
 }
 
 impl Submission {
@@ -28,17 +40,24 @@ impl Submission {
         match self {
             Self::BuiltIn(_) => "built-in simulator".to_owned(),
             Self::Traces(folder) => folder.display().to_string(),
+            Self::Program(program) => program.name().to_owned(),
+            Self::Unusable { name, .. } => name.clone(),
         }
     }
 
     /// The states it has for this scene.
     ///
     /// # Errors
-    /// Where it has none.
-    pub fn states(&self, case: &Case) -> Result<Box<dyn StateSource>, Failure> {
+    /// Where it has none, or that cannot be found out.
+    pub fn states(&self, case: &Case) -> Result<Box<dyn StateSource>, Verdict> {
         match self {
             Self::BuiltIn(solver) => Ok(builtin::start(&case.scene, *solver)),
-            Self::Traces(folder) => traces::open(folder, case),
+            Self::Traces(folder) => traces::open(folder, case).map_err(Verdict::Fail),
+            Self::Unusable { failure, .. } => Err(Verdict::Fail(failure.clone())),
+            Self::Program(program) => {
+                let shape = Shape::of(&case.scene);
+                Ok(Box::new(program.run(SceneSource::Case(case), shape)?))
+            }
         }
     }
 }

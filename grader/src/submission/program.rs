@@ -1,42 +1,30 @@
-//! A program that turns a scene into a trace, run as a child process.
+//! A program that turns a scene into a trace, run as another process.
 //!
 //! It is called in one of two ways, and which one it understands is found out by trying:
 //!
 //! ```text
-//! FOSSSim's   PROGRAM -s scene.xml -d 0 -o out.bin       trace: the course's binary
-//! ours        PROGRAM scene.xml -o out.csv               trace: CSV
+//! FOSSSim's   PROGRAM -s scene.xml -d 0 -o trace.bin     trace: the course's binary
+//! ours        PROGRAM scene.xml -o trace.csv             trace: CSV
 //! ```
 //!
 //! Each run has a scratch folder of its own, which is its working directory and is removed with the states
-//! that were read from it. No shell is involved. A run that takes longer than the limit is ended, with the
-//! processes it started (on Unix). Whatever a program does, what comes of it is states or a named failure.
+//! that were read from it. No shell is involved. Whatever a program does, what comes of it is states or a named
+//! failure; only what the grader or its machine cannot do is a fault.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant};
 
+use simulator::scene::Dimension;
 use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
 use tempfile::TempDir;
 
-use super::{StateSource, failure_of};
-use crate::verdict::Failure;
-
-/// How long a run may take unless told otherwise.
-pub const TIME_LIMIT: Duration = Duration::from_secs(30);
-
-/// The most of a program's complaints that a failure repeats, in bytes.
-const COMPLAINT: usize = 300;
-
-/// The first pause between two looks at a running program; each pause is half as long again as the last.
-const FIRST_PAUSE: Duration = Duration::from_micros(200);
-
-/// The longest pause between two looks at a running program.
-const LONGEST_PAUSE: Duration = Duration::from_millis(10);
-
-/// How often to try again to start a program that is being written.
-const BUSY: u32 = 20;
+use super::folder::Copy;
+use super::{StateSource, failure_of, printed};
+use crate::sandbox::scratch::scratch_folder;
+use crate::sandbox::{End, Exceeded, Job, Limits, Sandbox, SandboxError};
+use crate::suite::{Case, hash_file};
+use crate::verdict::{Failure, Fault, Verdict};
 
 /// A scene that asks nothing but a step from a program: one particle on its way.
 const GREETING: &str = r#"<scene>
@@ -53,89 +41,147 @@ const GREETED: ([f64; 2], [f64; 2]) = ([0.25, -1.5], [2.0, 0.5]);
 const GREETING_METHODS: [&str; 4] =
     ["explicit-euler", "symplectic-euler", "forward-backward-euler", "linearized-implicit-euler"];
 
+/// In arguments: the scene's file.
+const SCENE: &str = "{scene}";
+
+/// In arguments: the trace's file.
+const TRACE: &str = "{trace}";
+
+/// How programs are run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Runner {
+    /// Under which protection.
+    pub sandbox: Sandbox,
+    /// The most that a run may use.
+    pub limits: Limits,
+    /// Files and folders that programs may read, beside the system's and their own.
+    pub readable: Vec<PathBuf>,
+}
+
 /// A program with the way in which it is called.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Program {
     name: String,
     path: PathBuf,
-    dialect: Dialect,
-    time_limit: Duration,
+    arguments: Vec<String>,
+    format: TraceFormat,
+    runner: Runner,
+    /// Where it was built; it lives as long as the program.
+    copy: Option<Copy>,
 }
 
 /// A way to call a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dialect {
-    /// `PROGRAM -s scene.xml -d 0 -o out.bin`.
+enum Dialect {
     Fosssim,
-    /// `PROGRAM scene.xml -o out.csv`.
     Plain,
 }
 
-/// A program that is of no use.
-#[derive(Debug, thiserror::Error)]
-pub enum ProgramError {
-    /// There is nothing to start.
-    #[error("{name}: there is no such program")]
-    Missing {
-        /// Its path, as given.
+impl Dialect {
+    const ALL: [Self; 2] = [Self::Fosssim, Self::Plain];
+
+    fn arguments(self) -> Vec<String> {
+        let arguments: &[&str] = match self {
+            Self::Fosssim => &["-s", SCENE, "-d", "0", "-o", TRACE],
+            Self::Plain => &[SCENE, "-o", TRACE],
+        };
+        arguments.iter().map(|argument| (*argument).to_owned()).collect()
+    }
+
+    fn format(self) -> TraceFormat {
+        match self {
+            Self::Fosssim => TraceFormat::Fosssim,
+            Self::Plain => TraceFormat::Csv,
+        }
+    }
+}
+
+/// A scene for a program.
+#[derive(Debug, Clone, Copy)]
+pub enum SceneSource<'a> {
+    /// In XML.
+    Xml(&'a str),
+    /// A scene of the suite.
+    Case(&'a Case),
+}
+
+impl SceneSource<'_> {
+    /// What the program's copy is called. A scene's own name would tell it what is graded.
+    fn name(self) -> &'static str {
+        let is_json = |case: &Case| {
+            case.files.first().is_some_and(|file| file.name.extension() == Some("json".as_ref()))
+        };
+        match self {
+            Self::Case(case) if is_json(case) => "scene.json",
+            _ => "scene.xml",
+        }
+    }
+}
+
+/// What a file comes to.
+#[derive(Debug)]
+pub enum Identified {
+    /// A program that is called in a known way.
+    Program(Program),
+    /// One that writes no trace of the simplest scene, whichever way it is called.
+    Unusable {
+        /// What reports call it: its path, as given.
         name: String,
-    },
-    /// The system does not start it.
-    #[error("{name}: cannot be started: {source}\n  help: it must be a file that may be executed")]
-    NotStarted {
-        /// Its path, as given.
-        name: String,
-        /// Why.
-        source: io::Error,
-    },
-    /// It turns the simplest scene into no trace.
-    #[error(
-        "{name}: writes no trace of a single free particle\n  called as `{name} -s scene.xml -d 0 -o out.bin`: {fosssim}\n  called as `{name} scene.xml -o out.csv`: {plain}"
-    )]
-    Silent {
-        /// Its path, as given.
-        name: String,
-        /// What came of FOSSSim's way to call it.
-        fosssim: Box<Failure>,
-        /// What came of our way to call it.
-        plain: Box<Failure>,
+        /// What came of it.
+        failure: Failure,
     },
 }
 
 impl Program {
+    /// A program with these arguments, in which `{scene}` and `{trace}` stand for files, and traces in this
+    /// format. `copy` is the folder that it was built in.
+    pub(super) fn new(
+        name: String,
+        path: PathBuf,
+        arguments: Vec<String>,
+        format: TraceFormat,
+        runner: Runner,
+        copy: Option<Copy>,
+    ) -> Self {
+        Self { name, path, arguments, format, runner, copy }
+    }
+
     /// Finds out how the program at `path` is called. Costs one run, up to eight where it lacks methods.
     ///
     /// # Errors
-    /// Where there is no such program, it cannot be started, or it writes no trace of a free particle.
-    pub fn identify(path: &Path, time_limit: Duration) -> Result<Self, ProgramError> {
+    /// Where it could not be run, through no fault of its own.
+    pub fn identify(path: &Path, runner: Runner) -> Result<Identified, SandboxError> {
         let name = path.display().to_string();
         // Each run has another working directory.
-        let path = fs::canonicalize(path).ok().filter(|path| path.is_file());
-        let path = path.ok_or_else(|| ProgramError::Missing { name: name.clone() })?;
-        let mut program = Self { name, path, dialect: Dialect::Fosssim, time_limit };
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let mut program = Self {
+            name,
+            path,
+            arguments: Vec::new(),
+            format: TraceFormat::Csv,
+            runner,
+            copy: None,
+        };
+        program.runner.readable.push(program.path.clone());
         let mut failures = [None, None];
         for method in GREETING_METHODS {
             let scene = GREETING.replace(GREETING_METHODS[0], method);
-            for (dialect, failure) in
-                [Dialect::Fosssim, Dialect::Plain].into_iter().zip(&mut failures)
-            {
-                program.dialect = dialect;
+            for (dialect, failure) in Dialect::ALL.into_iter().zip(&mut failures) {
+                program.arguments = dialect.arguments();
+                program.format = dialect.format();
                 match program.greet(&scene) {
-                    Ok(()) => return Ok(program),
-                    Err(RunError::NotStarted(source)) => {
-                        return Err(ProgramError::NotStarted { name: program.name, source });
-                    }
+                    Ok(()) => return Ok(Identified::Program(program)),
+                    Err(RunError::NotRun(error)) => return Err(error),
                     Err(RunError::Failed(found)) => {
                         failure.get_or_insert(found);
                     }
                 }
             }
         }
-        let [fosssim, plain] = failures.map(|failure| {
-            let none = || Failure::NoOutput { detail: "there is no trace".to_owned() };
-            Box::new(failure.unwrap_or_else(none))
-        });
-        Err(ProgramError::Silent { name: program.name, fosssim, plain })
+        let none = || Failure::NoOutput { detail: "wrote no trace".to_owned() };
+        let [fosssim, plain] = failures.map(|failure| failure.unwrap_or_else(none));
+        let failure = of_both(&program.name, fosssim, plain);
+        Ok(Identified::Unusable { name: program.name, failure })
     }
 
     /// What reports call it: its path, as given.
@@ -143,145 +189,237 @@ impl Program {
         &self.name
     }
 
-    /// How it is called.
-    pub fn dialect(&self) -> Dialect {
-        self.dialect
-    }
-
-    /// Runs the program on a scene file of this text; the states of the trace that it leaves.
+    /// Runs the program on a scene; the states of the trace that it leaves.
     ///
     /// # Errors
-    /// Where it does not end well, or there is no trace of this shape.
-    pub fn run(&self, scene: &str, shape: Shape) -> Result<Run, Failure> {
+    /// A failure where it does not end well, or there is no trace of this shape; a fault where it could not be
+    /// run.
+    pub fn run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<Run, Verdict> {
         self.try_run(scene, shape).map_err(|error| match error {
-            RunError::Failed(failure) => failure,
-            RunError::NotStarted(source) => crashed(format!("cannot be started: {source}")),
+            RunError::Failed(failure) => Verdict::Fail(failure),
+            RunError::NotRun(error) => {
+                Verdict::GraderFault(Fault::NotRun { detail: error.to_string() })
+            }
+        })
+    }
+
+    /// The hash of the bytes of the trace that it leaves of a scene, each time anew.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn trace_hash(&self, case: &Case) -> Result<String, Verdict> {
+        let run = self.run(SceneSource::Case(case), Shape::of(&case.scene))?;
+        hash_file(&run.path).map_err(|error| {
+            Verdict::Fail(Failure::NoOutput {
+                detail: format!("the trace cannot be read: {error}"),
+            })
         })
     }
 
     fn greet(&self, scene: &str) -> Result<(), RunError> {
-        let shape = Shape { dimension: simulator::scene::Dimension::Two, n_particles: 1 };
-        let mut run = self.try_run(scene, shape)?;
+        let shape = Shape { dimension: Dimension::Two, n_particles: 1 };
+        let mut run = self.try_run(SceneSource::Xml(scene), shape)?;
         let mut state = State::zeros(shape);
         let (positions, velocities) = GREETED;
         let right = run.read(&mut state)?
             && state.positions == positions
             && state.velocities == velocities
             && run.read(&mut state)?;
-        let strange = || Failure::Malformed {
-            detail: "the trace does not start from the scene's state, or holds no step".to_owned(),
-        };
-        if right { Ok(()) } else { Err(RunError::Failed(strange())) }
+        if !right {
+            return Err(RunError::Failed(Failure::Malformed {
+                detail: "the trace does not start from the scene's state, or holds no step"
+                    .to_owned(),
+            }));
+        }
+        Ok(())
     }
 
-    fn try_run(&self, scene: &str, shape: Shape) -> Result<Run, RunError> {
-        let folder = tempfile::Builder::new().prefix("spring-oracle-").tempdir();
-        let folder = folder.map_err(|error| no_scratch(&error))?;
-        let input = folder.path().join("scene.xml");
-        let complaints = folder.path().join("stderr.txt");
-        fs::write(&input, scene).map_err(|error| no_scratch(&error))?;
-        let (arguments, output, format): (&[&str], _, _) = match self.dialect {
-            Dialect::Fosssim => (
-                &["-s", "scene.xml", "-d", "0", "-o", "out.bin"],
-                folder.path().join("out.bin"),
-                TraceFormat::Fosssim,
-            ),
-            Dialect::Plain => {
-                (&["scene.xml", "-o", "out.csv"], folder.path().join("out.csv"), TraceFormat::Csv)
-            }
+    fn try_run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<Run, RunError> {
+        let workspace = Workspace::new(scene).map_err(SandboxError::no_scratch)?;
+        let trace = match self.format {
+            TraceFormat::Csv => "trace.csv",
+            TraceFormat::Fosssim => "trace.bin",
         };
-        let stderr = File::create(&complaints).map_err(|error| no_scratch(&error))?;
-        let mut child =
-            spawn(&self.path, arguments, folder.path(), stderr).map_err(RunError::NotStarted)?;
-        match wait(&mut child, self.time_limit) {
-            Ok(Some(status)) if status.success() => {}
-            Ok(Some(status)) => {
-                let said = complaint(&complaints);
-                return Err(RunError::Failed(crashed(format!("ended with {status}{said}"))));
-            }
-            Ok(None) => {
-                let limit = self.time_limit.as_secs_f64();
-                return Err(RunError::Failed(crashed(format!("still ran after {limit} s"))));
-            }
-            Err(error) => return Err(RunError::Failed(crashed(error.to_string()))),
+        let argument =
+            |argument: &String| argument.replace(SCENE, scene.name()).replace(TRACE, trace).into();
+        let job = Job {
+            program: self.path.clone(),
+            arguments: self.arguments.iter().map(argument).collect(),
+            scratch: workspace.scratch(),
+            stdout: workspace.stdout(),
+            stderr: workspace.stderr(),
+            readable: self.runner.readable.clone(),
+            limits: self.runner.limits,
+        };
+        let outcome = self.runner.sandbox.run(&job)?;
+        match outcome.end {
+            End::Exited(0) => {}
+            end => return Err(RunError::Failed(workspace.failure_of(&end, &job))),
         }
-        if !output.is_file() {
-            let said = complaint(&complaints);
-            let detail = format!("ended well, and wrote no trace{said}");
-            return Err(RunError::Failed(Failure::NoOutput { detail }));
-        }
-        let reader = trace::open(&output, format, shape).map_err(failure_of)?;
-        Ok(Run { reader, _folder: folder })
+        let path = job.scratch.join(trace);
+        check_trace(&path, trace, &workspace)?;
+        let reader = trace::open(&path, self.format, shape).map_err(failure_of)?;
+        Ok(Run { reader, path, _workspace: workspace, _copy: self.copy.clone() })
     }
 }
 
-/// Starts a program: the one place where another's code is let loose.
-fn spawn(program: &Path, arguments: &[&str], folder: &Path, stderr: File) -> io::Result<Child> {
-    let mut command = Command::new(program);
-    command.args(arguments).current_dir(folder);
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(stderr);
-    // A group of its own, so that what it starts can be ended with it.
+/// The failure of a program that fails whichever way it is called.
+fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
+    let both = format!(
+        "writes no trace of a single free particle\n  called as `{name} -s scene.xml -d 0 -o trace.bin`: \
+         {fosssim}\n  called as `{name} scene.xml -o trace.csv`: {plain}"
+    );
+    // Whoever does not understand a call gives up, or writes nothing; what else happens says more.
+    let gives_up =
+        |failure: &Failure| matches!(failure, Failure::Crashed { .. } | Failure::NoOutput { .. });
+    let mut failure = if gives_up(&fosssim) && !gives_up(&plain) { plain } else { fosssim };
+    if let Failure::NoOutput { detail }
+    | Failure::Crashed { detail }
+    | Failure::Malformed { detail }
+    | Failure::TimedOut { detail }
+    | Failure::OutOfMemory { detail }
+    | Failure::TooMuchOutput { detail }
+    | Failure::TooManyProcesses { detail } = &mut failure
+    {
+        *detail = both;
+    }
+    failure
+}
+
+/// What is left at the path must be a file of the program's own: a link may point to anything, a pipe may never
+/// end, and a file of two names may be another's. No process of the run is left to exchange it.
+fn check_trace(path: &Path, name: &str, workspace: &Workspace) -> Result<(), Failure> {
+    let no_output = |what: &str| {
+        let detail = format!("ended well, and {what}{}", workspace.complaint());
+        Err(Failure::NoOutput { detail })
+    };
+    // It does not follow links.
+    let Ok(metadata) = fs::symlink_metadata(path) else { return no_output("wrote no trace") };
+    let kind = metadata.file_type();
     #[cfg(unix)]
-    std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    for _ in 0..BUSY {
-        match command.spawn() {
-            // It was written a moment ago, and another thread's child, not yet itself, still holds it open.
-            Err(error) if error.kind() == io::ErrorKind::ExecutableFileBusy => {
-                std::thread::sleep(LONGEST_PAUSE);
+    let names = std::os::unix::fs::MetadataExt::nlink(&metadata);
+    #[cfg(not(unix))]
+    let names = 1;
+    match () {
+        () if kind.is_symlink() => no_output(&format!("{name} is a link, not a file")),
+        () if kind.is_dir() => no_output(&format!("{name} is a folder, not a file")),
+        () if !kind.is_file() => no_output(&format!("{name} is no regular file")),
+        () if names != 1 => no_output(&format!("{name} has a second name elsewhere")),
+        () => Ok(()),
+    }
+}
+
+/// `SIGSEGV`, or the number where it has no name.
+fn signal_name(number: i32) -> String {
+    #[cfg(unix)]
+    if let Some(signal) = rustix::process::Signal::from_named_raw(number) {
+        let name = format!("{signal:?}");
+        return name.trim_start_matches("Signal::").to_owned();
+    }
+    format!("signal {number}")
+}
+
+/// The folder of one run.
+pub(super) struct Workspace(TempDir);
+
+impl Workspace {
+    /// With nothing in it.
+    pub(super) fn empty() -> io::Result<Self> {
+        Ok(Self(scratch_folder()?))
+    }
+
+    /// With the scene where the program works.
+    fn new(scene: SceneSource<'_>) -> io::Result<Self> {
+        let workspace = Self::empty()?;
+        let scratch = workspace.scratch();
+        fs::create_dir(&scratch)?;
+        match scene {
+            SceneSource::Xml(text) => fs::write(scratch.join(scene.name()), text)?,
+            SceneSource::Case(case) => {
+                for (number, file) in case.files.iter().enumerate() {
+                    let name = if number == 0 { Path::new(scene.name()) } else { &file.name };
+                    fs::create_dir_all(scratch.join(name).parent().unwrap_or(&scratch))?;
+                    fs::copy(&file.path, scratch.join(name))?;
+                }
             }
-            started => return started,
+        }
+        Ok(workspace)
+    }
+
+    /// Where the program works.
+    fn scratch(&self) -> PathBuf {
+        self.0.path().join("scratch")
+    }
+
+    pub(super) fn stdout(&self) -> PathBuf {
+        self.0.path().join("stdout")
+    }
+
+    pub(super) fn stderr(&self) -> PathBuf {
+        self.0.path().join("stderr")
+    }
+
+    /// The failure that such an end is.
+    pub(super) fn failure_of(&self, end: &End, job: &Job) -> Failure {
+        let said = self.complaint();
+        let limits = &job.limits;
+        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let exceeded = match end {
+            End::Exceeded(exceeded) => exceeded,
+            End::Exited(code) => {
+                return Failure::Crashed { detail: format!("ended with exit status {code}{said}") };
+            }
+            End::Signalled(number) => {
+                let signal = signal_name(*number);
+                return Failure::Crashed { detail: format!("was ended by {signal}{said}") };
+            }
+            End::NotStarted(error) => {
+                let program = job.program.display();
+                return Failure::Crashed {
+                    detail: format!(
+                        "cannot be started: {program}: {error}\n  help: it must be a program that may be \
+                         executed, in a folder of the system's, of the submission or of --readable"
+                    ),
+                };
+            }
+        };
+        let too_much = |what: &str, limit: u64| Failure::TooMuchOutput {
+            detail: format!("wrote more than {} MiB {what}{said}", mebibytes(limit)),
+        };
+        match exceeded {
+            Exceeded::Cpu => Failure::TimedOut {
+                detail: format!("used more than {} s of processor time{said}", limits.cpu),
+            },
+            Exceeded::Wall => {
+                Failure::TimedOut { detail: format!("still ran after {} s{said}", limits.wall) }
+            }
+            Exceeded::Memory => Failure::OutOfMemory {
+                detail: format!("needs more than {} MiB of memory{said}", mebibytes(limits.memory)),
+            },
+            Exceeded::Processes => Failure::TooManyProcesses {
+                detail: format!("ran more than {} processes and threads{said}", limits.processes),
+            },
+            Exceeded::Trace => too_much("into its folder", limits.trace),
+            Exceeded::Stdout => too_much("to standard output", limits.stdout),
+            Exceeded::Stderr => too_much("to standard error", limits.stderr),
+            Exceeded::Files => Failure::TooMuchOutput {
+                detail: format!("made more than {} files{said}", limits.files),
+            },
         }
     }
-    command.spawn()
-}
 
-/// How the child ended; `None` where it had to be ended at the limit.
-fn wait(child: &mut Child, limit: Duration) -> io::Result<Option<ExitStatus>> {
-    let started = Instant::now();
-    let mut pause = FIRST_PAUSE;
-    loop {
-        if let Some(status) = child.try_wait()? {
-            return Ok(Some(status));
+    /// What the program complained of, to be put behind a message.
+    fn complaint(&self) -> String {
+        match printed::tail(&self.stderr()) {
+            said if said.is_empty() => String::new(),
+            said => format!("; it said:\n{said}"),
         }
-        if started.elapsed() >= limit {
-            end(child)?;
-            child.wait()?;
-            return Ok(None);
-        }
-        std::thread::sleep(pause);
-        pause = (pause * 3 / 2).min(LONGEST_PAUSE);
     }
-}
-
-/// Ends the child, and what it started.
-#[cfg(unix)]
-fn end(child: &mut Child) -> io::Result<()> {
-    use rustix::process::{Pid, Signal, kill_process_group};
-    // Until it is waited for, its number belongs to no other process.
-    match i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        Some(group) => Ok(kill_process_group(group, Signal::KILL)?),
-        None => child.kill(),
-    }
-}
-
-/// Ends the child.
-#[cfg(not(unix))]
-fn end(child: &mut Child) -> io::Result<()> {
-    child.kill()
-}
-
-/// The end of what the program complained of, to be put behind a message.
-fn complaint(path: &Path) -> String {
-    let bytes = fs::read(path).unwrap_or_default();
-    let tail = &bytes[bytes.len().saturating_sub(COMPLAINT)..];
-    let text = String::from_utf8_lossy(tail);
-    let words: Vec<&str> = text.split_whitespace().collect();
-    if words.is_empty() { String::new() } else { format!(": {}", words.join(" ")) }
 }
 
 /// Why a run yields no states.
 enum RunError {
-    NotStarted(io::Error),
+    NotRun(SandboxError),
     Failed(Failure),
 }
 
@@ -291,18 +429,18 @@ impl From<Failure> for RunError {
     }
 }
 
-fn crashed(detail: String) -> Failure {
-    Failure::Crashed { detail }
-}
-
-fn no_scratch(error: &io::Error) -> Failure {
-    crashed(format!("there is no folder to run it in: {error}"))
+impl From<SandboxError> for RunError {
+    fn from(error: SandboxError) -> Self {
+        Self::NotRun(error)
+    }
 }
 
 /// The states of one run; its scratch folder lives as long as they do.
 pub struct Run {
     reader: Box<dyn TraceReader>,
-    _folder: TempDir,
+    path: PathBuf,
+    _workspace: Workspace,
+    _copy: Option<Copy>,
 }
 
 impl StateSource for Run {

@@ -14,15 +14,14 @@ mod reports;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use grader::probe::{PartReport, Probing, Verdict, probe};
-use grader::submission::program::{Dialect, Program, ProgramError};
+use grader::sandbox::{Limits, Sandbox};
+use grader::submission::program::{Identified, Program, Runner};
+use grader::verdict::Failure;
 
 use mistakes::{C, CPP, MISTAKES, Mistake, PYTHON};
 use programs::{Build, Variant, Workshop};
-
-const LIMIT: Duration = Duration::from_secs(60);
 
 const INTRODUCTION: &str = "\
 # Mistakes that single steps show
@@ -78,8 +77,24 @@ const FMA: Build = Build::Cpp(&["-O3", "-march=native", "-ffp-contract=fast"]);
 const FAST: Build = Build::Cpp(&["-Ofast", "-march=native"]);
 const SINGLE: Build = Build::Cpp(&["-O2", "-DREAL=float"]);
 
+fn runner(wall: f64) -> Runner {
+    let limits = Limits { wall, ..Limits::default() };
+    Runner { sandbox: Sandbox::Unprotected, limits, readable: Vec::new() }
+}
+
 fn identify(path: &Path) -> Program {
-    Program::identify(path, LIMIT).unwrap_or_else(|error| panic!("{error}"))
+    match Program::identify(path, runner(60.0)).unwrap() {
+        Identified::Program(program) => program,
+        Identified::Unusable { name, failure } => panic!("{name}: {failure}"),
+    }
+}
+
+/// What becomes of a program that is of no use.
+fn refused(path: &Path, wall: f64) -> Failure {
+    match Program::identify(path, runner(wall)).unwrap() {
+        Identified::Program(program) => panic!("{} is of use", program.name()),
+        Identified::Unusable { failure, .. } => failure,
+    }
 }
 
 fn workspace() -> PathBuf {
@@ -215,7 +230,6 @@ fn what_is_not_there_is_not_offered_and_not_wrong() {
     };
     if let Some(path) = workshop.program(0) {
         let program = identify(path);
-        assert_eq!(program.dialect(), Dialect::Fosssim);
         let probing = probe(&program, |force| ["vortexforce", "dragdamping"].contains(&force));
         assert_eq!(probing.spaces[0].explicit, Ok("forward-backward-euler"));
         assert!(probing.spaces[1].explicit.is_err(), "it knows no third dimension");
@@ -226,7 +240,6 @@ fn what_is_not_there_is_not_offered_and_not_wrong() {
     }
     if let Some(path) = workshop.program(1) {
         let program = identify(path);
-        assert_eq!(program.dialect(), Dialect::Plain);
         let probing = probe(&program, |force| force == "constantforce");
         assert!(probing.spaces.iter().all(|space| space.implicit.is_ok()));
         assert_eq!(verdicts(&probing)["constantforce"], Verdict::NotOffered);
@@ -248,25 +261,24 @@ fn script(name: &str, body: &str) -> PathBuf {
 
 #[test]
 fn programs_of_no_use_are_refused_by_name() {
-    let missing = Program::identify(Path::new("no/such/program"), LIMIT).unwrap_err();
-    assert_eq!(missing.to_string(), "no/such/program: there is no such program");
-
     let text = script("text", "");
     std::fs::write(&text, "not a program").unwrap();
-    let refused = Program::identify(&text, LIMIT).unwrap_err();
-    assert!(matches!(refused, ProgramError::NotStarted { .. }), "{refused}");
+    let failure = refused(&text, 60.0);
+    assert_eq!(failure.name(), "crashed");
+    assert!(failure.to_string().contains("cannot be started"), "{failure}");
 
-    let silent = script("silent", "echo 'what scene?' >&2; exit 3");
-    let refused = Program::identify(&silent, LIMIT).unwrap_err().to_string();
-    assert!(refused.contains("exit status: 3: what scene?"), "{refused}");
+    let silent = refused(&script("silent", "echo 'what scene?' >&2; exit 3"), 60.0);
+    assert_eq!(silent.name(), "crashed");
+    assert!(silent.to_string().contains("exit status 3; it said:\nwhat scene?"), "{silent}");
 
-    let idle = script("idle", "exit 0");
-    let refused = Program::identify(&idle, LIMIT).unwrap_err().to_string();
-    assert!(refused.contains("ended well, and wrote no trace"), "{refused}");
+    let idle = refused(&script("idle", "exit 0"), 60.0);
+    assert_eq!(idle.name(), "no-output");
+    assert!(idle.to_string().contains("ended well, and wrote no trace"), "{idle}");
 
-    let garbage = script("garbage", "echo nonsense > out.csv; echo nonsense > out.bin");
-    let refused = Program::identify(&garbage, LIMIT).unwrap_err().to_string();
-    assert!(refused.contains("of the record's 32 bytes"), "{refused}");
+    let body = "echo nonsense > trace.csv; echo nonsense > trace.bin";
+    let garbage = refused(&script("garbage", body), 60.0);
+    assert_eq!(garbage.name(), "malformed");
+    assert!(garbage.to_string().contains("of the record's 32 bytes"), "{garbage}");
 }
 
 #[test]
@@ -276,8 +288,9 @@ fn a_program_that_does_not_end_is_ended_with_what_it_started() {
     let body = format!("(sleep 3; touch '{}') & sleep 600", alive.display());
     let _ = std::fs::remove_file(&alive);
     let endless = script("endless", &body);
-    let refused = Program::identify(&endless, Duration::from_millis(100)).unwrap_err().to_string();
-    assert!(refused.contains("still ran after 0.1 s"), "{refused}");
-    std::thread::sleep(Duration::from_secs(4));
+    let refused = refused(&endless, 0.1);
+    assert_eq!(refused.name(), "timed-out");
+    assert!(refused.to_string().contains("still ran after 0.1 s"), "{refused}");
+    std::thread::sleep(std::time::Duration::from_secs(4));
     assert!(!alive.exists(), "a process that it started lived on");
 }

@@ -12,8 +12,10 @@ use crate::mistakes::C;
 use crate::programs::{Variant, Workshop};
 
 fn grade(arguments: &[&str]) -> Output {
-    let run = Command::new(env!("CARGO_BIN_EXE_grade")).arg("jacobians").args(arguments).output();
-    run.expect("grade can be run")
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    // What is probed are scripts that start a program beside them.
+    command.arg("jacobians").args(["--readable", env!("CARGO_TARGET_TMPDIR")]).args(arguments);
+    command.output().expect("grade can be run")
 }
 
 fn text(bytes: &[u8]) -> &str {
@@ -91,9 +93,10 @@ fn every_format_tells_of_a_mistake_and_json_holds_the_scenes_that_show_it() {
 #[test]
 fn what_cannot_be_probed_is_bad_usage() {
     for (arguments, message) in [
-        (&["no/such/program"][..], "no/such/program: there is no such program"),
+        (&["no/such/program"][..], "no/such/program: there is no such file or folder"),
         (&["program", "--states", "5"], "--states"),
-        (&["program", "--time-limit", "0"], "0 is not in 1.."),
+        (&["program", "--limit", "wall=0"], "wall is above 0"),
+        (&["program", "--limit", "walls=1"], "there is no limit walls"),
     ] {
         let run = grade(arguments);
         assert_eq!(run.status.code(), Some(2), "{arguments:?}");

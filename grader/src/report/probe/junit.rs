@@ -13,13 +13,18 @@ use crate::probe::{Finding, PartReport, Probing, Verdict};
 pub fn render(probing: &Probing) -> Result<String, quick_junit::SerializeError> {
     let mut report =
         Report::new(format!("Spring Oracle: forces and Jacobians of {}", probing.name));
-    for part in &probing.parts {
+    report.add_test_suites(suites(probing));
+    report.to_string()
+}
+
+/// A suite a part and space.
+pub(in crate::report) fn suites(probing: &Probing) -> impl Iterator<Item = TestSuite> {
+    probing.parts.iter().map(|part| {
         let name = format!("{} / {} in {}D", part.force, part.part, part.dimension.count());
         let mut suite = TestSuite::new(name);
         suite.add_test_cases(part.findings().map(|(name, finding)| case(part, name, finding)));
-        report.add_test_suite(suite);
-    }
-    report.to_string()
+        suite
+    })
 }
 
 fn case(part: &PartReport, name: &str, finding: &Finding) -> TestCase {

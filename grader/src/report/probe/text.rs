@@ -27,6 +27,15 @@ pub struct Config {
 /// # Errors
 /// Where the output takes no more.
 pub fn write(out: &mut dyn Write, probing: &Probing, config: Config) -> io::Result<()> {
+    write_findings(out, probing, config)?;
+    write_summary(out, probing)
+}
+
+/// Writes the report without its last line.
+///
+/// # Errors
+/// Where the output takes no more.
+pub fn write_findings(out: &mut dyn Write, probing: &Probing, config: Config) -> io::Result<()> {
     writeln!(
         out,
         "{BOLD}Forces and Jacobians{BOLD:#} of {}, measured from single steps",
@@ -43,7 +52,7 @@ pub fn write(out: &mut dyn Write, probing: &Probing, config: Config) -> io::Resu
             write_part(out, part, config)?;
         }
     }
-    write_summary(out, probing)
+    Ok(())
 }
 
 fn write_space(out: &mut dyn Write, space: &Space) -> io::Result<()> {

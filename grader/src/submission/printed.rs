@@ -1,0 +1,81 @@
+//! What a stranger's program printed, made fit to be shown.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// The most of it that is shown, in bytes: the end, for that is where programs say why they gave up.
+const SHOWN: u64 = 2_000;
+
+/// The end of the file, without what would steer a terminal.
+///
+/// Escape sequences and control characters are taken out. What turns the direction of writing, and whatever
+/// else would steer, becomes `�`; spaces at the ends of lines and empty lines go.
+pub(super) fn tail(path: &Path) -> String {
+    let (bytes, cut) = read_tail(path).unwrap_or_default();
+    let text = String::from_utf8_lossy(&bytes);
+    // Of a first line that was cut, the rest may be half an escape sequence.
+    let text = if cut { text.split_once('\n').map_or("", |(_, rest)| rest) } else { &text };
+    let stripped = anstream::adapter::strip_str(text).to_string();
+    let lines = stripped.split(['\n', '\r']).map(|line| {
+        let shown = line.chars().map(|character| match character {
+            '\t' => ' ',
+            harmless if !steers(harmless) => harmless,
+            _ => char::REPLACEMENT_CHARACTER,
+        });
+        shown.collect::<String>().trim_end().to_owned()
+    });
+    lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n")
+}
+
+fn read_tail(path: &Path) -> io::Result<(Vec<u8>, bool)> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let start = length.saturating_sub(SHOWN);
+    file.seek(SeekFrom::Start(start))?;
+    let mut bytes = Vec::new();
+    file.take(SHOWN).read_to_end(&mut bytes)?;
+    Ok((bytes, start > 0))
+}
+
+/// Whether a terminal would do something other than show it.
+fn steers(character: char) -> bool {
+    character.is_control()
+        || matches!(
+            character,
+            // Marks, embeddings, overrides and isolates of direction; line and paragraph separators.
+            '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(bytes: &[u8]) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("stderr");
+        std::fs::write(&path, bytes).unwrap();
+        tail(&path)
+    }
+
+    #[test]
+    fn nothing_that_steers_a_terminal_is_left() {
+        assert_eq!(shown(b"plain\n\n  text \n"), "plain\n  text");
+        assert_eq!(shown(b"\x1b[2J\x1b[1;1Hwiped"), "wiped");
+        assert_eq!(shown(b"\x1b]0;title\x07after"), "after");
+        assert_eq!(shown(b"PASS\x08\x08\x08\x08FAIL"), "PASSFAIL");
+        assert_eq!(shown("a\u{202e}b\u{9b}31mc".as_bytes()), "a�b�31mc");
+        assert_eq!(shown(b"\xff\xfe"), "��");
+        let all: Vec<u8> = (0..=255).collect();
+        assert!(!shown(&all).chars().any(|character| steers(character) && character != '\n'));
+    }
+
+    #[test]
+    fn the_end_is_shown() {
+        let long = "line\n".repeat(10_000) + "the last";
+        let text = shown(long.as_bytes());
+        assert!(text.ends_with("the last") && text.len() <= SHOWN as usize);
+        assert_eq!(shown("x".repeat(5_000).as_bytes()), "");
+    }
+}

@@ -919,3 +919,44 @@ fn a_rule_for_extra_credit_does_no_harm_without_extra_credit() {
     assert_eq!(project.grade(&["--assets", "assets"]).code, 0);
     assert_eq!(project.grade(&[]).code, 2);
 }
+
+/// Submissions that cannot be graded as they are: nothing runs that could read the oracle, and a build that fails
+/// is told once.
+#[test]
+#[cfg(target_os = "linux")]
+fn folders_as_submissions() {
+    let project = Project::new();
+    let manifest = |build: &str| {
+        format!(
+            "name = \"mine\"\nbuild = [{build}]\nrun = [\"./x\", \"{{scene}}\", \"{{trace}}\"]\n"
+        )
+    };
+    project
+        .write("mine/submission.toml", &manifest("\"sh\", \"-c\", \"echo no luck >&2; exit 7\""));
+    let run = project.grade(&["mine"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(run.stdout.contains("Summary for mine"), "{}", run.stdout);
+    let said =
+        "the build ended with exit status 7; it said:\n  no luck\n  and the same of 2 more scenes";
+    assert!(run.stdout.contains(said), "{}", run.stdout);
+    assert!(!project.path("mine/x").exists());
+
+    let run = project.grade(&["mine", "--format", "json"]);
+    assert_eq!(run.stdout.matches("\"verdict\": \"build-failed\"").count(), 3);
+
+    project.write("submission.toml", &manifest("\"true\""));
+    let run = project.grade(&["."]);
+    assert_eq!(run.code, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("and so the oracle"), "{}", run.stderr);
+
+    for (manifest, message) in [
+        ("run = [\"./x\", \"{scene}\"]", "mine/submission.toml:1: run holds no {trace}"),
+        ("run = []", "mine/submission.toml:1: run names no program"),
+        ("\nruns = 1", "mine/submission.toml:2: unknown field `runs`"),
+    ] {
+        project.write("mine/submission.toml", manifest);
+        let run = project.grade(&["mine"]);
+        assert_eq!(run.code, 2);
+        assert!(run.stderr.contains(message), "{}", run.stderr);
+    }
+}

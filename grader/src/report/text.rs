@@ -119,16 +119,31 @@ fn write_failures(out: &mut dyn Write, grading: &Grading, config: Config) -> io:
     let scenes = grading.features.iter().flat_map(|result| &result.scenes);
     let failed: Vec<&SceneResult> =
         scenes.filter(|scene| !scene.comparison.verdict.is_pass()).collect();
-    for scene in failed.iter().take(config.details) {
+    // What is said of one scene need not be said of each: a build fails once.
+    let mut groups: Vec<(&SceneResult, usize)> = Vec::new();
+    for scene in &failed {
+        let same = |(known, _): &&mut (&SceneResult, usize)| {
+            let [known, scene] = [&known.comparison, &scene.comparison];
+            known.verdict == scene.verdict && known.states == 0 && scene.states == 0
+        };
+        match groups.iter_mut().find(same) {
+            Some((_, count)) => *count += 1,
+            None => groups.push((scene, 1)),
+        }
+    }
+    for (scene, count) in groups.iter().take(config.details) {
         write_failure(out, scene)?;
+        if *count > 1 {
+            writeln!(out, "  {DIM}and the same of {} more scenes{DIM:#}", count - 1)?;
+        }
         writeln!(out)?;
     }
-    let untold = failed.len().saturating_sub(config.details);
+    let untold: usize = groups.iter().skip(config.details).map(|(_, count)| count).sum();
     if untold > 0 {
         writeln!(
             out,
             "{untold} more scenes did not pass; --details {} tells of all.\n",
-            failed.len()
+            groups.len()
         )?;
     }
     Ok(())

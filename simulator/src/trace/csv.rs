@@ -109,20 +109,22 @@ impl<R: Read> CsvReader<R> {
             let columns = expected[..expected.len().min(8)].join(",");
             return Err(self.at_line(1, TraceFault::NoHeader { expected: columns }));
         }
-        let found: Vec<String> =
-            self.record.iter().map(|field| excerpt(field.trim_ascii())).collect();
-        let differ = |(found, expected): (&String, &String)| found != expected;
-        let fault = match found.iter().zip(&expected).position(differ) {
+        let fields = || self.record.iter().map(<[u8]>::trim_ascii);
+        let differ = |(found, expected): (&[u8], &String)| found != expected.as_bytes();
+        let fault = match fields().zip(&expected).position(differ) {
             Some(column) => TraceFault::Header {
                 column: column + 1,
                 expected: expected[column].clone(),
-                found: found[column].clone(),
+                found: excerpt(self.record.get(column).unwrap_or_default().trim_ascii()),
             },
-            None if found.len() != expected.len() => TraceFault::HeaderLength {
-                expected: expected.len(),
-                found: found.len(),
-                header: excerpt(found.join(",").as_bytes()),
-            },
+            None if self.record.len() != expected.len() => {
+                let first: Vec<&[u8]> = fields().take(40).collect();
+                TraceFault::HeaderLength {
+                    expected: expected.len(),
+                    found: self.record.len(),
+                    header: excerpt(&first.join(&b',')),
+                }
+            }
             None => return Ok(()),
         };
         Err(self.at_line(1, fault))
@@ -212,34 +214,44 @@ fn excerpt(bytes: &[u8]) -> String {
     text.chars().take(40).collect()
 }
 
-/// Fails where a line is longer than `limit`, so that no line fills the memory.
+/// Fails where a line is longer than `limit`, so that no line fills the memory. What is before that line is
+/// handed over first, since it may have a fault of its own.
 struct LimitedLines<R> {
     inner: R,
     limit: usize,
     /// The line that is being read, from 1.
     line: u64,
-    since_newline: usize,
+    since_line_end: usize,
+    is_too_long: bool,
 }
 
 impl<R> LimitedLines<R> {
     fn new(inner: R, limit: usize) -> Self {
-        Self { inner, limit, line: 1, since_newline: 0 }
+        Self { inner, limit, line: 1, since_line_end: 0, is_too_long: false }
     }
 }
 
 impl<R: Read> Read for LimitedLines<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = self.inner.read(buffer)?;
-        for line in buffer[..count].split_inclusive(|byte| *byte == b'\n') {
-            self.since_newline += line.len();
-            if self.since_newline > self.limit {
-                return Err(io::ErrorKind::FileTooLarge.into());
+        let count = if self.is_too_long { 0 } else { self.inner.read(buffer)? };
+        let mut good = 0;
+        // A carriage return alone ends a record as well.
+        for line in buffer[..count].split_inclusive(|byte| b"\r\n".contains(byte)) {
+            self.since_line_end += line.len();
+            if self.since_line_end > self.limit {
+                self.is_too_long = true;
+                break;
             }
-            if line.ends_with(b"\n") {
-                self.since_newline = 0;
-                self.line += 1;
+            good += line.len();
+            match line.last() {
+                Some(b'\n') => (self.line, self.since_line_end) = (self.line + 1, 0),
+                Some(b'\r') => self.since_line_end = 0,
+                _ => {}
             }
         }
-        Ok(count)
+        match good {
+            0 if self.is_too_long => Err(io::ErrorKind::FileTooLarge.into()),
+            good => Ok(good),
+        }
     }
 }

@@ -1,0 +1,40 @@
+//! What the fuzzers found, tried again: `ci/fuzz/seeds/<target>/`, inputs that reach different parts of the
+//! parsers of scenes and readers of traces, and every input that once failed.
+
+#[path = "../../ci/fuzz/src/checks.rs"]
+mod checks;
+
+use std::path::Path;
+
+fn try_seeds(target: &str, check: fn(&[u8])) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ci/fuzz/seeds").join(target);
+    let entries = std::fs::read_dir(&folder).expect("the folder of the seeds can be read");
+    let mut seeds: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    seeds.sort();
+    assert!(seeds.len() >= 20, "{}: only {} seeds", folder.display(), seeds.len());
+    for seed in seeds {
+        let bytes = std::fs::read(&seed).expect("a seed can be read");
+        let outcome = std::panic::catch_unwind(|| check(&bytes));
+        assert!(outcome.is_ok(), "{}", seed.display());
+    }
+}
+
+#[test]
+fn scenes_in_xml() {
+    try_seeds("scene-xml", checks::scene_xml);
+}
+
+#[test]
+fn scenes_in_json() {
+    try_seeds("scene-json", checks::scene_json);
+}
+
+#[test]
+fn traces_as_text() {
+    try_seeds("trace-csv", checks::trace_csv);
+}
+
+#[test]
+fn traces_in_the_courses_format() {
+    try_seeds("trace-fosssim", checks::trace_fosssim);
+}

@@ -1,0 +1,209 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use grader::init::Language;
+use grader::jacobian;
+use grader::sandbox::Limits;
+use simulator::force;
+
+/// Grade a mass-spring simulator, feature by feature, against oracle traces.
+///
+/// Without arguments: the built-in simulator on every scene of assets/ and extracreditassets/, against
+/// expected/, and the Jacobians of every force.
+#[derive(Parser)]
+#[command(name = "grade", version, args_conflicts_with_subcommands = true)]
+#[command(
+    after_help = "Exit codes: 0 all passed, 1 something failed, 2 bad usage or input, 3 grader fault."
+)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+
+    #[command(flatten)]
+    pub(super) grade: GradeArgs,
+}
+
+#[derive(Subcommand)]
+pub(super) enum Command {
+    /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive; ours, or a program's
+    Jacobians(JacobianArgs),
+    /// Write a working skeleton of a submission, which documents the protocol
+    Init {
+        /// Its language
+        #[arg(value_name = "LANG", value_parser = PossibleValuesParser::new(Language::ALL.map(Language::name)))]
+        language: String,
+
+        /// Folder to write it to; it is made where it is missing
+        #[arg(value_name = "DIR", default_value = "my-simulator")]
+        folder: PathBuf,
+    },
+    /// Make the oracle traces anew, or see whether they still match
+    #[command(subcommand)]
+    Oracle(OracleCommand),
+}
+
+#[derive(Args)]
+pub(super) struct GradeArgs {
+    /// What is graded instead of the built-in simulator: a program (run as `PROGRAM -s SCENE -d 0 -o TRACE` or
+    /// `PROGRAM SCENE -o TRACE`), a folder with submission.toml, or a folder of traces
+    #[arg(value_name = "SUBMISSION")]
+    pub(super) submission: Option<PathBuf>,
+
+    /// Grade the traces of this folder (GROUP/SCENE.csv or .bin) instead of running anything
+    #[arg(long, value_name = "DIR", conflicts_with = "submission")]
+    pub(super) traces: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+
+    /// Grade only scenes whose name contains this text, or whose integrator is called so
+    #[arg(long, value_name = "TEXT")]
+    pub(super) only: Option<String>,
+
+    /// Format of the report
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(super) format: Format,
+
+    /// Write the report to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+
+    /// The most scenes whose failure is told in detail (text only)
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    pub(super) details: usize,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
+}
+
+/// How programs are run.
+#[derive(Args)]
+pub(super) struct RunArgs {
+    /// Run programs with all the rights that you have: they may read the oracle, and change your files
+    #[arg(long)]
+    pub(super) unprotected: bool,
+
+    /// Set a limit of each run, as --limit wall=10; sizes may end in K, M or G. Limits: cpu and wall (seconds),
+    /// memory, trace, stdout and stderr (bytes), processes, files
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse_limit)]
+    pub(super) limit: Vec<(String, f64)>,
+
+    /// Let programs read this file or folder as well
+    #[arg(long, value_name = "PATH")]
+    pub(super) readable: Vec<PathBuf>,
+}
+
+pub(super) fn parse_limit(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("a limit is set as NAME=VALUE")?;
+    let (digits, factor) = match value.char_indices().next_back() {
+        Some((place, 'K' | 'k')) => (&value[..place], 1024.0),
+        Some((place, 'M' | 'm')) => (&value[..place], 1024.0 * 1024.0),
+        Some((place, 'G' | 'g')) => (&value[..place], 1024.0 * 1024.0 * 1024.0),
+        _ => (value, 1.0),
+    };
+    let number: f64 = digits.parse().map_err(|_| format!("{value:?} is no number"))?;
+    let number = number * factor;
+    Limits::default().set(name, number)?;
+    Ok((name.to_owned(), number))
+}
+
+#[derive(Args)]
+pub(super) struct SuiteArgs {
+    /// Folder that holds assets/, extracreditassets/ and expected/ [default: here or above]
+    #[arg(long, value_name = "DIR")]
+    pub(super) root: Option<PathBuf>,
+
+    /// Required scenes; then there is no extra credit but by --extra-credit
+    #[arg(long, value_name = "DIR")]
+    pub(super) assets: Option<PathBuf>,
+
+    /// Extra-credit scenes
+    #[arg(long, value_name = "DIR")]
+    pub(super) extra_credit: Option<PathBuf>,
+
+    /// Oracle traces [default: expected/ beside the required scenes]
+    #[arg(long, value_name = "DIR")]
+    pub(super) expected: Option<PathBuf>,
+
+    /// Tolerances and points [default: rubric.toml among the required scenes, else the course's criteria]
+    #[arg(long, value_name = "FILE")]
+    pub(super) rubric: Option<PathBuf>,
+
+    /// Unknown elements and attributes of scenes are errors, not warnings
+    #[arg(long)]
+    pub(super) strict: bool,
+
+    /// Threads to use [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(super) threads: Option<u16>,
+}
+
+#[derive(Args)]
+pub(super) struct JacobianArgs {
+    /// Measure forces and Jacobians of this program, or of that of this folder with submission.toml, instead of
+    /// checking the built-in simulator
+    #[arg(value_name = "SUBMISSION", conflicts_with_all = ["states", "seed", "plot"])]
+    pub(super) submission: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+
+    /// Random states a force and dimension, beside the hard ones
+    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(super) states: u32,
+
+    /// Seed of the random states
+    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().seed)]
+    pub(super) seed: u64,
+
+    /// Check only this force
+    #[arg(long, value_name = "TAG", value_parser = force::REGISTRY.iter().map(|kind| kind.schema.tag).collect::<Vec<_>>())]
+    pub(super) force: Option<String>,
+
+    /// Format of the report
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    pub(super) format: Format,
+
+    /// Write the report to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+
+    /// Show the blocks and the state behind every verdict, and not only where one is not correct (text only)
+    #[arg(long)]
+    pub(super) details: bool,
+
+    /// Write a plot a force (SVG) to this folder: errors of differences and of Taylor's test by step size
+    #[arg(long, value_name = "DIR")]
+    pub(super) plot: Option<PathBuf>,
+}
+
+#[derive(Subcommand)]
+pub(super) enum OracleCommand {
+    /// Make every oracle trace anew with the built-in simulator; replace expected/ whole or not at all
+    Regenerate {
+        /// Replace also traces that changed beyond their tolerance, and remove those without a scene
+        #[arg(long)]
+        accept: bool,
+
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
+    /// Say whether expected/ still matches its scenes and its manifest
+    Verify {
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    /// For people
+    Text,
+    /// For programs; schema in docs/report.schema.json
+    Json,
+    /// For continuous integration
+    Junit,
+}

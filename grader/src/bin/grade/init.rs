@@ -1,0 +1,30 @@
+//! `grade init`: a skeleton of a submission.
+
+use std::path::Path;
+
+use grader::init::{self, Language};
+
+use crate::output::print;
+use crate::stop::{Exit, Stop};
+
+/// Writes a skeleton, and says what to do with it.
+pub(super) fn init(language: &str, folder: &Path) -> Result<Exit, Stop> {
+    let language = Language::ALL.into_iter().find(|each| each.name() == language);
+    let language = language.ok_or_else(|| Stop::bad_input("there is no such language"))?;
+    let files = init::write(language, folder)
+        .map_err(|error| Stop::bad_input(format!("{}: {error}", folder.display())))?;
+    let mut text = String::new();
+    for file in files {
+        text += &format!("wrote {}\n", file.display());
+    }
+    let mut folder = folder.display().to_string();
+    if let Some(arguments) = language.arguments() {
+        folder += &format!(" {arguments}");
+    }
+    text += &format!(
+        "\nIt moves particles on which no force acts. See what that passes, and go on from there:\n\n    \
+         grade {folder} --only Inertia\n    grade {folder}\n"
+    );
+    print(text.as_bytes());
+    Ok(Exit::Passed)
+}

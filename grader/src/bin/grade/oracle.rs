@@ -1,0 +1,100 @@
+//! `grade oracle`: the stored traces, made anew or verified.
+
+use std::path::Path;
+
+use grader::oracle::{self, Change, Difference, Leftover, Regeneration};
+use grader::verdict::Verdict;
+
+use crate::args::SuiteArgs;
+use crate::inputs::{Inputs, open_oracle};
+use crate::output::print;
+use crate::stop::{Exit, Stop, complain};
+
+pub(super) fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {
+    let Inputs { suite, expected, rubric } = args.read()?;
+    let regeneration =
+        oracle::regenerate(&suite, &expected, &rubric, accept).map_err(Stop::bad_input)?;
+    print(describe(&regeneration, &expected).as_bytes());
+    if let Some(Leftover { path, detail }) = &regeneration.leftover {
+        let path = path.display();
+        let message = format!("{path}: the old traces are still there; remove them: {detail}");
+        complain("warning", message);
+    }
+    Ok(if regeneration.refused() { Exit::Failed } else { Exit::Passed })
+}
+
+pub(super) fn describe(regeneration: &Regeneration, folder: &Path) -> String {
+    let mut text = String::new();
+    let mut unchanged = 0;
+    for (name, change) in &regeneration.changes {
+        let words = match change {
+            Change::Unchanged => {
+                unchanged += 1;
+                continue;
+            }
+            Change::New => "new".to_owned(),
+            Change::Removed => "removed: its scene is gone".to_owned(),
+            Change::SceneEdited => "scene edited; its trace is the same".to_owned(),
+            Change::Changed { scene_edited, n_old, difference } => {
+                let edited = if *scene_edited { "scene edited; " } else { "" };
+                let several = if *n_old > 1 { "one trace in the place of two; " } else { "" };
+                format!("{edited}{several}{}", describe_difference(difference))
+            }
+        };
+        let mark = if change.needs_accepting() { "!" } else { " " };
+        text += &format!("{mark} {name}: {words}\n");
+    }
+    let folder = folder.display();
+    text += &format!("{unchanged} of {} traces are unchanged\n", regeneration.changes.len());
+    text += &match (regeneration.replaced, regeneration.refused()) {
+        (true, _) if unchanged == regeneration.changes.len() => {
+            format!("{folder} was replaced: its manifest was missing or out of date\n")
+        }
+        (true, _) => format!("{folder} was replaced\n"),
+        (false, true) => format!(
+            "{folder} was NOT replaced: review what is marked ! and run again with --accept\n"
+        ),
+        (false, false) => format!("{folder} is as it was\n"),
+    };
+    text
+}
+
+pub(super) fn describe_difference(difference: &Difference) -> String {
+    let comparison = match difference {
+        Difference::Numbers(comparison) => comparison,
+        Difference::Length { old, new } => {
+            return format!("changed: the old trace has {old} states, the new one {new}");
+        }
+        Difference::Shape => {
+            return "changed: the old trace has another shape (particles or dimensions)".to_owned();
+        }
+        Difference::Unusable { detail } => {
+            return format!("changed: the old trace cannot be used: {detail}");
+        }
+    };
+    let (extent, place) = match (&comparison.verdict, &comparison.first_wrong) {
+        (Verdict::Pass, _) => ("within tolerance", String::new()),
+        (_, Some(first)) => ("beyond tolerance", format!(", first at {}", first.place)),
+        (verdict, None) => ("beyond tolerance", format!(", {verdict}")),
+    };
+    let (position, velocity) = (comparison.position.largest, comparison.velocity.largest);
+    format!("changed {extent}, position by {position:.1e}, velocity by {velocity:.1e}{place}")
+}
+
+pub(super) fn verify(args: &SuiteArgs) -> Result<Exit, Stop> {
+    let Inputs { suite, expected, .. } = args.read()?;
+    let oracle = open_oracle(&expected)?;
+    let findings = oracle::verify(&suite, &oracle);
+    let mut text = String::new();
+    for finding in &findings {
+        text += &format!("{finding}\n");
+    }
+    let (folder, count) = (expected.display(), suite.cases.len());
+    text += &match findings.len() {
+        0 => format!("{folder} matches its {count} scenes and its manifest\n"),
+        1 => format!("{folder}: 1 thing does not match\n"),
+        n => format!("{folder}: {n} things do not match\n"),
+    };
+    print(text.as_bytes());
+    Ok(if findings.is_empty() { Exit::Passed } else { Exit::Failed })
+}

@@ -1,0 +1,33 @@
+//! Where reports go.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use simulator::output::OutputFile;
+
+use crate::stop::Stop;
+
+/// Writes a report to a file, or to the standard output.
+pub(super) fn put(bytes: &[u8], output: Option<&Path>) -> Result<(), Stop> {
+    match output {
+        None => {
+            print(bytes);
+            Ok(())
+        }
+        Some(path) => write_file(path, bytes)
+            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display()))),
+    }
+}
+
+pub(super) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = OutputFile::create(path)?;
+    // A file is no terminal: it gets no colours.
+    anstream::StripStream::new(&mut file as &mut dyn Write).write_all(bytes)?;
+    file.commit()
+}
+
+/// Writes to the standard output, with colours where it shows them. A closed pipe is no failure.
+pub(super) fn print(bytes: &[u8]) {
+    let mut out = anstream::stdout();
+    let _ = out.write_all(bytes).and_then(|()| out.flush());
+}

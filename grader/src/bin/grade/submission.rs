@@ -1,0 +1,108 @@
+//! What is graded: found, built, and kept from the oracle.
+
+use std::path::{Path, PathBuf};
+
+use grader::rubric::Rubric;
+use grader::sandbox::{self, Protection, Sandbox};
+use grader::submission::Submission;
+use grader::submission::folder::{self, Built, FolderError};
+use grader::submission::program::{Identified, Program, Runner};
+use simulator::solver::linear::LinearSolver;
+
+use crate::args::{GradeArgs, RunArgs};
+use crate::stop::{Stop, complain};
+
+impl RunArgs {
+    /// How programs are run, and the protections that are then in force.
+    pub(super) fn runner(&self, rubric: &Rubric) -> Result<(Runner, Vec<Protection>), Stop> {
+        let mut limits = rubric.limits();
+        for (name, value) in &self.limit {
+            limits.set(name, *value).map_err(Stop::bad_input)?;
+        }
+        let absolute = |path: &PathBuf| {
+            let found = std::fs::canonicalize(path);
+            found.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+        };
+        let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
+        sandbox::sweep();
+        let sandbox = if self.unprotected {
+            complain("warning", "programs are run with all your rights");
+            Sandbox::Unprotected
+        } else {
+            Sandbox::Protected(std::env::current_exe().map_err(Stop::fault)?)
+        };
+        let protections = sandbox.protections().map_err(|error| {
+            Stop::fault(format!("{error}\n  help: --unprotected runs programs without protection"))
+        })?;
+        Ok((Runner { sandbox, limits, readable }, protections))
+    }
+}
+
+/// What is graded, and the protection under which it is run, where it is a program.
+pub(super) fn open_submission(
+    args: &GradeArgs,
+    rubric: &Rubric,
+    expected: &Path,
+) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+    if let Some(folder) = &args.traces {
+        return match folder.is_dir() {
+            true => Ok((Submission::Traces(folder.clone()), None)),
+            false => Err(Stop::bad_input(format!("{}: there is no such folder", folder.display()))),
+        };
+    }
+    let Some(path) = &args.submission else {
+        return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
+    };
+    if path.is_dir() && !folder::is_submission(path) {
+        return Ok((Submission::Traces(path.clone()), None));
+    }
+    let (submission, protections) = open_program(path, &args.run, rubric, Some(expected))?;
+    Ok((submission, Some(protections)))
+}
+
+/// The program of a file or of a folder with a manifest, and the protection under which it is run. It must not
+/// be able to read `secret`.
+pub(super) fn open_program(
+    path: &Path,
+    run: &RunArgs,
+    rubric: &Rubric,
+    secret: Option<&Path>,
+) -> Result<(Submission, Vec<Protection>), Stop> {
+    if !path.exists() {
+        let path = path.display();
+        return Err(Stop::bad_input(format!("{path}: there is no such file or folder")));
+    }
+    if path.is_dir() && !folder::is_submission(path) {
+        let path = path.display();
+        return Err(Stop::bad_input(format!("{path}: there is no submission.toml in it")));
+    }
+    let (runner, protections) = run.runner(rubric)?;
+    let mut readable = runner.readable.clone();
+    readable.extend(std::fs::canonicalize(path));
+    let secret = secret.and_then(|secret| std::fs::canonicalize(secret).ok());
+    if let (false, Some(secret)) = (run.unprotected, secret)
+        && let Some(folder) = sandbox::revealed_by(&secret, &readable)
+    {
+        return Err(Stop::bad_input(format!(
+            "{}: the submission may read {}, and so the oracle\n  help: keep them apart, or name the \
+             oracle's folder with --expected",
+            secret.display(),
+            folder.display(),
+        )));
+    }
+    let submission = if path.is_dir() {
+        match folder::open(path, runner, rubric.build_limits()) {
+            Ok(Built::Program(program)) => Submission::Program(program),
+            Ok(Built::Failed { name, failure }) => Submission::Unusable { name, failure },
+            Err(FolderError::NotRun(error)) => return Err(Stop::fault(error)),
+            Err(error) => return Err(Stop::bad_input(error)),
+        }
+    } else {
+        match Program::identify(path, runner) {
+            Ok(Identified::Program(program)) => Submission::Program(program),
+            Ok(Identified::Unusable { name, failure }) => Submission::Unusable { name, failure },
+            Err(error) => return Err(Stop::fault(error)),
+        }
+    };
+    Ok((submission, protections))
+}

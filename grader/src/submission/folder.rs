@@ -20,6 +20,7 @@ use serde::Deserialize;
 use simulator::trace::TraceFormat;
 use tempfile::TempDir;
 
+use super::printed;
 use super::program::{Program, Runner, Workspace};
 use crate::sandbox::scratch::scratch_folder;
 use crate::sandbox::{End, Job, Limits, SandboxError};
@@ -119,7 +120,11 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
     let text = read_text(&path, MAX_MEBIBYTES).map_err(unreadable)?;
     let manifest = Manifest::parse(&text, &path)?;
     let home = fs::canonicalize(folder).map_err(unreadable)?;
-    let name = manifest.name.clone().unwrap_or_else(|| folder.display().to_string());
+    let name = manifest.name.as_deref().map_or_else(
+        || folder.display().to_string(),
+        // It is the submission's, and stands in every report.
+        printed::line,
+    );
     let (home, copy) = match &manifest.build {
         None => (home, None),
         Some(build) => {

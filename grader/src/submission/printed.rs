@@ -7,6 +7,9 @@ use std::path::Path;
 /// The most of it that is shown, in bytes: the end, for that is where programs say why they gave up.
 const SHOWN: u64 = 2_000;
 
+/// The most characters of a line that is not to be more.
+const LINE: usize = 100;
+
 /// The end of the file, without what would steer a terminal.
 ///
 /// Escape sequences and control characters are taken out. What turns the direction of writing, and whatever
@@ -28,6 +31,12 @@ pub(super) fn tail(path: &Path) -> String {
     lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n")
 }
 
+/// One line of text, without what would steer a terminal.
+pub(super) fn line(text: &str) -> String {
+    let shown = |character| if steers(character) { char::REPLACEMENT_CHARACTER } else { character };
+    text.chars().take(LINE).map(shown).collect()
+}
+
 fn read_tail(path: &Path) -> io::Result<(Vec<u8>, bool)> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
@@ -39,7 +48,7 @@ fn read_tail(path: &Path) -> io::Result<(Vec<u8>, bool)> {
 }
 
 /// Whether a terminal would do something other than show it.
-fn steers(character: char) -> bool {
+pub(crate) fn steers(character: char) -> bool {
     character.is_control()
         || matches!(
             character,
@@ -69,6 +78,12 @@ mod tests {
         assert_eq!(shown(b"\xff\xfe"), "��");
         let all: Vec<u8> = (0..=255).collect();
         assert!(!shown(&all).chars().any(|character| steers(character) && character != '\n'));
+    }
+
+    #[test]
+    fn a_line_stays_one() {
+        assert_eq!(line("Ada\n\u{1b}[2J\u{202e}"), "Ada��[2J�");
+        assert_eq!(line(&"x".repeat(1000)).len(), LINE);
     }
 
     #[test]

@@ -177,6 +177,13 @@ impl Program {
                     }
                 }
             }
+            // Whoever knows the method no better gives up; who spins or floods would do so at the next.
+            let is_other = |failure: &Option<Failure>| {
+                failure.as_ref().is_some_and(|failure| !may_lack_a_method(failure))
+            };
+            if failures.iter().all(is_other) {
+                break;
+            }
         }
         let none = || Failure::NoOutput { detail: "wrote no trace".to_owned() };
         let [fosssim, plain] = failures.map(|failure| failure.unwrap_or_else(none));
@@ -261,6 +268,14 @@ impl Program {
         let reader = trace::open(&path, self.format, shape).map_err(failure_of)?;
         Ok(Run { reader, path, _workspace: workspace, _copy: self.copy.clone() })
     }
+}
+
+/// Whether another method may make a difference to a program that failed so.
+fn may_lack_a_method(failure: &Failure) -> bool {
+    matches!(
+        failure,
+        Failure::Crashed { .. } | Failure::NoOutput { .. } | Failure::Malformed { .. }
+    )
 }
 
 /// The failure of a program that fails whichever way it is called.

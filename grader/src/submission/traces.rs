@@ -1,5 +1,6 @@
 //! A folder of traces: `<group>/<scene>.csv` or `.bin`, as the scenes are laid out.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
@@ -17,8 +18,24 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
         };
         Failure::NoOutput { detail }
     })?;
+    if leads_out(&path, folder) {
+        let detail = format!(
+            "there is no trace: {} is a link that leads out of the submission",
+            path.display()
+        );
+        return Err(Failure::NoOutput { detail });
+    }
     let reader = trace::open(&path, format, Shape::of(&case.scene)).map_err(failure_of)?;
     Ok(Box::new(Trace { reader, path, format, states: 0 }))
+}
+
+/// Whether the file is elsewhere, by a link in the folder: in the oracle, or another's submission.
+fn leads_out(path: &Path, folder: &Path) -> bool {
+    match (fs::canonicalize(path), fs::canonicalize(folder)) {
+        (Ok(path), Ok(folder)) => !path.starts_with(folder),
+        // What is not there is told of when it is opened.
+        _ => false,
+    }
 }
 
 struct Trace {

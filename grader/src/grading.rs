@@ -8,6 +8,8 @@ use rayon::prelude::*;
 use simulator::trace::{self, Shape};
 
 use crate::compare::{Comparison, Expectation, Tolerances, compare};
+use crate::events::{Event, Observer, Task};
+use crate::hidden::{Hidden, Tally};
 use crate::jacobian::JacobianReport;
 use crate::oracle::Oracle;
 use crate::probe::{self, Probing};
@@ -36,6 +38,8 @@ pub struct Grading {
     pub probing: Option<Probing>,
     /// Jacobian checks; empty where the submission is not the built-in simulator.
     pub jacobians: JacobianReport,
+    /// Whether there are hidden scenes, and whether they were run.
+    pub hidden: Hidden,
 }
 
 /// Some scenes, each run twice more.
@@ -70,8 +74,12 @@ pub struct FeatureResult {
     pub feature: Feature,
     /// Points it may earn.
     pub points: f64,
+    /// Whether it earns them in proportion to its scenes that pass; otherwise all or nothing.
+    pub partial: bool,
     /// Its scenes, by name.
     pub scenes: Vec<SceneResult>,
+    /// Its hidden scenes; none where they were not run.
+    pub hidden: Tally,
 }
 
 /// A scene with its verdict.
@@ -83,11 +91,39 @@ pub struct SceneResult {
     pub path: String,
     /// The tolerances it was judged by.
     pub tolerances: Tolerances,
+    /// What it counts among the scenes of its feature.
+    pub weight: f64,
     /// How its trace compares.
     pub comparison: Comparison,
 }
 
 impl FeatureResult {
+    /// A feature without scenes so far.
+    pub(crate) fn new(feature: Feature, rubric: &Rubric) -> Self {
+        Self {
+            points: rubric.points(&feature),
+            partial: rubric.partial(&feature),
+            feature,
+            scenes: Vec::new(),
+            hidden: Tally::default(),
+        }
+    }
+
+    /// Whether every scene passed, hidden ones too.
+    pub fn is_pass(&self) -> bool {
+        self.n_passed() == self.scenes.len() && self.hidden.n_passed() == self.hidden.n_scenes()
+    }
+
+    /// Whether a scene passed, be it hidden.
+    pub fn has_passes(&self) -> bool {
+        self.n_passed() + self.hidden.n_passed() > 0
+    }
+
+    /// Whether a scene could not be judged, be it hidden.
+    pub fn has_faults(&self) -> bool {
+        self.n_faults() + self.hidden.n_faults() > 0
+    }
+
     /// Scenes that passed.
     pub fn n_passed(&self) -> usize {
         self.scenes.iter().filter(|scene| scene.comparison.verdict.is_pass()).count()
@@ -100,11 +136,30 @@ impl FeatureResult {
         self.scenes.iter().filter(is_fault).count()
     }
 
-    /// Points earned: in proportion to the judged scenes that passed. A scene that could not be judged
-    /// costs nothing.
+    /// Points earned: in proportion to the weight of the judged scenes that passed, or all or nothing. A scene that
+    /// could not be judged costs nothing.
     pub fn points_earned(&self) -> f64 {
-        let judged = self.scenes.len() - self.n_faults();
-        if judged == 0 { self.points } else { self.points * self.n_passed() as f64 / judged as f64 }
+        let (mut passed, mut judged) = (self.hidden.weight_passed, self.hidden.weight_judged);
+        let mut failed = self.hidden.n_scenes() - self.hidden.n_passed() - self.hidden.n_faults();
+        for scene in &self.scenes {
+            match scene.comparison.verdict {
+                Verdict::Pass => {
+                    passed += scene.weight;
+                    judged += scene.weight;
+                }
+                Verdict::Fail(_) => {
+                    judged += scene.weight;
+                    failed += 1;
+                }
+                Verdict::GraderFault(_) => {}
+            }
+        }
+        match () {
+            // To the last bit, which a quotient might lose.
+            () if failed == 0 => self.points,
+            () if self.partial => self.points * passed / judged,
+            () => 0.0,
+        }
     }
 
     /// The largest position and velocity residual of its scenes; `None` where none was compared.
@@ -120,15 +175,21 @@ impl FeatureResult {
 /// Sums over the features of a section.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Totals {
-    /// Scenes.
+    /// Scenes, without hidden ones.
     pub scenes: usize,
     /// Scenes that passed.
     pub passed: usize,
     /// Scenes that could not be judged.
     pub faults: usize,
+    /// Hidden scenes that were run.
+    pub hidden: usize,
+    /// Hidden scenes that passed.
+    pub hidden_passed: usize,
+    /// Hidden scenes that could not be judged.
+    pub hidden_faults: usize,
     /// Features.
     pub features: usize,
-    /// Features of which every scene passed.
+    /// Features of which every scene passed, hidden ones too.
     pub features_passed: usize,
     /// Points that may be earned.
     pub points: f64,
@@ -136,11 +197,33 @@ pub struct Totals {
     pub points_earned: f64,
 }
 
+impl Totals {
+    /// Sums over these features.
+    pub fn of<'a>(features: impl IntoIterator<Item = &'a FeatureResult>) -> Self {
+        let mut totals = Self::default();
+        for result in features {
+            totals.scenes += result.scenes.len();
+            totals.passed += result.n_passed();
+            totals.faults += result.n_faults();
+            totals.hidden += result.hidden.n_scenes();
+            totals.hidden_passed += result.hidden.n_passed();
+            totals.hidden_faults += result.hidden.n_faults();
+            totals.features += 1;
+            totals.features_passed += usize::from(result.is_pass());
+            totals.points += result.points;
+            totals.points_earned += result.points_earned();
+        }
+        totals
+    }
+}
+
 /// What a grading comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// Everything passed.
     Passed,
+    /// Everything that was run passed; there are hidden scenes, which were not.
+    PassedShipped,
     /// Something failed.
     Failed,
     /// Something could not be judged.
@@ -150,25 +233,23 @@ pub enum Outcome {
 impl Grading {
     /// Sums over the features of `section`.
     pub fn totals(&self, section: Section) -> Totals {
-        let mut totals = Totals::default();
-        for result in self.features.iter().filter(|result| result.feature.section == section) {
-            totals.scenes += result.scenes.len();
-            totals.passed += result.n_passed();
-            totals.faults += result.n_faults();
-            totals.features += 1;
-            totals.features_passed += usize::from(result.n_passed() == result.scenes.len());
-            totals.points += result.points;
-            totals.points_earned += result.points_earned();
-        }
-        totals
+        Totals::of(self.features.iter().filter(|result| result.feature.section == section))
+    }
+
+    /// The features of `section`, group by group.
+    pub fn groups(&self, section: Section) -> impl Iterator<Item = &[FeatureResult]> {
+        let same = |a: &FeatureResult, b: &FeatureResult| {
+            (a.feature.section, &a.feature.group) == (b.feature.section, &b.feature.group)
+        };
+        let groups = self.features.chunk_by(same);
+        groups.filter(move |group| group.iter().all(|result| result.feature.section == section))
     }
 
     /// What it comes to: a fault of the grader outweighs a failure.
     pub fn outcome(&self) -> Outcome {
-        let totals = Section::ALL.map(|section| self.totals(section));
-        if totals.iter().any(|totals| totals.faults > 0) {
+        if self.features.iter().any(FeatureResult::has_faults) {
             Outcome::GraderFault
-        } else if totals.iter().any(|totals| totals.passed < totals.scenes)
+        } else if !self.features.iter().all(FeatureResult::is_pass)
             || !self.jacobians.is_pass()
             || self
                 .probing
@@ -176,6 +257,8 @@ impl Grading {
                 .is_some_and(|probing| probing.verdict() == probe::Verdict::Wrong)
         {
             Outcome::Failed
+        } else if matches!(self.hidden, Hidden::NotRun { .. }) {
+            Outcome::PassedShipped
         } else {
             Outcome::Passed
         }
@@ -190,14 +273,26 @@ pub fn grade(
     rubric: &Rubric,
     jacobians: JacobianReport,
 ) -> Grading {
+    grade_observed(suite, submission, oracle, rubric, jacobians, &())
+}
+
+/// As [`grade`], before an observer.
+pub fn grade_observed(
+    suite: &Suite,
+    submission: &Submission,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    jacobians: JacobianReport,
+    observer: &dyn Observer,
+) -> Grading {
+    observer.notice(Event::Task(Task::Scenes(suite.cases.len())));
     let judge = |case: &Case| {
-        let tolerances = rubric.tolerances(case);
-        SceneResult {
-            id: case.id.clone(),
-            path: case.scene.name.clone(),
-            tolerances,
-            comparison: judge(case, oracle, tolerances, || submission.states(case)),
-        }
+        let name = Some(case.id.as_str());
+        observer.notice(Event::SceneStarted { name });
+        let result = judge_case(case, oracle, rubric, submission);
+        let passed = result.comparison.verdict.is_pass();
+        observer.notice(Event::SceneFinished { name, passed });
+        result
     };
     let results: Vec<SceneResult> = suite.cases.par_iter().map(judge).collect();
 
@@ -205,16 +300,19 @@ pub fn grade(
     for (case, result) in suite.cases.iter().zip(results) {
         match features.iter_mut().find(|known| known.feature == case.feature) {
             Some(known) => known.scenes.push(result),
-            None => features.push(FeatureResult {
-                points: rubric.points(&case.feature),
-                feature: case.feature.clone(),
-                scenes: vec![result],
-            }),
+            None => {
+                let mut feature = FeatureResult::new(case.feature.clone(), rubric);
+                feature.scenes.push(result);
+                features.push(feature);
+            }
         }
     }
     features.sort_by(|a, b| a.feature.cmp(&b.feature));
     let repetition = match submission {
-        Submission::Program(program) => Some(Repetition::of(suite, program)),
+        Submission::Program(program) => {
+            observer.notice(Event::Task(Task::Repetition));
+            Some(Repetition::of(suite, program))
+        }
         _ => None,
     };
     Grading {
@@ -224,6 +322,24 @@ pub fn grade(
         repetition,
         probing: None,
         jacobians,
+        hidden: Hidden::None,
+    }
+}
+
+/// Judges a submission on one scene.
+pub(crate) fn judge_case(
+    case: &Case,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    submission: &Submission,
+) -> SceneResult {
+    let tolerances = rubric.tolerances(case);
+    SceneResult {
+        id: case.id.clone(),
+        path: case.scene.name.clone(),
+        tolerances,
+        weight: rubric.weight(case),
+        comparison: judge(case, oracle, tolerances, || submission.states(case)),
     }
 }
 
@@ -247,13 +363,13 @@ fn judge(
         }
     }));
     judged.unwrap_or_else(|panic| {
-        let fault = Fault::Internal { detail: message(panic.as_ref()) };
+        let fault = Fault::Internal { detail: panic_message(panic.as_ref()) };
         Comparison::without_states(Verdict::GraderFault(fault))
     })
 }
 
 /// What a panic said.
-fn message(panic: &(dyn Any + Send)) -> String {
+pub fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
     text.unwrap_or_else(|| "a panic without a message".to_owned())

@@ -10,7 +10,10 @@
 //! - [`compare`]: a trace against the oracle's.
 //! - [`verdict`]: a pass, or a named failure.
 //! - [`rubric`]: tolerances and points.
+//! - [`events`]: what happens meanwhile, told as it happens.
 //! - [`grading`]: all of it, over a suite.
+//! - [`class`]: a folder of submissions, each graded alone.
+//! - [`hidden`]: scenes that count, and of which nothing else is told.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
 //! - [`oracle`]: the stored traces: regenerated, verified.
 //! - [`init`]: skeletons of submissions.
@@ -25,7 +28,10 @@ pub mod verdict;
 pub mod compare;
 pub mod rubric;
 
+pub mod class;
+pub mod events;
 pub mod grading;
+pub mod hidden;
 pub mod jacobian;
 
 pub mod init;

@@ -5,6 +5,7 @@
 //! largest = 1e-10        # each residual stays below this
 //! accumulated = 1e-6     # and their sum over particles and states below this
 //! points = 1             # of each feature
+//! partial = true         # points in proportion to the scenes that pass; false: all or nothing
 //!
 //! [[feature]]            # every feature that fits; a later entry wins over an earlier one
 //! section = "required"   # or "extra-credit"; may be left out, as may the next two
@@ -15,6 +16,11 @@
 //! [[scene]]              # one scene, by its name
 //! name = "Spring/two-springs"
 //! largest = 1e-9
+//! weight = 2             # counts as two scenes of its feature
+//!
+//! [hidden]               # there are hidden scenes; both may be left out
+//! folder = "../hidden"   # where, seen from this file; where it is missing, they are not run
+//! scenes = 12            # how many
 //!
 //! [limits]               # of each run of a program; what is left out is as `grade --help` says
 //! wall = 10              # seconds
@@ -28,12 +34,14 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::compare::Tolerances;
+use crate::hidden::HiddenSuite;
 use crate::sandbox::Limits;
 use crate::suite::{Case, Feature, Section, Suite, read_text};
 
@@ -48,6 +56,17 @@ pub struct Rubric {
     scenes: Vec<SceneRule>,
     limits: Vec<(String, f64)>,
     build_limits: Vec<(String, f64)>,
+    hidden: Option<HiddenRule>,
+}
+
+/// That there are hidden scenes.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HiddenRule {
+    /// The folder they are in.
+    pub folder: Option<PathBuf>,
+    /// How many there are.
+    pub scenes: Option<NonZeroUsize>,
 }
 
 /// A rubric that cannot be used.
@@ -96,6 +115,7 @@ struct File {
     limits: BTreeMap<String, Spanned<f64>>,
     #[serde(default, rename = "build-limits")]
     build_limits: BTreeMap<String, Spanned<f64>>,
+    hidden: Option<HiddenRule>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -104,12 +124,18 @@ struct Defaults {
     largest: Positive,
     accumulated: Positive,
     points: Points,
+    partial: bool,
 }
 
 impl Default for Defaults {
     fn default() -> Self {
         let Tolerances { largest, accumulated } = Tolerances::COURSE;
-        Self { largest: Positive(largest), accumulated: Positive(accumulated), points: Points(1.0) }
+        Self {
+            largest: Positive(largest),
+            accumulated: Positive(accumulated),
+            points: Points(1.0),
+            partial: true,
+        }
     }
 }
 
@@ -122,6 +148,7 @@ struct FeatureRule {
     largest: Option<Positive>,
     accumulated: Option<Positive>,
     points: Option<Points>,
+    partial: Option<bool>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -130,6 +157,7 @@ struct SceneRule {
     name: String,
     largest: Option<Positive>,
     accumulated: Option<Positive>,
+    weight: Option<Weight>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -165,6 +193,19 @@ impl TryFrom<f64> for Points {
     }
 }
 
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(try_from = "f64")]
+struct Weight(f64);
+
+impl TryFrom<f64> for Weight {
+    type Error = String;
+
+    fn try_from(value: f64) -> Result<Self, String> {
+        let valid = value.is_finite() && value > 0.0;
+        valid.then_some(Self(value)).ok_or_else(|| format!("a weight is above 0, not {value}"))
+    }
+}
+
 impl Rubric {
     /// Reads the rubric at `path`.
     ///
@@ -188,7 +229,7 @@ impl Rubric {
             let line = before.matches('\n').count() + 1;
             RubricError::Invalid { path: path.to_path_buf(), line, column, message }
         };
-        let File { default, feature, scene, limits, build_limits } =
+        let File { default, feature, scene, limits, build_limits, mut hidden } =
             toml::from_str(text).map_err(|error| {
                 let start = error.span().map_or(0, |span| span.start);
                 invalid(start, error.message().to_owned())
@@ -200,13 +241,17 @@ impl Rubric {
         };
         for rule in &feature {
             if rule.as_ref().sets_nothing() {
-                let keys = "largest, accumulated or points";
+                let keys = "largest, accumulated, points or partial";
                 return Err(idle(rule.span().start, rule.as_ref(), keys));
             }
         }
         for rule in &scene {
             if rule.as_ref().sets_nothing() {
-                return Err(idle(rule.span().start, rule.as_ref(), "largest or accumulated"));
+                return Err(idle(
+                    rule.span().start,
+                    rule.as_ref(),
+                    "largest, accumulated or weight",
+                ));
             }
         }
         // Tried out here, where the line is known.
@@ -217,8 +262,12 @@ impl Rubric {
         let plain = |limits: BTreeMap<String, Spanned<f64>>| {
             limits.into_iter().map(|(name, value)| (name, value.into_inner())).collect()
         };
+        if let Some(folder) = hidden.as_mut().and_then(|hidden| hidden.folder.as_mut()) {
+            *folder = path.parent().unwrap_or(Path::new("")).join(&folder);
+        }
         Ok(Self {
             default,
+            hidden,
             limits: plain(limits),
             build_limits: plain(build_limits),
             features: feature.into_iter().map(Spanned::into_inner).collect(),
@@ -228,22 +277,33 @@ impl Rubric {
 
     /// Checks that every entry fits something of the suite. `path` is what messages call the rubric.
     ///
-    /// An entry for a section that the suite has no folder of is not checked: it is for another run.
+    /// An entry for a section that the suite has no folder of is not checked: it is for another run. Nor is one that
+    /// fits no shipped scene, where there are hidden scenes that are not at hand.
     ///
     /// # Errors
     /// Where one does not: it is most likely misspelt.
-    pub fn check(&self, suite: &Suite, path: &Path) -> Result<(), RubricError> {
+    pub fn check(
+        &self,
+        suite: &Suite,
+        hidden: Option<&HiddenSuite>,
+        path: &Path,
+    ) -> Result<(), RubricError> {
+        if self.hidden.is_some() && hidden.is_none() {
+            return Ok(());
+        }
+        let hidden = hidden.map_or(&[][..], HiddenSuite::cases);
+        let cases = || suite.cases.iter().chain(hidden);
         let no_match = |entry: String| RubricError::NoMatch { path: path.to_path_buf(), entry };
         let elsewhere = |rule: &&FeatureRule| {
             rule.section.is_some_and(|section| !suite.sections.contains(&section.section()))
         };
         for rule in self.features.iter().filter(|rule| !elsewhere(rule)) {
-            if !suite.cases.iter().any(|case| rule.fits(&case.feature)) {
+            if !cases().any(|case| rule.fits(&case.feature)) {
                 return Err(no_match(rule.to_string()));
             }
         }
         for rule in &self.scenes {
-            if !suite.cases.iter().any(|case| rule.name == case.id) {
+            if !cases().any(|case| rule.name == case.id) {
                 return Err(no_match(rule.to_string()));
             }
         }
@@ -280,6 +340,23 @@ impl Rubric {
         let rules = self.features.iter().filter(|rule| rule.fits(feature));
         rules.filter_map(|rule| rule.points).next_back().unwrap_or(self.default.points).0
     }
+
+    /// Whether a feature earns points in proportion to its scenes that pass, and not all or nothing.
+    pub fn partial(&self, feature: &Feature) -> bool {
+        let rules = self.features.iter().filter(|rule| rule.fits(feature));
+        rules.filter_map(|rule| rule.partial).next_back().unwrap_or(self.default.partial)
+    }
+
+    /// What a scene counts among those of its feature.
+    pub fn weight(&self, case: &Case) -> f64 {
+        let rules = self.scenes.iter().filter(|rule| rule.name == case.id);
+        rules.filter_map(|rule| rule.weight).next_back().map_or(1.0, |weight| weight.0)
+    }
+
+    /// What it says of hidden scenes; `None` where it knows of none.
+    pub fn hidden(&self) -> Option<&HiddenRule> {
+        self.hidden.as_ref()
+    }
 }
 
 fn with(mut limits: Limits, changes: &[(String, f64)]) -> Limits {
@@ -301,7 +378,7 @@ impl SectionName {
 
 impl SceneRule {
     fn sets_nothing(&self) -> bool {
-        self.largest.is_none() && self.accumulated.is_none()
+        self.largest.is_none() && self.accumulated.is_none() && self.weight.is_none()
     }
 }
 
@@ -313,7 +390,10 @@ impl fmt::Display for SceneRule {
 
 impl FeatureRule {
     fn sets_nothing(&self) -> bool {
-        self.largest.is_none() && self.accumulated.is_none() && self.points.is_none()
+        self.largest.is_none()
+            && self.accumulated.is_none()
+            && self.points.is_none()
+            && self.partial.is_none()
     }
 
     fn fits(&self, feature: &Feature) -> bool {

@@ -75,6 +75,16 @@ impl Probing {
         let verdicts = self.parts.iter().map(PartReport::verdict);
         verdicts.max().unwrap_or(Verdict::NotOffered)
     }
+
+    /// How many findings are correct, and how many the simulator offers.
+    pub fn counts(&self) -> (usize, usize) {
+        let count = |wanted: fn(Verdict) -> bool| {
+            let findings = self.parts.iter().flat_map(PartReport::findings);
+            findings.filter(|(_, finding)| wanted(finding.verdict)).count()
+        };
+        let correct = count(|verdict| verdict == Verdict::Correct);
+        (correct, count(|verdict| verdict != Verdict::NotOffered))
+    }
 }
 
 /// Probes a simulator with every force whose tag `select` accepts. Runs are made in parallel; the result

@@ -4,15 +4,17 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
 use crate::compare::{Comparison, FirstWrong, Residuals, Tolerances};
 use crate::grading::{FeatureResult, Grading, Outcome, SceneResult, Totals};
+use crate::hidden::{Hidden, Tally};
 use crate::suite::Section;
 
 /// Version of the schema.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// The report as JSON, with a newline at its end.
 ///
@@ -53,6 +55,10 @@ struct Report {
     required: JsonTotals,
     /// Sums over the extra-credit features.
     extra_credit: JsonTotals,
+    /// Whether hidden scenes exist, and were run; null where none are known of.
+    hidden: Option<JsonHidden>,
+    /// Sums over the features of each group.
+    groups: Vec<JsonGroup>,
     /// One entry a group and integrator.
     features: Vec<JsonFeature>,
     /// Checks of each force's Jacobians; empty unless the built-in simulator was graded.
@@ -70,10 +76,29 @@ struct JsonRepetition {
 }
 
 #[derive(Serialize, JsonSchema)]
+struct JsonHidden {
+    /// Whether they were run.
+    run: bool,
+    /// How many there are; null where that is not known.
+    scenes: Option<usize>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonGroup {
+    /// "required" or "extra-credit".
+    section: &'static str,
+    group: String,
+    #[serde(flatten)]
+    totals: JsonTotals,
+}
+
+#[derive(Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum JsonOutcome {
-    /// Everything passed.
+    /// Everything passed, and no hidden scenes are known of that were not run.
     Passed,
+    /// Everything that was run passed; there are hidden scenes, which were not run.
+    PassedShipped,
     /// Something failed.
     Failed,
     /// Something could not be judged.
@@ -82,11 +107,17 @@ enum JsonOutcome {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonTotals {
+    /// Scenes, without hidden ones.
     scenes: usize,
     scenes_passed: usize,
     /// Scenes that could not be judged; they cost no points.
     scenes_not_judged: usize,
+    /// Hidden scenes that were run.
+    hidden: usize,
+    hidden_passed: usize,
+    hidden_not_judged: usize,
     features: usize,
+    /// Features of which every scene passed, hidden ones too.
     features_passed: usize,
     points: f64,
     points_earned: f64,
@@ -100,7 +131,11 @@ struct JsonFeature {
     integrator: &'static str,
     points: f64,
     points_earned: f64,
+    /// Whether points are earned in proportion to the scenes that pass; otherwise all or nothing.
+    partial: bool,
     scenes: Vec<JsonScene>,
+    /// Hidden scenes by their verdicts' names; null where they were not run.
+    hidden: Option<BTreeMap<&'static str, usize>>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -112,6 +147,8 @@ struct JsonScene {
     verdict: &'static str,
     /// The verdict in a sentence.
     message: String,
+    /// What it counts among the scenes of its feature.
+    weight: f64,
     tolerances: JsonTolerances,
     /// States compared.
     states: u64,
@@ -175,6 +212,7 @@ impl Report {
             submission: grading.submission.clone(),
             outcome: match grading.outcome() {
                 Outcome::Passed => JsonOutcome::Passed,
+                Outcome::PassedShipped => JsonOutcome::PassedShipped,
                 Outcome::Failed => JsonOutcome::Failed,
                 Outcome::GraderFault => JsonOutcome::GraderFault,
             },
@@ -188,10 +226,44 @@ impl Report {
             probe: grading.probing.as_ref().map(JsonProbing::of),
             required: JsonTotals::of(grading.totals(Section::Required)),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit)),
-            features: grading.features.iter().map(JsonFeature::of).collect(),
+            hidden: JsonHidden::of(grading),
+            groups: JsonGroup::all_of(grading),
+            features: grading
+                .features
+                .iter()
+                .map(|result| JsonFeature::of(result, grading.hidden))
+                .collect(),
             jacobians: grading.jacobians.forces.iter().map(JsonJacobian::of).collect(),
             newton_systems: grading.jacobians.newton.iter().map(JsonNewton::of).collect(),
         }
+    }
+}
+
+impl JsonHidden {
+    fn of(grading: &Grading) -> Option<Self> {
+        match grading.hidden {
+            Hidden::None => None,
+            Hidden::NotRun { scenes } => Some(Self { run: false, scenes }),
+            Hidden::Run => {
+                let scenes = grading.features.iter().map(|result| result.hidden.n_scenes()).sum();
+                Some(Self { run: true, scenes: Some(scenes) })
+            }
+        }
+    }
+}
+
+impl JsonGroup {
+    fn all_of(grading: &Grading) -> Vec<Self> {
+        let groups = Section::ALL.into_iter().flat_map(|section| grading.groups(section));
+        let json = |group: &[FeatureResult]| {
+            let feature = &group.first()?.feature;
+            Some(Self {
+                section: feature.section.name(),
+                group: feature.group.clone(),
+                totals: JsonTotals::of(Totals::of(group)),
+            })
+        };
+        groups.filter_map(json).collect()
     }
 }
 
@@ -201,6 +273,9 @@ impl JsonTotals {
             scenes: totals.scenes,
             scenes_passed: totals.passed,
             scenes_not_judged: totals.faults,
+            hidden: totals.hidden,
+            hidden_passed: totals.hidden_passed,
+            hidden_not_judged: totals.hidden_faults,
             features: totals.features,
             features_passed: totals.features_passed,
             points: totals.points,
@@ -210,8 +285,11 @@ impl JsonTotals {
 }
 
 impl JsonFeature {
-    fn of(result: &FeatureResult) -> Self {
+    fn of(result: &FeatureResult, hidden: Hidden) -> Self {
+        let Tally { verdicts, .. } = &result.hidden;
         Self {
+            partial: result.partial,
+            hidden: (hidden == Hidden::Run).then(|| verdicts.clone()),
             section: result.feature.section.name(),
             group: result.feature.group.clone(),
             integrator: result.feature.integrator,
@@ -235,6 +313,7 @@ impl JsonScene {
             path: scene.path.clone(),
             verdict: verdict.name(),
             message: verdict.to_string(),
+            weight: scene.weight,
             tolerances: JsonTolerances { largest, accumulated },
             states: *states,
             position: residuals(position),

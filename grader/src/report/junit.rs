@@ -1,12 +1,17 @@
 //! The report for continuous integration: JUnit XML, a suite a feature and a case a scene.
 //!
-//! A scene that could not be judged is an error, a failed one a failure; the type is the verdict's name.
+//! A scene that could not be judged is an error, a failed one a failure; the type is the verdict's name. The hidden
+//! scenes of a feature are one case, skipped where they were not run.
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
-use super::jacobians;
+use super::{jacobians, text};
 use crate::grading::{Grading, SceneResult};
+use crate::hidden::{Hidden, Tally};
 use crate::verdict::Verdict;
+
+/// What the case of hidden scenes is called.
+const HIDDEN: &str = "hidden scenes";
 
 /// The report as JUnit XML.
 ///
@@ -18,6 +23,16 @@ pub fn render(grading: &Grading) -> Result<String, quick_junit::SerializeError> 
         let section = result.feature.section.name();
         let mut suite = TestSuite::new(format!("{section} / {}", result.feature));
         suite.add_test_cases(result.scenes.iter().map(scene));
+        if result.hidden.n_scenes() > 0 {
+            suite.add_test_case(hidden(&result.hidden));
+        }
+        report.add_test_suite(suite);
+    }
+    if let Hidden::NotRun { scenes } = grading.hidden {
+        let mut suite = TestSuite::new(HIDDEN);
+        let mut skipped = TestCaseStatus::skipped();
+        skipped.set_message(text::not_run(scenes));
+        suite.add_test_case(TestCase::new(HIDDEN, skipped));
         report.add_test_suite(suite);
     }
     if !grading.jacobians.is_empty() {
@@ -29,6 +44,18 @@ pub fn render(grading: &Grading) -> Result<String, quick_junit::SerializeError> 
         report.add_test_suites(super::probe::junit::suites(probing));
     }
     report.to_string()
+}
+
+/// All hidden scenes of a feature: an error where one could not be judged, a failure where one failed.
+fn hidden(tally: &Tally) -> TestCase {
+    let (passed, all) = (tally.n_passed(), tally.n_scenes());
+    let kind = match tally.n_faults() {
+        _ if passed == all => return TestCase::new(HIDDEN, TestCaseStatus::success()),
+        0 => NonSuccessKind::Failure,
+        _ => NonSuccessKind::Error,
+    };
+    let message = format!("{passed} of {all} passed; {}", text::verdicts(tally));
+    not_passed(HIDDEN, kind, HIDDEN, message)
 }
 
 fn scene(scene: &SceneResult) -> TestCase {

@@ -1,6 +1,7 @@
 //! Reports, one format a file. They see a [`Grading`](crate::grading::Grading) or a
 //! [`Probing`](crate::probe::Probing) and nothing else.
 
+pub mod class;
 pub mod jacobians;
 pub mod json;
 pub mod junit;
@@ -8,4 +9,5 @@ pub mod probe;
 pub mod text;
 
 mod digits;
+pub(crate) mod points;
 mod table;

@@ -8,10 +8,11 @@ use anstyle::{AnsiColor, Style};
 
 use super::digits::{self, Line, LineKind};
 use super::jacobians;
+use super::points;
 use super::table::{self, Cell};
 use crate::compare::FirstWrong;
-use crate::grading::{FeatureResult, Grading, Outcome, Repetition, SceneResult};
-use crate::probe;
+use crate::grading::{FeatureResult, Grading, Outcome, Repetition, SceneResult, Totals};
+use crate::hidden::{Hidden, Tally};
 use crate::sandbox::Protection;
 use crate::suite::Section;
 use crate::verdict::Verdict;
@@ -35,11 +36,10 @@ pub struct Config {
 /// Where the output takes no more.
 pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Result<()> {
     for section in Section::ALL {
-        let features: Vec<&FeatureResult> =
-            grading.features.iter().filter(|result| result.feature.section == section).collect();
-        if !features.is_empty() {
+        let groups: Vec<&[FeatureResult]> = grading.groups(section).collect();
+        if !groups.is_empty() {
             writeln!(out, "{BOLD}{}{BOLD:#}", title(section))?;
-            write_features(out, &features)?;
+            write_features(out, &groups, grading.hidden == Hidden::Run)?;
             writeln!(out)?;
         }
     }
@@ -56,7 +56,37 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Resu
         writeln!(out)?;
     }
     write_failures(out, grading, config)?;
+    write_hidden(out, grading)?;
     write_summary(out, grading)
+}
+
+/// Says which verdicts there are among hidden scenes, and nothing else of them.
+fn write_hidden(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let failed: Vec<&FeatureResult> = grading
+        .features
+        .iter()
+        .filter(|result| result.hidden.n_passed() < result.hidden.n_scenes())
+        .collect();
+    if failed.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "{BOLD}Hidden scenes that did not pass{BOLD:#}, by their verdicts")?;
+    let row = |result: &&FeatureResult| {
+        vec![
+            Cell::left(result.feature.group.clone()),
+            Cell::left(result.feature.integrator),
+            Cell::left(verdicts(&result.hidden)),
+        ]
+    };
+    table::write(out, &failed.iter().map(row).collect::<Vec<_>>())?;
+    writeln!(out)
+}
+
+/// The verdicts other than a pass, with their counts.
+pub(super) fn verdicts(tally: &Tally) -> String {
+    let others = tally.verdicts.iter().filter(|(name, _)| **name != Verdict::Pass.name());
+    let others = others.map(|(name, count)| format!("{count} {}", name.replace('-', " ")));
+    others.collect::<Vec<_>>().join(", ")
 }
 
 fn title(section: Section) -> &'static str {
@@ -74,28 +104,58 @@ pub(super) fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cel
     names.iter().enumerate().map(cell).collect()
 }
 
-fn write_features(out: &mut dyn Write, features: &[&FeatureResult]) -> io::Result<()> {
-    let names = ["group", "integrator", "scenes", "position", "velocity", "points", "verdict"];
-    let mut rows = vec![header(&names, 2..6)];
-    for result in features {
-        let largest = result.largest_residuals();
-        let nothing = || "-".to_owned();
-        let passed = result.n_passed();
-        rows.push(vec![
-            Cell::left(result.feature.group.clone()),
-            Cell::left(result.feature.integrator),
-            Cell::right(format!("{passed}/{}", result.scenes.len())),
-            Cell::right(largest.map_or_else(nothing, |(position, _)| residual(position))),
-            Cell::right(largest.map_or_else(nothing, |(_, velocity)| residual(velocity))),
-            Cell::right(format!("{}/{}", points(result.points_earned()), points(result.points))),
-            match result.n_faults() {
-                0 if passed == result.scenes.len() => good("pass"),
-                0 => bad("FAIL"),
-                _ => Cell::left("FAULT").styled(ODD),
-            },
-        ]);
+fn write_features(
+    out: &mut dyn Write,
+    groups: &[&[FeatureResult]],
+    hidden: bool,
+) -> io::Result<()> {
+    let names =
+        ["group", "integrator", "scenes", "hidden", "position", "velocity", "points", "verdict"];
+    let mut rows = vec![header(&names, 2..7)];
+    for group in groups {
+        for result in *group {
+            let largest = result.largest_residuals();
+            let nothing = || "-".to_owned();
+            rows.push(vec![
+                Cell::left(result.feature.group.clone()),
+                Cell::left(result.feature.integrator),
+                Cell::right(count(result.n_passed(), result.scenes.len())),
+                Cell::right(count(result.hidden.n_passed(), result.hidden.n_scenes())),
+                Cell::right(largest.map_or_else(nothing, |(position, _)| residual(position))),
+                Cell::right(largest.map_or_else(nothing, |(_, velocity)| residual(velocity))),
+                Cell::right(points::of(result.points_earned(), result.points)),
+                match result.has_faults() {
+                    false if result.is_pass() => good("pass"),
+                    // Or its points would not be understood.
+                    false if !result.partial && result.has_passes() => bad("FAIL (all or nothing)"),
+                    false => bad("FAIL"),
+                    true => Cell::left("FAULT").styled(ODD),
+                },
+            ]);
+        }
+        if group.len() > 1 {
+            let totals = Totals::of(*group);
+            let row = [
+                Cell::left(""),
+                Cell::left("together"),
+                Cell::right(count(totals.passed, totals.scenes)),
+                Cell::right(count(totals.hidden_passed, totals.hidden)),
+                Cell::right(""),
+                Cell::right(""),
+                Cell::right(points::of(totals.points_earned, totals.points)),
+            ];
+            rows.push(row.map(|cell| cell.styled(DIM)).into());
+        }
+    }
+    if !hidden {
+        rows.iter_mut().for_each(|row| drop(row.remove(3)));
     }
     table::write(out, &rows)
+}
+
+/// `2/3`, or `-` of nothing.
+fn count(passed: usize, all: usize) -> String {
+    if all == 0 { "-".to_owned() } else { format!("{passed}/{all}") }
 }
 
 fn good(text: &str) -> Cell {
@@ -108,11 +168,6 @@ fn bad(text: &str) -> Cell {
 
 fn residual(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
-}
-
-fn points(value: f64) -> String {
-    let text = format!("{value:.2}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn write_failures(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Result<()> {
@@ -243,17 +298,19 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let mut rows = Vec::new();
     for section in Section::ALL {
         let totals = grading.totals(section);
-        if totals.scenes > 0 {
+        if totals.scenes + totals.hidden > 0 {
             rows.push(vec![
                 Cell::left(title(section)),
                 Cell::right(format!("{}/{} scenes", totals.passed, totals.scenes)),
                 Cell::right(format!("{}/{} features", totals.features_passed, totals.features)),
-                Cell::right(format!(
-                    "{}/{} points",
-                    points(totals.points_earned),
-                    points(totals.points)
-                )),
+                Cell::right(format!("{} points", points::of(totals.points_earned, totals.points))),
             ]);
+            if totals.hidden > 0 {
+                rows.push(vec![
+                    Cell::left("  hidden"),
+                    Cell::right(format!("{}/{} scenes", totals.hidden_passed, totals.hidden)),
+                ]);
+            }
         }
     }
     if !grading.jacobians.is_empty() {
@@ -262,12 +319,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         rows.push(vec![Cell::left("Jacobians"), Cell::right(count)]);
     }
     if let Some(probing) = &grading.probing {
-        let count = |wanted: fn(probe::Verdict) -> bool| {
-            let findings = probing.parts.iter().flat_map(probe::PartReport::findings);
-            findings.filter(|(_, finding)| wanted(finding.verdict)).count()
-        };
-        let offered = count(|verdict| verdict != probe::Verdict::NotOffered);
-        let correct = count(|verdict| verdict == probe::Verdict::Correct);
+        let (correct, offered) = probing.counts();
         let text = format!("{correct}/{offered} findings");
         rows.push(vec![Cell::left("Jacobians"), Cell::right(text)]);
     }
@@ -281,8 +333,45 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     }
     let (style, text) = match grading.outcome() {
         Outcome::Passed => (GOOD, "All passed."),
+        Outcome::PassedShipped => (GOOD, "All shipped scenes passed."),
         Outcome::Failed => (BAD, "Something failed."),
         Outcome::GraderFault => (ODD, "Something could not be judged; it costs no points."),
     };
-    writeln!(out, "  {style}{text}{style:#}")
+    write_score(out, grading)?;
+    match grading.hidden {
+        Hidden::NotRun { scenes } => {
+            writeln!(out, "  {style}{text}{style:#} {ODD}{}{ODD:#}", not_run(scenes))
+        }
+        Hidden::None | Hidden::Run => writeln!(out, "  {style}{text}{style:#}"),
+    }
+}
+
+/// That hidden scenes were not run.
+pub(super) fn not_run(scenes: Option<usize>) -> String {
+    match scenes {
+        Some(1) => "1 hidden scene was not run.".to_owned(),
+        Some(count) => format!("{count} hidden scenes were not run."),
+        None => "Hidden scenes were not run.".to_owned(),
+    }
+}
+
+/// The points that there are, extra credit apart.
+fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let [required, extra] = Section::ALL.map(|section| grading.totals(section));
+    if required.features + extra.features == 0 {
+        return Ok(());
+    }
+    let score = points::earned(required.points_earned, required.points);
+    write!(out, "  {BOLD}Score {score} of {} points{BOLD:#}", points::shown(required.points))?;
+    if extra.features > 0 {
+        let earned = points::earned(extra.points_earned, extra.points);
+        let together = required.points_earned + extra.points_earned;
+        let together = points::earned(together, required.points + extra.points);
+        write!(
+            out,
+            ", and {earned} of {} for extra credit: {together} together",
+            points::shown(extra.points)
+        )?;
+    }
+    writeln!(out)
 }

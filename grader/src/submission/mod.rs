@@ -4,7 +4,7 @@ pub mod folder;
 pub mod program;
 
 mod builtin;
-mod printed;
+pub(crate) mod printed;
 mod traces;
 
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use simulator::solver::linear::LinearSolver;
 use simulator::trace::{Shape, State, TraceError, TraceReader};
 
 use crate::suite::Case;
-use crate::verdict::{Failure, Verdict};
+use crate::verdict::{Failure, Fault, Verdict};
 use program::{Program, SceneSource};
 
 /// A submission.
@@ -32,6 +32,13 @@ pub enum Submission {
         /// How.
         failure: Failure,
     },
+    /// Something that could not be graded, through no fault of its own.
+    NotGraded {
+        /// What reports call it.
+        name: String,
+        /// Why.
+        detail: String,
+    },
 }
 
 impl Submission {
@@ -41,7 +48,7 @@ impl Submission {
             Self::BuiltIn(_) => "built-in simulator".to_owned(),
             Self::Traces(folder) => folder.display().to_string(),
             Self::Program(program) => program.name().to_owned(),
-            Self::Unusable { name, .. } => name.clone(),
+            Self::Unusable { name, .. } | Self::NotGraded { name, .. } => name.clone(),
         }
     }
 
@@ -54,6 +61,9 @@ impl Submission {
             Self::BuiltIn(solver) => Ok(builtin::start(&case.scene, *solver)),
             Self::Traces(folder) => traces::open(folder, case).map_err(Verdict::Fail),
             Self::Unusable { failure, .. } => Err(Verdict::Fail(failure.clone())),
+            Self::NotGraded { detail, .. } => {
+                Err(Verdict::GraderFault(Fault::NotRun { detail: detail.clone() }))
+            }
             Self::Program(program) => {
                 let shape = Shape::of(&case.scene);
                 Ok(Box::new(program.run(SceneSource::Case(case), shape)?))

@@ -28,6 +28,12 @@ pub(super) struct Cli {
 
 #[derive(Subcommand)]
 pub(super) enum Command {
+    /// Grade every submission of a folder, each alone: a report of each, and a table of all
+    #[command(
+        after_help = "Exit codes: 0 all graded, whatever their verdicts; 2 bad usage or input; 3 something could \
+                      not be judged."
+    )]
+    Class(ClassArgs),
     /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive; ours, or a program's
     Jacobians(JacobianArgs),
     /// Write a working skeleton of a submission, which documents the protocol
@@ -71,9 +77,57 @@ pub(super) struct GradeArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub(super) judge: JudgeArgs,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
+}
+
+/// How a submission is graded, alone or in a class.
+#[derive(Args)]
+pub(super) struct JudgeArgs {
+    /// Hidden scenes, which count and of which nothing else is told: a folder that holds assets/ or
+    /// extracreditassets/, and expected/ [default: as the rubric says]
+    #[arg(long, value_name = "DIR")]
+    pub(super) hidden: Option<PathBuf>,
+
+    /// Check no Jacobians, neither ours nor a program's
+    #[arg(long)]
+    pub(super) no_jacobians: bool,
+
     /// The most scenes whose failure is told in detail (text only)
     #[arg(long, value_name = "N", default_value_t = 20)]
     pub(super) details: usize,
+
+    /// Show no progress line; where the standard error is no terminal, and under CI, there is none anyway
+    #[arg(long)]
+    pub(super) no_progress: bool,
+}
+
+#[derive(Args)]
+pub(super) struct ClassArgs {
+    /// The submissions: programs, folders with submission.toml, folders of traces
+    #[arg(value_name = "DIR")]
+    pub(super) folder: PathBuf,
+
+    /// Folder for the reports (reports/NAME.txt, …), summary.txt and summary.csv; it is made where it is missing
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+
+    /// Formats of the reports
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Format::Text, Format::Json])]
+    pub(super) format: Vec<Format>,
+
+    /// Keep what an earlier run left in the output folder, where submission, suite and grader are the same
+    #[arg(long)]
+    pub(super) resume: bool,
+
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+
+    #[command(flatten)]
+    pub(super) judge: JudgeArgs,
 
     #[command(flatten)]
     pub(super) suite: SuiteArgs,
@@ -198,7 +252,7 @@ pub(super) enum OracleCommand {
     },
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub(super) enum Format {
     /// For people
     Text,

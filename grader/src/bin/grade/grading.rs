@@ -2,59 +2,114 @@
 
 use std::io::{self, Write};
 
+use grader::events::{Event, Observer, Task};
 use grader::grading::{self, Grading, Outcome};
 use grader::jacobian::{self, JacobianReport};
+use grader::oracle::Oracle;
 use grader::probe;
 use grader::report;
+use grader::sandbox::Protection;
 use grader::submission::Submission;
-use grader::suite::Case;
+use grader::suite::{Case, Suite};
 
 use crate::args::{Format, GradeArgs};
 use crate::inputs::{Inputs, open_oracle};
 use crate::output::put;
+use crate::progress::Progress;
 use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_submission;
 
 pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
-    let Inputs { mut suite, expected, rubric } = args.suite.read()?;
+    let mut inputs = args.suite.read_with(args.judge.hidden.as_deref())?;
     if let Some(text) = &args.only {
-        let total = suite.cases.len();
-        let integrator = simulator::vocabulary().integrator(text).map(|schema| schema.name);
-        let is_wanted =
-            |case: &Case| case.id.contains(text) || integrator == Some(case.feature.integrator);
-        suite.cases.retain(is_wanted);
-        if suite.cases.is_empty() {
-            let message = format!(
-                "no scene's name contains {text:?}, and no scene's integrator is called so"
-            );
-            return Err(Stop::bad_input(message));
-        }
-        complain("note", format!("{} of {total} scenes are graded", suite.cases.len()));
+        select(&mut inputs.suite, text)?;
     }
-    let oracle = open_oracle(&expected)?;
-    let (submission, protection) = open_submission(args, &rubric, &expected)?;
-    let jacobians = match submission {
-        Submission::BuiltIn(_) => jacobian::check_all(jacobian::Config::default()),
-        _ => JacobianReport::default(),
-    };
-    let mut grading = grading::grade(&suite, &submission, &oracle, &rubric, jacobians);
-    grading.protection = protection;
+    let oracle = open_oracle(&inputs.expected)?;
+    let progress = Progress::new(!args.judge.no_progress);
+    progress.notice(Event::Task(Task::Opening));
+    let (submission, protection) = open_submission(args, &inputs)?;
     // Whoever picks scenes wants to see those, and soon.
-    if let (Submission::Program(program), None) = (&submission, &args.only) {
-        grading.probing = Some(probe::probe(program, |_| true));
-    }
+    let what = What {
+        jacobians: !args.judge.no_jacobians,
+        probe: !args.judge.no_jacobians && args.only.is_none(),
+        hidden: args.only.is_none(),
+    };
+    let grading = grade_one(&inputs, &oracle, &submission, protection, what, &progress);
+    drop(progress);
     deliver(args, &grading)?;
     Ok(match grading.outcome() {
-        Outcome::Passed => Exit::Passed,
+        // Whoever has no hidden scenes cannot do better.
+        Outcome::Passed | Outcome::PassedShipped => Exit::Passed,
         Outcome::Failed => Exit::Failed,
         Outcome::GraderFault => Exit::GraderFault,
     })
 }
 
+/// Leaves the scenes whose name or integrator was asked for.
+fn select(suite: &mut Suite, text: &str) -> Result<(), Stop> {
+    let total = suite.cases.len();
+    let integrator = simulator::vocabulary().integrator(text).map(|schema| schema.name);
+    let is_wanted =
+        |case: &Case| case.id.contains(text) || integrator == Some(case.feature.integrator);
+    suite.cases.retain(is_wanted);
+    if suite.cases.is_empty() {
+        let message =
+            format!("no scene's name contains {text:?}, and no scene's integrator is called so");
+        return Err(Stop::bad_input(message));
+    }
+    complain("note", format!("{} of {total} scenes are graded", suite.cases.len()));
+    Ok(())
+}
+
+/// What is done beside the shipped scenes.
+#[derive(Clone, Copy)]
+pub(super) struct What {
+    /// The built-in simulator's Jacobians are checked.
+    pub(super) jacobians: bool,
+    /// A program's forces and Jacobians are measured.
+    pub(super) probe: bool,
+    /// Hidden scenes are run.
+    pub(super) hidden: bool,
+}
+
+/// Grades one submission.
+pub(super) fn grade_one(
+    inputs: &Inputs,
+    oracle: &Oracle,
+    submission: &Submission,
+    protection: Option<Vec<Protection>>,
+    what: What,
+    observer: &dyn Observer,
+) -> Grading {
+    let jacobians = match submission {
+        Submission::BuiltIn(_) if what.jacobians => {
+            observer.notice(Event::Task(Task::Jacobians));
+            jacobian::check_all(jacobian::Config::default())
+        }
+        _ => JacobianReport::default(),
+    };
+    let Inputs { suite, rubric, .. } = inputs;
+    let mut grading =
+        grading::grade_observed(suite, submission, oracle, rubric, jacobians, observer);
+    grading.protection = protection;
+    if let (Submission::Program(program), true) = (submission, what.probe) {
+        observer.notice(Event::Task(Task::Probe));
+        grading.probing = Some(probe::probe(program, |_| true));
+    }
+    match (&inputs.hidden, submission) {
+        // Nobody can have made traces of scenes that are hidden.
+        (Some(_), Submission::Traces(_)) | (None, _) => grading.hidden = inputs.hidden_not_run(),
+        (Some(_), _) if !what.hidden => grading.hidden = inputs.hidden_not_run(),
+        // Last of all: see `grader::hidden`.
+        (Some((hidden, _)), _) => hidden.grade(submission, rubric, &mut grading, observer),
+    }
+    grading
+}
+
 /// Writes the report where it is wanted.
 pub(super) fn deliver(args: &GradeArgs, grading: &Grading) -> Result<(), Stop> {
     let bytes = render(grading, args.format, |out| {
-        report::text::write(out, grading, report::text::Config { details: args.details })
+        report::text::write(out, grading, report::text::Config { details: args.judge.details })
     })?;
     put(&bytes, args.output.as_deref())
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use grader::hidden::{Hidden, HiddenSuite};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Section, Suite};
@@ -15,10 +16,37 @@ pub(super) struct Inputs {
     pub(super) suite: Suite,
     pub(super) expected: PathBuf,
     pub(super) rubric: Rubric,
+    /// The rubric's file, where there is one.
+    pub(super) rubric_path: Option<PathBuf>,
+    /// The hidden scenes that are at hand, and their folder.
+    pub(super) hidden: Option<(HiddenSuite, PathBuf)>,
+}
+
+impl Inputs {
+    /// That hidden scenes are not run, where there are any.
+    pub(super) fn hidden_not_run(&self) -> Hidden {
+        match (&self.hidden, self.rubric.hidden()) {
+            (Some((hidden, _)), _) => Hidden::NotRun { scenes: Some(hidden.n_scenes()) },
+            (None, Some(rule)) => Hidden::NotRun { scenes: rule.scenes.map(Into::into) },
+            (None, None) => Hidden::None,
+        }
+    }
+
+    /// The folders that no submission may read.
+    pub(super) fn secrets(&self) -> Vec<PathBuf> {
+        let hidden = self.hidden.iter().map(|(_, folder)| folder);
+        [&self.expected].into_iter().chain(hidden).cloned().collect()
+    }
 }
 
 impl SuiteArgs {
+    /// Everything, with hidden scenes only where the rubric says where they are.
     pub(super) fn read(&self) -> Result<Inputs, Stop> {
+        self.read_with(None)
+    }
+
+    /// Everything, with the hidden scenes of this folder.
+    pub(super) fn read_with(&self, hidden: Option<&Path>) -> Result<Inputs, Stop> {
         if let Some(threads) = self.threads {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
             pool.build_global().map_err(Stop::fault)?;
@@ -34,17 +62,18 @@ impl SuiteArgs {
         let beside = assets.join("rubric.toml");
         let rubric_path = self.rubric.clone().or_else(|| beside.is_file().then_some(beside));
         let rubric = match &rubric_path {
-            Some(path) => {
-                let rubric = Rubric::load(path).map_err(Stop::bad_input)?;
-                rubric.check(&suite, path).map_err(Stop::bad_input)?;
-                rubric
-            }
+            Some(path) => Rubric::load(path).map_err(Stop::bad_input)?,
             None => Rubric::default(),
         };
-        Ok(Inputs { suite, expected, rubric })
+        let hidden = read_hidden(hidden, &suite, &rubric, &options)?;
+        if let Some(path) = &rubric_path {
+            let hidden = hidden.as_ref().map(|(hidden, _)| hidden);
+            rubric.check(&suite, hidden, path).map_err(Stop::bad_input)?;
+        }
+        Ok(Inputs { suite, expected, rubric, rubric_path, hidden })
     }
 
-    pub(super) fn folders(&self) -> Result<Folders, Stop> {
+    fn folders(&self) -> Result<Folders, Stop> {
         for folder in [&self.root, &self.assets, &self.extra_credit].into_iter().flatten() {
             if !folder.is_dir() {
                 return Err(Stop::bad_input(format!(
@@ -73,6 +102,37 @@ pub(super) struct Folders {
     pub(super) assets: PathBuf,
     pub(super) extra_credit: Option<PathBuf>,
     pub(super) expected: PathBuf,
+}
+
+/// The hidden scenes of the folder that is named, or else of that of the rubric, where it is there.
+fn read_hidden(
+    named: Option<&Path>,
+    shipped: &Suite,
+    rubric: &Rubric,
+    options: &ParseOptions,
+) -> Result<Option<(HiddenSuite, PathBuf)>, Stop> {
+    let rule = rubric.hidden();
+    let of_rubric = rule.and_then(|rule| rule.folder.as_deref()).filter(|folder| folder.is_dir());
+    let Some(folder) = named.or(of_rubric) else { return Ok(None) };
+    let hidden = HiddenSuite::load(folder, shipped, options).map_err(Stop::bad_input)?;
+    let (found, promised) = (hidden.n_scenes(), rule.and_then(|rule| rule.scenes));
+    if let Some(promised) = promised.filter(|promised| promised.get() != found) {
+        return Err(Stop::bad_input(format!(
+            "{}: there are {found} hidden scenes, and the rubric says {promised}",
+            folder.display()
+        )));
+    }
+    if hidden.n_warnings() > 0 {
+        complain(
+            "warning",
+            format!(
+                "{0}: {1} remarks on hidden scenes; `grade oracle verify --root {0}` shows them",
+                folder.display(),
+                hidden.n_warnings()
+            ),
+        );
+    }
+    Ok(Some((hidden, folder.to_path_buf())))
 }
 
 /// The nearest folder, here or above, that holds assets/; as a short relative path where it is here.

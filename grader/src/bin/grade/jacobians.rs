@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 
 use grader::grading::Grading;
+use grader::hidden::Hidden;
 use grader::jacobian::{self, JacobianReport};
 use grader::probe;
 use grader::report;
@@ -36,6 +37,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         protection: None,
         repetition: None,
         probing: None,
+        hidden: Hidden::None,
     };
     let bytes = render(&grading, args.format, |out| {
         let config = report::jacobians::text::Config { details: args.details };
@@ -67,7 +69,7 @@ pub(super) fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop
 pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, Stop> {
     // There need not be a suite, nor a rubric of it.
     let rubric = Rubric::default();
-    let program = match open_program(path, &args.run, &rubric, None)? {
+    let program = match open_program(path, &args.run, &rubric, &[])? {
         (Submission::Program(program), _) => program,
         (Submission::Unusable { name, failure }, _) => {
             return Err(Stop::bad_input(format!("{name}: {failure}")));

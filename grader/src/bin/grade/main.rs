@@ -10,12 +10,14 @@ mod args;
 mod inputs;
 mod submission;
 
+mod class;
 mod grading;
 mod init;
 mod jacobians;
 mod oracle;
 
 mod output;
+mod progress;
 mod stop;
 
 use args::{Cli, Command, OracleCommand};
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<Exit, Stop> {
     match &cli.command {
         None => grading::grade(&cli.grade),
+        Some(Command::Class(args)) => class::grade(args),
         Some(Command::Jacobians(args)) => jacobians::check(args),
         Some(Command::Init { language, folder }) => init::init(language, folder),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {

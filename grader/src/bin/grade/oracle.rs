@@ -11,7 +11,7 @@ use crate::output::print;
 use crate::stop::{Exit, Stop, complain};
 
 pub(super) fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {
-    let Inputs { suite, expected, rubric } = args.read()?;
+    let Inputs { suite, expected, rubric, .. } = args.read()?;
     let regeneration =
         oracle::regenerate(&suite, &expected, &rubric, accept).map_err(Stop::bad_input)?;
     print(describe(&regeneration, &expected).as_bytes());

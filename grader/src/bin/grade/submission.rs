@@ -7,9 +7,11 @@ use grader::sandbox::{self, Protection, Sandbox};
 use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};
 use grader::submission::program::{Identified, Program, Runner};
+use grader::verdict::Failure;
 use simulator::solver::linear::LinearSolver;
 
 use crate::args::{GradeArgs, RunArgs};
+use crate::inputs::Inputs;
 use crate::stop::{Stop, complain};
 
 impl RunArgs {
@@ -41,8 +43,7 @@ impl RunArgs {
 /// What is graded, and the protection under which it is run, where it is a program.
 pub(super) fn open_submission(
     args: &GradeArgs,
-    rubric: &Rubric,
-    expected: &Path,
+    inputs: &Inputs,
 ) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
     if let Some(folder) = &args.traces {
         return match folder.is_dir() {
@@ -56,17 +57,18 @@ pub(super) fn open_submission(
     if path.is_dir() && !folder::is_submission(path) {
         return Ok((Submission::Traces(path.clone()), None));
     }
-    let (submission, protections) = open_program(path, &args.run, rubric, Some(expected))?;
+    let (submission, protections) =
+        open_program(path, &args.run, &inputs.rubric, &inputs.secrets())?;
     Ok((submission, Some(protections)))
 }
 
 /// The program of a file or of a folder with a manifest, and the protection under which it is run. It must not
-/// be able to read `secret`.
+/// be able to read these secrets.
 pub(super) fn open_program(
     path: &Path,
     run: &RunArgs,
     rubric: &Rubric,
-    secret: Option<&Path>,
+    secrets: &[PathBuf],
 ) -> Result<(Submission, Vec<Protection>), Stop> {
     if !path.exists() {
         let path = path.display();
@@ -79,16 +81,8 @@ pub(super) fn open_program(
     let (runner, protections) = run.runner(rubric)?;
     let mut readable = runner.readable.clone();
     readable.extend(std::fs::canonicalize(path));
-    let secret = secret.and_then(|secret| std::fs::canonicalize(secret).ok());
-    if let (false, Some(secret)) = (run.unprotected, secret)
-        && let Some(folder) = sandbox::revealed_by(&secret, &readable)
-    {
-        return Err(Stop::bad_input(format!(
-            "{}: the submission may read {}, and so the oracle\n  help: keep them apart, or name the \
-             oracle's folder with --expected",
-            secret.display(),
-            folder.display(),
-        )));
+    if !run.unprotected {
+        keep(secrets, &readable)?;
     }
     let submission = if path.is_dir() {
         match folder::open(path, runner, rubric.build_limits()) {
@@ -105,4 +99,47 @@ pub(super) fn open_program(
         }
     };
     Ok((submission, protections))
+}
+
+/// Sees to it that no submission can read a secret, where it may read the system's folders and these.
+pub(super) fn keep(secrets: &[PathBuf], readable: &[PathBuf]) -> Result<(), Stop> {
+    for secret in secrets.iter().filter_map(|secret| std::fs::canonicalize(secret).ok()) {
+        if let Some(folder) = sandbox::revealed_by(&secret, readable) {
+            return Err(Stop::bad_input(format!(
+                "{}: the submission may read {}, and so the oracle\n  help: keep them apart, or name the \
+                 oracle's folder with --expected",
+                secret.display(),
+                folder.display(),
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The submission of a class at `path`. What is wrong with it is its verdict, and stops nothing.
+pub(super) fn open_entry(path: &Path, runner: Runner, rubric: &Rubric) -> Submission {
+    let name = path.display().to_string();
+    if path.is_dir() && !folder::is_submission(path) {
+        return Submission::Traces(path.to_path_buf());
+    }
+    let fault = |name: String, error: &dyn std::error::Error| Submission::NotGraded {
+        name,
+        detail: error.to_string(),
+    };
+    if path.is_dir() {
+        return match folder::open(path, runner, rubric.build_limits()) {
+            Ok(Built::Program(program)) => Submission::Program(program),
+            Ok(Built::Failed { name, failure }) => Submission::Unusable { name, failure },
+            Err(error @ (FolderError::Unreadable { .. } | FolderError::Invalid { .. })) => {
+                let detail = format!("there is no program to run: {error}");
+                Submission::Unusable { name, failure: Failure::NoOutput { detail } }
+            }
+            Err(error) => fault(name, &error),
+        };
+    }
+    match Program::identify(path, runner) {
+        Ok(Identified::Program(program)) => Submission::Program(program),
+        Ok(Identified::Unusable { name, failure }) => Submission::Unusable { name, failure },
+        Err(error) => fault(name, &error),
+    }
 }

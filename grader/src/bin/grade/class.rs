@@ -1,0 +1,228 @@
+//! `grade class`: every submission of a folder, each alone, one after the other.
+//!
+//! The scenes of one run in parallel. Two submissions never do: each has the machine to itself, memory is that of
+//! one, and neither can tell what the other does.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use grader::class::Row;
+use grader::class::entry::{self, Entry};
+use grader::class::fingerprint::Fingerprint;
+use grader::class::record::Record;
+use grader::events::{Event, Observer, Task};
+use grader::grading::{Grading, panic_message};
+use grader::oracle::Oracle;
+use grader::report;
+use grader::sandbox::Protection;
+use grader::submission::Submission;
+use grader::submission::program::Runner;
+use grader::suite::hash_file;
+
+use crate::args::{ClassArgs, Format};
+use crate::grading::{What, grade_one, render};
+use crate::inputs::{Inputs, open_oracle};
+use crate::output::{print, write_file};
+use crate::progress::Progress;
+use crate::stop::{Exit, Stop};
+use crate::submission::{keep, open_entry};
+
+/// Everything that is the same for all submissions.
+struct Class<'a> {
+    args: &'a ClassArgs,
+    inputs: Inputs,
+    oracle: Oracle,
+    runner: Runner,
+    protections: Vec<Protection>,
+    /// Of all but the submission.
+    fingerprint: Fingerprint,
+    reports: PathBuf,
+    records: PathBuf,
+    progress: Progress,
+}
+
+pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
+    let unreadable = |error| Stop::bad_input(format!("{}: {error}", args.folder.display()));
+    let (entries, passed_over) = entry::list(&args.folder).map_err(unreadable)?;
+    if entries.is_empty() {
+        return Err(Stop::bad_input(format!(
+            "{}: there are no submissions\n  help: it holds programs, folders with submission.toml, or folders of \
+             traces",
+            args.folder.display()
+        )));
+    }
+    let class = Class::open(args)?;
+    let total = entries.len();
+    let mut rows = Vec::with_capacity(total);
+    for (entry, number) in entries.iter().zip(1..) {
+        class.progress.notice(Event::Submission { name: &entry.name, number, total });
+        rows.push(class.row(entry)?);
+    }
+    let output = args.output.clone();
+    drop(class);
+    let csv = report::class::csv(&rows).map_err(Stop::fault)?;
+    save(&output.join("summary.csv"), &csv)?;
+    let mut text = Vec::new();
+    report::class::write(&mut text, &rows, &passed_over).map_err(Stop::fault)?;
+    save(&output.join("summary.txt"), &text)?;
+    print(&text);
+    Ok(if rows.iter().any(Row::is_fault) { Exit::GraderFault } else { Exit::Passed })
+}
+
+impl<'a> Class<'a> {
+    fn open(args: &'a ClassArgs) -> Result<Self, Stop> {
+        let inputs = args.suite.read_with(args.judge.hidden.as_deref())?;
+        let oracle = open_oracle(&inputs.expected)?;
+        let [reports, records] = ["reports", "resume"].map(|name| args.output.join(name));
+        for folder in [&reports, &records] {
+            let unwritable = |error| Stop::bad_input(format!("{}: {error}", folder.display()));
+            fs::create_dir_all(folder).map_err(unwritable)?;
+        }
+        keep_apart(args, &inputs)?;
+        let (runner, protections) = args.run.runner(&inputs.rubric)?;
+        let fingerprint = fingerprint(args, &inputs, &oracle, &runner).map_err(Stop::fault)?;
+        let progress = Progress::new(!args.judge.no_progress);
+        Ok(Self {
+            args,
+            inputs,
+            oracle,
+            runner,
+            protections,
+            fingerprint,
+            reports,
+            records,
+            progress,
+        })
+    }
+
+    /// The row of a submission, which is graded unless that was done; its reports are written before.
+    fn row(&self, entry: &Entry) -> Result<Row, Stop> {
+        let mut fingerprint = self.fingerprint.clone();
+        // What cannot be read is graded each time anew.
+        let fingerprint = fingerprint.submission(&entry.path).map(|()| fingerprint.finish()).ok();
+        let stem = entry.report();
+        let record_path = self.records.join(format!("{stem}.json"));
+        if let (Some(fingerprint), true) = (&fingerprint, self.args.resume)
+            && let Some(record) = Record::read(&record_path, fingerprint, &self.reports)
+        {
+            return Ok(record.row);
+        }
+        let grading = self.grading(entry);
+        let mut reports = BTreeMap::new();
+        for format in &self.args.format {
+            let file = format!("{stem}.{}", extension(*format));
+            let bytes = render(&grading, *format, |out| {
+                let config = report::text::Config { details: self.args.judge.details };
+                report::text::write(out, &grading, config)
+            })?;
+            let path = self.reports.join(&file);
+            save(&path, &bytes)?;
+            reports.insert(file, hash_file(&path).map_err(Stop::fault)?);
+        }
+        let row = Row::of(&grading);
+        if let Some(fingerprint) = fingerprint {
+            let record = Record { fingerprint, row: row.clone(), reports };
+            save(&record_path, record.render().map_err(Stop::fault)?.as_bytes())?;
+        }
+        Ok(row)
+    }
+
+    /// A submission, graded. Whatever breaks is a fault of this one.
+    fn grading(&self, entry: &Entry) -> Grading {
+        let graded = catch_unwind(AssertUnwindSafe(|| {
+            self.progress.notice(Event::Task(Task::Opening));
+            self.grade(&open_entry(&entry.path, self.runner.clone(), &self.inputs.rubric))
+        }));
+        let mut grading = graded.unwrap_or_else(|panic| {
+            let detail = format!("the grader broke off: {}", panic_message(panic.as_ref()));
+            self.grade(&Submission::NotGraded { name: entry.name.clone(), detail })
+        });
+        // Names that submissions give themselves need not be theirs alone.
+        grading.submission.clone_from(&entry.name);
+        grading
+    }
+
+    fn grade(&self, submission: &Submission) -> Grading {
+        let is_run = matches!(submission, Submission::Program(_) | Submission::Unusable { .. });
+        let protection = is_run.then(|| self.protections.clone());
+        let measured = !self.args.judge.no_jacobians;
+        let what = What { jacobians: measured, probe: measured, hidden: true };
+        grade_one(&self.inputs, &self.oracle, submission, protection, what, &self.progress)
+    }
+}
+
+/// No submission may read the oracle, the hidden scenes, the reports, or another submission.
+fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
+    let real = |path: &Path| {
+        fs::canonicalize(path)
+            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+    };
+    let folder = real(&args.folder)?;
+    let mut secrets = inputs.secrets();
+    secrets.push(args.output.clone());
+    for secret in &secrets {
+        if real(secret)?.starts_with(&folder) {
+            return Err(Stop::bad_input(format!(
+                "{}: it is among the submissions\n  help: keep it apart from {}",
+                secret.display(),
+                args.folder.display()
+            )));
+        }
+    }
+    if args.run.unprotected {
+        return Ok(());
+    }
+    secrets.push(args.folder.clone());
+    let readable =
+        args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
+    keep(&secrets, &readable)
+}
+
+/// What every report of this run comes of, but for the submission.
+fn fingerprint(
+    args: &ClassArgs,
+    inputs: &Inputs,
+    oracle: &Oracle,
+    runner: &Runner,
+) -> std::io::Result<Fingerprint> {
+    let mut fingerprint = Fingerprint::of_grader()?;
+    let mut formats = args.format.clone();
+    formats.sort_unstable();
+    for format in formats {
+        fingerprint.part(extension(format).as_bytes());
+    }
+    let how = format!(
+        "{:?} {:?} {} {} {} {}",
+        runner.limits,
+        runner.readable,
+        args.folder.display(),
+        args.run.unprotected,
+        args.judge.no_jacobians,
+        args.judge.details
+    );
+    fingerprint.part(how.as_bytes());
+    match &inputs.rubric_path {
+        Some(path) => fingerprint.file(path)?,
+        None => fingerprint.part(b""),
+    }
+    fingerprint.suite(&inputs.suite, oracle);
+    match &inputs.hidden {
+        Some((hidden, _)) => fingerprint.hidden(hidden),
+        None => fingerprint.part(b""),
+    }
+    Ok(fingerprint)
+}
+
+fn extension(format: Format) -> &'static str {
+    match format {
+        Format::Text => "txt",
+        Format::Json => "json",
+        Format::Junit => "xml",
+    }
+}
+
+fn save(path: &Path, bytes: &[u8]) -> Result<(), Stop> {
+    write_file(path, bytes).map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+}

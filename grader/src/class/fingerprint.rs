@@ -1,0 +1,149 @@
+//! What a report came of, as one number: where it is the same, so is the report.
+//!
+//! ```text
+//! SHA-256 ( the grader · how programs are run · rubric · scenes · traces ) + SHA-256 ( the submission's files )
+//! ```
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use super::entry::is_executable;
+use crate::hidden::HiddenSuite;
+use crate::oracle::Oracle;
+use crate::suite::{Case, Suite, hash_file, hexadecimal};
+
+/// A hash being made of parts, each with its length before it, so that no two lists of parts are the same.
+#[derive(Debug, Clone)]
+pub struct Fingerprint(Sha256);
+
+impl Fingerprint {
+    /// Of this program.
+    ///
+    /// # Errors
+    /// Where its own file cannot be read.
+    pub fn of_grader() -> io::Result<Self> {
+        let mut own = Self(Sha256::new());
+        own.part(env!("CARGO_PKG_VERSION").as_bytes());
+        own.part(hash_file(&std::env::current_exe()?)?.as_bytes());
+        Ok(own)
+    }
+
+    /// Adds a part.
+    pub fn part(&mut self, bytes: &[u8]) {
+        self.0.update((bytes.len() as u64).to_le_bytes());
+        self.0.update(bytes);
+    }
+
+    /// Adds the content of a file.
+    ///
+    /// # Errors
+    /// Where it cannot be read.
+    pub fn file(&mut self, path: &Path) -> io::Result<()> {
+        // By its own hash: the length of what is read is not known before.
+        self.part(hash_file(path)?.as_bytes());
+        Ok(())
+    }
+
+    /// Adds the scenes and their traces; a trace that is missing or in doubt is a part as well.
+    pub fn suite(&mut self, suite: &Suite, oracle: &Oracle) {
+        self.cases(&suite.cases, oracle);
+    }
+
+    /// Adds the hidden scenes and their traces.
+    pub fn hidden(&mut self, hidden: &HiddenSuite) {
+        self.cases(hidden.cases(), hidden.oracle());
+    }
+
+    fn cases(&mut self, cases: &[Case], oracle: &Oracle) {
+        self.part(&(cases.len() as u64).to_le_bytes());
+        for case in cases {
+            self.part(case.feature.section.name().as_bytes());
+            self.part(case.feature.group.as_bytes());
+            self.part(case.id.as_bytes());
+            self.part(case.scene_hash.as_bytes());
+            let trace = oracle.find(case).and_then(|(path, _)| {
+                oracle.check(case, &path)?;
+                Ok(hash_file(&path).unwrap_or_default())
+            });
+            self.part(trace.unwrap_or_else(|fault| fault.to_string()).as_bytes());
+        }
+    }
+
+    /// Adds a submission: a file, or every file below a folder, in the order of their names. Links are what they say,
+    /// and not what they lead to.
+    ///
+    /// # Errors
+    /// Where something of it cannot be read.
+    pub fn submission(&mut self, path: &Path) -> io::Result<()> {
+        let metadata = fs::symlink_metadata(path)?;
+        let kind = metadata.file_type();
+        if kind.is_symlink() {
+            self.part(b"link");
+            self.part(fs::read_link(path)?.as_os_str().as_encoded_bytes());
+        } else if kind.is_dir() {
+            let names = fs::read_dir(path)?.map(|entry| Ok(entry?.file_name()));
+            let mut names = names.collect::<io::Result<Vec<_>>>()?;
+            names.sort();
+            self.part(b"folder");
+            self.part(&(names.len() as u64).to_le_bytes());
+            for name in names {
+                self.part(name.as_encoded_bytes());
+                self.submission(&path.join(name))?;
+            }
+        } else if kind.is_file() {
+            self.part(if is_executable(&metadata) { b"program" } else { b"file" });
+            self.file(path)?;
+        } else {
+            // It may have no end.
+            self.part(b"other");
+        }
+        Ok(())
+    }
+
+    /// In hexadecimal.
+    pub fn finish(self) -> String {
+        hexadecimal(&self.0.finalize())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_and_name_of_a_submission_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let of = || {
+            let mut fingerprint = Fingerprint(Sha256::new());
+            fingerprint.submission(path).unwrap();
+            fingerprint.finish()
+        };
+        let mut seen = vec![of()];
+        let mut changed = |what: &str| {
+            let now = of();
+            assert_eq!(now, of());
+            assert!(!seen.contains(&now), "{what}");
+            seen.push(now);
+        };
+        fs::write(path.join("a"), "bc").unwrap();
+        changed("a file");
+        fs::write(path.join("a"), "bd").unwrap();
+        changed("a byte");
+        fs::rename(path.join("a"), path.join("b")).unwrap();
+        changed("a name");
+        fs::create_dir(path.join("c")).unwrap();
+        changed("a folder");
+        fs::rename(path.join("b"), path.join("c/b")).unwrap();
+        changed("a place");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            fs::set_permissions(path.join("c/b"), fs::Permissions::from_mode(0o755)).unwrap();
+            changed("a permission");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! A class: a folder of submissions, of each a report and a row.
+//!
+//! ```text
+//! DIR ─> entries, by name ─> each alone: Submission -> Grading ─> reports ─> record ─> row ─> summary
+//!          entry.rs                                                            ^
+//!                                                fingerprint.rs: what it came of; as before? then as recorded
+//! ```
+//!
+//! A row depends on its submission, the suite and the grader, and on no other submission.
+
+pub mod entry;
+pub mod fingerprint;
+pub mod record;
+
+use serde::{Deserialize, Serialize};
+
+use crate::grading::{Grading, Outcome, SceneResult};
+use crate::hidden::Hidden;
+use crate::probe::Probing;
+use crate::report::points;
+use crate::suite::Section;
+use crate::verdict::Verdict;
+
+/// What became of one submission. Points are text, as in its report: to the same hundredths, however often they are
+/// stored and read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Row {
+    /// What the submission's file or folder is called.
+    pub name: String,
+    /// "passed", "passed-shipped", "failed" or "grader-fault"; the verdict's name where every scene has the same.
+    pub verdict: String,
+    /// Required points, and how many there are.
+    pub required: (String, String),
+    /// Extra-credit points, and how many there are.
+    pub extra_credit: (String, String),
+    /// Points of both.
+    pub points: String,
+    /// Scenes that passed, and how many there are, without hidden ones.
+    pub scenes: (usize, usize),
+    /// The same of hidden ones; `None` where there are none, or they were not run.
+    pub hidden: Option<(usize, usize)>,
+    /// Findings about its forces and Jacobians that are correct, and how many it offers; `None` where they were not
+    /// measured.
+    pub jacobians: Option<(usize, usize)>,
+}
+
+impl Row {
+    /// The row of a grading.
+    pub fn of(grading: &Grading) -> Self {
+        let [required, extra] = Section::ALL.map(|section| grading.totals(section));
+        let both = [required, extra];
+        let sum = |of: fn(&crate::grading::Totals) -> usize| both.iter().map(of).sum::<usize>();
+        let shown = |totals: crate::grading::Totals| {
+            (points::earned(totals.points_earned, totals.points), points::shown(totals.points))
+        };
+        Self {
+            name: grading.submission.clone(),
+            verdict: verdict(grading),
+            required: shown(required),
+            extra_credit: shown(extra),
+            points: points::earned(
+                required.points_earned + extra.points_earned,
+                required.points + extra.points,
+            ),
+            scenes: (sum(|totals| totals.passed), sum(|totals| totals.scenes)),
+            hidden: (grading.hidden == Hidden::Run)
+                .then(|| (sum(|totals| totals.hidden_passed), sum(|totals| totals.hidden))),
+            jacobians: grading.probing.as_ref().map(Probing::counts),
+        }
+    }
+
+    /// Whether something could not be judged.
+    pub fn is_fault(&self) -> bool {
+        self.verdict == FAULT
+    }
+}
+
+/// The verdict of rows in which something could not be judged.
+const FAULT: &str = "grader-fault";
+
+fn verdict(grading: &Grading) -> String {
+    let outcome = match grading.outcome() {
+        Outcome::Passed => "passed",
+        Outcome::PassedShipped => "passed-shipped",
+        Outcome::GraderFault => FAULT,
+        Outcome::Failed => {
+            let scenes = grading.features.iter().flat_map(|result| &result.scenes);
+            let mut names = scenes.map(|scene: &SceneResult| match &scene.comparison.verdict {
+                Verdict::Fail(failure) => failure.name(),
+                _ => "failed",
+            });
+            let first = names.next().unwrap_or("failed");
+            if names.all(|name| name == first) { first } else { "failed" }
+        }
+    };
+    outcome.to_owned()
+}

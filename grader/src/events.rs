@@ -1,0 +1,60 @@
+//! What happens while a submission is graded, told as it happens.
+//!
+//! Whoever grades tells an [`Observer`], and asks nothing of it: what is observed can change no result. Events of
+//! scenes that run at the same time come in any order.
+
+/// Something that happens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event<'a> {
+    /// Another submission's turn begins.
+    Submission {
+        /// What it is called.
+        name: &'a str,
+        /// Its number, from 1.
+        number: usize,
+        /// How many there are.
+        total: usize,
+    },
+    /// Something begins; what was before has ended.
+    Task(Task),
+    /// A scene is run.
+    SceneStarted {
+        /// Its name; `None` where it is hidden.
+        name: Option<&'a str>,
+    },
+    /// A scene has its verdict.
+    SceneFinished {
+        /// Its name; `None` where it is hidden.
+        name: Option<&'a str>,
+        /// Whether it passed.
+        passed: bool,
+    },
+}
+
+/// A part of grading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Task {
+    /// The submission is built, or it is found out how it is called.
+    Opening,
+    /// The built-in simulator's Jacobians are checked.
+    Jacobians,
+    /// So many scenes are run.
+    Scenes(usize),
+    /// Some scenes are run twice.
+    Repetition,
+    /// The program's forces and Jacobians are measured.
+    Probe,
+    /// So many hidden scenes are run.
+    HiddenScenes(usize),
+}
+
+/// Who is told.
+pub trait Observer: Sync {
+    /// Is told of an event, on the thread on which it happens.
+    fn notice(&self, event: Event<'_>);
+}
+
+/// Nobody.
+impl Observer for () {
+    fn notice(&self, _event: Event<'_>) {}
+}

@@ -1,0 +1,201 @@
+//! Hidden scenes: a second suite that counts, and of which nothing is told but counts.
+//!
+//! ```text
+//! hidden/assets/, hidden/extracreditassets/, hidden/expected/    laid out as the shipped suite
+//!
+//! scene -> Verdict -> Tally (verdict names, counted by feature) -> Grading
+//! ```
+//!
+//! A [`Tally`] is all that leaves this module, so that no report can tell more: no names, paths, numbers, states or
+//! messages of scenes, and nothing that a program printed on them. They are run after everything else of a
+//! submission, so that no run whose output is shown can know of them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use simulator::scene::ParseOptions;
+
+use crate::events::{Event, Observer, Task};
+use crate::grading::{FeatureResult, Grading, SceneResult, judge_case};
+use crate::oracle::Oracle;
+use crate::rubric::Rubric;
+use crate::submission::Submission;
+use crate::suite::{Case, Feature, Section, Suite};
+use crate::verdict::Verdict;
+
+/// What a group is called of which there is no shipped scene: its own name is part of what is hidden.
+pub const HIDDEN_GROUP: &str = "hidden";
+
+/// Whether there are hidden scenes, and what became of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Hidden {
+    /// None are known of.
+    #[default]
+    None,
+    /// There are some, and they were not run.
+    NotRun {
+        /// How many, where that is known.
+        scenes: Option<usize>,
+    },
+    /// They were run.
+    Run,
+}
+
+/// The hidden scenes of one feature, by their verdicts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tally {
+    /// How many there are of each verdict, by its name.
+    pub verdicts: BTreeMap<&'static str, usize>,
+    /// Weight of those that passed.
+    pub weight_passed: f64,
+    /// Weight of those that could be judged.
+    pub weight_judged: f64,
+}
+
+impl Tally {
+    /// Hidden scenes.
+    pub fn n_scenes(&self) -> usize {
+        self.verdicts.values().sum()
+    }
+
+    /// Those that passed.
+    pub fn n_passed(&self) -> usize {
+        self.count(&Verdict::Pass)
+    }
+
+    /// Those that could not be judged.
+    pub fn n_faults(&self) -> usize {
+        let fault = crate::verdict::Fault::StaleOracle;
+        self.count(&Verdict::GraderFault(fault))
+    }
+
+    fn count(&self, verdict: &Verdict) -> usize {
+        self.verdicts.get(verdict.name()).copied().unwrap_or(0)
+    }
+
+    fn add(&mut self, scene: &SceneResult) {
+        let verdict = &scene.comparison.verdict;
+        *self.verdicts.entry(verdict.name()).or_default() += 1;
+        match verdict {
+            Verdict::Pass => {
+                self.weight_passed += scene.weight;
+                self.weight_judged += scene.weight;
+            }
+            Verdict::Fail(_) => self.weight_judged += scene.weight,
+            Verdict::GraderFault(_) => {}
+        }
+    }
+}
+
+/// Hidden scenes with their oracle.
+#[derive(Debug)]
+pub struct HiddenSuite {
+    suite: Suite,
+    oracle: Oracle,
+}
+
+/// Hidden scenes that cannot be used. The messages name none of them.
+#[derive(Debug, thiserror::Error)]
+pub enum HiddenError {
+    /// There is no such folder, or it holds neither kind of scenes.
+    #[error(
+        "{}: there are no hidden scenes\n  help: it holds assets/ or extracreditassets/, and expected/", .0.display()
+    )]
+    NoScenes(PathBuf),
+    /// A scene, or the manifest, cannot be read.
+    #[error("{0}: the hidden scenes cannot be used\n  help: `grade oracle verify --root {0}` says why", root.display())]
+    Unusable {
+        /// The folder.
+        root: PathBuf,
+    },
+}
+
+impl HiddenSuite {
+    /// Reads the hidden scenes below `root`. A group without scenes in `shipped` loses its name.
+    ///
+    /// # Errors
+    /// Where there are none, or one cannot be read.
+    pub fn load(root: &Path, shipped: &Suite, options: &ParseOptions) -> Result<Self, HiddenError> {
+        let sections = [
+            (Section::Required, root.join("assets")),
+            (Section::ExtraCredit, root.join("extracreditassets")),
+        ];
+        if !sections.iter().any(|(_, folder)| folder.is_dir()) {
+            return Err(HiddenError::NoScenes(root.to_path_buf()));
+        }
+        let unusable = || HiddenError::Unusable { root: root.to_path_buf() };
+        let expected = root.join("expected");
+        if !expected.is_dir() {
+            return Err(unusable());
+        }
+        let mut suite = Suite::load(&sections, options).map_err(|_| unusable())?;
+        let oracle = Oracle::open(&expected).map_err(|_| unusable())?;
+        for case in &mut suite.cases {
+            let is_known = |known: &Case| {
+                known.feature.section == case.feature.section
+                    && known.feature.group == case.feature.group
+            };
+            if !shipped.cases.iter().any(is_known) {
+                HIDDEN_GROUP.clone_into(&mut case.feature.group);
+            }
+        }
+        Ok(Self { suite, oracle })
+    }
+
+    /// How many there are.
+    pub fn n_scenes(&self) -> usize {
+        self.suite.cases.len()
+    }
+
+    /// Remarks on their files.
+    pub fn n_warnings(&self) -> usize {
+        self.suite.warnings.len()
+    }
+
+    /// The scenes, for the rubric to be held to, and for hashes.
+    pub(crate) fn cases(&self) -> &[Case] {
+        &self.suite.cases
+    }
+
+    /// Their oracle.
+    pub(crate) fn oracle(&self) -> &Oracle {
+        &self.oracle
+    }
+
+    /// Runs `submission` on them, and adds what came of it to its grading.
+    pub fn grade(
+        &self,
+        submission: &Submission,
+        rubric: &Rubric,
+        grading: &mut Grading,
+        observer: &dyn Observer,
+    ) {
+        observer.notice(Event::Task(Task::HiddenScenes(self.n_scenes())));
+        let judge = |case: &Case| {
+            observer.notice(Event::SceneStarted { name: None });
+            let result = judge_case(case, &self.oracle, rubric, submission);
+            let passed = result.comparison.verdict.is_pass();
+            observer.notice(Event::SceneFinished { name: None, passed });
+            result
+        };
+        let results: Vec<SceneResult> = self.suite.cases.par_iter().map(judge).collect();
+        let mut tallies: BTreeMap<&Feature, Tally> = BTreeMap::new();
+        for (case, result) in self.suite.cases.iter().zip(&results) {
+            tallies.entry(&case.feature).or_default().add(result);
+        }
+        for (feature, tally) in tallies {
+            let known = grading.features.iter_mut().find(|known| known.feature == *feature);
+            match known {
+                Some(known) => known.hidden = tally,
+                None => {
+                    let mut result = FeatureResult::new(feature.clone(), rubric);
+                    result.hidden = tally;
+                    grading.features.push(result);
+                }
+            }
+        }
+        grading.features.sort_by(|a, b| a.feature.cmp(&b.feature));
+        grading.hidden = Hidden::Run;
+    }
+}

@@ -4,15 +4,22 @@
 //! another that of the difference in velocity. The course accepts a trace where the largest of each is
 //! below 1e-10 and the sum of each over all particles and states is below 1e-6.
 //!
+//! Calibrated criteria have a tolerance of their own for each state and quantity, and none for the sum: see
+//! [`calibration`].
+//!
 //! Both traces are read as streams; memory is that of a few states, however long they are. A fault in
 //! the trace's form (malformed, not finite, too short, too long) is the verdict whatever the numbers
 //! before it.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use simulator::scene::Scene;
+use simulator::solver::linear::LinearSolver;
 use simulator::trace::{Shape, State, TraceReader};
 
+use crate::calibration::{self, Bound, Envelope, Horizon};
+use crate::stepping::Stepper;
 use crate::submission::StateSource;
 use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, prefix};
 
@@ -31,6 +38,48 @@ pub struct Tolerances {
 impl Tolerances {
     /// The course's own criteria.
     pub const COURSE: Self = Self { largest: 1e-10, accumulated: 1e-6 };
+}
+
+/// What a trace is judged by.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Criteria {
+    /// The same tolerances for every state.
+    Fixed(Tolerances),
+    /// Tolerances that grow as what correct programs differ by.
+    Calibrated(Calibrated),
+}
+
+/// An envelope with the scene that it is of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibrated {
+    /// What correct programs differ by.
+    pub envelope: Arc<Envelope>,
+    /// The scene, where energy and momentum are judged beyond a horizon.
+    scene: Option<Arc<Scene>>,
+}
+
+impl Calibrated {
+    /// The criteria of `scene`.
+    pub fn new(envelope: Envelope, scene: &Scene) -> Self {
+        let scene = envelope.horizon.map(|_| Arc::new(scene.clone()));
+        Self { envelope: Arc::new(envelope), scene }
+    }
+}
+
+impl From<Tolerances> for Criteria {
+    fn from(tolerances: Tolerances) -> Self {
+        Self::Fixed(tolerances)
+    }
+}
+
+impl Criteria {
+    /// "calibrated", or "fixed".
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Fixed(_) => "fixed",
+            Self::Calibrated(_) => "calibrated",
+        }
+    }
 }
 
 /// What is known of a trace beforehand.
@@ -64,13 +113,33 @@ pub struct Comparison {
     pub velocity: Residuals,
     /// The first number out of tolerance, if there is one.
     pub first_wrong: Option<FirstWrong>,
+    /// What it was judged by at the last state that was compared; `None` where tolerances are fixed.
+    pub allowed: Option<Allowed>,
+}
+
+/// Envelopes and tolerances of a state, as they were calibrated, and how much of them was used so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Allowed {
+    /// Of positions.
+    pub position: Bound,
+    /// Of velocities.
+    pub velocity: Bound,
+    /// The largest ratio of a residual to its tolerance.
+    pub used: f64,
 }
 
 impl Comparison {
     /// A comparison that found nothing to compare.
     pub fn without_states(verdict: Verdict) -> Self {
         let none = Residuals::default();
-        Self { verdict, states: 0, position: none, velocity: none, first_wrong: None }
+        Self {
+            verdict,
+            states: 0,
+            position: none,
+            velocity: none,
+            first_wrong: None,
+            allowed: None,
+        }
     }
 
     /// Whether there was anything to compare; without it, the residuals say nothing.
@@ -103,6 +172,8 @@ pub struct FirstWrong {
     pub residual: f64,
     /// The tolerance that it reaches.
     pub tolerance: f64,
+    /// The envelope that the tolerance follows from, where it is calibrated.
+    pub envelope: Option<f64>,
     /// Whether it is the sum of residuals that is too large, and not this one.
     pub accumulated: bool,
     /// The particle's rows around that state.
@@ -125,12 +196,16 @@ pub fn compare(
     oracle: &mut dyn TraceReader,
     actual: &mut dyn StateSource,
     expectation: Expectation,
-    tolerances: Tolerances,
+    criteria: impl Into<Criteria>,
 ) -> Comparison {
-    let mut comparer = Comparer::new(expectation, tolerances);
+    let mut comparer = Comparer::new(expectation, criteria.into());
     let verdict = match comparer.run(oracle, actual) {
         Err(verdict) => verdict,
         Ok(()) if comparer.first_wrong.is_some() => Verdict::Fail(Failure::Differs),
+        Ok(()) if comparer.beyond.as_ref().is_some_and(|beyond| beyond.drift.is_some()) => {
+            let detail = comparer.beyond.and_then(|beyond| beyond.drift).unwrap_or_default();
+            Verdict::Fail(Failure::Drifts { detail })
+        }
         Ok(()) => Verdict::Pass,
     };
     Comparison {
@@ -139,12 +214,18 @@ pub fn compare(
         position: comparer.position,
         velocity: comparer.velocity,
         first_wrong: comparer.first_wrong,
+        allowed: comparer.allowed,
     }
 }
 
 struct Comparer {
     expectation: Expectation,
-    tolerances: Tolerances,
+    criteria: Criteria,
+    /// Of calibrated criteria.
+    allowed: Option<Allowed>,
+    /// The largest coordinate and component of a velocity of the oracle's states so far.
+    sizes: [f64; 2],
+    beyond: Option<Beyond>,
     states: u64,
     position: Residuals,
     velocity: Residuals,
@@ -154,10 +235,17 @@ struct Comparer {
 }
 
 impl Comparer {
-    fn new(expectation: Expectation, tolerances: Tolerances) -> Self {
+    fn new(expectation: Expectation, criteria: Criteria) -> Self {
+        let calibrated = match &criteria {
+            Criteria::Fixed(_) => None,
+            Criteria::Calibrated(calibrated) => Some(calibrated),
+        };
         Self {
             expectation,
-            tolerances,
+            allowed: calibrated.map(|_| Allowed::default()),
+            sizes: [0.0; 2],
+            beyond: calibrated.and_then(Beyond::of),
+            criteria,
             states: 0,
             position: Residuals::default(),
             velocity: Residuals::default(),
@@ -192,7 +280,13 @@ impl Comparer {
                 return Err(Verdict::Fail(failure));
             }
             self.check_form(&got, actual).map_err(Verdict::Fail)?;
-            self.measure(&expected, &got);
+            match &mut self.beyond {
+                Some(beyond) if self.states >= beyond.horizon.step => {
+                    let step = self.states;
+                    beyond.check(step, &expected, &got);
+                }
+                _ => self.measure(&expected, &got),
+            }
             self.states += 1;
 
             // The pair read last is kept; what it replaces is read into next.
@@ -250,9 +344,28 @@ impl Comparer {
         Place { step: self.states, particle, quantity, axis }
     }
 
+    /// Envelope and tolerance of positions and velocities at the current state.
+    fn bounds(&mut self, expected: &State) -> [Bound; 2] {
+        let (Criteria::Calibrated(calibrated), Some(allowed)) = (&self.criteria, &mut self.allowed)
+        else {
+            return [Bound::default(); 2];
+        };
+        let largest = |size: f64, values: &[f64]| {
+            values.iter().fold(size, |size: f64, value| size.max(value.abs()))
+        };
+        let [position, velocity] = self.sizes;
+        self.sizes =
+            [largest(position, &expected.positions), largest(velocity, &expected.velocities)];
+        let envelope = calibrated.envelope.at(self.states);
+        allowed.position = Bound::of(envelope.position, self.sizes[0]);
+        allowed.velocity = Bound::of(envelope.velocity, self.sizes[1]);
+        [allowed.position, allowed.velocity]
+    }
+
     /// Adds the residuals of a pair of states.
     fn measure(&mut self, expected: &State, got: &State) {
         let dimension = self.expectation.shape.dimension.count();
+        let bounds = self.bounds(expected);
         // Lowest particle out of tolerance, positions before velocities.
         let mut wrong: Option<(usize, Quantity, f64, f64, bool)> = None;
         let quantities = [
@@ -269,14 +382,34 @@ impl Comparer {
                 let residual = distance(expected, got);
                 residuals.largest = residuals.largest.max(residual);
                 residuals.accumulated += residual;
-                if wrong.is_some_and(|(first, ..)| first <= particle) {
+                // How much of the tolerances is used is asked of every particle.
+                let is_found = wrong.is_some_and(|(first, ..)| first <= particle);
+                if is_found {
+                    if let Some(allowed) = self.allowed.as_mut().filter(|_| residual > 0.0) {
+                        let tolerance = bounds[quantity as usize].tolerance;
+                        allowed.used = allowed.used.max(residual / tolerance);
+                    }
                     continue;
                 }
-                let Tolerances { largest, accumulated } = self.tolerances;
-                if residual >= largest {
-                    wrong = Some((particle, quantity, residual, largest, false));
-                } else if residuals.accumulated >= accumulated {
-                    wrong = Some((particle, quantity, residuals.accumulated, accumulated, true));
+                match (&self.criteria, &mut self.allowed) {
+                    (Criteria::Calibrated(_), Some(allowed)) => {
+                        let Bound { tolerance, .. } = bounds[quantity as usize];
+                        if residual > 0.0 {
+                            allowed.used = allowed.used.max(residual / tolerance);
+                        }
+                        if residual > tolerance {
+                            wrong = Some((particle, quantity, residual, tolerance, false));
+                        }
+                    }
+                    (Criteria::Fixed(Tolerances { largest, accumulated }), _) => {
+                        if residual >= *largest {
+                            wrong = Some((particle, quantity, residual, *largest, false));
+                        } else if residuals.accumulated >= *accumulated {
+                            let sum = residuals.accumulated;
+                            wrong = Some((particle, quantity, sum, *accumulated, true));
+                        }
+                    }
+                    (Criteria::Calibrated(_), None) => {}
                 }
             }
         }
@@ -314,11 +447,57 @@ impl Comparer {
                     got: got_values[index],
                     residual,
                     tolerance,
+                    envelope: self.allowed.map(|_| bounds[quantity as usize].envelope),
                     accumulated,
                     context,
                 });
             }
             (None, None) => {}
+        }
+    }
+}
+
+/// Energy and momentum, where states are no longer compared.
+struct Beyond {
+    horizon: Horizon,
+    physics: Stepper,
+    /// The first that is wrong, in words.
+    drift: Option<String>,
+}
+
+impl Beyond {
+    fn of(calibrated: &Calibrated) -> Option<Self> {
+        let scene = calibrated.scene.as_ref()?;
+        let horizon = calibrated.envelope.horizon?;
+        let physics = Stepper::new(scene, LinearSolver::Auto);
+        Some(Self { horizon, physics, drift: None })
+    }
+
+    fn check(&mut self, step: u64, expected: &State, got: &State) {
+        if self.drift.is_some() {
+            return;
+        }
+        let of = |state: &State| self.physics.invariants(step, &state.positions, &state.velocities);
+        let (oracle, own) = (of(expected), of(got));
+        let Horizon { step: horizon, energy, momentum } = self.horizon;
+        let (by_energy, by_momentum) = calibration::difference(oracle, own);
+        let differences = [("energy", by_energy, energy), ("momentum", by_momentum, momentum)];
+        for (name, difference, envelope) in differences {
+            let tolerance = calibration::FACTOR_BEYOND * envelope;
+            // A NaN is no agreement.
+            if difference <= tolerance {
+                continue;
+            }
+            let numbers = match name {
+                "energy" => format!(": {:.6e} instead of {:.6e}", own.energy, oracle.energy),
+                _ => String::new(),
+            };
+            self.drift = Some(format!(
+                "the states agree up to the horizon of what can be predicted, step {horizon}; at step {step} the \
+                 {name} is off by {difference:.1e}{numbers} (correct programs differ by up to {envelope:.1e}, \
+                 tolerance {tolerance:.1e})"
+            ));
+            return;
         }
     }
 }

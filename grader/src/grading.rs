@@ -7,7 +7,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rayon::prelude::*;
 use simulator::trace::{self, Shape};
 
-use crate::compare::{Comparison, Expectation, Tolerances, compare};
+use crate::compare::{Comparison, Criteria, Expectation, compare};
+use crate::diagnosis::{Diagnosis, diagnose, restart};
 use crate::events::{Event, Observer, Task};
 use crate::hidden::{Hidden, Tally};
 use crate::jacobian::JacobianReport;
@@ -18,10 +19,13 @@ use crate::sandbox::Protection;
 use crate::submission::program::Program;
 use crate::submission::{StateSource, Submission};
 use crate::suite::{Case, Feature, Section, Suite};
-use crate::verdict::{Fault, Verdict};
+use crate::verdict::{Failure, Fault, Verdict};
 
 /// The most scenes that are run twice.
 const REPEATED: usize = 8;
+
+/// The most scenes of which steps are made from the oracle's states.
+const RESTARTED: usize = 5;
 
 /// Everything a report says.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,12 +93,14 @@ pub struct SceneResult {
     pub id: String,
     /// The scene's path, as given.
     pub path: String,
-    /// The tolerances it was judged by.
-    pub tolerances: Tolerances,
+    /// What it was judged by.
+    pub criteria: Criteria,
     /// What it counts among the scenes of its feature.
     pub weight: f64,
     /// How its trace compares.
     pub comparison: Comparison,
+    /// Why it differs; `None` where it does not, or that cannot be found out.
+    pub diagnosis: Option<Diagnosis>,
 }
 
 impl FeatureResult {
@@ -289,12 +295,16 @@ pub fn grade_observed(
     let judge = |case: &Case| {
         let name = Some(case.id.as_str());
         observer.notice(Event::SceneStarted { name });
-        let result = judge_case(case, oracle, rubric, submission);
+        let mut result = judge_case(case, oracle, rubric, submission);
+        result.diagnosis = look_into(case, submission, &result.comparison);
         let passed = result.comparison.verdict.is_pass();
         observer.notice(Event::SceneFinished { name, passed });
         result
     };
-    let results: Vec<SceneResult> = suite.cases.par_iter().map(judge).collect();
+    let mut results: Vec<SceneResult> = suite.cases.par_iter().map(judge).collect();
+    if let Submission::Program(program) = submission {
+        restart_some(suite, program, oracle, &mut results);
+    }
 
     let mut features: Vec<FeatureResult> = Vec::new();
     for (case, result) in suite.cases.iter().zip(results) {
@@ -333,13 +343,14 @@ pub(crate) fn judge_case(
     rubric: &Rubric,
     submission: &Submission,
 ) -> SceneResult {
-    let tolerances = rubric.tolerances(case);
+    let criteria = rubric.criteria(case, oracle.calibrated(case));
     SceneResult {
         id: case.id.clone(),
         path: case.scene.name.clone(),
-        tolerances,
+        comparison: judge(case, oracle, criteria.clone(), || submission.states(case)),
+        criteria,
         weight: rubric.weight(case),
-        comparison: judge(case, oracle, tolerances, || submission.states(case)),
+        diagnosis: None,
     }
 }
 
@@ -347,7 +358,7 @@ pub(crate) fn judge_case(
 fn judge(
     case: &Case,
     oracle: &Oracle,
-    tolerances: Tolerances,
+    criteria: Criteria,
     start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
 ) -> Comparison {
     // What a panic leaves half done is dropped with it.
@@ -358,7 +369,7 @@ fn judge(
             Err(fault) => return Comparison::without_states(Verdict::GraderFault(fault)),
         };
         match start() {
-            Ok(mut actual) => compare(expected.as_mut(), actual.as_mut(), expectation, tolerances),
+            Ok(mut actual) => compare(expected.as_mut(), actual.as_mut(), expectation, criteria),
             Err(verdict) => Comparison::without_states(verdict),
         }
     }));
@@ -366,6 +377,33 @@ fn judge(
         let fault = Fault::Internal { detail: panic_message(panic.as_ref()) };
         Comparison::without_states(Verdict::GraderFault(fault))
     })
+}
+
+/// Looks into a trace that differs. It is read, or made, once more.
+fn look_into(case: &Case, submission: &Submission, comparison: &Comparison) -> Option<Diagnosis> {
+    if comparison.verdict != Verdict::Fail(Failure::Differs) {
+        return None;
+    }
+    // What breaks off here costs the remark, and not the verdict.
+    let found =
+        catch_unwind(AssertUnwindSafe(|| diagnose(case, submission.states(case).ok()?.as_mut())));
+    found.ok().flatten()
+}
+
+/// Makes some steps of the first scenes that differ from the oracle's states.
+fn restart_some(suite: &Suite, program: &Program, oracle: &Oracle, results: &mut [SceneResult]) {
+    let differing =
+        suite.cases.iter().zip(results).filter_map(|(case, result)| {
+            result.diagnosis.as_mut().map(|diagnosis| (case, diagnosis))
+        });
+    let first: Vec<(&Case, &mut Diagnosis)> = differing.take(RESTARTED).collect();
+    first.into_par_iter().for_each(|(case, diagnosis)| {
+        let steps = || {
+            let mut states = open_oracle(case, oracle, Shape::of(&case.scene)).ok()?;
+            restart(case, program, states.as_mut())
+        };
+        diagnosis.restarts = catch_unwind(AssertUnwindSafe(steps)).ok().flatten();
+    });
 }
 
 /// What a panic said.
@@ -393,8 +431,8 @@ mod tests {
     use simulator::trace::State;
 
     use super::*;
+    use crate::compare::Tolerances;
     use crate::oracle::regenerate;
-    use crate::verdict::Failure;
 
     const SCENE: &str = r#"<scene>
       <duration time="0.3"/> <integrator type="explicit-euler" dt="0.1"/>
@@ -425,7 +463,7 @@ mod tests {
         let [case] = suite.cases.as_slice() else { panic!("one scene") };
 
         let judge = |start: fn(Box<dyn StateSource>) -> Box<dyn StateSource>| {
-            judge(case, &oracle, Tolerances::COURSE, || {
+            judge(case, &oracle, Tolerances::COURSE.into(), || {
                 Submission::BuiltIn(LinearSolver::Auto).states(case).map(start)
             })
         };

@@ -7,10 +7,13 @@
 //! - [`suite`]: the scenes that are graded, and their features.
 //! - [`submission`]: what is graded; a simulator, built-in or foreign, is met only through its states.
 //! - [`sandbox`]: another's program, run so that it can do no harm.
+//! - [`calibration`]: what a correct program may differ by.
 //! - [`compare`]: a trace against the oracle's.
+//! - [`diagnosis`]: why a trace is wrong.
 //! - [`verdict`]: a pass, or a named failure.
 //! - [`rubric`]: tolerances and points.
 //! - [`events`]: what happens meanwhile, told as it happens.
+//! - [`stepping`]: single steps of the built-in simulator.
 //! - [`grading`]: all of it, over a suite.
 //! - [`class`]: a folder of submissions, each graded alone.
 //! - [`hidden`]: scenes that count, and of which nothing else is told.
@@ -25,8 +28,12 @@ pub mod sandbox;
 pub mod submission;
 pub mod verdict;
 
+pub mod calibration;
 pub mod compare;
+pub mod diagnosis;
 pub mod rubric;
+
+pub mod stepping;
 
 pub mod class;
 pub mod events;

@@ -6,6 +6,8 @@
 //! accumulated = 1e-6     # and their sum over particles and states below this
 //! points = 1             # of each feature
 //! partial = true         # points in proportion to the scenes that pass; false: all or nothing
+//! criteria = "course"    # by these; or "calibrated": each scene by its own envelope, where it has one, which is
+//!                        # the default where the section sets no tolerance
 //!
 //! [[feature]]            # every feature that fits; a later entry wins over an earlier one
 //! section = "required"   # or "extra-credit"; may be left out, as may the next two
@@ -30,7 +32,8 @@
 //! cpu = 300
 //! ```
 //!
-//! A scene's tolerance is its own entry's, else its feature's, else the default's.
+//! A scene's tolerance is its own entry's, else its feature's; else the one that was calibrated with the oracle's
+//! trace, unless the course's criteria are asked for; else the default's.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -40,7 +43,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::compare::Tolerances;
+use crate::compare::{Calibrated, Criteria, Tolerances};
 use crate::hidden::HiddenSuite;
 use crate::sandbox::Limits;
 use crate::suite::{Case, Feature, Section, Suite, read_text};
@@ -118,24 +121,52 @@ struct File {
     hidden: Option<HiddenRule>,
 }
 
+/// What scenes are judged by where no entry of the rubric sets a tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CriteriaName {
+    /// The default tolerances, which are the course's unless the rubric says otherwise.
+    Course,
+    /// What was calibrated with the oracle's trace; the default tolerances where nothing was.
+    Calibrated,
+}
+
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Defaults {
-    largest: Positive,
-    accumulated: Positive,
+    largest: Option<Positive>,
+    accumulated: Option<Positive>,
     points: Points,
     partial: bool,
+    criteria: Option<CriteriaName>,
 }
 
 impl Default for Defaults {
     fn default() -> Self {
-        let Tolerances { largest, accumulated } = Tolerances::COURSE;
         Self {
-            largest: Positive(largest),
-            accumulated: Positive(accumulated),
+            largest: None,
+            accumulated: None,
             points: Points(1.0),
             partial: true,
+            criteria: None,
         }
+    }
+}
+
+impl Defaults {
+    fn tolerances(&self) -> Tolerances {
+        let or = |set: Option<Positive>, otherwise: f64| set.map_or(otherwise, |value| value.0);
+        Tolerances {
+            largest: or(self.largest, Tolerances::COURSE.largest),
+            accumulated: or(self.accumulated, Tolerances::COURSE.accumulated),
+        }
+    }
+
+    /// Who sets tolerances, and says no more, wants to judge by them.
+    fn criteria(&self) -> CriteriaName {
+        let set = self.largest.is_some() || self.accumulated.is_some();
+        let otherwise = if set { CriteriaName::Course } else { CriteriaName::Calibrated };
+        self.criteria.unwrap_or(otherwise)
     }
 }
 
@@ -312,17 +343,35 @@ impl Rubric {
 
     /// The tolerances of a scene.
     pub fn tolerances(&self, case: &Case) -> Tolerances {
-        let Defaults { largest, accumulated, .. } = self.default;
-        let mut tolerances = (largest, accumulated);
-        for rule in self.features.iter().filter(|rule| rule.fits(&case.feature)) {
-            tolerances.0 = rule.largest.unwrap_or(tolerances.0);
-            tolerances.1 = rule.accumulated.unwrap_or(tolerances.1);
+        let Tolerances { mut largest, mut accumulated } = self.default.tolerances();
+        let mut set = |rule: (Option<Positive>, Option<Positive>)| {
+            largest = rule.0.map_or(largest, |value| value.0);
+            accumulated = rule.1.map_or(accumulated, |value| value.0);
+        };
+        let features = self.features.iter().filter(|rule| rule.fits(&case.feature));
+        features.for_each(|rule| set((rule.largest, rule.accumulated)));
+        let scenes = self.scenes.iter().filter(|rule| rule.name == case.id);
+        scenes.for_each(|rule| set((rule.largest, rule.accumulated)));
+        Tolerances { largest, accumulated }
+    }
+
+    /// What a scene is judged by: `calibrated`, where there is such, unless the rubric says otherwise.
+    pub fn criteria(&self, case: &Case, calibrated: Option<Calibrated>) -> Criteria {
+        let features = self.features.iter().filter(|rule| rule.fits(&case.feature));
+        let set = features.map(|rule| rule.largest.is_some() || rule.accumulated.is_some());
+        let scenes = self.scenes.iter().filter(|rule| rule.name == case.id);
+        let is_set = set.chain(scenes.map(|rule| !rule.sets_nothing())).any(|set| set);
+        match calibrated {
+            Some(calibrated) if !is_set && self.default.criteria() == CriteriaName::Calibrated => {
+                Criteria::Calibrated(calibrated)
+            }
+            _ => Criteria::Fixed(self.tolerances(case)),
         }
-        for rule in self.scenes.iter().filter(|rule| rule.name == case.id) {
-            tolerances.0 = rule.largest.unwrap_or(tolerances.0);
-            tolerances.1 = rule.accumulated.unwrap_or(tolerances.1);
-        }
-        Tolerances { largest: tolerances.0.0, accumulated: tolerances.1.0 }
+    }
+
+    /// Judges by these criteria, whatever the rubric's default.
+    pub fn judge_by(&mut self, criteria: CriteriaName) {
+        self.default.criteria = Some(criteria);
     }
 
     /// The limits of a run of a program.

@@ -114,6 +114,12 @@ pub enum Failure {
         /// States it should hold.
         expected: u64,
     },
+    /// The states agree as long as they can be predicted, and the energy or the momentum is wrong beyond.
+    #[error("{detail}")]
+    Drifts {
+        /// Where, and by how much.
+        detail: String,
+    },
     /// The numbers are out of tolerance.
     #[error("the trace differs from the oracle's")]
     Differs,
@@ -134,6 +140,7 @@ impl Failure {
             Self::NotFinite { .. } => "not-finite",
             Self::TooShort { .. } => "too-short",
             Self::TooLong { .. } => "too-long",
+            Self::Drifts { .. } => "drifts",
             Self::Differs => "differs",
         }
     }

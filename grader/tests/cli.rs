@@ -419,6 +419,74 @@ fn the_rubric_sets_tolerances_and_points() {
 }
 
 #[test]
+fn criteria_are_chosen_on_the_command_line_and_the_report_says_which() {
+    let project = Project::new();
+    project.traces("Spring/pair", |lines| {
+        let value: f64 = lines[4].split(',').nth(2).unwrap().parse().unwrap();
+        lines[4] = replace_field(&lines[4], 2, &(value + 1e-12).to_string());
+    });
+    let run = |criteria: &[&str]| {
+        let mut arguments = vec!["--traces", "traces", "--format", "json"];
+        arguments.extend(criteria);
+        let run = project.grade(&arguments);
+        (run.code, scene(&run.stdout, "Spring/pair"))
+    };
+    let (code, calibrated) = run(&[]);
+    assert_eq!((code, &calibrated["criteria"]), (1, &"calibrated".into()));
+    assert_eq!(calibrated["tolerances"], serde_json::Value::Null);
+    let bound = &calibrated["calibration"]["position"];
+    let [envelope, tolerance] = ["envelope", "tolerance"].map(|name| bound[name].as_f64().unwrap());
+    assert!(0.0 < envelope && envelope < 1e-14 && tolerance >= 10.0 * envelope, "{bound}");
+    assert!(calibrated["calibration"]["used"].as_f64().unwrap() > 1.0);
+    // One state was altered: the step into it is wrong, and the one out of it.
+    assert_eq!(calibrated["diagnosis"]["ranges"], serde_json::json!([[3, 4]]));
+
+    let (code, course) = run(&["--criteria", "course"]);
+    assert_eq!((code, &course["criteria"]), (0, &"fixed".into()));
+    assert_eq!(course["tolerances"]["largest"], 1e-10);
+    assert_eq!(course["calibration"], serde_json::Value::Null);
+    // The command line wins over the rubric.
+    project.write("assets/rubric.toml", "[default]\ncriteria = \"course\"\n");
+    assert_eq!(run(&[]).0, 0);
+    assert_eq!(run(&["--criteria", "calibrated"]).0, 1);
+    // Traces of which nothing is known are judged as the course does.
+    fs::remove_file(project.path("assets/rubric.toml")).unwrap();
+    fs::remove_file(project.path("expected/manifest.toml")).unwrap();
+    assert_eq!(run(&[]).1["criteria"], "fixed");
+    let text = project.grade(&["--traces", "traces"]).stdout;
+    assert!(text.contains("Judged by the course's criteria: each residual below 1e-10"), "{text}");
+}
+
+#[test]
+fn envelopes_that_are_not_the_recorded_ones_are_no_ground_for_a_verdict() {
+    let project = Project::new();
+    let text = project.read("expected/envelopes.toml");
+    project
+        .write("expected/envelopes.toml", &text.replacen("position = [", "position = [9e9, ", 1));
+    let run = project.grade(&["--only", "pair"]);
+    assert_eq!(run.code, 3, "{}", run.stdout);
+    assert!(run.stdout.contains("envelopes.toml is not the one that the manifest records"));
+    let verify = project.grade(&["oracle", "verify"]);
+    assert!(verify.stdout.contains("1 thing does not match"), "{}", verify.stdout);
+    // Making them anew is the remedy, and needs no consent.
+    assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+    assert_eq!(project.read("expected/envelopes.toml"), text);
+    assert_eq!(project.grade(&[]).code, 0);
+}
+
+#[test]
+fn a_manifest_of_an_earlier_format_says_what_to_do() {
+    let project = Project::new();
+    project.edit_manifest("format = 2", "format = 1");
+    let run = project.grade(&[]);
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("its format is 1, that of an earlier version"), "{}", run.stderr);
+    assert!(run.stderr.contains("grade oracle regenerate --accept"), "{}", run.stderr);
+    assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
+    assert_eq!(project.grade(&[]).code, 0);
+}
+
+#[test]
 fn a_wrong_rubric_is_refused_with_its_line() {
     let project = Project::new();
     for (rubric, message) in [

@@ -47,7 +47,7 @@ impl Fingerprint {
         Ok(())
     }
 
-    /// Adds the scenes and their traces; a trace that is missing or in doubt is a part as well.
+    /// Adds the scenes, their traces and what correct programs differ by; a trace that is missing or in doubt is a part as well.
     pub fn suite(&mut self, suite: &Suite, oracle: &Oracle) {
         self.cases(&suite.cases, oracle);
     }
@@ -58,6 +58,8 @@ impl Fingerprint {
     }
 
     fn cases(&mut self, cases: &[Case], oracle: &Oracle) {
+        let manifest = oracle.manifest.as_ref();
+        self.part(manifest.map_or("", |manifest| &manifest.envelopes_sha256).as_bytes());
         self.part(&(cases.len() as u64).to_le_bytes());
         for case in cases {
             self.part(case.feature.section.name().as_bytes());

@@ -15,7 +15,7 @@
 
 mod check;
 mod curves;
-mod law;
+pub(crate) mod law;
 mod newton;
 mod ridders;
 mod states;

@@ -11,7 +11,7 @@ use crate::suite::{Case, read_text};
 pub const FILE_NAME: &str = "manifest.toml";
 
 /// Version of the manifest's own format.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// The largest manifest that is read, in MiB.
 const MAX_MEBIBYTES: u64 = 64;
@@ -32,9 +32,17 @@ pub struct Manifest {
     pub simulator: String,
     /// Its version.
     pub version: String,
+    /// SHA-256 of the file of envelopes.
+    pub envelopes_sha256: String,
     /// One entry a trace, by scene.
     #[serde(rename = "trace", default)]
     pub traces: Vec<Entry>,
+}
+
+/// What every format of the manifest says.
+#[derive(Deserialize)]
+struct Version {
+    format: u32,
 }
 
 /// One trace.
@@ -82,12 +90,19 @@ impl Manifest {
             Err(source) => return Err(OracleError::Unreadable { path, source }),
         };
         let invalid = |message: String| OracleError::Invalid { path: path.clone(), message };
-        let manifest: Self = toml::from_str(&text)
-            .map_err(|error| invalid(error.to_string().trim_end().to_owned()))?;
-        if manifest.format != FORMAT {
-            return Err(invalid(format!("its format is {}, not {FORMAT}", manifest.format)));
+        let unreadable = |error: toml::de::Error| invalid(error.to_string().trim_end().to_owned());
+        // The format first: in another, other fields are right.
+        let Version { format } = toml::from_str(&text).map_err(unreadable)?;
+        if format < FORMAT {
+            let message = format!(
+                "its format is {format}, that of an earlier version of grade, and not {FORMAT}"
+            );
+            return Err(invalid(message));
         }
-        Ok(Some(manifest))
+        if format > FORMAT {
+            return Err(invalid(format!("its format is {format}, and grade knows up to {FORMAT}")));
+        }
+        toml::from_str(&text).map(Some).map_err(unreadable)
     }
 
     /// Whether this program, in this version, made the traces.

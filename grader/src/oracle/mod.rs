@@ -1,5 +1,6 @@
-//! The stored traces: a folder, and a manifest of what they were made from.
+//! The stored traces: a folder, a manifest of what they were made from, and the envelopes around them.
 
+mod envelopes;
 pub mod manifest;
 mod regenerate;
 mod verify;
@@ -7,12 +8,14 @@ mod verify;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use envelopes::Envelopes;
 use manifest::Manifest;
 use simulator::trace::TraceFormat;
 
 pub use regenerate::{Change, Difference, Leftover, RegenerateError, Regeneration, regenerate};
 pub use verify::{Finding, verify};
 
+use crate::compare::Calibrated;
 use crate::suite::{Case, NoTrace, Suite, find_trace, hash_file};
 use crate::verdict::Fault;
 
@@ -23,6 +26,8 @@ pub struct Oracle {
     pub folder: PathBuf,
     /// What its traces were made from; `None` for traces of another origin, which say nothing of it.
     pub manifest: Option<Manifest>,
+    /// What correct programs differ by; or what is wrong with the file that says so.
+    envelopes: Result<Envelopes, String>,
 }
 
 /// A manifest that cannot be used.
@@ -52,7 +57,24 @@ impl Oracle {
     /// # Errors
     /// Where there is a manifest that cannot be read.
     pub fn open(folder: &Path) -> Result<Self, OracleError> {
-        Ok(Self { folder: folder.to_path_buf(), manifest: Manifest::load(folder)? })
+        let manifest = Manifest::load(folder)?;
+        let envelopes = match &manifest {
+            Some(manifest) => Envelopes::load(folder, &manifest.envelopes_sha256),
+            None => Ok(Envelopes::default()),
+        };
+        Ok(Self { folder: folder.to_path_buf(), manifest, envelopes })
+    }
+
+    /// A folder of which nothing is known but its traces.
+    fn without_manifest(folder: &Path) -> Self {
+        let envelopes = Ok(Envelopes::default());
+        Self { folder: folder.to_path_buf(), manifest: None, envelopes }
+    }
+
+    /// What correct programs may differ by on a scene; `None` where it is not known.
+    pub fn calibrated(&self, case: &Case) -> Option<Calibrated> {
+        let envelope = self.envelopes.as_ref().ok()?.find(&case.id)?;
+        Some(Calibrated::new(envelope.clone(), &case.scene))
     }
 
     /// The trace of a scene.
@@ -73,6 +95,14 @@ impl Oracle {
     /// # Errors
     /// Where it was not. Without a manifest, nothing can be said, and nothing is.
     pub fn check(&self, case: &Case, path: &Path) -> Result<(), Fault> {
+        if let Err(detail) = &self.envelopes {
+            return Err(Fault::BrokenOracle { detail: detail.clone() });
+        }
+        self.check_trace(case, path)
+    }
+
+    /// The same of the trace alone, whatever is known of its envelope.
+    fn check_trace(&self, case: &Case, path: &Path) -> Result<(), Fault> {
         let Some(manifest) = &self.manifest else { return Ok(()) };
         let trace = || path.display().to_string();
         let Some(entry) = manifest.entry(&case.id) else {

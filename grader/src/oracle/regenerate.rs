@@ -18,10 +18,11 @@ use simulator::trace::{self, Shape, State, TraceError, TraceFault, TraceFormat, 
 use tempfile::TempDir;
 
 use super::manifest::{Entry, FILE_NAME, FORMAT, Manifest, SIMULATOR, VERSION};
-use super::{Oracle, OracleError};
+use super::{Oracle, OracleError, envelopes};
+use crate::calibration::{StoredEnvelope, calibrate};
 use crate::compare::{Comparison, Expectation, Tolerances, compare};
 use crate::rubric::Rubric;
-use crate::suite::{Case, Suite, find_traces, hash_file};
+use crate::suite::{Case, Suite, find_traces, hash_bytes, hash_file};
 use crate::verdict::{Fault, Verdict};
 
 /// What regenerating did, or would do.
@@ -168,21 +169,21 @@ pub fn regenerate(
 ) -> Result<Regeneration, RegenerateError> {
     // A manifest that cannot be read is what `accept` is there to replace.
     let old = match Oracle::open(folder) {
-        Err(_) if accept => Oracle { folder: folder.to_path_buf(), manifest: None },
+        Err(_) if accept => Oracle::without_manifest(folder),
         opened => opened?,
     };
     let place = Place::of(folder)?;
     let staging = stage(&place)?;
     let make = |case: &Case| make(case, staging.path(), &old, rubric);
-    let made: Result<Vec<(Entry, Change)>, RegenerateError> =
-        suite.cases.par_iter().map(make).collect();
-    let (traces, mut changes): (Vec<Entry>, Vec<(String, Change)>) = made?
-        .into_iter()
-        .map(|(entry, change)| {
-            let name = entry.scene.clone();
-            (entry, (name, change))
-        })
-        .unzip();
+    let made: Result<Vec<Made>, RegenerateError> = suite.cases.par_iter().map(make).collect();
+    let (mut traces, mut changes, mut envelopes) = (Vec::new(), Vec::new(), Vec::new());
+    for Made { entry, change, envelope } in made? {
+        changes.push((entry.scene.clone(), change));
+        traces.push(entry);
+        envelopes.push(envelope);
+    }
+    envelopes.sort_by(|a, b| a.name.cmp(&b.name));
+    let envelopes = envelopes::text(&envelopes);
     let others = other_files(suite, folder)?;
     changes.extend(others.orphans.into_iter().map(|name| (name, Change::Removed)));
     changes.sort_by(|(a, _), (b, _)| a.cmp(b));
@@ -191,16 +192,19 @@ pub fn regenerate(
         format: FORMAT,
         simulator: SIMULATOR.to_owned(),
         version: VERSION.to_owned(),
+        envelopes_sha256: hash_bytes(envelopes.as_bytes()),
         traces,
     };
     manifest.traces.sort_by(|a, b| a.scene.cmp(&b.scene));
     let same = old.manifest.as_ref() == Some(&manifest)
+        && old.envelopes.is_ok()
         && changes.iter().all(|(_, change)| *change == Change::Unchanged);
     let refused = !accept && changes.iter().any(|(_, change)| change.needs_accepting());
     let replaced = !same && !refused;
     let mut leftover = None;
     if replaced {
         write_manifest(&manifest, &staging.path().join(FILE_NAME))?;
+        write_text(&envelopes, &staging.path().join(envelopes::FILE_NAME))?;
         for file in others.kept {
             copy(&folder.join(&file), &staging.path().join(&file))?;
         }
@@ -266,13 +270,20 @@ fn stage(Place { parent, name }: &Place) -> Result<TempDir, RegenerateError> {
     builder.tempdir_in(parent).map_err(at(parent))
 }
 
+/// A trace with what is stored beside it.
+struct Made {
+    entry: Entry,
+    change: Change,
+    envelope: StoredEnvelope,
+}
+
 /// Makes one trace in `staging`, and compares it with the old one.
 fn make(
     case: &Case,
     staging: &Path,
     old: &Oracle,
     rubric: &Rubric,
-) -> Result<(Entry, Change), RegenerateError> {
+) -> Result<Made, RegenerateError> {
     let path = staging.join(format!("{}.csv", case.id));
     write_trace(case, &path)?;
     let trace_sha256 = hash_file(&path).map_err(at(&path))?;
@@ -297,7 +308,8 @@ fn make(
             Change::Changed { scene_edited, n_old: old_traces.len(), difference }
         }
     };
-    Ok((Entry::of(case, trace_sha256), change))
+    let envelope = StoredEnvelope::of(&case.id, &calibrate(&case.scene));
+    Ok(Made { entry: Entry::of(case, trace_sha256), change, envelope })
 }
 
 fn write_trace(case: &Case, path: &Path) -> Result<(), RegenerateError> {
@@ -378,7 +390,8 @@ struct OtherFiles {
 fn other_files(suite: &Suite, folder: &Path) -> Result<OtherFiles, RegenerateError> {
     let mut files = super::files_below(folder).map_err(at(folder))?;
     let orphans = super::orphans(suite, &files);
-    files.retain(|file| super::trace_name(file).is_none() && file != Path::new(FILE_NAME));
+    let made = [FILE_NAME, envelopes::FILE_NAME].map(Path::new);
+    files.retain(|file| super::trace_name(file).is_none() && !made.contains(&file.as_path()));
     Ok(OtherFiles { orphans, kept: files })
 }
 
@@ -388,6 +401,10 @@ fn write_manifest(manifest: &Manifest, path: &Path) -> Result<(), RegenerateErro
         source: io::Error::other(error),
     })?;
     let text = format!("# Made by `grade oracle regenerate`; not to be edited by hand.\n{text}");
+    write_text(&text, path)
+}
+
+fn write_text(text: &str, path: &Path) -> Result<(), RegenerateError> {
     let mut file = File::create(path).map_err(at(path))?;
     file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(at(path))
 }

@@ -13,6 +13,12 @@ pub enum Finding {
     /// There is no manifest.
     #[error("there is no manifest; make it with `grade oracle regenerate`")]
     NoManifest,
+    /// The envelopes cannot be used.
+    #[error("{detail}")]
+    Envelopes {
+        /// Why.
+        detail: String,
+    },
     /// A scene and its trace do not go together.
     #[error("{scene}: {fault}")]
     Scene {
@@ -90,8 +96,11 @@ pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
         }
         Some(_) => {}
     }
+    if let Err(detail) = &oracle.envelopes {
+        findings.push(Finding::Envelopes { detail: detail.clone() });
+    }
     for case in &suite.cases {
-        let checked = oracle.find(case).and_then(|(path, _)| oracle.check(case, &path));
+        let checked = oracle.find(case).and_then(|(path, _)| oracle.check_trace(case, &path));
         let edited = checked == Err(Fault::StaleOracle);
         if let Err(fault) = checked {
             findings.push(Finding::Scene { scene: case.id.clone(), fault });

@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 
 use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
-use crate::compare::{Comparison, FirstWrong, Residuals, Tolerances};
+use crate::calibration::{Bound, Envelope};
+use crate::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
+use crate::diagnosis::{Candidate, Culprit, Diagnosis};
 use crate::grading::{FeatureResult, Grading, Outcome, SceneResult, Totals};
 use crate::hidden::{Hidden, Tally};
 use crate::suite::Section;
@@ -142,20 +144,57 @@ struct JsonFeature {
 struct JsonScene {
     name: String,
     path: String,
-    /// "pass", "differs", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out",
+    /// "pass", "differs", "drifts", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out",
     /// "out-of-memory", "too-many-processes", "too-much-output", "build-failed" or "grader-fault".
     verdict: &'static str,
     /// The verdict in a sentence.
     message: String,
     /// What it counts among the scenes of its feature.
     weight: f64,
-    tolerances: JsonTolerances,
+    /// "calibrated" or "fixed": what it was judged by.
+    criteria: &'static str,
+    /// The fixed tolerances; null where they are calibrated.
+    tolerances: Option<JsonTolerances>,
+    /// What calibrated tolerances come to; null where they are fixed.
+    calibration: Option<JsonCalibration>,
     /// States compared.
     states: u64,
     position: JsonResiduals,
     velocity: JsonResiduals,
     /// The first number out of tolerance.
     first_wrong: Option<JsonFirstWrong>,
+    /// Why the trace differs; null where it does not, or that was not found out.
+    diagnosis: Option<JsonDiagnosis>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonDiagnosis {
+    /// Single steps that were looked at, each from the trace's own state before it.
+    steps: u64,
+    /// How many of them are wrong by themselves.
+    steps_wrong: u64,
+    /// The first runs of them: first and last step, from 1.
+    ranges: Vec<[u64; 2]>,
+    /// The same in words.
+    message: String,
+    /// Steps that the program made from the oracle's states, from 1; null where there were none.
+    restarted: Option<Vec<u64>>,
+    /// Those of them that are wrong; null as above.
+    restarted_wrong: Option<Vec<u64>>,
+    /// What explains the wrong steps, to rounding; where there are several, each does so as well as the others.
+    explanations: Vec<JsonExplanation>,
+    /// What the explanation leaves of the defect, relative to it; null where there is none.
+    remainder: Option<f64>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonExplanation {
+    /// "force", "jacobian", "integrator", "fixed" or "output".
+    place: &'static str,
+    /// The force; null where the place is another.
+    force: Option<&'static str>,
+    /// What is wrong, in words.
+    message: String,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -164,6 +203,28 @@ struct JsonTolerances {
     largest: f64,
     /// Exclusive bound of the sum of residuals.
     accumulated: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonCalibration {
+    /// With how many variants of a correct program the envelope was measured.
+    variants: usize,
+    /// The first state that is not compared, but for energy and momentum; null where there is none.
+    horizon: Option<u64>,
+    /// Of positions, at the last state compared; null where no state was.
+    position: Option<JsonBound>,
+    /// Of velocities, likewise.
+    velocity: Option<JsonBound>,
+    /// The largest ratio of a residual to its tolerance: at most 1 where the states agree.
+    used: Option<f64>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonBound {
+    /// The largest residual of the variants so far.
+    envelope: f64,
+    /// Inclusive bound of each residual.
+    tolerance: f64,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -189,6 +250,8 @@ struct JsonFirstWrong {
     /// The residual, or sum of residuals, that is too large.
     residual: Option<f64>,
     tolerance: f64,
+    /// The envelope that the tolerance follows from; null where it is fixed.
+    envelope: Option<f64>,
     /// Whether the sum of residuals is too large, and not this residual.
     accumulated: bool,
     /// The particle's states around that step.
@@ -302,23 +365,75 @@ impl JsonFeature {
 
 impl JsonScene {
     fn of(scene: &SceneResult) -> Self {
-        let Comparison { verdict, states, position, velocity, first_wrong } = &scene.comparison;
+        let Comparison { verdict, states, position, velocity, first_wrong, .. } = &scene.comparison;
         let residuals = |residuals: &Residuals| match scene.comparison.is_compared() {
             true => JsonResiduals::of(residuals),
             false => JsonResiduals { largest: None, accumulated: None },
         };
-        let Tolerances { largest, accumulated } = scene.tolerances;
+        let (tolerances, calibration) = match &scene.criteria {
+            Criteria::Fixed(Tolerances { largest, accumulated }) => {
+                (Some(JsonTolerances { largest: *largest, accumulated: *accumulated }), None)
+            }
+            Criteria::Calibrated(calibrated) => {
+                let allowed = scene.comparison.is_compared().then_some(scene.comparison.allowed);
+                let calibration = JsonCalibration::of(&calibrated.envelope, allowed.flatten());
+                (None, Some(calibration))
+            }
+        };
         Self {
             name: scene.id.clone(),
             path: scene.path.clone(),
             verdict: verdict.name(),
             message: verdict.to_string(),
             weight: scene.weight,
-            tolerances: JsonTolerances { largest, accumulated },
+            criteria: scene.criteria.name(),
+            tolerances,
+            calibration,
             states: *states,
             position: residuals(position),
             velocity: residuals(velocity),
             first_wrong: first_wrong.as_ref().map(JsonFirstWrong::of),
+            diagnosis: scene.diagnosis.as_ref().map(JsonDiagnosis::of),
+        }
+    }
+}
+
+impl JsonCalibration {
+    fn of(envelope: &Envelope, allowed: Option<Allowed>) -> Self {
+        let bound = |Bound { envelope, tolerance }| JsonBound { envelope, tolerance };
+        Self {
+            variants: envelope.variants,
+            horizon: envelope.horizon.map(|horizon| horizon.step),
+            position: allowed.map(|allowed| bound(allowed.position)),
+            velocity: allowed.map(|allowed| bound(allowed.velocity)),
+            used: allowed.and_then(|allowed| finite(allowed.used)),
+        }
+    }
+}
+
+impl JsonDiagnosis {
+    fn of(diagnosis: &Diagnosis) -> Self {
+        let Diagnosis { steps, explanation, restarts } = diagnosis;
+        let candidates = explanation.iter().flat_map(|explanation| &explanation.candidates);
+        let explanation_of = |candidate: &Candidate| {
+            let (place, force) = match candidate.culprit {
+                Culprit::Force(tag) => ("force", Some(tag)),
+                Culprit::Jacobian(tag) => ("jacobian", Some(tag)),
+                Culprit::Integrator => ("integrator", None),
+                Culprit::Fixed => ("fixed", None),
+                Culprit::Output => ("output", None),
+            };
+            JsonExplanation { place, force, message: candidate.words.clone() }
+        };
+        Self {
+            steps: steps.total,
+            steps_wrong: steps.wrong,
+            ranges: steps.ranges.clone(),
+            message: steps.words(),
+            restarted: restarts.as_ref().map(|restarts| restarts.made.clone()),
+            restarted_wrong: restarts.as_ref().map(|restarts| restarts.wrong.clone()),
+            explanations: candidates.map(explanation_of).collect(),
+            remainder: explanation.as_ref().map(|explanation| explanation.remainder),
         }
     }
 }
@@ -346,6 +461,7 @@ impl JsonFirstWrong {
             got: first.got,
             residual: finite(first.residual),
             tolerance: first.tolerance,
+            envelope: first.envelope,
             accumulated: first.accumulated,
             context: context.collect(),
         }

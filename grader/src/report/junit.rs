@@ -69,6 +69,12 @@ fn scene(scene: &SceneResult) -> TestCase {
     if let Some(first) = &scene.comparison.first_wrong {
         message +=
             &format!(": first at {}, expected {}, got {}", first.place, first.expected, first.got);
+        message += &format!(", tolerance {:.1e}", first.tolerance);
+    }
+    if let Some(explanation) =
+        scene.diagnosis.as_ref().and_then(|diagnosis| diagnosis.explanation.as_ref())
+    {
+        message += &format!("; what explains that: {}", explanation.words());
     }
     not_passed(&scene.id, kind, verdict.name(), message)
 }

@@ -10,7 +10,8 @@ use super::digits::{self, Line, LineKind};
 use super::jacobians;
 use super::points;
 use super::table::{self, Cell};
-use crate::compare::FirstWrong;
+use crate::compare::{Criteria, FirstWrong, Tolerances};
+use crate::diagnosis::Diagnosis;
 use crate::grading::{FeatureResult, Grading, Outcome, Repetition, SceneResult, Totals};
 use crate::hidden::{Hidden, Tally};
 use crate::sandbox::Protection;
@@ -211,21 +212,46 @@ fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
     let message = verdict.to_string().replace('\n', "\n  ");
     writeln!(out, "{style}{name}{style:#}  {BOLD}{}{BOLD:#}  ({})", scene.id, scene.path)?;
     writeln!(out, "  {message}")?;
-    match &scene.comparison.first_wrong {
-        Some(first) => write_first_wrong(out, first),
+    if let Some(first) = &scene.comparison.first_wrong {
+        write_first_wrong(out, first)?;
+    }
+    match &scene.diagnosis {
+        Some(diagnosis) => write_diagnosis(out, diagnosis),
+        None => Ok(()),
+    }
+}
+
+fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()> {
+    let Diagnosis { steps, explanation, restarts } = diagnosis;
+    writeln!(out, "  single steps, each from the trace's own state before it: {}", steps.words())?;
+    if let Some(restarts) = restarts {
+        writeln!(out, "  started from the oracle's states: {}", restarts.words())?;
+    }
+    match explanation {
+        Some(explanation) => {
+            let left = match explanation.remainder {
+                left if left > 0.0 => format!(", to {left:.0e} of it"),
+                _ => ", to rounding".to_owned(),
+            };
+            writeln!(out, "  {BOLD}what explains that{left}: {}{BOLD:#}", explanation.words())
+        }
+        None if steps.wrong > 0 => writeln!(out, "  no single term explains that"),
         None => Ok(()),
     }
 }
 
 fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> {
-    let FirstWrong { place, time, residual: size, tolerance, .. } = first;
+    let FirstWrong { place, time, residual: size, tolerance, envelope, .. } = first;
+    let origin = envelope.map_or_else(String::new, |envelope| {
+        format!("; correct programs differ by up to {}", residual(envelope))
+    });
     let what = if first.accumulated { "sum of residuals" } else { "residual" };
     let quantity = place.quantity.name();
     let coordinate = place.coordinate();
     writeln!(
         out,
         "  first wrong: step {}, t = {time} s, particle {}, {coordinate} ({quantity} {what} {size:.1e}, \
-         tolerance {tolerance:.0e})",
+         tolerance {tolerance:.0e}{origin})",
         place.step, place.particle
     )?;
     let (expected, got) = (digits::full(first.expected), digits::full(first.got));
@@ -294,6 +320,48 @@ fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<
     }
 }
 
+/// Says what the scenes were judged by.
+fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let scenes = || grading.features.iter().flat_map(|result| &result.scenes);
+    let total = scenes().count();
+    let calibrated = scenes().filter(|scene| matches!(scene.criteria, Criteria::Calibrated(_)));
+    let used = calibrated.clone().filter_map(|scene| scene.comparison.allowed);
+    let used = used.map(|allowed| allowed.used).fold(0.0, f64::max);
+    let of = |count: usize| match count {
+        count if count == total => "Judged".to_owned(),
+        count => format!("{count} scenes judged"),
+    };
+    let count = calibrated.count();
+    if count > 0 {
+        let used = match used {
+            used if used <= 1.0 => format!("; at most {:.0} % of one is used", 100.0 * used),
+            _ => String::new(),
+        };
+        writeln!(out, "  {DIM}{} by calibrated tolerances{used}.{DIM:#}", of(count))?;
+    }
+    let mut fixed: Vec<(Tolerances, usize)> = Vec::new();
+    for scene in scenes() {
+        let Criteria::Fixed(tolerances) = scene.criteria else { continue };
+        match fixed.iter_mut().find(|(known, _)| *known == tolerances) {
+            Some((_, count)) => *count += 1,
+            None => fixed.push((tolerances, 1)),
+        }
+    }
+    for (tolerances @ Tolerances { largest, accumulated }, count) in fixed {
+        let whose = if tolerances == Tolerances::COURSE {
+            "the course's criteria"
+        } else {
+            "fixed tolerances"
+        };
+        writeln!(
+            out,
+            "  {DIM}{} by {whose}: each residual below {largest:e}, their sum below {accumulated:e}.{DIM:#}",
+            of(count)
+        )?;
+    }
+    Ok(())
+}
+
 fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let mut rows = Vec::new();
     for section in Section::ALL {
@@ -325,6 +393,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     }
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}", grading.submission)?;
     table::write(out, &rows)?;
+    write_criteria(out, grading)?;
     if let Some(protection) = &grading.protection {
         write_protection(out, protection)?;
     }

@@ -51,13 +51,15 @@ fn with(probing: &Probing, verdict: Verdict) -> Vec<(&'static str, &'static str)
 }
 
 /// The tag of the force that a subject is about.
-fn tag(subject: &str) -> &'static str {
+pub(crate) fn tag(subject: &str) -> &'static str {
     let tags = [
         ("spring of squared length", "greenspringforce"),
         ("spring", "springforce"),
         ("gravitation", "gravitationalforce"),
         ("linear drag", "dragdamping"),
         ("vortex", "vortexforce"),
+        ("simple gravity", "simplegravity"),
+        ("constant force", "constantforce"),
     ];
     let found = tags.iter().find(|(name, _)| subject.starts_with(name));
     found.unwrap_or_else(|| panic!("{subject} is about no force")).1

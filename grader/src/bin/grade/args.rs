@@ -6,6 +6,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use grader::init::Language;
 use grader::jacobian;
+use grader::rubric::CriteriaName;
 use grader::sandbox::Limits;
 use simulator::force;
 
@@ -91,6 +92,11 @@ pub(super) struct JudgeArgs {
     /// extracreditassets/, and expected/ [default: as the rubric says]
     #[arg(long, value_name = "DIR")]
     pub(super) hidden: Option<PathBuf>,
+
+    /// What scenes are judged by where the rubric sets no tolerance of theirs [default: the rubric's, else
+    /// calibrated]
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub(super) criteria: Option<CriteriaArg>,
 
     /// Check no Jacobians, neither ours nor a program's
     #[arg(long)]
@@ -250,6 +256,24 @@ pub(super) enum OracleCommand {
         #[command(flatten)]
         suite: SuiteArgs,
     },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum CriteriaArg {
+    /// The rubric's default tolerances: by default the course's, 1e-10 each and 1e-6 in sum
+    Course,
+    /// What correct programs differ by, as measured when the oracle's trace was made
+    Calibrated,
+}
+
+impl CriteriaArg {
+    /// As the rubric knows it.
+    pub(super) fn name(self) -> CriteriaName {
+        match self {
+            Self::Course => CriteriaName::Course,
+            Self::Calibrated => CriteriaName::Calibrated,
+        }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]

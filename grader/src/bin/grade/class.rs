@@ -73,7 +73,7 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
 
 impl<'a> Class<'a> {
     fn open(args: &'a ClassArgs) -> Result<Self, Stop> {
-        let inputs = args.suite.read_with(args.judge.hidden.as_deref())?;
+        let inputs = args.suite.read_with(args.judge.hidden.as_deref(), args.judge.criteria)?;
         let oracle = open_oracle(&inputs.expected)?;
         let [reports, records] = ["reports", "resume"].map(|name| args.output.join(name));
         for folder in [&reports, &records] {
@@ -194,13 +194,14 @@ fn fingerprint(
         fingerprint.part(extension(format).as_bytes());
     }
     let how = format!(
-        "{:?} {:?} {} {} {} {}",
+        "{:?} {:?} {} {} {} {} {:?}",
         runner.limits,
         runner.readable,
         args.folder.display(),
         args.run.unprotected,
         args.judge.no_jacobians,
-        args.judge.details
+        args.judge.details,
+        args.judge.criteria,
     );
     fingerprint.part(how.as_bytes());
     match &inputs.rubric_path {

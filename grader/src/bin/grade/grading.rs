@@ -20,7 +20,7 @@ use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_submission;
 
 pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
-    let mut inputs = args.suite.read_with(args.judge.hidden.as_deref())?;
+    let mut inputs = args.suite.read_with(args.judge.hidden.as_deref(), args.judge.criteria)?;
     if let Some(text) = &args.only {
         select(&mut inputs.suite, text)?;
     }

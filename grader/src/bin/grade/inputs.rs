@@ -8,7 +8,7 @@ use grader::rubric::Rubric;
 use grader::suite::{Section, Suite};
 use simulator::scene::ParseOptions;
 
-use crate::args::SuiteArgs;
+use crate::args::{CriteriaArg, SuiteArgs};
 use crate::stop::{Stop, complain};
 
 /// What a run works on.
@@ -42,11 +42,15 @@ impl Inputs {
 impl SuiteArgs {
     /// Everything, with hidden scenes only where the rubric says where they are.
     pub(super) fn read(&self) -> Result<Inputs, Stop> {
-        self.read_with(None)
+        self.read_with(None, None)
     }
 
-    /// Everything, with the hidden scenes of this folder.
-    pub(super) fn read_with(&self, hidden: Option<&Path>) -> Result<Inputs, Stop> {
+    /// Everything, with the hidden scenes of this folder, judged by these criteria where the rubric sets no tolerance.
+    pub(super) fn read_with(
+        &self,
+        hidden: Option<&Path>,
+        criteria: Option<CriteriaArg>,
+    ) -> Result<Inputs, Stop> {
         if let Some(threads) = self.threads {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
             pool.build_global().map_err(Stop::fault)?;
@@ -61,7 +65,7 @@ impl SuiteArgs {
         }
         let beside = assets.join("rubric.toml");
         let rubric_path = self.rubric.clone().or_else(|| beside.is_file().then_some(beside));
-        let rubric = match &rubric_path {
+        let mut rubric = match &rubric_path {
             Some(path) => Rubric::load(path).map_err(Stop::bad_input)?,
             None => Rubric::default(),
         };
@@ -69,6 +73,9 @@ impl SuiteArgs {
         if let Some(path) = &rubric_path {
             let hidden = hidden.as_ref().map(|(hidden, _)| hidden);
             rubric.check(&suite, hidden, path).map_err(Stop::bad_input)?;
+        }
+        if let Some(criteria) = criteria {
+            rubric.judge_by(criteria.name());
         }
         Ok(Inputs { suite, expected, rubric, rubric_path, hidden })
     }

@@ -17,12 +17,12 @@ mod pair;
 
 use nalgebra::DMatrix;
 use num_dual::{Dual64, DualNum};
-use simulator::scene::Scene;
+use simulator::scene::{ForceElement, Scene};
 
 use super::subject::Jacobians;
 
 /// A number, or a number with a derivative.
-pub(super) trait Number: DualNum<Primitive = f64> + Copy {}
+pub(crate) trait Number: DualNum<Primitive = f64> + Copy {}
 
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
@@ -46,8 +46,35 @@ pub(super) fn find(tag: &str) -> Option<&'static Law> {
     LAWS.iter().find(|law| law.tag == tag).copied()
 }
 
+/// The laws that a scene mentions, in the order of the registry, each with a scene of its elements alone.
+pub(crate) fn by_law(scene: &Scene) -> Vec<(&'static Law, Scene)> {
+    let with = |law: &'static Law| {
+        let is_of = |element: &&ForceElement| element.schema.tag == law.tag;
+        let elements: Vec<ForceElement> = scene.forces.iter().filter(is_of).cloned().collect();
+        (!elements.is_empty()).then(|| (law, Scene { forces: elements, ..scene.clone() }))
+    };
+    LAWS.iter().copied().filter_map(with).collect()
+}
+
+/// The force that `elements`, of whatever laws, make on the particles of `scene`.
+pub(crate) fn force_of(
+    scene: &Scene,
+    elements: &[ForceElement],
+    x: &[f64],
+    v: &[f64],
+    time: f64,
+) -> Vec<f64> {
+    let only = Scene { forces: elements.to_vec(), ..scene.clone() };
+    let mut total = vec![0.0; x.len()];
+    for (law, scene) in by_law(&only) {
+        let force = Expectation::new(law, &scene).force(x, v, time);
+        total.iter_mut().zip(&force).for_each(|(total, force)| *total += force);
+    }
+    total
+}
+
 /// A force as the documents state it.
-pub(super) struct Law {
+pub(crate) struct Law {
     tag: &'static str,
     /// Whether its forces are between particles: they do not change where all particles move alike.
     pub(super) internal: bool,
@@ -147,14 +174,14 @@ impl std::ops::AddAssign for Scale {
 }
 
 /// A law with a scene's masses and elements. The scene's forces must all be of the law's kind.
-pub(super) struct Expectation<'a> {
+pub(crate) struct Expectation<'a> {
     pub(super) law: &'static Law,
     scene: &'a Scene,
     starts: Vec<[f64; 3]>,
 }
 
 impl<'a> Expectation<'a> {
-    pub(super) fn new(law: &'static Law, scene: &'a Scene) -> Self {
+    pub(crate) fn new(law: &'static Law, scene: &'a Scene) -> Self {
         let starts = scene.particles.iter().map(|particle| particle.position).collect();
         Self { law, scene, starts }
     }
@@ -164,7 +191,7 @@ impl<'a> Expectation<'a> {
     }
 
     /// The force on every particle.
-    pub(super) fn force(&self, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
+    pub(crate) fn force(&self, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
         self.total(x, v, time, |form| match form {
             Form::Pair { plain, .. } => Evaluate::Pair(*plain),
             Form::Field { plain, .. } => Evaluate::Field(*plain),
@@ -172,7 +199,7 @@ impl<'a> Expectation<'a> {
     }
 
     /// Both Jacobians, column by column.
-    pub(super) fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Jacobians {
+    pub(crate) fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Jacobians {
         let seeded = |values: &[f64], seed: Option<usize>| -> Vec<Dual64> {
             let number = |(place, value): (usize, &f64)| {
                 Dual64::new(*value, f64::from(u8::from(seed == Some(place))))

@@ -1,0 +1,273 @@
+//! Equally correct ways to run a scene, each a stream of states.
+//!
+//! ```text
+//! order      forces summed the other way round, or shuffled; particles numbered otherwise
+//! solver     dense, sparse, LU of either pivoting, QR, the inverse, 4N unknowns, an iterative one's residual
+//! formula    d/l or d·(1/l), h·(F/m) or (h/m)·F, fused multiply-add, Jacobians by dual numbers
+//! start      the last bit of every coordinate, velocity, mass and parameter, up or down or as it is
+//! rounding   the last bit of every coordinate and velocity after every step, likewise
+//! stopping   one iteration more than Newton's method needs, or as many as rounding lets it make
+//! ```
+//!
+//! Those of the last bits and shuffles are drawn with fixed seeds: the same every time.
+
+use fastrand::Rng;
+use simulator::scene::schema::OptionValue;
+use simulator::scene::{Particle, Scene};
+use simulator::solver::linear::LinearSolver;
+
+use super::arithmetic::Arithmetic;
+use super::second::{Second, Solver, Stop, Style};
+use crate::stepping::Stepper;
+
+/// What kind of difference a variant makes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Class {
+    /// The order of sums.
+    Order,
+    /// The solver of linear systems.
+    Solver,
+    /// The order of evaluation of formulas.
+    Formula,
+    /// The last bits of the start.
+    Start,
+    /// The last bits of every step.
+    Rounding,
+    /// Where an iteration ends.
+    Stopping,
+}
+
+impl Class {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Order, Self::Solver, Self::Formula, Self::Start, Self::Rounding, Self::Stopping];
+}
+
+/// A scene on its way in one of these ways. Its state is in the scene's own order of particles.
+pub(super) struct Variant {
+    pub(super) class: Class,
+    engine: Engine,
+    /// Where the coordinates of the scene's particles are in the state.
+    places: Vec<usize>,
+    jitter: Option<Jitter>,
+    step: u64,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+}
+
+enum Engine {
+    First(Stepper),
+    Second(Box<Second>),
+}
+
+/// Last bits after every step.
+struct Jitter {
+    random: Rng,
+    /// The velocity is a difference of positions over this time, where the method makes it so.
+    quotient: Option<f64>,
+}
+
+/// The distance of 1 from the next larger number.
+const BIT: f64 = f64::EPSILON;
+
+impl Variant {
+    fn of(class: Class, scene: &Scene, engine: Engine) -> Self {
+        let dimension = scene.dimension.count();
+        let flat = |vector: fn(&Particle) -> &[f64; 3]| {
+            let particles = scene.particles.iter();
+            particles.flat_map(|particle| vector(particle)[..dimension].to_vec()).collect()
+        };
+        Self {
+            class,
+            engine,
+            places: (0..scene.particles.len() * dimension).collect(),
+            jitter: None,
+            step: 0,
+            positions: flat(|particle| &particle.position),
+            velocities: flat(|particle| &particle.velocity),
+        }
+    }
+
+    fn first(class: Class, scene: &Scene, solver: LinearSolver) -> Self {
+        Self::of(class, scene, Engine::First(Stepper::new(scene, solver)))
+    }
+
+    /// The scene as the simulator runs it.
+    pub(super) fn plain(scene: &Scene) -> Self {
+        Self::first(Class::Order, scene, LinearSolver::Auto)
+    }
+
+    /// Takes a step; false where it has no answer.
+    pub(super) fn advance(&mut self) -> bool {
+        let (x, v) = (&mut self.positions, &mut self.velocities);
+        let done = match &mut self.engine {
+            Engine::First(stepper) => stepper.step(self.step, x, v),
+            Engine::Second(second) => second.step(self.step, x, v),
+        };
+        self.step += 1;
+        if let Some(Jitter { random, quotient }) = &mut self.jitter {
+            for (x, v) in x.iter_mut().zip(v.iter_mut()) {
+                if let Some(h) = quotient {
+                    *v += bit(random) * *x / *h;
+                }
+                *x += bit(random) * *x;
+                *v += bit(random) * *v;
+            }
+        }
+        done
+    }
+
+    /// Position and velocity of this number, in the scene's own order.
+    pub(super) fn at(&self, place: usize) -> (f64, f64) {
+        let place = self.places[place];
+        (self.positions[place], self.velocities[place])
+    }
+
+    /// All positions and velocities, in the scene's own order.
+    pub(super) fn state(&self) -> (Vec<f64>, Vec<f64>) {
+        (0..self.places.len()).map(|place| self.at(place)).unzip()
+    }
+}
+
+/// The last bit of a number near 1: up, down, or as it is.
+fn bit(random: &mut Rng) -> f64 {
+    BIT * f64::from(random.i8(-1..=1))
+}
+
+/// Every way in which the scene can be run.
+pub(super) fn variants(scene: &Scene) -> Vec<Variant> {
+    let mut all = Vec::new();
+    orders(scene, &mut all);
+    solvers(scene, &mut all);
+    formulas(scene, &mut all);
+    last_bits(scene, &mut all);
+    stopping(scene, &mut all);
+    all
+}
+
+fn orders(scene: &Scene, all: &mut Vec<Variant>) {
+    let auto = LinearSolver::Auto;
+    let mut backwards = scene.clone();
+    backwards.forces.reverse();
+    all.push(Variant::first(Class::Order, &backwards, auto));
+    for seed in 0..2 {
+        let mut shuffled = scene.clone();
+        Rng::with_seed(seed).shuffle(&mut shuffled.forces);
+        all.push(Variant::first(Class::Order, &shuffled, auto));
+    }
+    for seed in 0..2 {
+        let mut order: Vec<usize> = (0..scene.particles.len()).rev().collect();
+        if seed > 0 {
+            Rng::with_seed(seed).shuffle(&mut order);
+        }
+        let renumbered = renumber(scene, &order);
+        let mut variant = Variant::first(Class::Order, &renumbered, auto);
+        let dimension = scene.dimension.count();
+        for (new, &old) in order.iter().enumerate() {
+            for axis in 0..dimension {
+                variant.places[old * dimension + axis] = new * dimension + axis;
+            }
+        }
+        all.push(variant);
+    }
+}
+
+/// The scene with the particles `order[0], order[1], …`.
+fn renumber(scene: &Scene, order: &[usize]) -> Scene {
+    let mut new_number = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(new, &old)| new_number[old] = new);
+    let mut renumbered = scene.clone();
+    renumbered.particles = order.iter().map(|&old| scene.particles[old].clone()).collect();
+    for element in &mut renumbered.forces {
+        element.pair = element.pair.map(|pair| pair.map(|old| new_number[old]));
+    }
+    for edge in &mut renumbered.edges {
+        edge.particles = edge.particles.map(|old| new_number[old]);
+    }
+    renumbered
+}
+
+fn solvers(scene: &Scene, all: &mut Vec<Variant>) {
+    let solves = !["explicit-euler", "symplectic-euler"].contains(&scene.integrator.name);
+    if solves {
+        for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
+            all.push(Variant::first(Class::Solver, scene, solver));
+        }
+    }
+    if Second::is_implicit(scene) {
+        let solvers = [Solver::FullLu, Solver::Qr, Solver::Inverse, Solver::Unreduced];
+        for solver in solvers.into_iter().chain([Solver::Iterative; 2]) {
+            let style = Style { solver, ..Style::default() };
+            push_second(Class::Solver, scene, style, all);
+        }
+    }
+}
+
+fn formulas(scene: &Scene, all: &mut Vec<Variant>) {
+    for fused in [false, true] {
+        for reciprocal in [false, true] {
+            let arithmetic = Arithmetic { fused, reciprocal };
+            let (backwards, scaled_kick) = (fused != reciprocal, reciprocal);
+            let style = Style { arithmetic, backwards, scaled_kick, ..Style::default() };
+            push_second(Class::Formula, scene, style, all);
+        }
+    }
+}
+
+fn push_second(class: Class, scene: &Scene, style: Style, all: &mut Vec<Variant>) {
+    if let Some(second) = Second::new(scene, style, all.len() as u64) {
+        all.push(Variant::of(class, scene, Engine::Second(Box::new(second))));
+    }
+}
+
+fn last_bits(scene: &Scene, all: &mut Vec<Variant>) {
+    for seed in 0..4 {
+        let random = &mut Rng::with_seed(seed);
+        let mut changed = scene.clone();
+        for particle in &mut changed.particles {
+            for value in particle.position.iter_mut().chain(&mut particle.velocity) {
+                *value += bit(random) * *value;
+            }
+            // Half of them change what the forces are made of, too.
+            if seed % 2 == 1 {
+                particle.mass += bit(random) * particle.mass;
+            }
+        }
+        if seed % 2 == 1 {
+            for value in changed.forces.iter_mut().flat_map(|element| &mut element.parameters) {
+                *value += bit(random) * *value;
+            }
+        }
+        all.push(Variant::first(Class::Start, &changed, LinearSolver::Auto));
+    }
+    let minimises = ["projected-newton", "fast-mass-spring"].contains(&scene.integrator.name);
+    for seed in 0..4 {
+        let mut variant = Variant::first(Class::Rounding, scene, LinearSolver::Auto);
+        let quotient = minimises.then_some(scene.time_step);
+        variant.jitter = Some(Jitter { random: Rng::with_seed(seed), quotient });
+        all.push(variant);
+    }
+}
+
+fn stopping(scene: &Scene, all: &mut Vec<Variant>) {
+    if scene.integrator.name == "implicit-euler" {
+        for stop in [Stop::OneMore, Stop::AtRounding] {
+            push_second(Class::Stopping, scene, Style { stop, ..Style::default() }, all);
+        }
+        return;
+    }
+    // A tolerance of the scene's own says where to end; what is left open is how it is compared.
+    let tolerances = scene.integrator_options.iter().filter_map(|(option, value)| match value {
+        OptionValue::Number(value) if option.name == "tolerance" && value > 0.0 => Some(value),
+        _ => None,
+    });
+    for tolerance in tolerances {
+        for factor in [1.0 - 1e-9, 1.0 + 1e-9] {
+            let mut changed = scene.clone();
+            let text = (tolerance * factor).to_string();
+            if changed.integrator_options.set("tolerance", &text).is_ok() {
+                all.push(Variant::first(Class::Stopping, &changed, LinearSolver::Auto));
+            }
+        }
+    }
+}

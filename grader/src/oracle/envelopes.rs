@@ -1,0 +1,64 @@
+//! `expected/envelopes.toml`: what correct programs differ by, scene by scene.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::calibration::{Envelope, StoredEnvelope};
+use crate::suite::{hash_bytes, read_text};
+
+/// The file's name.
+pub(super) const FILE_NAME: &str = "envelopes.toml";
+
+/// The largest file that is read, in MiB.
+const MAX_MEBIBYTES: u64 = 64;
+
+/// Envelopes by the names of their scenes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Envelopes(HashMap<String, Envelope>);
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(rename = "scene", default)]
+    scenes: Vec<StoredEnvelope>,
+}
+
+impl Envelopes {
+    /// Reads those of a folder of traces, whose manifest records this hash of their file.
+    ///
+    /// # Errors
+    /// Where the file cannot be read or is not the one that is recorded: what is wrong, and what to do.
+    pub(super) fn load(folder: &Path, sha256: &str) -> Result<Self, String> {
+        let path = folder.join(FILE_NAME);
+        let restore = "restore it or run `grade oracle regenerate`";
+        let text = read_text(&path, MAX_MEBIBYTES)
+            .map_err(|error| format!("{}: cannot be read: {error}; {restore}", path.display()))?;
+        if hash_bytes(text.as_bytes()) != sha256 {
+            let path = path.display();
+            return Err(format!("{path} is not the one that the manifest records; {restore}"));
+        }
+        let broken = |detail: &str| format!("{}: {detail}; {restore}", path.display());
+        let file: File =
+            toml::from_str(&text).map_err(|error| broken(error.to_string().trim_end()))?;
+        let entry = |stored: StoredEnvelope| {
+            let envelope = stored.envelope();
+            let message = || broken(&format!("the lists of {} do not go together", stored.name));
+            Ok((stored.name.clone(), envelope.ok_or_else(message)?))
+        };
+        Ok(Self(file.scenes.into_iter().map(entry).collect::<Result<_, String>>()?))
+    }
+
+    /// The envelope of the scene of this name.
+    pub(super) fn find(&self, scene: &str) -> Option<&Envelope> {
+        self.0.get(scene)
+    }
+}
+
+/// The text of the file.
+pub(super) fn text(scenes: &[StoredEnvelope]) -> String {
+    let entries: Vec<String> = scenes.iter().map(StoredEnvelope::entry).collect();
+    let entries = entries.join("\n");
+    format!("# Made by `grade oracle regenerate`; not to be edited by hand.\n\n{entries}")
+}

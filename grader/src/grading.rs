@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rayon::prelude::*;
 use simulator::trace::{self, Shape};
 
+use crate::blame::Blame;
 use crate::compare::{Comparison, Criteria, Expectation, compare};
 use crate::diagnosis::{Diagnosis, diagnose, restart};
 use crate::events::{Event, Observer, Task};
@@ -40,6 +41,8 @@ pub struct Grading {
     pub repetition: Option<Repetition>,
     /// Forces and Jacobians of its program, measured from single steps; `None` where they were not.
     pub probing: Option<Probing>,
+    /// What it looks as if it had wrong; `None` where nothing failed.
+    pub blame: Option<Blame>,
     /// Jacobian checks; empty where the submission is not the built-in simulator.
     pub jacobians: JacobianReport,
     /// Whether there are hidden scenes, and whether they were run.
@@ -305,6 +308,36 @@ pub fn grade_observed(
     if let Submission::Program(program) = submission {
         restart_some(suite, program, oracle, &mut results);
     }
+    let mut grading = gather(suite, submission.name(), rubric, results);
+    grading.jacobians = jacobians;
+    if let Submission::Program(program) = submission {
+        observer.notice(Event::Task(Task::Repetition));
+        grading.repetition = Some(Repetition::of(suite, program));
+    }
+    grading
+}
+
+/// Judges every scene of the suite by `judge`, in parallel.
+pub(crate) fn collect(
+    suite: &Suite,
+    submission: String,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    judge: impl Fn(&Case, Criteria) -> Comparison + Sync,
+) -> Grading {
+    let cases = suite.cases.par_iter();
+    let results = cases.map(|case| of_case(case, oracle, rubric, |criteria| judge(case, criteria)));
+    gather(suite, submission, rubric, results.collect())
+}
+
+/// Puts together the results of all scenes, in the order of the suite.
+fn gather(
+    suite: &Suite,
+    submission: String,
+    rubric: &Rubric,
+    results: Vec<SceneResult>,
+) -> Grading {
+    let blame = Blame::of(suite.cases.iter().zip(results.iter().map(|result| &result.comparison)));
 
     let mut features: Vec<FeatureResult> = Vec::new();
     for (case, result) in suite.cases.iter().zip(results) {
@@ -318,20 +351,14 @@ pub fn grade_observed(
         }
     }
     features.sort_by(|a, b| a.feature.cmp(&b.feature));
-    let repetition = match submission {
-        Submission::Program(program) => {
-            observer.notice(Event::Task(Task::Repetition));
-            Some(Repetition::of(suite, program))
-        }
-        _ => None,
-    };
     Grading {
-        submission: submission.name(),
+        submission,
         features,
         protection: None,
-        repetition,
+        repetition: None,
         probing: None,
-        jacobians,
+        blame,
+        jacobians: JacobianReport::default(),
         hidden: Hidden::None,
     }
 }
@@ -343,11 +370,23 @@ pub(crate) fn judge_case(
     rubric: &Rubric,
     submission: &Submission,
 ) -> SceneResult {
+    of_case(case, oracle, rubric, |criteria| {
+        judge(case, oracle, criteria, || submission.states(case))
+    })
+}
+
+/// One scene, judged by its criteria.
+fn of_case(
+    case: &Case,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    judge: impl FnOnce(Criteria) -> Comparison,
+) -> SceneResult {
     let criteria = rubric.criteria(case, oracle.calibrated(case));
     SceneResult {
         id: case.id.clone(),
         path: case.scene.name.clone(),
-        comparison: judge(case, oracle, criteria.clone(), || submission.states(case)),
+        comparison: judge(criteria.clone()),
         criteria,
         weight: rubric.weight(case),
         diagnosis: None,
@@ -355,7 +394,7 @@ pub(crate) fn judge_case(
 }
 
 /// Judges the states that `start` yields for a scene. A panic, here or there, costs this scene alone.
-fn judge(
+pub(crate) fn judge(
     case: &Case,
     oracle: &Oracle,
     criteria: Criteria,

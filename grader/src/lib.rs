@@ -17,6 +17,7 @@
 //! - [`grading`]: all of it, over a suite.
 //! - [`class`]: a folder of submissions, each graded alone.
 //! - [`hidden`]: scenes that count, and of which nothing else is told.
+//! - [`blame`]: what a failing submission looks as if it had wrong.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
 //! - [`oracle`]: the stored traces: regenerated, verified.
 //! - [`init`]: skeletons of submissions.
@@ -35,6 +36,7 @@ pub mod rubric;
 
 pub mod stepping;
 
+pub mod blame;
 pub mod class;
 pub mod events;
 pub mod grading;
@@ -47,3 +49,5 @@ pub mod probe;
 pub mod oracle;
 
 pub mod report;
+
+pub mod selftest;

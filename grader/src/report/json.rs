@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
+use crate::blame::{Blame, Finding, Suspect};
 use crate::calibration::{Bound, Envelope};
 use crate::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
 use crate::diagnosis::{Candidate, Culprit, Diagnosis};
@@ -53,6 +54,9 @@ struct Report {
     repetition: Option<JsonRepetition>,
     /// Forces and Jacobians of the program, measured from single steps; null where they were not.
     probe: Option<JsonProbing>,
+    /// What it looks as if the submission had wrong, one entry for each way in which scenes failed, the most
+    /// frequent first; empty where nothing failed.
+    blame: Vec<JsonFinding>,
     /// Sums over the required features.
     required: JsonTotals,
     /// Sums over the extra-credit features.
@@ -92,6 +96,35 @@ struct JsonGroup {
     group: String,
     #[serde(flatten)]
     totals: JsonTotals,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonFinding {
+    /// "wrong" (by traces), "crash", "time-out" or "memory".
+    symptom: &'static str,
+    /// Scenes that failed so.
+    failing: usize,
+    /// How many of the suspects are named: 1 where it is clear, 2 where two are close or at work together, 0 where
+    /// there is no telling.
+    named: usize,
+    /// Whether the two that are named are at work together, and not one or the other.
+    together: bool,
+    /// The likeliest causes, the likeliest first.
+    suspects: Vec<JsonSuspect>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonSuspect {
+    /// What is wrong: a force or a part of one, its Jacobians, an integrator, fixed particles, reading, output, …
+    feature: String,
+    /// In which circumstances, or in what way; empty where there is no more to say.
+    detail: String,
+    /// Failing scenes that it explains.
+    explained: usize,
+    /// Passing scenes that speak against it.
+    against: usize,
+    /// Natural logarithm of how likely the verdicts are with it, up to a constant.
+    score: f64,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -287,6 +320,7 @@ impl Report {
                 differing: repetition.differing.clone(),
             }),
             probe: grading.probing.as_ref().map(JsonProbing::of),
+            blame: grading.blame.as_ref().map(JsonFinding::all).unwrap_or_default(),
             required: JsonTotals::of(grading.totals(Section::Required)),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit)),
             hidden: JsonHidden::of(grading),
@@ -327,6 +361,26 @@ impl JsonGroup {
             })
         };
         groups.filter_map(json).collect()
+    }
+}
+
+impl JsonFinding {
+    fn all(blame: &Blame) -> Vec<Self> {
+        let suspect = |suspect: &Suspect| JsonSuspect {
+            feature: suspect.feature.to_string(),
+            detail: suspect.detail.clone(),
+            explained: suspect.explained,
+            against: suspect.against,
+            score: suspect.score,
+        };
+        let finding = |finding: &Finding| Self {
+            symptom: finding.symptom.name(),
+            failing: finding.failing,
+            named: finding.named,
+            together: finding.together,
+            suspects: finding.suspects.iter().map(suspect).collect(),
+        };
+        blame.findings.iter().map(finding).collect()
     }
 }
 

@@ -1,11 +1,13 @@
 //! The report for continuous integration: JUnit XML, a suite a feature and a case a scene.
 //!
-//! A scene that could not be judged is an error, a failed one a failure; the type is the verdict's name. The hidden
-//! scenes of a feature are one case, skipped where they were not run.
+//! A scene that could not be judged is an error, a failed one a failure; the type is the verdict's name. A suite
+//! with a failure has the property `blame` for each cause that is named. The hidden scenes of a feature are one case,
+//! skipped where they were not run.
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 use super::{jacobians, text};
+use crate::blame::{Blame, Finding, Suspect};
 use crate::grading::{Grading, SceneResult};
 use crate::hidden::{Hidden, Tally};
 use crate::verdict::Verdict;
@@ -25,6 +27,11 @@ pub fn render(grading: &Grading) -> Result<String, quick_junit::SerializeError> 
         suite.add_test_cases(result.scenes.iter().map(scene));
         if result.hidden.n_scenes() > 0 {
             suite.add_test_case(hidden(&result.hidden));
+        }
+        if result.n_passed() + result.n_faults() < result.scenes.len() {
+            for suspect in grading.blame.iter().flat_map(named) {
+                suite.add_property(("blame", suspect.to_string().as_str()));
+            }
         }
         report.add_test_suite(suite);
     }
@@ -56,6 +63,11 @@ fn hidden(tally: &Tally) -> TestCase {
     };
     let message = format!("{passed} of {all} passed; {}", text::verdicts(tally));
     not_passed(HIDDEN, kind, HIDDEN, message)
+}
+
+/// The causes that are named.
+fn named(blame: &Blame) -> impl Iterator<Item = &Suspect> {
+    blame.findings.iter().flat_map(Finding::named)
 }
 
 fn scene(scene: &SceneResult) -> TestCase {

@@ -6,6 +6,7 @@ pub mod jacobians;
 pub mod json;
 pub mod junit;
 pub mod probe;
+pub mod selftest;
 pub mod text;
 
 mod digits;

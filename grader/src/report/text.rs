@@ -10,6 +10,7 @@ use super::digits::{self, Line, LineKind};
 use super::jacobians;
 use super::points;
 use super::table::{self, Cell};
+use crate::blame::{Blame, Finding, Suspect, Symptom};
 use crate::compare::{Criteria, FirstWrong, Tolerances};
 use crate::diagnosis::Diagnosis;
 use crate::grading::{FeatureResult, Grading, Outcome, Repetition, SceneResult, Totals};
@@ -362,6 +363,37 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     Ok(())
 }
 
+/// What it looks as if the submission had wrong, where there is anything to say.
+fn write_blame(out: &mut dyn Write, blame: &Blame) -> io::Result<()> {
+    for finding in &blame.findings {
+        let Finding { symptom, failing, .. } = finding;
+        let lead = match symptom {
+            Symptom::Wrong => "It looks as if this were wrong: ",
+            Symptom::Crash => "It crashes, as it seems, by: ",
+            Symptom::TimeOut => "It does not end, as it seems, by: ",
+            Symptom::Memory => "It takes too much memory, as it seems, by: ",
+        };
+        for (number, suspect) in finding.named().iter().enumerate() {
+            let lead = match (number, finding.together) {
+                (0, _) => lead,
+                (_, true) => "and this: ",
+                (_, false) => "or this: ",
+            };
+            let Suspect { explained, against, .. } = suspect;
+            let against = match against {
+                0 => String::new(),
+                n => format!(", but {n} with it passed"),
+            };
+            writeln!(
+                out,
+                "  {lead}{BOLD}{}{BOLD:#} {DIM}(in {explained} of {failing} such scenes{against}){DIM:#}",
+                suspect.cause()
+            )?;
+        }
+    }
+    Ok(())
+}
+
 fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let mut rows = Vec::new();
     for section in Section::ALL {
@@ -399,6 +431,9 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     }
     if let Some(repetition) = &grading.repetition {
         write_repetition(out, repetition)?;
+    }
+    if let Some(blame) = &grading.blame {
+        write_blame(out, blame)?;
     }
     let (style, text) = match grading.outcome() {
         Outcome::Passed => (GOOD, "All passed."),

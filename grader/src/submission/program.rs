@@ -191,6 +191,26 @@ impl Program {
         Ok(Identified::Unusable { name: program.name, failure })
     }
 
+    /// The same program, called with these arguments behind its own.
+    pub(crate) fn with_arguments<'a>(&self, more: impl IntoIterator<Item = &'a str>) -> Self {
+        let mut other = self.clone();
+        other.arguments.extend(more.into_iter().map(str::to_owned));
+        other
+    }
+
+    /// The same program, of which traces in this format are expected.
+    pub(crate) fn with_format(self, format: TraceFormat) -> Self {
+        Self { format, ..self }
+    }
+
+    /// The same program under other limits; a limit that there is not is passed over.
+    pub(crate) fn with_limits(mut self, limits: &[(&str, f64)]) -> Self {
+        for (name, value) in limits {
+            let _ = self.runner.limits.set(name, *value);
+        }
+        self
+    }
+
     /// What reports call it: its path, as given.
     pub fn name(&self) -> &str {
         &self.name

@@ -7,9 +7,9 @@ use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
 use simulator::trace;
 
-use crate::mistake::{self, Mistake};
-use crate::student::Student;
 use crate::{ENOUGH, whole_suite, workspace};
+use grader::selftest::mistake::{self, Mistake};
+use grader::selftest::student::Student;
 
 fn judge(case: &Case, student: &Student, calibrated: Calibrated) -> Comparison {
     let expectation = Expectation::of(&case.scene);

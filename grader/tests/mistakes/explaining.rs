@@ -7,9 +7,9 @@ use grader::diagnosis::{Culprit, Diagnosis, diagnose};
 use grader::suite::Case;
 use rayon::prelude::*;
 
-use crate::mistake::{self, Area, Mistake};
 use crate::own_suite;
-use crate::student::Student;
+use grader::selftest::mistake::{self, Area, Mistake};
+use grader::selftest::student::Student;
 
 /// Scenes that a mistake is looked for in.
 const SCENES: usize = 6;

@@ -4,14 +4,13 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use grader::compare::{Comparison, Expectation, Residuals, Tolerances, compare};
+use grader::selftest::student::Student;
 use grader::submission::StateSource;
 use grader::suite::{Section, Suite, find_trace};
 use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
 use simulator::scene::Scene;
 use simulator::trace::{self, Shape, State, TraceError, TraceReader};
-
-use super::student::Student;
 
 /// Within this factor of a tolerance, on either side, a residual is no evidence: it might be found on the
 /// other side when the arithmetic rounds differently.

@@ -1,7 +1,7 @@
 //! Shows, by running mistaken simulators, that the scenes catch mistakes.
 //!
-//! [`student`] is a second simulator, written without the first; the two must agree on every scene.
-//! [`mistake`] spoils it in one place at a time; every such student must fail at least two scenes. What
+//! [`student`] is a second simulator of the self-test, written without the first; the two must agree on every
+//! scene. [`mistake`] spoils it in one place at a time; every such student must fail at least two scenes. What
 //! comes of it is the table `docs/mistakes.md`, which `UPDATE_DOCS=1 cargo test --release -p grader
 //! --test mistakes` writes anew.
 //!
@@ -11,15 +11,15 @@
 mod calibrated;
 mod explaining;
 mod judging;
-mod mistake;
 mod probing;
-mod student;
 mod table;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use grader::selftest::mistake;
+use grader::selftest::student::{self, Student};
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
 use rayon::prelude::*;
@@ -27,7 +27,6 @@ use simulator::scene::ParseOptions;
 use simulator::solver::linear::LinearSolver;
 
 use judging::{Graded, compare_states, excess, states_of};
-use student::Student;
 use table::Table;
 
 /// How many scenes at least must catch a mistake.

@@ -3,14 +3,13 @@
 //! It is probed in this process, as a program is: by the velocities after single steps.
 
 use grader::probe::{Probing, Stepper, Verdict, probe};
+use grader::selftest::mistake::{self, Area};
+use grader::selftest::student::{self, Student};
 use grader::submission::StateSource;
 use grader::verdict::Failure;
 use rayon::prelude::*;
 use simulator::scene::{Dimension, Scene};
 use simulator::trace::{Shape, State};
-
-use crate::mistake::{self, Area};
-use crate::student::{self, Student};
 
 /// A student as a program of one step.
 struct Steps(Student);

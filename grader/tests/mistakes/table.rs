@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
+use grader::selftest::mistake::{Area, Mistake};
 use grader::suite::Section;
 use rayon::prelude::*;
 
 use super::judging::{Finding, Graded};
-use super::mistake::{Area, Mistake};
 
 /// Scenes named in a row.
 const NAMED: usize = 3;
@@ -15,7 +15,7 @@ const INTRODUCTION: &str = "\
 # Mistakes that the scenes catch
 
 A grading suite is worth what it catches. Each row of this table is a mistake that a student may make; it
-was planted in a second, independent implementation of the course's simulator (`grader/tests/mistakes`),
+was planted in a second, independent implementation of the course's simulator (`grader/src/selftest`),
 and that program was run and graded with the course's tolerances against the oracle's traces. Nothing of
 this is in the simulator itself. While it is faultless, the second implementation agrees with the simulator on
 every scene that it knows: those in the plane, by the four methods of the course, without wind. Projected

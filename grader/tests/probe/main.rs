@@ -1,7 +1,7 @@
 #![cfg(unix)]
 //! The black-box check against programs that are not ours.
 //!
-//! Three simulators in other languages (`tests/programs/`) are built right and wrong. Each mistake must be
+//! Three simulators in other languages (`src/selftest/programs/`) are built right and wrong. Each mistake must be
 //! called wrong at its place and nowhere else; no right build may be called wrong, whatever its compiler flags,
 //! its precision, its order of summation or its solver. What comes of it is the table `docs/probe.md`, which
 //! `UPDATE_DOCS=1 cargo test --release -p grader --test probe` writes anew. Where a compiler or an interpreter
@@ -27,7 +27,7 @@ const INTRODUCTION: &str = "\
 # Mistakes that single steps show
 
 `grade jacobians PROGRAM` knows nothing of a program but its traces. Each row of the first table is a mistake
-that was planted in one of three small simulators (`grader/tests/programs`: C++, C and Python, each with its own
+that was planted in one of three small simulators (`grader/src/selftest/programs`: C++, C and Python, each with its own
 way to write forces and to solve), and what was called wrong: the force, the step, or a block of the Jacobian, of
 which part of the force, in the plane or in space. Nothing else was. The error is the largest of those, relative
 to the largest entry of its block. The last column is what the report says that the mistake looks like.
@@ -222,7 +222,8 @@ fn compare_with_docs(text: &str) {
 
 #[test]
 fn what_is_not_there_is_not_offered_and_not_wrong() {
-    let variants = [C, PYTHON].map(|build| Variant { build, environment: Vec::new() });
+    let mut variants = [C, PYTHON].map(|build| Variant { build, environment: Vec::new() });
+    variants[0].environment.push(("NAMES", "one"));
     let workshop = Workshop::new("offers", &variants);
     let verdicts = |probing: &Probing| -> BTreeMap<&'static str, Verdict> {
         let parts = probing.parts.iter();

@@ -1,4 +1,4 @@
-//! The fixtures in `tests/programs/`, built and wrapped.
+//! The fixtures in `src/selftest/programs/`, built and wrapped.
 //!
 //! A wrapper is a shell script that sets the environment of one build, and so plants a mistake or picks a
 //! solver. All scripts are written before anything is started: a program that is being written cannot run.
@@ -31,8 +31,9 @@ impl Build {
 
     /// What is run; or why it cannot be.
     fn make(self, folder: &Path) -> Result<String, String> {
-        let source =
-            |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs").join(name);
+        let source = |name: &str| {
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("src/selftest/programs").join(name)
+        };
         let (compiler, flags, source) = match self {
             Self::Cpp(flags) => ("c++", flags, source("student.cpp")),
             Self::C(flags) => ("cc", flags, source("student.c")),

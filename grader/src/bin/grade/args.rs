@@ -10,6 +10,8 @@ use grader::rubric::CriteriaName;
 use grader::sandbox::Limits;
 use simulator::force;
 
+use crate::selftest::SelfTestArgs;
+
 /// Grade a mass-spring simulator, feature by feature, against oracle traces.
 ///
 /// Without arguments: the built-in simulator on every scene of assets/ and extracreditassets/, against
@@ -47,6 +49,8 @@ pub(super) enum Command {
         #[arg(value_name = "DIR", default_value = "my-simulator")]
         folder: PathBuf,
     },
+    /// Run planted mistakes and correct variants: is every mistake caught and blamed, every variant passed?
+    Selftest(SelfTestArgs),
     /// Make the oracle traces anew, or see whether they still match
     #[command(subcommand)]
     Oracle(OracleCommand),

@@ -15,6 +15,7 @@ mod grading;
 mod init;
 mod jacobians;
 mod oracle;
+mod selftest;
 
 mod output;
 mod progress;
@@ -52,6 +53,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         Some(Command::Class(args)) => class::grade(args),
         Some(Command::Jacobians(args)) => jacobians::check(args),
         Some(Command::Init { language, folder }) => init::init(language, folder),
+        Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
             oracle::regenerate(*accept, suite)
         }

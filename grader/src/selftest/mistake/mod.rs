@@ -22,17 +22,23 @@ use super::student::Student;
 
 /// What part of a simulator a mistake is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Area {
+pub enum Area {
+    /// The value of a force.
     Force,
+    /// A derivative of a force.
     Jacobian,
+    /// A time-stepping method.
     Integrator,
+    /// The treatment of fixed particles.
     Fixed,
 }
 
 impl Area {
-    pub(crate) const ALL: [Self; 4] = [Self::Force, Self::Jacobian, Self::Integrator, Self::Fixed];
+    /// All, in the order of the tables.
+    pub const ALL: [Self; 4] = [Self::Force, Self::Jacobian, Self::Integrator, Self::Fixed];
 
-    pub(crate) fn title(self) -> &'static str {
+    /// As a heading.
+    pub fn title(self) -> &'static str {
         match self {
             Self::Force => "Forces",
             Self::Jacobian => "Jacobians",
@@ -77,29 +83,37 @@ impl Scope {
 }
 
 /// A mistake.
-pub(crate) struct Mistake {
-    pub(crate) area: Area,
+pub struct Mistake {
+    /// What part of a simulator it is in.
+    pub area: Area,
     /// The force, Jacobian or integrator it is in.
-    pub(crate) subject: &'static str,
+    pub subject: &'static str,
     /// What is wrong, in a few words.
-    pub(crate) description: &'static str,
+    pub description: &'static str,
     /// One of the five that are known to pass the course's own scenes: the ones to be sure of. (The
     /// 45 of them at hand let others pass too.)
-    pub(crate) missed_by_the_course: bool,
+    pub missed_by_the_course: bool,
     scope: Scope,
     plant: Box<dyn Fn(&mut Student) + Send + Sync>,
 }
 
 impl Mistake {
     /// A student who makes it.
-    pub(crate) fn student(&self) -> Student {
+    pub fn student(&self) -> Student {
         let mut student = Student::faultless();
         (self.plant)(&mut student);
         student
     }
 
+    /// A student who makes this one and another.
+    pub fn and(&self, other: &Self) -> Student {
+        let mut student = self.student();
+        (other.plant)(&mut student);
+        student
+    }
+
     /// Whether it can make a difference on this scene.
-    pub(crate) fn can_matter_on(&self, scene: &Scene) -> bool {
+    pub fn can_matter_on(&self, scene: &Scene) -> bool {
         self.scope.contains(scene)
     }
 
@@ -135,7 +149,7 @@ impl Subject {
 }
 
 /// Every mistake, by area and subject.
-pub(crate) fn all() -> Vec<Mistake> {
+pub fn all() -> Vec<Mistake> {
     [force::mistakes(), jacobian::mistakes(), integrator::mistakes(), fixed::mistakes()]
         .into_iter()
         .flatten()

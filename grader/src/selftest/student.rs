@@ -13,12 +13,13 @@
 //! Sources: hand-out of milestone 2, section 3; of milestone 3, sections 5 to 10; the course's
 //! definition of the vortex force, of which the Jacobians are derived by hand.
 
-use grader::submission::StateSource;
-use grader::verdict::Failure;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use simulator::scene::schema::MAX_PARAMETERS;
 use simulator::scene::{Dimension, Particle, Scene};
 use simulator::trace::State;
+
+use crate::submission::StateSource;
+use crate::verdict::Failure;
 
 pub(crate) type Vec2 = Vector2<f64>;
 pub(crate) type Mat2 = Matrix2<f64>;
@@ -157,7 +158,7 @@ pub(crate) struct Fixed {
 
 /// All that the student believes.
 #[derive(Clone, Copy)]
-pub(crate) struct Student {
+pub struct Student {
     /// How the scene is read: may change it.
     pub(crate) read: fn(&mut Scene),
     pub(crate) simple_gravity: BodyForce,
@@ -205,7 +206,7 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
 
 /// Whether the student can simulate the scene: in the plane, with the methods and forces below. The others
 /// are held to references of their own, in the simulator's tests.
-pub(crate) fn knows(scene: &Scene) -> bool {
+pub fn knows(scene: &Scene) -> bool {
     let minimises = ["projected-newton", "fast-mass-spring"].contains(&scene.integrator.name);
     let windy = scene.forces.iter().any(|force| force.schema.tag == "windforce");
     scene.dimension == Dimension::Two && !minimises && !windy
@@ -303,7 +304,7 @@ fn clear(matrix: &mut DMatrix<f64>, right: &mut DVector<f64>, particle: usize, _
 
 impl Student {
     /// One who makes no mistake.
-    pub(crate) fn faultless() -> Self {
+    pub fn faultless() -> Self {
         let force = |on_i| PairForce { on_i, share: action_and_reaction };
         let jacobian = |block| Jacobian { block, spread: four_blocks, place: |pair| pair };
         let explicit = Explicit {
@@ -354,7 +355,10 @@ impl Student {
     }
 
     /// The states of a scene of two dimensions, computed as they are read.
-    pub(crate) fn simulate(&self, scene: &Scene) -> Run {
+    ///
+    /// # Panics
+    /// Where it does not [know](knows) the scene.
+    pub fn simulate(&self, scene: &Scene) -> Run {
         assert_eq!(scene.dimension, Dimension::Two, "{}: the student knows no z", scene.name);
         let mut scene = scene.clone();
         (self.read)(&mut scene);
@@ -371,7 +375,7 @@ impl Student {
 }
 
 /// A scene on its way.
-pub(crate) struct Run {
+pub struct Run {
     student: Student,
     scene: Scene,
     q: Vec<Vec2>,

@@ -1,18 +1,24 @@
 // A mass-spring simulator in one file, as a student of the course might write it: two dimensions, dense
 // matrices. Called as FOSSSim is: student -s scene.xml -d 0 -o trace.bin
 //
-// REAL (a macro) is the type it computes with. SOLVER (environment) is lu, nopivot, krylov or gauss-seidel;
-// ORDER=reversed sums forces backwards; MISTAKE plants one mistake by its name.
+// REAL (a macro) is the type it computes with. The rest is set in the environment, or by arguments `-e NAME=VALUE`:
+// SOLVER is lu, nopivot, krylov or gauss-seidel, to a TOLERANCE; ORDER=reversed sums forces backwards; FORMAT=csv
+// writes text, numbers by DIGITS (%.17g); MISTAKE plants one mistake by its name.
 
+#include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
+
+#include <unistd.h>
 
 #ifndef REAL
 #define REAL double
@@ -26,8 +32,7 @@ static std::string setting(const char *name) {
   const char *value = std::getenv(name);
   return value ? value : "";
 }
-static const std::string MISTAKE = setting("MISTAKE");
-static const std::string SOLVER = setting("SOLVER");
+static std::string MISTAKE, SOLVER;
 static bool is(const char *name) { return MISTAKE == name; }
 
 [[noreturn]] static void refuse(const std::string &why) {
@@ -61,8 +66,18 @@ static Vec mass, x, v;
 static std::vector<bool> fixedp;
 static std::vector<Pair> pairs;
 static std::vector<int> edges;
+static int elements;  // forces read
 static Real drag, gravity[2], constant[2], h, duration;
 static std::string method;
+
+// The methods have shorter names as well.
+static bool by(const char *name) {
+  std::string full = method;
+  if (full == "forward-backward-euler" || full == "symplectic") full = "symplectic-euler";
+  if (full == "linearized-implicit") full = "linearized-implicit-euler";
+  if (full == "implicit") full = "implicit-euler";
+  return full == name;
+}
 
 // Force on i and its derivatives by d = x_i - x_j and w = v_i - v_j.
 static void law(const Pair &e, const Real *d, const Real *w, Real *f, Mat *K, Mat *B) {
@@ -86,6 +101,7 @@ static void law(const Pair &e, const Real *d, const Real *w, Real *f, Mat *K, Ma
     if (is("spring: Jacobian off by 1e-6")) elastic = Real(1 + 1e-6) * elastic;
     *K = elastic;
     if (b != 0) {
+      if (is("crash: segmentation fault with damping")) raise(SIGSEGV);
       if (is("damping: force and Jacobian not projected")) {
         for (int a = 0; a < 2; a++) f[a] -= b * w[a];
         *B = -b * I;
@@ -125,6 +141,7 @@ static void law(const Pair &e, const Real *d, const Real *w, Real *f, Mat *K, Ma
     if (is("gravitation: one entry off by 1e-6")) K->c *= Real(1 + 1e-6);
   } else {
     // The hand-out's direction goes from i to j, and its force is that on j.
+    if (is("crash: exception in the vortex")) throw std::out_of_range("vortex");
     Real kbs = e.p[0], kvc = e.p[1], s = kvc / (l * l);
     if (is("vortex: rotates the other way")) kbs = -kbs;
     Real turned[2] = {-nn[1], nn[0]};
@@ -162,6 +179,10 @@ static void evaluate(const Vec &q, const Vec &u, Vec &F, std::vector<Real> *K, s
     Real f[2];
     Mat A, D;
     law(e, d, w, f, &A, &D);
+    // Volatile: GCC 12 vectorises two such casts, and leaves them out.
+    volatile float narrow;
+    for (int a = 0; a < 2 && is("precision: forces in single precision"); a++) narrow = f[a], f[a] = narrow;
+    if (is("fixed: springs to them are left out") && (fixedp[e.i] || fixedp[e.j])) continue;
     for (int a = 0; a < 2; a++) F[2 * e.i + a] += f[a], F[2 * e.j + a] -= f[a];
     if (!K) continue;
     Mat cross = Real(-1) * A, crossv = Real(-1) * D, first = A;
@@ -272,23 +293,26 @@ static void gauss_seidel(const std::vector<Real> &A, Vec &b, Real tolerance) {
   refuse("Gauss-Seidel does not converge");
 }
 
-static void step() {
+static void explicit_step() {
   Vec F;
-  if (method == "explicit-euler" || method == "forward-backward-euler" || method == "symplectic-euler") {
-    evaluate(x, v, F, nullptr, nullptr);
-    Vec old = v;
-    for (int i = 0; i < 2 * n; i++)
-      if (!fixedp[i / 2]) v[i] += h * F[i] / mass[i / 2];
-    for (int i = 0; i < 2 * n; i++) x[i] += h * (method == "explicit-euler" ? old[i] : v[i]);
-    return;
-  }
-  if (method != "linearized-implicit-euler") refuse("no integrator " + method);
-  Vec ahead = x;
-  for (int i = 0; i < 2 * n; i++) ahead[i] += h * v[i];
+  evaluate(x, v, F, nullptr, nullptr);
+  Vec old = v;
+  bool falls = is("fixed: move with the forces under explicit methods");
+  for (int i = 0; i < 2 * n; i++)
+    if (!fixedp[i / 2] || falls) v[i] += h * F[i] / mass[i / 2];
+  bool uses_old = by("explicit-euler") ? !is("explicit: position with the new velocity")
+                                       : is("symplectic: position with the old velocity");
+  for (int i = 0; i < 2 * n; i++) x[i] += h * (uses_old ? old[i] : v[i]);
+}
+
+// One system of Newton's method: (M - h^2 K - h B) d = -M (u - v) + h F. Returns d.
+static Vec newton(const Vec &u, bool linearized) {
+  Vec ahead = x, F;
+  for (int i = 0; i < 2 * n; i++) ahead[i] += h * u[i];
   std::vector<Real> K, B, A(4 * n * n);
-  evaluate(is("step: everything at q") || is("step: Jacobians at q") ? x : ahead, v, F, &K, &B);
-  if (is("step: right-hand side at q")) evaluate(x, v, F, nullptr, nullptr);
-  if (is("step: Jacobians at q")) evaluate(ahead, v, F, nullptr, nullptr);
+  evaluate(is("step: everything at q") || is("step: Jacobians at q") ? x : ahead, u, F, &K, &B);
+  if (is("step: right-hand side at q")) evaluate(x, u, F, nullptr, nullptr);
+  if (is("step: Jacobians at q")) evaluate(ahead, u, F, nullptr, nullptr);
   if (is("step: K and B swapped")) std::swap(K, B);
   int size = 2 * n;
   Real hk = h * h, hb = h, hf = h;
@@ -309,11 +333,15 @@ static void step() {
     }
   Vec b(size);
   for (int r = 0; r < size; r++) b[r] = hf * F[r];
+  if (!linearized)
+    for (int r = 0; r < size; r++) b[r] -= mass[r / 2] * (u[r] - v[r]);
   for (int p = 0; p < n; p++) {
     if (!fixedp[p]) continue;
     for (int r = 2 * p; r < 2 * p + 2; r++) {
-      for (int c = 0; c < size; c++) A[r * size + c] = A[c * size + r] = 0;
-      A[r * size + r] = 1, b[r] = 0;
+      bool matrix = !is("fixed: only the right-hand side is cleared");
+      for (int c = 0; matrix && c < size; c++) A[r * size + c] = A[c * size + r] = 0;
+      if (matrix) A[r * size + r] = 1;
+      if (!is("fixed: the right-hand side is not cleared")) b[r] = 0;
     }
   }
   std::string tolerance = setting("TOLERANCE");
@@ -321,7 +349,44 @@ static void step() {
   if (SOLVER == "krylov") krylov(A, b, within);
   else if (SOLVER == "gauss-seidel") gauss_seidel(A, b, within);
   else lu(A, b, SOLVER != "nopivot");
-  for (int i = 0; i < size; i++) v[i] += b[i], x[i] += h * v[i];
+  return b;
+}
+
+// Whether Newton's method may stop after a change d.
+static bool is_small(const Vec &d) {
+  if (is("newton: never stops")) return false;
+  if (is("newton: stops at 1e-3")) return std::sqrt(dot(d, d)) < Real(1e-3);
+  if (is("newton: looks at the first component only")) return std::fabs(d[0]) < Real(1e-9);
+  Real sum = 0;
+  for (Real c : d) sum += c;
+  if (is("newton: adds the components up, signs and all")) return std::fabs(sum) < Real(1e-9);
+  if (is("newton: the squared norm against 1e-5")) return dot(d, d) < Real(1e-5);
+  return std::sqrt(dot(d, d)) < Real(1e-9);
+}
+
+static void step() {
+  if (by("explicit-euler") || by("symplectic-euler")) return explicit_step();
+  bool linearized = by("linearized-implicit-euler");
+  if (!linearized && !by("implicit-euler")) refuse("no integrator " + method);
+  if (linearized && is("crash: no linearized implicit Euler")) refuse("not implemented");
+  if (!linearized && is("crash: implicit Euler aborts")) std::abort();
+  if (linearized && is("crash: a matrix lost every linearized step")) {
+    char *lost = static_cast<char *>(std::malloc(32 << 20));
+    for (int at = 0; lost && at < 32 << 20; at += 4096) lost[at] = 1;
+    if (!lost) refuse("no memory");
+  }
+  int most = linearized || is("newton: a single iteration") ? 1 : is("newton: two iterations") ? 2 : 50;
+  if (is("newton: never stops") && !linearized) most = 2000000000;
+  Vec u = v;
+  for (int iteration = 0; iteration < most; iteration++) {
+    Vec d = newton(u, linearized), before = u;
+    for (int i = 0; i < 2 * n; i++) u[i] += d[i];
+    if (linearized || !is_small(d)) continue;
+    if (is("newton: returns the iterate before the last")) u = before;
+    break;
+  }
+  v = u;
+  for (int i = 0; i < 2 * n; i++) x[i] += h * v[i];
 }
 
 static Real number(const Attributes &a, const char *name, double otherwise) {
@@ -330,27 +395,39 @@ static Real number(const Attributes &a, const char *name, double otherwise) {
 }
 
 static void element(const std::string &tag, const Attributes &a) {
-  if (tag == "duration") duration = number(a, "time", 0);
-  else if (tag == "integrator") method = a.at("type"), h = number(a, "dt", 0);
+  bool force = tag.find("force") != std::string::npos || tag == "dragdamping" || tag == "simplegravity";
+  if (force && elements++ > 0 && is("reading: only the first force")) return;
+  if (tag == "duration") duration = is("reading: the duration is always 1 s") ? Real(1) : number(a, "time", 0);
+  else if (tag == "integrator") {
+    method = a.at("type"), h = number(a, "dt", 0);
+    if (is("reading: dt is always 0.01")) h = Real(0.01);
+    if (is("precision: dt in single precision")) h = float(h);
+  }
   else if (tag == "particle") {
     n++;
-    mass.push_back(number(a, "m", 1));
+    mass.push_back(is("reading: every mass is 1") ? Real(1) : number(a, "m", 1));
     x.push_back(number(a, "px", 0)), x.push_back(number(a, "py", 0));
-    v.push_back(number(a, "vx", 0)), v.push_back(number(a, "vy", 0));
+    bool still = is("reading: velocities are left 0");
+    v.push_back(still ? 0 : number(a, "vx", 0)), v.push_back(still ? 0 : number(a, "vy", 0));
     fixedp.push_back(number(a, "fixed", 0) != 0);
+    if (fixedp.back() && is("crash: exception at a fixed particle")) throw std::runtime_error("fixed");
+    if (fixedp.back() && is("fixed: stopped")) v[2 * n - 2] = v[2 * n - 1] = 0;
+    if (is("fixed: not read")) fixedp.back() = false;
     if (a.count("pz")) refuse("no third dimension");
   } else if (tag == "edge") edges.push_back(number(a, "i", 0)), edges.push_back(number(a, "j", 0));
   else if (tag == "springforce") {
     int e = number(a, "edge", 0);
-    pairs.push_back({SPRING, edges.at(2 * e), edges.at(2 * e + 1), {number(a, "k", 0), number(a, "l0", 0), number(a, "b", 0)}});
-  } else if (tag == "gravitationalforce")
+    pairs.push_back({SPRING, edges.at(2 * e), edges.at(2 * e + 1), {number(a, is("reading: l0 as k") ? "l0" : "k", 0), number(a, "l0", 0), number(a, "b", 0)}});
+  } else if (tag == "gravitationalforce" && !is("crash: no gravitation"))
     pairs.push_back({GRAVITATION, int(number(a, "i", 0)), int(number(a, "j", 0)), {number(a, "G", 0), 0, 0}});
   else if (tag == "vortexforce")
     pairs.push_back({VORTEX, int(number(a, "i", 0)), int(number(a, "j", 0)), {number(a, "kbs", 0), number(a, "kvc", 0), 0}});
   else if (tag == "dragdamping") drag += number(a, "b", 0);
-  else if (tag == "simplegravity") gravity[0] += number(a, "fx", 0), gravity[1] += number(a, "fy", 0);
+  else if (tag == "simplegravity") {
+    gravity[0] += is("gravity: only along y") ? 0 : number(a, "fx", 0), gravity[1] += number(a, "fy", 0);
+  }
   else if (tag == "constantforce") constant[0] += number(a, "fx", 0), constant[1] += number(a, "fy", 0);
-  else if (tag != "scene") refuse("no element " + tag);
+  else if (force) refuse("no element " + tag);  // what only draws or describes is passed over
 }
 
 static void parse(const std::string &text) {
@@ -370,25 +447,105 @@ static void parse(const std::string &text) {
   }
 }
 
+// How many steps there are.
+static int steps() {
+  double ratio = double(duration) / double(h);
+  if (is("states: the quotient rounded down")) return int(ratio);
+  if (is("states: the quotient rounded to the nearest")) return int(std::floor(ratio + 0.5));
+  if (is("states: time summed up to the duration")) {
+    int count = 0;
+    for (double t = 0; t < double(duration); t += double(h)) count++;
+    return count;
+  }
+  int count = int(std::ceil(ratio));
+  if (is("states: one too many")) count++;
+  if (is("states: one too few")) count--;
+  return count;
+}
+
+// Numbers of a state, in the order of the trace.
+static std::vector<double> numbers(bool by_particle) {
+  std::vector<double> all;
+  bool backwards = is("output: particles in reverse order"), first_v = is("output: velocities before positions");
+  if (is("output: grouped otherwise")) by_particle = !by_particle;
+  for (int half = 0; half < (by_particle ? 1 : 2); half++)
+    for (int k = 0; k < n; k++) {
+      int p = backwards ? n - 1 - k : k;
+      for (int part = 0; part < 2; part++) {
+        if (!by_particle && part != half) continue;
+        const Vec &of = (part == 0) != first_v ? x : v;
+        all.push_back(of[2 * p]), all.push_back(of[2 * p + 1]);
+      }
+    }
+  return all;
+}
+
+static void write_csv(std::ostream &trace, int s) {
+  if (s == 0 && !is("output: no header")) {
+    trace << (is("output: no time") ? "step" : "step,time");
+    for (int p = 0; p < n; p++)
+      for (const char *name : {"x", "y", "vx", "vy"}) trace << ',' << name << p;
+    trace << '\n';
+  }
+  std::string digits = setting("DIGITS");
+  if (digits.empty()) digits = "%.17g";
+  char text[64];
+  trace << s;
+  if (!is("output: no time")) std::snprintf(text, sizeof text, "%.17g", s * double(h)), trace << ',' << text;
+  for (double value : numbers(true)) {
+    std::snprintf(text, sizeof text, digits.c_str(), value);
+    if (is("output: decimal commas")) std::replace(text, text + sizeof text, '.', ',');
+    trace << ',' << text;
+  }
+  trace << '\n';
+}
+
+static void write_binary(std::ostream &trace) {
+  for (double value : numbers(false)) {
+    char bytes[sizeof value];
+    std::memcpy(bytes, &value, sizeof value);
+    if (is("output: bytes in reverse order")) std::reverse(bytes, bytes + sizeof value);
+    if (is("output: four bytes a number")) {
+      float narrow = value;
+      trace.write(reinterpret_cast<const char *>(&narrow), sizeof narrow);
+    } else
+      trace.write(bytes, sizeof value);
+  }
+}
+
 int main(int count, char **arguments) {
   std::string scene, output;
   for (int i = 1; i + 1 < count; i += 2) {
     if (!std::strcmp(arguments[i], "-s")) scene = arguments[i + 1];
     if (!std::strcmp(arguments[i], "-o")) output = arguments[i + 1];
+    if (!std::strcmp(arguments[i], "-e")) putenv(arguments[i + 1]);
   }
+  MISTAKE = setting("MISTAKE"), SOLVER = setting("SOLVER");
   if (scene.empty()) refuse("usage: student -s scene.xml -d 0 -o trace.bin");
   std::ifstream file(scene);
   std::stringstream text;
   text << file.rdbuf();
   parse(text.str());
+  if (is("output: none, and status 0")) return 0;
+  if (is("output: under another name")) output = "result.dat";
+  if (is("output: to the standard output")) output = "/dev/stdout";
   std::ofstream trace(output, std::ios::binary);
-  int steps = std::ceil(double(duration) / double(h));
-  for (int s = 0; s <= steps; s++) {
+  int last = steps();
+  for (int s = 0; s <= last; s++) {
     if (s > 0) step();
-    for (const Vec *values : {&x, &v})
-      for (Real value : *values) {
-        double wide = value;
-        trace.write(reinterpret_cast<const char *>(&wide), sizeof wide);
-      }
+    if (s == 0 && is("output: without the initial state")) continue;
+    if (s == last && is("output: NaN at the end")) x[0] = NAN;
+    if (is("precision: the state in single precision"))
+      for (Vec *values : {&x, &v})
+        for (Real &value : *values) value = float(value);
+    if (setting("FORMAT") == "csv") write_csv(trace, s);
+    else write_binary(trace);
   }
+  if (is("output: cut off")) {
+    long end = trace.tellp();
+    trace.close();
+    if (truncate(output.c_str(), end - 4 * n) != 0) refuse("cannot cut it off");
+  }
+  if (is("output: garbage behind the end")) trace << "done";
+  return is("crash: status 1 with a right trace") ? 1 : 0;
 }

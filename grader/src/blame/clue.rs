@@ -1,0 +1,335 @@
+//! What one failure says by itself.
+//!
+//! - **Form**: no trace, a malformed one, another number of states; at the initial state also the initial state
+//!   missing, bytes or numbers in another order.
+//! - **Digits**: numbers that are the oracle's, rounded to few digits or to single precision.
+//! - **The rule of positions**: `x' = x + h v'` (explicit Euler: `x + h v`) holds in the submission's own numbers
+//!   whatever its forces, so that a trace in which it does not hold has another mistake.
+
+use std::fmt;
+
+use simulator::scene::Scene;
+
+use super::feature::{Family, Feature, Symptom};
+use crate::compare::{Comparison, ContextRow, FirstWrong};
+use crate::suite::Case;
+use crate::verdict::{Failure, Verdict};
+
+/// Numbers written with so many digits or fewer are called rounded; an f64 has 15 to 17.
+const FEW_DIGITS: usize = 12;
+
+/// Numbers within this relative distance are the same number, computed otherwise.
+const SAME: f64 = 1e-9;
+
+/// Single precision, grown over some steps.
+const NEARLY: f64 = 1e-4;
+
+/// Numbers within this relative distance differ by rounding to single precision at most.
+const CLOSE: f64 = 1e-6;
+
+/// What a failure says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Clue {
+    pub(super) kind: Kind,
+    pub(super) evidence: Evidence,
+}
+
+/// What it says of where the mistake may be.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Evidence {
+    /// The first wrong particle is a fixed one.
+    pub(super) fixed_is_wrong: bool,
+    /// Positions do not follow from velocities as they should.
+    pub(super) rule_is_broken: bool,
+    /// The first wrong number is nearly right.
+    pub(super) nearly_right: bool,
+}
+
+/// How a scene failed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// By its numbers.
+    Wrong,
+    NotBuilt,
+    Crash,
+    TimeOut,
+    Memory,
+    NoTrace,
+    TooMuch,
+    Malformed,
+    NotFiniteAtLast,
+    OneStateOff,
+    Duration,
+    InitialMissing,
+    ByteOrder,
+    Order,
+    SingleBytes,
+    InitialVelocity,
+    FixedStopped,
+    InitialState,
+    Digits(usize),
+    Decimals(usize),
+    Single,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = match self {
+            Self::Wrong | Self::NotBuilt | Self::Crash | Self::TimeOut | Self::Memory => "",
+            Self::NoTrace => "no trace is left where it should be",
+            Self::TooMuch => "more is written than may be",
+            Self::Malformed => "not in its format",
+            Self::NotFiniteAtLast => "right, but for numbers that are not finite at the end",
+            Self::OneStateOff => "one too many or too few",
+            Self::Duration => "as if duration or dt were another",
+            Self::InitialMissing => "the initial state is missing",
+            Self::ByteOrder => "the bytes of each number stand in reverse order",
+            Self::Order => "the right numbers in another order",
+            Self::SingleBytes => "numbers of 4 bytes instead of 8",
+            Self::InitialVelocity => "the initial velocities are not read",
+            Self::FixedStopped => "their velocities are 0 from the start",
+            Self::InitialState => "the initial state is another",
+            Self::Digits(digits) => {
+                return write!(f, "numbers are rounded to {digits} digits");
+            }
+            Self::Decimals(decimals) => {
+                return write!(f, "numbers are rounded to {decimals} decimals");
+            }
+            Self::Single => "numbers are in single precision",
+        };
+        f.write_str(text)
+    }
+}
+
+impl Kind {
+    /// What is to blame, whichever the scene; `None` where that depends on the scenes.
+    pub(super) fn feature(&self) -> Option<Feature> {
+        Some(match self {
+            Self::Wrong | Self::NotBuilt | Self::Crash | Self::TimeOut | Self::Memory => {
+                return None;
+            }
+            Self::OneStateOff => Feature::States,
+            Self::Duration | Self::InitialVelocity | Self::InitialState => Feature::Reading,
+            Self::FixedStopped => Feature::Fixed(Family::Any),
+            Self::Digits(_) | Self::Decimals(_) | Self::Single => Feature::Precision,
+            Self::NoTrace
+            | Self::TooMuch
+            | Self::Malformed
+            | Self::NotFiniteAtLast
+            | Self::InitialMissing
+            | Self::ByteOrder
+            | Self::Order
+            | Self::SingleBytes => Feature::Output,
+        })
+    }
+
+    /// Whether it can have no other cause, whatever the scenes have in common.
+    pub(super) fn is_certain(&self) -> bool {
+        let open = [Self::NoTrace, Self::TooMuch, Self::Malformed, Self::NotFiniteAtLast];
+        self.feature().is_some() && !open.contains(self)
+    }
+
+    /// How it shows.
+    pub(super) fn symptom(&self) -> Symptom {
+        match self {
+            Self::Crash => Symptom::Crash,
+            Self::TimeOut => Symptom::TimeOut,
+            Self::Memory => Symptom::Memory,
+            _ => Symptom::Wrong,
+        }
+    }
+}
+
+impl Clue {
+    /// What becomes of a scene; `None` where it passed.
+    pub(super) fn of(case: &Case, comparison: &Comparison) -> Option<Self> {
+        let Verdict::Fail(failure) = &comparison.verdict else { return None };
+        let first = comparison.first_wrong.as_ref();
+        let told = || first.and_then(|first| in_numbers(&case.scene, first));
+        let kind = match failure {
+            Failure::BuildFailed { .. } => Kind::NotBuilt,
+            Failure::Crashed { .. } | Failure::TooManyProcesses { .. } => Kind::Crash,
+            Failure::TimedOut { .. } => Kind::TimeOut,
+            Failure::OutOfMemory { .. } => Kind::Memory,
+            Failure::NoOutput { .. } => Kind::NoTrace,
+            Failure::TooMuchOutput { .. } => Kind::TooMuch,
+            Failure::Malformed { .. } => told().unwrap_or(Kind::Malformed),
+            Failure::NotFinite { place, .. } => {
+                let at_last = first.is_none() && place.step == case.scene.n_steps();
+                told().unwrap_or(if at_last { Kind::NotFiniteAtLast } else { Kind::Wrong })
+            }
+            Failure::TooShort { .. } | Failure::TooLong { .. } => match (first, told()) {
+                (_, Some(kind)) => kind,
+                (Some(_), None) => Kind::Wrong,
+                (None, None) => length(failure),
+            },
+            Failure::Differs | Failure::Drifts { .. } => told().unwrap_or(Kind::Wrong),
+        };
+        let evidence = first.map(|first| Evidence::of(&case.scene, first)).unwrap_or_default();
+        Some(Self { kind, evidence })
+    }
+}
+
+/// A trace that is right as far as it goes.
+fn length(failure: &Failure) -> Kind {
+    match failure {
+        Failure::TooShort { states: 0, .. } => Kind::NoTrace,
+        Failure::TooShort { states, expected } if states + 1 < *expected => Kind::Duration,
+        _ => Kind::OneStateOff,
+    }
+}
+
+impl Evidence {
+    fn of(scene: &Scene, first: &FirstWrong) -> Self {
+        let place = first.place;
+        let row = first.context.iter().find(|row| row.step == place.step);
+        let scale = row.map_or(0.0, |row| largest(&row.expected));
+        Self {
+            fixed_is_wrong: scene.particles.get(place.particle).is_some_and(|p| p.fixed),
+            rule_is_broken: rule_is_broken(scene, &first.context),
+            nearly_right: !first.accumulated && first.residual <= CLOSE * scale,
+        }
+    }
+}
+
+/// Whether positions do not follow from the submission's own velocities.
+fn rule_is_broken(scene: &Scene, context: &[ContextRow]) -> bool {
+    let (h, axes) = (scene.time_step, scene.dimension.count());
+    let by_old = scene.integrator.name == "explicit-euler";
+    let steps = context.windows(2).filter(|rows| rows[0].step + 1 == rows[1].step);
+    steps.into_iter().any(|rows| {
+        let (old, new) = (&rows[0].got, &rows[1].got);
+        (0..axes).any(|axis| {
+            let v = if by_old { old[axes + axis] } else { new[axes + axis] };
+            let scale = old[axis].abs() + new[axis].abs() + (h * v).abs();
+            let off = (new[axis] - old[axis] - h * v).abs();
+            off.is_finite() && off > CLOSE * scale
+        })
+    })
+}
+
+/// What the first wrong numbers are, if they are the right ones in a wrong form.
+fn in_numbers(scene: &Scene, first: &FirstWrong) -> Option<Kind> {
+    let row = |step: u64| first.context.iter().find(|row| row.step == step);
+    if first.place.step == 0 {
+        let initial = row(0)?;
+        if let Some(kind) = in_order(scene, first.place.particle, initial, row(1)) {
+            return Some(kind);
+        }
+    }
+    let rounded = in_digits(&first.context);
+    if rounded.is_none() && first.place.step == 0 { Some(Kind::InitialState) } else { rounded }
+}
+
+/// What the initial state is, if it is not what it should be.
+fn in_order(
+    scene: &Scene,
+    particle: usize,
+    initial: &ContextRow,
+    next: Option<&ContextRow>,
+) -> Option<Kind> {
+    let ContextRow { expected, got, .. } = initial;
+    let axes = scene.dimension.count();
+    let swapped: Vec<f64> =
+        got.iter().map(|value| f64::from_bits(value.to_bits().swap_bytes())).collect();
+    if same(&swapped, expected) {
+        return Some(Kind::ByteOrder);
+    }
+    let of_all = |of: fn(&simulator::scene::Particle) -> &[f64; 3]| {
+        scene.particles.iter().flat_map(move |particle| of(particle)[..axes].to_vec())
+    };
+    let state: Vec<f64> = of_all(|particle| &particle.position)
+        .chain(of_all(|particle| &particle.velocity))
+        .collect();
+    let singles = (0..axes).all(|axis| {
+        let at = 2 * (axes * particle + axis);
+        let bits = got[axis].to_bits();
+        let halves = [f32::from_bits(bits as u32), f32::from_bits((bits >> 32) as u32)];
+        let wanted = state.get(at..at + 2);
+        wanted.is_some_and(|wanted| halves[0] == wanted[0] as f32 && halves[1] == wanted[1] as f32)
+    });
+    if singles {
+        return Some(Kind::SingleBytes);
+    }
+    let (position, velocity) = got.split_at(axes);
+    if same(position, &expected[..axes]) && velocity.iter().all(|v| *v == 0.0) {
+        let fixed = scene.particles.get(particle).is_some_and(|particle| particle.fixed);
+        return Some(if fixed { Kind::FixedStopped } else { Kind::InitialVelocity });
+    }
+    if next.is_some_and(|next| same(got, &next.expected)) {
+        return Some(Kind::InitialMissing);
+    }
+    let stands = |value: &f64| state.iter().any(|known| same(&[*value], &[*known]));
+    got.iter().all(stands).then_some(Kind::Order)
+}
+
+/// Whether all numbers are the oracle's, rounded.
+fn in_digits(context: &[ContextRow]) -> Option<Kind> {
+    let pairs = || context.iter().flat_map(|row| row.expected.iter().zip(&row.got));
+    let digits = pairs().map(|(_, got)| digits(*got)).max()?;
+    let within = |unit: &dyn Fn(f64) -> f64| {
+        pairs().all(|(expected, got)| (expected - got).abs() <= 0.51 * unit(*expected))
+    };
+    let significant = |value: f64| {
+        if value == 0.0 {
+            return 0.0;
+        }
+        10f64.powi(value.abs().log10().floor() as i32 + 1 - digits as i32)
+    };
+    if digits <= FEW_DIGITS && within(&significant) {
+        return Some(Kind::Digits(digits));
+    }
+    let decimals = pairs().map(|(_, got)| decimals(*got)).max()?;
+    if decimals <= FEW_DIGITS && within(&|_| 10f64.powi(-(decimals as i32))) {
+        return Some(Kind::Decimals(decimals));
+    }
+    let is_single = |value: f64| f64::from(value as f32) == value;
+    let scale = pairs().fold(0.0, |most: f64, (expected, _)| most.max(expected.abs()));
+    let single =
+        pairs().all(|(expected, got)| is_single(*got) && (expected - got).abs() <= NEARLY * scale);
+    let single = single && pairs().any(|(expected, _)| !is_single(*expected));
+    single.then_some(Kind::Single)
+}
+
+/// Digits of the shortest decimal that reads back to the same f64.
+fn digits(value: f64) -> usize {
+    let text = format!("{value:e}");
+    let mantissa = text.split('e').next().unwrap_or_default();
+    mantissa.chars().filter(char::is_ascii_digit).count()
+}
+
+/// Digits of it behind the point.
+fn decimals(value: f64) -> usize {
+    format!("{value}").split_once('.').map_or(0, |(_, behind)| behind.len())
+}
+
+fn same(a: &[f64], b: &[f64]) -> bool {
+    let scale = largest(b);
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME * scale)
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(values: &[(f64, f64)]) -> Vec<ContextRow> {
+        let (expected, got) = values.iter().copied().unzip();
+        vec![ContextRow { step: 3, expected, got }]
+    }
+
+    #[test]
+    fn rounded_numbers_are_told_by_their_digits() {
+        let kind = |values: &[(f64, f64)]| in_digits(&rows(values));
+        let (a, b) = (22.0 / 7.0, 1e3 / 7.0);
+        assert_eq!(kind(&[(a, 3.14286), (b, 142.857)]), Some(Kind::Digits(6)));
+        assert_eq!(kind(&[(a, 3.142857), (b, 142.857143)]), Some(Kind::Decimals(6)));
+        assert_eq!(kind(&[(a, f64::from(a as f32)), (b, f64::from(b as f32))]), Some(Kind::Single));
+        // Short numbers that are not the oracle's, and long ones that are nearly.
+        assert_eq!(kind(&[(a, 3.25), (b, 142.5)]), None);
+        assert_eq!(kind(&[(a, a + 1e-9), (b, b)]), None);
+    }
+}

@@ -1,0 +1,251 @@
+//! Each cause with the scenes that it would make fail.
+
+use simulator::scene::Scene;
+use simulator::scene::schema::ActsOn;
+use simulator::{force, integrator};
+
+use super::feature::{Family, Feature, Part};
+use crate::suite::Case;
+
+/// What becomes of a scene if a cause is at work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Expected {
+    Fails,
+    /// There is no telling: Newton's method often finds its way with wrong derivatives.
+    May,
+    Passes,
+}
+
+impl Expected {
+    /// The probability of a failure. A mistake now and then does not show where it might; a scene rarely fails
+    /// for another cause.
+    pub(super) fn probability(self) -> f64 {
+        match self {
+            Self::Fails => 0.95,
+            Self::May => 0.4,
+            Self::Passes => 1e-3,
+        }
+    }
+}
+
+/// A cause, in certain circumstances.
+pub(super) struct Hypothesis {
+    pub(super) feature: Feature,
+    /// The circumstances, in words.
+    pub(super) detail: String,
+    /// Whether they are special ones.
+    pub(super) special: bool,
+    pub(super) expects: Box<dyn Fn(&Scene) -> Expected>,
+}
+
+/// A circumstance: words and a test of the scene.
+type Circumstance<T> = (&'static str, fn(&Scene, T) -> bool);
+
+/// What forces may get wrong in certain scenes only.
+const OF_FORCES: [Circumstance<Part>; 5] = [
+    ("", |_, _| true),
+    ("where there are several", |scene, part| elements(scene, part).count() > 1),
+    ("where two share an edge", |scene, part| {
+        let edges: Vec<_> = elements(scene, part).filter_map(|(_, _, edge)| edge).collect();
+        (1..edges.len()).any(|k| edges[..k].contains(&edges[k]))
+    }),
+    ("where masses are not 1", |scene, _| unusual_masses(scene)),
+    ("between two free particles", |scene, part| {
+        elements(scene, part).any(|(_, pair, _)| {
+            pair.is_some_and(|pair| pair.iter().all(|i| !scene.particles[*i].fixed))
+        })
+    }),
+];
+
+/// What Jacobians may get wrong in certain scenes only.
+const OF_JACOBIANS: [Circumstance<Part>; 3] = [
+    ("", |_, _| true),
+    ("between others than the first two particles", |scene, part| {
+        let others = |pair: [usize; 2]| pair.iter().any(|particle| *particle > 1);
+        elements(scene, part).any(|(_, pair, _)| pair.map_or(scene.particles.len() > 1, others))
+    }),
+    ("where masses are not 1", |scene, _| unusual_masses(scene)),
+];
+
+/// What integrators may get wrong in certain scenes only.
+const OF_INTEGRATORS: [Circumstance<()>; 6] = [
+    ("", |_, ()| true),
+    ("where forces act", |scene, ()| parts().any(|part| acts(scene, part))),
+    ("where forces depend on positions", |scene, ()| some(scene, by_position)),
+    ("where forces depend on velocities", |scene, ()| {
+        acts(scene, Part::Damping) || some(scene, by_velocity)
+    }),
+    ("where forces have Jacobians", |scene, ()| {
+        some(scene, by_position) || some(scene, by_velocity)
+    }),
+    ("where forces act and masses are not 1", |scene, ()| {
+        unusual_masses(scene) && parts().any(|part| acts(scene, part))
+    }),
+];
+
+/// What may go wrong with fixed particles in certain scenes only.
+const OF_FIXED: [Circumstance<()>; 5] = [
+    ("", |_, ()| true),
+    ("that move", |scene, ()| {
+        scene.particles.iter().any(|particle| particle.fixed && particle.velocity != [0.0; 3])
+    }),
+    ("that forces act on", |scene, ()| {
+        scene.forces.iter().any(|element| element.pair.is_none()) || joined(scene)
+    }),
+    ("that forces join to others", |scene, ()| joined(scene)),
+    ("under simple gravity", |scene, ()| {
+        scene.forces.iter().any(|element| element.schema.tag == "simplegravity")
+    }),
+];
+
+/// All causes in all circumstances; the plain ones first.
+pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypothesis> {
+    let mut all = Vec::new();
+    for part in parts() {
+        for (detail, holds) in OF_FORCES {
+            let expects = move |scene: &Scene| when(acts(scene, part) && holds(scene, part));
+            all.push(hypothesis(Feature::Force(part), detail, expects));
+        }
+    }
+    for part in parts().filter(|part| by_position(part.tag()) || by_velocity(part.tag())) {
+        for (detail, holds) in OF_JACOBIANS {
+            let expects = move |scene: &Scene| match scene.integrator.name {
+                _ if !(acts(scene, part) && holds(scene, part)) => Expected::Passes,
+                "linearized-implicit-euler" => Expected::Fails,
+                _ if family(scene) == Family::Implicit => Expected::May,
+                _ => Expected::Passes,
+            };
+            all.push(hypothesis(Feature::Jacobian(part), detail, expects));
+        }
+    }
+    for kind in integrator::REGISTRY {
+        let name = kind.schema.name;
+        for (detail, holds) in OF_INTEGRATORS {
+            let expects =
+                move |scene: &Scene| when(scene.integrator.name == name && holds(scene, ()));
+            all.push(hypothesis(Feature::Integrator(name), detail, expects));
+        }
+    }
+    // Newton's method may end too early, and be near enough in most scenes.
+    let newton = |scene: &Scene| match scene.integrator.name {
+        "implicit-euler" if some(scene, by_position) => Expected::May,
+        _ => Expected::Passes,
+    };
+    all.push(hypothesis(
+        Feature::Integrator("implicit-euler"),
+        "the end of Newton's method",
+        newton,
+    ));
+    for of in [Family::Any, Family::Explicit, Family::Implicit] {
+        for (detail, holds) in OF_FIXED {
+            let expects = move |scene: &Scene| {
+                let concerned = of == Family::Any || of == family(scene);
+                let fixed = scene.particles.iter().any(|particle| particle.fixed);
+                when(concerned && fixed && holds(scene, ()))
+            };
+            all.push(hypothesis(Feature::Fixed(of), detail, expects));
+        }
+    }
+    all.push(hypothesis(Feature::Reading, "several forces", |scene: &Scene| {
+        when(scene.forces.len() > 1)
+    }));
+    all.push(hypothesis(Feature::Reading, "masses", |scene: &Scene| {
+        let feels = |part: Part| part.tag() != "simplegravity" && acts(scene, part);
+        when(unusual_masses(scene) && parts().any(feels))
+    }));
+    let mut steps: Vec<f64> = cases.map(|case| case.scene.time_step).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.dedup();
+    for step in steps {
+        let detail = format!("as if dt were always {step}");
+        let expects = move |scene: &Scene| when(scene.time_step != step);
+        all.push(Hypothesis { detail, ..hypothesis(Feature::Reading, "dt", expects) });
+    }
+    all.push(hypothesis(Feature::Precision, "", |_: &Scene| Expected::Fails));
+    for (detail, of_pairs) in [("of forces", false), ("of forces between particles", true)] {
+        all.push(hypothesis(Feature::Precision, detail, move |scene: &Scene| {
+            when(parts().any(|part| acts(scene, part) && (!of_pairs || by_position(part.tag()))))
+        }));
+    }
+    all.push(hypothesis(Feature::Everything, "", |_: &Scene| Expected::Fails));
+    all
+}
+
+fn hypothesis(
+    feature: Feature,
+    detail: &str,
+    expects: impl Fn(&Scene) -> Expected + 'static,
+) -> Hypothesis {
+    let special = !detail.is_empty();
+    Hypothesis { feature, detail: detail.to_owned(), special, expects: Box::new(expects) }
+}
+
+fn when(fails: bool) -> Expected {
+    if fails { Expected::Fails } else { Expected::Passes }
+}
+
+/// Every force, springs in two parts.
+fn parts() -> impl Iterator<Item = Part> {
+    force::REGISTRY.iter().flat_map(|kind| match kind.schema.tag {
+        "springforce" => vec![Part::Elastic, Part::Damping],
+        tag => vec![Part::All(tag)],
+    })
+}
+
+/// A force's element: its parameters, its pair, and its edge.
+type Element<'a> = (&'a [f64], Option<[usize; 2]>, Option<usize>);
+
+/// The elements by which a part acts on a free particle.
+fn elements(scene: &Scene, part: Part) -> impl Iterator<Item = Element<'_>> {
+    let is_free = |particle: &usize| !scene.particles[*particle].fixed;
+    let all = scene.forces.iter().filter(move |element| element.schema.tag == part.tag());
+    let all = all.filter(move |element| {
+        let acting = match part {
+            Part::Elastic => element.parameters[0] != 0.0,
+            Part::Damping => element.parameters[2] != 0.0,
+            Part::All(_) => element.parameters.iter().any(|parameter| *parameter != 0.0),
+        };
+        let reaches = match element.pair {
+            Some(pair) => pair.iter().any(is_free),
+            None => scene.particles.iter().any(|particle| !particle.fixed),
+        };
+        acting && reaches
+    });
+    all.map(|element| (&element.parameters[..], element.pair, element.edge))
+}
+
+fn acts(scene: &Scene, part: Part) -> bool {
+    elements(scene, part).next().is_some()
+}
+
+fn unusual_masses(scene: &Scene) -> bool {
+    scene.particles.iter().any(|particle| !particle.fixed && particle.mass != 1.0)
+}
+
+/// Whether a force between two particles has a fixed and a free one.
+fn joined(scene: &Scene) -> bool {
+    let is_mixed = |[i, j]: [usize; 2]| scene.particles[i].fixed != scene.particles[j].fixed;
+    scene.forces.iter().any(|element| element.pair.is_some_and(is_mixed))
+}
+
+fn family(scene: &Scene) -> Family {
+    match scene.integrator.name {
+        "explicit-euler" | "symplectic-euler" => Family::Explicit,
+        _ => Family::Implicit,
+    }
+}
+
+/// Whether some force that acts is of this sort.
+fn some(scene: &Scene, is: impl Fn(&str) -> bool) -> bool {
+    parts().any(|part| part != Part::Damping && is(part.tag()) && acts(scene, part))
+}
+
+/// Of the forces that depend on positions, all act between two particles.
+fn by_position(tag: &str) -> bool {
+    let schema = force::REGISTRY.iter().map(|kind| &kind.schema).find(|schema| schema.tag == tag);
+    schema.is_some_and(|schema| matches!(schema.acts_on, ActsOn::Pair | ActsOn::Edge))
+}
+
+fn by_velocity(tag: &str) -> bool {
+    ["dragdamping", "vortexforce"].contains(&tag)
+}

@@ -1,0 +1,79 @@
+//! The half of the self-test that needs no compiler, and its documents. `ci/selftest.sh` runs the whole.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use grader::blame::Suspect;
+use grader::oracle::Oracle;
+use grader::report::selftest;
+use grader::rubric::Rubric;
+use grader::selftest::{SelfTest, in_process, mistake};
+use grader::suite::{Section, Suite};
+use simulator::scene::ParseOptions;
+
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a crate of a workspace").to_path_buf()
+}
+
+/// The scenes that the second simulator knows, with their oracle and rubric.
+fn inputs() -> (Suite, Oracle, Rubric) {
+    let sections = [
+        (Section::Required, workspace().join("assets")),
+        (Section::ExtraCredit, workspace().join("extracreditassets")),
+    ];
+    let mut suite = Suite::load(&sections, &ParseOptions::default()).expect("the scenes are read");
+    in_process::known(&mut suite);
+    let oracle = Oracle::open(&workspace().join("expected")).expect("there is an oracle");
+    let rubric_path = workspace().join("assets/rubric.toml");
+    let rubric = Rubric::load(&rubric_path).expect("there is a rubric");
+    (suite, oracle, rubric)
+}
+
+#[test]
+fn mistakes_are_caught_and_blamed_and_the_right_simulator_passes() {
+    let (suite, oracle, rubric) = inputs();
+    let selftest = SelfTest { rows: in_process::rows(&suite, &oracle, &rubric) };
+    let mut bytes = Vec::new();
+    selftest::text::write(&mut bytes, &selftest).expect("a report");
+    assert!(selftest.is_met(), "{}", String::from_utf8_lossy(&bytes));
+    assert_eq!(selftest.variants().count(), 1);
+    assert!(selftest.mistakes().count() >= 243);
+}
+
+/// Mistakes seldom come alone.
+#[test]
+fn of_two_mistakes_both_are_named() {
+    let (suite, oracle, rubric) = inputs();
+    let mistakes = mistake::all();
+    let (mut all, mut both, mut others) = (0, 0, Vec::new());
+    for number in (0..mistakes.len()).step_by(6) {
+        let pair = [&mistakes[number], &mistakes[(number + 121) % mistakes.len()]];
+        let features = pair.map(in_process::feature);
+        if features[0] == features[1] {
+            continue;
+        }
+        let blame = in_process::of_two(&suite, &oracle, &rubric, pair).blame.expect("it fails");
+        let finding = &blame.findings[0];
+        let is_there = |suspect: &Suspect| features.contains(&suspect.feature);
+        all += 1;
+        match finding.named() {
+            [a, b] if finding.together && is_there(a) && is_there(b) => both += 1,
+            named => others.push(format!("{features:?}: {named:?}")),
+        }
+    }
+    assert!(all > 30 && both as f64 >= 0.9 * all as f64, "{both} of {all}\n{}", others.join("\n"));
+}
+
+#[test]
+fn the_schema_is_documented() {
+    let path = workspace().join("docs/selftest.schema.json");
+    let schema = selftest::json::schema().expect("a schema");
+    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
+        fs::write(&path, &schema).expect("the schema can be written");
+    }
+    let documented = fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
+    assert!(
+        documented == schema,
+        "docs/selftest.schema.json is out of date; run with UPDATE_DOCS=1"
+    );
+}

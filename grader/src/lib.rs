@@ -19,6 +19,7 @@
 //! - [`hidden`]: scenes that count, and of which nothing else is told.
 //! - [`blame`]: what a failing submission looks as if it had wrong.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
+//! - [`accuracy`]: speed against error, over a ladder of time steps.
 //! - [`oracle`]: the stored traces: regenerated, verified.
 //! - [`init`]: skeletons of submissions.
 //! - [`report`]: one format a file.
@@ -42,6 +43,8 @@ pub mod events;
 pub mod grading;
 pub mod hidden;
 pub mod jacobian;
+
+pub mod accuracy;
 
 pub mod init;
 pub mod probe;

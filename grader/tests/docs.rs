@@ -54,6 +54,7 @@ fn links_in_the_documents_lead_somewhere() {
         "CONTRIBUTING.md",
         "CHANGELOG.md",
         "docs/attacks.md",
+        "docs/choosing.md",
         "docs/formats.md",
         "docs/jacobians.md",
         "docs/mistakes.md",

@@ -1,6 +1,7 @@
-//! Reports, one format a file. They see a [`Grading`](crate::grading::Grading) or a
-//! [`Probing`](crate::probe::Probing) and nothing else.
+//! Reports, one format a file. They see a [`Grading`](crate::grading::Grading), a
+//! [`Probing`](crate::probe::Probing) or a [`Study`](crate::accuracy::Study), and nothing else.
 
+pub mod accuracy;
 pub mod class;
 pub mod jacobians;
 pub mod json;

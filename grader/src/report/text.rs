@@ -335,6 +335,7 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let count = calibrated.count();
     if count > 0 {
         let used = match used {
+            used if used < 0.01 => "; less than 1 % of one is used".to_owned(),
             used if used <= 1.0 => format!("; at most {:.0} % of one is used", 100.0 * used),
             _ => String::new(),
         };

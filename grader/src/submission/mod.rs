@@ -3,7 +3,7 @@
 pub mod folder;
 pub mod program;
 
-mod builtin;
+pub(crate) mod builtin;
 pub(crate) mod printed;
 mod traces;
 

@@ -39,6 +39,8 @@ pub(super) enum Command {
     Class(ClassArgs),
     /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive; ours, or a program's
     Jacobians(JacobianArgs),
+    /// What accuracy a second of computing buys: errors and costs of every integrator over a ladder of time steps
+    Accuracy(AccuracyArgs),
     /// Write a working skeleton of a submission, which documents the protocol
     Init {
         /// Its language
@@ -242,6 +244,65 @@ pub(super) struct JacobianArgs {
     /// Write a plot a force (SVG) to this folder: errors of differences and of Taylor's test by step size
     #[arg(long, value_name = "DIR")]
     pub(super) plot: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(super) struct AccuracyArgs {
+    /// Measure this program, or that of this folder with submission.toml, beside the built-in simulator
+    #[arg(value_name = "SUBMISSION")]
+    pub(super) submission: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+
+    /// Measure only this scene, which may be given several times: one of the scenes of `--list`, a scene of the
+    /// suite by its name, or a file
+    #[arg(long, value_name = "SCENE")]
+    pub(super) scene: Vec<String>,
+
+    /// List the scenes that are measured by default
+    #[arg(long)]
+    pub(super) list: bool,
+
+    /// Fewer time steps and repeats: half a minute for all scenes
+    #[arg(long)]
+    pub(super) quick: bool,
+
+    /// Time steps of the ladder, each half of the one before
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=30))]
+    pub(super) rungs: Option<u32>,
+
+    /// Keep everything in this folder: points, so that a run that was interrupted goes on, and the report as text,
+    /// CSV and JSON, and a diagram a scene as SVG and PNG
+    #[arg(long, value_name = "DIR")]
+    pub(super) results: Option<PathBuf>,
+
+    /// Format of the report
+    #[arg(long, value_enum, default_value_t = AccuracyFormat::Text)]
+    pub(super) format: AccuracyFormat,
+
+    /// Write the report to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+
+    /// Show every point of every curve (text only)
+    #[arg(long)]
+    pub(super) details: bool,
+
+    /// Folder that holds assets/ and extracreditassets/, for scenes of the suite [default: here or above]
+    #[arg(long, value_name = "DIR")]
+    pub(super) root: Option<PathBuf>,
+}
+
+/// Formats of what `grade accuracy` reports.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum AccuracyFormat {
+    /// For people
+    Text,
+    /// A row a point
+    Csv,
+    /// For programs; schema in docs/accuracy.schema.json
+    Json,
 }
 
 #[derive(Subcommand)]

@@ -10,6 +10,7 @@ mod args;
 mod inputs;
 mod submission;
 
+mod accuracy;
 mod class;
 mod grading;
 mod init;
@@ -52,6 +53,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         None => grading::grade(&cli.grade),
         Some(Command::Class(args)) => class::grade(args),
         Some(Command::Jacobians(args)) => jacobians::check(args),
+        Some(Command::Accuracy(args)) => accuracy::measure(args),
         Some(Command::Init { language, folder }) => init::init(language, folder),
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {

@@ -42,7 +42,7 @@ static LAWS: &[&Law] = &[
 ];
 
 /// The law of the force with this tag.
-pub(super) fn find(tag: &str) -> Option<&'static Law> {
+pub(crate) fn find(tag: &str) -> Option<&'static Law> {
     LAWS.iter().find(|law| law.tag == tag).copied()
 }
 

@@ -1,0 +1,273 @@
+//! Speed against error as JSON.
+//!
+//! Its schema is `docs/accuracy.schema.json`. Errors and floors are in the scene's units, times in seconds.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{outcome_name, source_name};
+use crate::accuracy::cheapest::Level;
+use crate::accuracy::order::{Expected, Fit};
+use crate::accuracy::{Agreement, Curve, Errors, Order, Outcome, Point, SceneStudy, Study};
+
+/// Version of the schema.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The report as JSON, with a newline at its end.
+///
+/// # Errors
+/// Never in practice: every value is representable.
+pub fn render(study: &Study) -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&JsonStudy::of(study))? + "\n")
+}
+
+/// The JSON schema of the report, with a newline at its end.
+///
+/// # Errors
+/// Never in practice.
+pub fn schema() -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&schemars::schema_for!(JsonStudy))? + "\n")
+}
+
+/// Errors and costs of integrators over a ladder of time steps.
+#[derive(Serialize, JsonSchema)]
+#[schemars(title = "Spring Oracle accuracy")]
+struct JsonStudy {
+    /// Version of this schema.
+    schema_version: u32,
+    /// Version of the grader.
+    grader_version: &'static str,
+    /// What was measured beside the built-in simulator; null where nothing was.
+    submission: Option<String>,
+    /// Orders within tolerance of theory: the submission's, where there is one.
+    orders_agree: usize,
+    /// Orders that are not.
+    orders_differ: usize,
+    /// Orders of which theory says something, and that could not be fitted.
+    orders_unknown: usize,
+    /// The scenes.
+    scenes: Vec<JsonScene>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonScene {
+    /// Its name.
+    name: String,
+    /// What moves.
+    title: String,
+    /// Particles.
+    particles: usize,
+    /// Simulated time.
+    duration: f64,
+    /// "closed-form" or "adaptive".
+    reference: &'static str,
+    /// How far the reference may be wrong.
+    floor: JsonErrors,
+    /// How far anything moves or is apart; ten times as far off is a blow-up.
+    size: f64,
+    /// One entry a method.
+    curves: Vec<JsonCurve>,
+    /// The built-in simulator's methods by time, at each power of ten of the largest position error.
+    cheapest: Vec<JsonLevel>,
+    /// The same of the submission's; times are those of whole processes.
+    cheapest_of_submission: Vec<JsonLevel>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonErrors {
+    /// Of positions.
+    position: f64,
+    /// Of velocities.
+    velocity: f64,
+    /// Of the energy.
+    energy: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonCurve {
+    /// "built-in" or "submission".
+    whose: &'static str,
+    /// The integrator.
+    integrator: &'static str,
+    /// The option that is set, as "name=value"; null where none is.
+    setting: Option<String>,
+    /// Orders of position, velocity and energy.
+    orders: Vec<JsonOrder>,
+    /// From the coarsest time step to the finest.
+    points: Vec<JsonPoint>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonOrder {
+    /// "position", "velocity" or "energy".
+    quantity: &'static str,
+    /// "slope", "exact" or "none".
+    fit: &'static str,
+    /// The fitted slope.
+    slope: Option<f64>,
+    /// The coarsest and the finest time step that it was fitted in.
+    window: Option<[f64; 2]>,
+    /// What theory says: a slope, 0 for "exact"; null where it says nothing.
+    theory: Option<f64>,
+    /// Whether both agree; null where theory says nothing, or nothing could be fitted.
+    agrees: Option<bool>,
+    /// Why theory says another order here than the method's usual.
+    reason: Option<&'static str>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonPoint {
+    /// Time step.
+    time_step: f64,
+    /// Steps.
+    steps: u64,
+    /// "finished", "blown-up" or "failed".
+    outcome: &'static str,
+    /// Largest errors over all samples; null unless finished.
+    largest: Option<JsonErrors>,
+    /// Errors at the end; null unless finished.
+    end: Option<JsonErrors>,
+    /// Whether the position's error is within the reference's error bar.
+    at_floor: bool,
+    /// What failed; null unless it did.
+    failure: Option<String>,
+    /// Evaluations of the force; null for a submission.
+    force_evaluations: Option<u64>,
+    /// Matrices factorised; null for a submission.
+    factorisations: Option<u64>,
+    /// Newton iterations and rounds of local and global steps; null for a submission.
+    iterations: Option<u64>,
+    /// Least, median and largest time; null where nothing was timed.
+    time: Option<[f64; 3]>,
+    /// Runs that were timed.
+    repeats: u32,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonLevel {
+    /// The position error, a power of ten.
+    error: f64,
+    /// Methods, by time.
+    methods: Vec<JsonOffer>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonOffer {
+    /// The method with its setting.
+    method: String,
+    /// Time step, interpolated.
+    time_step: f64,
+    /// Evaluations of the force, interpolated; null for a submission.
+    force_evaluations: Option<f64>,
+    /// Time, interpolated.
+    time: f64,
+}
+
+impl JsonStudy {
+    fn of(study: &Study) -> Self {
+        let Agreement { agree, differ, unknown } = study.agreement();
+        Self {
+            schema_version: SCHEMA_VERSION,
+            grader_version: env!("CARGO_PKG_VERSION"),
+            submission: study.submission.clone(),
+            orders_agree: agree,
+            orders_differ: differ,
+            orders_unknown: unknown,
+            scenes: study.scenes.iter().map(JsonScene::of).collect(),
+        }
+    }
+}
+
+impl JsonScene {
+    fn of(scene: &SceneStudy) -> Self {
+        let levels = |foreign| {
+            scene.levels(foreign).into_iter().map(|level| JsonLevel::of(scene, level)).collect()
+        };
+        Self {
+            name: scene.target.name.clone(),
+            title: scene.target.title.clone(),
+            particles: scene.target.scene.particles.len(),
+            duration: scene.reference.duration,
+            reference: source_name(scene.reference.source),
+            floor: scene.reference.floor.into(),
+            size: scene.reference.size,
+            curves: scene.curves.iter().map(|curve| JsonCurve::of(scene, curve)).collect(),
+            cheapest: levels(false),
+            cheapest_of_submission: levels(true),
+        }
+    }
+}
+
+impl From<Errors> for JsonErrors {
+    fn from(Errors { position, velocity, energy }: Errors) -> Self {
+        Self { position, velocity, energy }
+    }
+}
+
+impl JsonCurve {
+    fn of(scene: &SceneStudy, curve: &Curve) -> Self {
+        let floor = scene.reference.floor.position;
+        Self {
+            whose: if curve.foreign { "submission" } else { "built-in" },
+            integrator: curve.method.integrator.name,
+            setting: curve.method.setting.map(|(option, value)| format!("{option}={value}")),
+            orders: scene.orders(curve).iter().map(JsonOrder::of).collect(),
+            points: curve.points.iter().map(|point| JsonPoint::of(point, floor)).collect(),
+        }
+    }
+}
+
+impl JsonOrder {
+    fn of(order: &Order) -> Self {
+        let (fit, slope, window) = match order.fit {
+            Fit::Slope { slope, window: (coarse, fine), .. } => {
+                ("slope", Some(slope), Some([coarse, fine]))
+            }
+            Fit::Exact => ("exact", None, None),
+            Fit::None => ("none", None, None),
+        };
+        let theory = order.expected.map(|expected| match expected {
+            Expected::Order(order) => order,
+            Expected::Exact => 0.0,
+        });
+        let (agrees, reason) = (order.agrees(), order.reason);
+        Self { quantity: order.quantity.name(), fit, slope, window, theory, agrees, reason }
+    }
+}
+
+impl JsonPoint {
+    fn of(point: &Point, floor: f64) -> Self {
+        let (largest, end, failure) = match &point.outcome {
+            Outcome::Finished { end, largest } => (Some(*largest), Some(*end), None),
+            Outcome::BlownUp { .. } => (None, None, None),
+            Outcome::Failed { reason, .. } => (None, None, Some(reason.clone())),
+        };
+        let (work, time) = (point.cost.work, point.cost.time);
+        Self {
+            time_step: point.time_step,
+            steps: point.steps,
+            outcome: outcome_name(&point.outcome),
+            at_floor: largest.is_some_and(|errors| errors.position <= floor),
+            largest: largest.map(Into::into),
+            end: end.map(Into::into),
+            failure,
+            force_evaluations: work.map(|work| work.force_evaluations),
+            factorisations: work.map(|work| work.factorisations),
+            iterations: work.map(|work| work.iterations),
+            time: time.map(|time| [time.least, time.median, time.largest]),
+            repeats: time.map_or(0, |time| time.repeats),
+        }
+    }
+}
+
+impl JsonLevel {
+    fn of(scene: &SceneStudy, level: Level) -> Self {
+        let offers = level.offers.into_iter().map(|offer| JsonOffer {
+            method: scene.curves[offer.curve].method.label(),
+            time_step: offer.time_step,
+            force_evaluations: offer.force_evaluations,
+            time: offer.time,
+        });
+        Self { error: level.error, methods: offers.collect() }
+    }
+}

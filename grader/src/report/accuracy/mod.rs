@@ -1,0 +1,57 @@
+//! What reports say of speed against error, one format a file.
+
+pub mod csv;
+pub mod json;
+pub mod plot;
+pub mod text;
+
+use crate::accuracy::Outcome;
+use crate::accuracy::reference::Source;
+
+/// A number in few digits, as a person would write it.
+fn short(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    match value.abs() {
+        0.001..10_000.0 => {
+            let digits = (3 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+            let text = format!("{value:.digits$}");
+            if text.contains('.') {
+                text.trim_end_matches('0').trim_end_matches('.').to_owned()
+            } else {
+                text
+            }
+        }
+        _ => format!("{value:.1e}"),
+    }
+}
+
+/// A time in the unit that suits it.
+fn time(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        ..1e-6 => (seconds * 1e9, "ns"),
+        ..1e-3 => (seconds * 1e6, "µs"),
+        ..1.0 => (seconds * 1e3, "ms"),
+        _ => (seconds, "s"),
+    };
+    let digits = if value < 10.0 { 2 } else { usize::from(value < 100.0) };
+    format!("{value:.digits$} {unit}")
+}
+
+/// The name of an outcome, fit for machines.
+fn outcome_name(outcome: &Outcome) -> &'static str {
+    match outcome {
+        Outcome::Finished { .. } => "finished",
+        Outcome::BlownUp { .. } => "blown-up",
+        Outcome::Failed { .. } => "failed",
+    }
+}
+
+/// The name of a reference, fit for machines.
+fn source_name(source: Source) -> &'static str {
+    match source {
+        Source::Closed => "closed-form",
+        Source::Adaptive => "adaptive",
+    }
+}

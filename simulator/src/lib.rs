@@ -9,6 +9,7 @@
 //! - [`system`]: the masses, forces and fixed particles of one scene, put together.
 //! - [`solver`]: linear and nonlinear solves, with no physics in them.
 //! - [`integrator`]: one time integrator a file, and the registry.
+//! - [`rescue`]: what is tried where a step has no answer.
 //! - [`simulation`]: a scene stepped from its start to its end.
 //! - [`trace`]: states to and from files.
 //! - [`generate`]: scenes of any size, by rule.
@@ -38,6 +39,7 @@ pub mod system;
 pub mod solver;
 
 pub mod integrator;
+pub mod rescue;
 pub mod simulation;
 pub mod state;
 pub mod statistics;

@@ -4,12 +4,22 @@ use std::fmt;
 
 use crate::force::ForceKind;
 use crate::integrator::{BuildIntegrator, Integrator, IntegratorKind, REGISTRY, Step, StepError};
+use crate::rescue::MAX_HALVINGS;
 use crate::scene::{Dimension, Location, Scene};
 use crate::solver::LinearError;
 use crate::solver::linear::LinearSolver;
 use crate::state::{Energies, StateView};
 use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};
+
+/// How a scene is stepped, beside what it says itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Config {
+    /// Which solvers linear systems are given to.
+    pub solver: LinearSolver,
+    /// Whether a step that has no answer is tried again in other ways, as [`rescue`](crate::rescue) says.
+    pub robust: bool,
+}
 
 /// A scene on its way. The dimension is dispatched here, once.
 pub struct Simulation {
@@ -22,6 +32,17 @@ pub struct Simulation {
     positions: Vec<f64>,
     velocities: Vec<f64>,
     statistics: Statistics,
+    rescue: Option<Rescue>,
+}
+
+/// What it takes to take a step once more.
+struct Rescue {
+    scene: Scene,
+    solver: LinearSolver,
+    /// Made at the first failure.
+    run: Option<Box<dyn Run>>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
 }
 
 impl Simulation {
@@ -38,28 +59,42 @@ impl Simulation {
     /// # Panics
     /// Where the scene's integrator is not one of the registry.
     pub fn with_solver(scene: &Scene, solver: LinearSolver) -> Self {
+        Self::with_config(scene, Config { solver, robust: false })
+    }
+
+    /// The same, stepped as `config` says.
+    ///
+    /// # Panics
+    /// Where the scene's integrator is not one of the registry.
+    pub fn with_config(scene: &Scene, Config { solver, robust }: Config) -> Self {
         let of_every_particle = |vector: fn(&crate::scene::Particle) -> &[f64; 3]| {
             let components = scene.dimension.count();
             let particles = scene.particles.iter();
             particles.flat_map(|particle| vector(particle)[..components].to_vec()).collect()
         };
-        let run: Box<dyn Run> = match scene.dimension {
-            Dimension::Two => Runner::<2>::start(scene, solver),
-            Dimension::Three => Runner::<3>::start(scene, solver),
-        };
         let forces = scene.forces.iter().map(|element| {
             (element.schema.tag, element.pair.unwrap_or_default(), element.location)
         });
+        let positions: Vec<f64> = of_every_particle(|particle| &particle.position);
+        let velocities: Vec<f64> = of_every_particle(|particle| &particle.velocity);
+        let rescue = robust.then(|| Rescue {
+            scene: scene.clone(),
+            solver,
+            run: None,
+            positions: positions.clone(),
+            velocities: velocities.clone(),
+        });
         Self {
-            run,
+            run: start(scene, solver),
             scene: scene.name.clone(),
             forces: forces.collect(),
             dimension: scene.dimension,
             time_step: scene.time_step,
             n_steps: scene.n_steps(),
-            positions: of_every_particle(|particle| &particle.position),
-            velocities: of_every_particle(|particle| &particle.velocity),
+            positions,
+            velocities,
             statistics: Statistics::default(),
+            rescue,
         }
     }
 
@@ -71,19 +106,79 @@ impl Simulation {
         if self.statistics.steps == self.n_steps {
             return Ok(false);
         }
+        if let Some(rescue) = &mut self.rescue {
+            rescue.positions.copy_from_slice(&self.positions);
+            rescue.velocities.copy_from_slice(&self.velocities);
+        }
+        let time = self.statistics.steps as f64 * self.time_step;
         let step = Step {
             size: self.time_step,
-            time: self.statistics.steps as f64 * self.time_step,
+            time,
             positions: &mut self.positions,
             velocities: &mut self.velocities,
             statistics: &mut self.statistics,
         };
-        self.run.step(step).map_err(|error| self.failure(FailureKind::of(error, &self.forces)))?;
-        if let Some(kind) = self.not_finite() {
+        let taken = self.run.step(step).map_err(|error| FailureKind::of(error, &self.forces));
+        let taken = taken.and_then(|()| self.not_finite().map_or(Ok(()), Err));
+        if let Err(kind) = taken
+            && !self.rescue_step()
+        {
             return Err(self.failure(kind));
         }
         self.statistics.steps += 1;
         Ok(true)
+    }
+
+    /// Takes the step that has just failed in another way; false where none has an answer, or none is asked for.
+    fn rescue_step(&mut self) -> bool {
+        let Some(mut rescue) = self.rescue.take() else { return false };
+        let mut run = rescue.run.take().unwrap_or_else(|| start(&rescue.scene, rescue.solver));
+        let rescued = self.retry(&rescue, &mut *run);
+        rescue.run = Some(run);
+        self.rescue = Some(rescue);
+        rescued
+    }
+
+    fn retry(&mut self, rescue: &Rescue, run: &mut dyn Run) -> bool {
+        let (h, time) = (self.time_step, self.statistics.steps as f64 * self.time_step);
+        self.restore(rescue);
+        let patient = run.step_patiently(self.step_of(h, time));
+        if patient.is_some_and(|taken| taken.is_ok()) && self.not_finite().is_none() {
+            self.statistics.rescue.line_searched += 1;
+            return true;
+        }
+        for halvings in 1..=MAX_HALVINGS {
+            self.restore(rescue);
+            let substeps = 1_u64 << halvings;
+            let size = h / substeps as f64;
+            let all = (0..substeps).all(|number| {
+                let step = self.step_of(size, time + number as f64 * size);
+                run.step(step).is_ok() && self.not_finite().is_none()
+            });
+            if all {
+                let counts = &mut self.statistics.rescue;
+                counts.substepped += 1;
+                counts.substeps += substeps;
+                counts.max_substeps = counts.max_substeps.max(substeps);
+                return true;
+            }
+        }
+        false
+    }
+
+    fn restore(&mut self, rescue: &Rescue) {
+        self.positions.copy_from_slice(&rescue.positions);
+        self.velocities.copy_from_slice(&rescue.velocities);
+    }
+
+    fn step_of(&mut self, size: f64, time: f64) -> Step<'_> {
+        Step {
+            size,
+            time,
+            positions: &mut self.positions,
+            velocities: &mut self.velocities,
+            statistics: &mut self.statistics,
+        }
     }
 
     /// The current state.
@@ -121,6 +216,11 @@ impl Simulation {
         &self.statistics
     }
 
+    /// The kinds of force that a step evaluates, by their tags, in the order of the registry.
+    pub fn force_tags(&self) -> &[&'static str] {
+        self.run.force_tags()
+    }
+
     /// How many coordinates a particle has.
     pub fn dimension(&self) -> Dimension {
         self.dimension
@@ -156,9 +256,20 @@ impl Simulation {
     }
 }
 
+/// The scene's system and integrator, of its dimension.
+fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn Run> {
+    match scene.dimension {
+        Dimension::Two => Runner::<2>::start(scene, solver),
+        Dimension::Three => Runner::<3>::start(scene, solver),
+    }
+}
+
 /// A system with its integrator, its dimension forgotten.
 trait Run: Send {
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError>;
+    fn step_patiently(&mut self, step: Step<'_>) -> Option<Result<(), StepError>>;
+    /// The kinds of force that are evaluated, by their tags.
+    fn force_tags(&self) -> &[&'static str];
     fn energies(&self, state: StateView<'_>) -> Energies;
     /// Whether every force is defined at this state.
     fn check(&self, state: StateView<'_>) -> Result<(), StepError>;
@@ -194,6 +305,14 @@ impl<const D: usize> Run for Runner<D> {
 
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError> {
         self.integrator.step(&self.system, step)
+    }
+
+    fn step_patiently(&mut self, step: Step<'_>) -> Option<Result<(), StepError>> {
+        self.integrator.step_patiently(&self.system, step)
+    }
+
+    fn force_tags(&self) -> &[&'static str] {
+        self.system.force_tags()
     }
 
     fn energies(&self, StateView { time, positions, velocities, .. }: StateView<'_>) -> Energies {

@@ -1,5 +1,7 @@
 //! What a run cost, as data: tests assert it, `simulate --stats` prints it.
 
+use crate::rescue::RescueStatistics;
+
 /// Counts over a whole run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Statistics {
@@ -29,6 +31,8 @@ pub struct Statistics {
     pub linear_solver: String,
     /// What the linear solver did.
     pub linear: LinearStatistics,
+    /// What was done for steps that had no answer.
+    pub rescue: RescueStatistics,
 }
 
 /// What a linear solver did.

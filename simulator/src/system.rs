@@ -35,6 +35,8 @@ pub struct System<const D: usize> {
     fixed: Vec<bool>,
     free: Vec<Range<usize>>,
     forces: Vec<Box<dyn Force<D>>>,
+    /// Of each force.
+    tags: Vec<&'static str>,
 }
 
 impl<const D: usize> System<D>
@@ -43,13 +45,14 @@ where
 {
     /// The system that `scene` describes, with the forces it mentions and no others.
     pub fn new(scene: &Scene) -> Self {
-        let mut forces = Vec::new();
+        let (mut forces, mut tags) = (Vec::new(), Vec::new());
         for kind in REGISTRY {
             let is_of_kind = |(_, element): &Numbered<'_>| element.schema.tag == kind.schema.tag;
             let elements: Vec<Numbered<'_>> =
                 scene.forces.iter().enumerate().filter(is_of_kind).collect();
             if !elements.is_empty() {
                 forces.push(kind.build(scene, &elements));
+                tags.push(kind.schema.tag);
             }
         }
         let fixed: Vec<bool> = scene.particles.iter().map(|particle| particle.fixed).collect();
@@ -63,7 +66,7 @@ where
             start = end;
         }
         let masses = scene.particles.iter().map(|particle| particle.mass).collect();
-        Self { masses, fixed, free, forces }
+        Self { masses, fixed, free, forces, tags }
     }
 }
 
@@ -71,6 +74,11 @@ impl<const D: usize> System<D> {
     /// Mass of each particle.
     pub fn masses(&self) -> &[f64] {
         &self.masses
+    }
+
+    /// The tags of the forces that it holds, in the order of the registry.
+    pub fn force_tags(&self) -> &[&'static str] {
+        &self.tags
     }
 
     /// Which particles are fixed.

@@ -6,13 +6,22 @@
 //!
 //! Newton starts from `v` and stops when the l2 norm of the update is below 1e-9. Source: hand-out of
 //! milestone 3, sections 5 and 10, equation (1).
+//!
+//! Where that does not converge and the user asks for it, the same equations are solved with a line search. Where
+//! all forces follow from energies, Newton starts from a minimum of the incremental potential
+//! ([`projected_newton`](super::projected_newton)), which is a solution; else the line search is on the residual,
+//! in the norm `‖r‖²_W = Σ r_i²/m_i`, which has the unit of an energy.
 
 use super::backward::{Linearisation, Point};
+use super::projected_newton::{Options, ProjectedNewton};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
+use crate::solver::damped_newton::{Equations, damped_newton};
 use crate::solver::linear::LinearSolver;
 use crate::solver::newton::{NewtonError, NewtonOptions, newton};
+use crate::solver::psd::Projection;
+use crate::statistics::Statistics;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
@@ -31,16 +40,36 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-9, max_iterations: 100 };
 
 fn build<const D: usize>(
-    _: &Scene,
+    scene: &Scene,
     system: &System<D>,
     solver: LinearSolver,
 ) -> Box<dyn Integrator<D>> {
     let zeros = vec![0.0; system.n_particles() * D];
     let linearisation = Linearisation::new(system, solver);
-    Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros })
+    let variational =
+        scene.forces.iter().all(|force| (force.schema.variational)(&force.parameters));
+    let patience = variational.then_some(Patience { solver, minimiser: None });
+    Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros, patience })
+}
+
+/// How near to the minimum Newton's method takes over: with projected Hessians the last digits are slow to come.
+const NEAR: Options = Options {
+    tolerance: 1e-2,
+    projection: Projection::Clamp,
+    line_search: true,
+    max_iterations: 200,
+};
+
+/// The way to a solution by a minimum.
+struct Patience<const D: usize> {
+    solver: LinearSolver,
+    /// Made when it is first needed.
+    minimiser: Option<ProjectedNewton<D>>,
 }
 
 struct ImplicitEuler<const D: usize> {
+    /// Where all forces follow from energies.
+    patience: Option<Patience<D>>,
     linearisation: Linearisation<D>,
     iterate: Vec<f64>,
     delta: Vec<f64>,
@@ -48,30 +77,132 @@ struct ImplicitEuler<const D: usize> {
 
 impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+        self.iterate.copy_from_slice(step.velocities);
+        self.newton(system, step)
+    }
+
+    fn step_patiently(
+        &mut self,
+        system: &System<D>,
+        mut step: Step<'_>,
+    ) -> Option<Result<(), StepError>> {
+        let Some(Patience { solver, minimiser }) = &mut self.patience else {
+            return Some(self.damped(system, step));
+        };
+        let minimiser =
+            minimiser.get_or_insert_with(|| ProjectedNewton::new(system, *solver, NEAR));
+        match minimiser.minimise(system, &mut step) {
+            // So many steps downhill are a good start in any case.
+            Ok(()) | Err(StepError::NotConverged { .. }) => {}
+            Err(error) => return Some(Err(error)),
+        }
+        self.iterate.copy_from_slice(&minimiser.iterate);
+        Some(self.newton(system, step))
+    }
+
+    fn observe(&mut self, observer: Observer) {
+        self.linearisation.observe(observer);
+    }
+}
+
+impl<const D: usize> ImplicitEuler<D> {
+    /// Newton's method from the iterate.
+    fn newton(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
         let Step { size: h, time, positions, velocities, statistics } = step;
-        self.iterate.copy_from_slice(velocities);
         let linearisation = &mut self.linearisation;
         let result = newton(&mut self.iterate, &mut self.delta, NEWTON, |iterate, delta| {
             let point = Point { h, time: time + h, positions, velocities, iterate };
             linearisation.solve(system, point, delta, statistics)
         });
-        let iterations = result.map_err(|error| match error {
-            NewtonError::Update(error) => error,
-            NewtonError::BelowRounding { iterations, update, size } => {
-                StepError::BelowRounding { iterations, update, speed: size }
-            }
-            NewtonError::NotConverged { iterations, update } => {
-                StepError::NotConverged { iterations, update, residual: linearisation.residual }
-            }
-        })?;
-        statistics.newton_iterations += iterations;
-        statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
+        let iterations = result.map_err(|error| failure(error, linearisation.residual))?;
+        count(iterations, statistics);
         velocities.copy_from_slice(&self.iterate);
         drift(positions, velocities, h);
         Ok(())
     }
 
-    fn observe(&mut self, observer: Observer) {
-        self.linearisation.observe(observer);
+    /// Newton's method with a line search on the residual.
+    fn damped(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+        let Step { size: h, time, positions, velocities, statistics } = step;
+        self.iterate.copy_from_slice(velocities);
+        let zeros = vec![0.0; velocities.len()];
+        let (mut trial, mut force) = (zeros.clone(), zeros.clone());
+        let mut equations = Residual {
+            system,
+            linearisation: &mut self.linearisation,
+            start: (h, time + h, positions, velocities),
+            trial: zeros,
+            force: &mut force,
+            statistics,
+        };
+        let (iterate, delta) = (&mut self.iterate, &mut self.delta);
+        let result = damped_newton(iterate, delta, &mut trial, NEWTON, &mut equations);
+        let (iterations, halvings) =
+            result.map_err(|error| failure(error, self.linearisation.residual))?;
+        statistics.line_search_halvings += halvings;
+        count(iterations, statistics);
+        velocities.copy_from_slice(&self.iterate);
+        drift(positions, velocities, h);
+        Ok(())
+    }
+}
+
+fn failure(error: NewtonError<StepError>, residual: f64) -> StepError {
+    match error {
+        NewtonError::Update(error) => error,
+        NewtonError::BelowRounding { iterations, update, size } => {
+            StepError::BelowRounding { iterations, update, speed: size }
+        }
+        NewtonError::NotConverged { iterations, update } => {
+            StepError::NotConverged { iterations, update, residual }
+        }
+    }
+}
+
+fn count(iterations: u64, statistics: &mut Statistics) {
+    statistics.newton_iterations += iterations;
+    statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
+}
+
+/// `r(u) = M (v − u) + h F(q + h u, u)`.
+struct Residual<'a, const D: usize> {
+    system: &'a System<D>,
+    linearisation: &'a mut Linearisation<D>,
+    /// Step, its end, and the state it starts from.
+    start: (f64, f64, &'a [f64], &'a [f64]),
+    trial: Vec<f64>,
+    force: &'a mut [f64],
+    statistics: &'a mut Statistics,
+}
+
+impl<const D: usize> Equations for Residual<'_, D> {
+    type Error = StepError;
+
+    fn update(&mut self, iterate: &[f64], delta: &mut [f64]) -> Result<(), StepError> {
+        let (h, time, positions, velocities) = self.start;
+        let point = Point { h, time, positions, velocities, iterate };
+        self.linearisation.solve(self.system, point, delta, self.statistics)
+    }
+
+    fn merit(&mut self, iterate: &[f64]) -> f64 {
+        let (h, time, positions, velocities) = self.start;
+        self.trial.copy_from_slice(positions);
+        drift(&mut self.trial, iterate, h);
+        self.statistics.force_evaluations += 1;
+        if self.system.force(&self.trial, iterate, time, self.force).is_err() {
+            return f64::INFINITY;
+        }
+        // A fixed particle has no force and keeps its velocity: it adds nothing.
+        let particles = iterate.chunks_exact(D).zip(velocities.chunks_exact(D));
+        let mut sum = 0.0;
+        for (((iterate, start), force), mass) in
+            particles.zip(self.force.chunks_exact(D)).zip(self.system.masses())
+        {
+            for axis in 0..D {
+                let residual = mass * (start[axis] - iterate[axis]) + h * force[axis];
+                sum += 0.5 * residual * residual / mass;
+            }
+        }
+        sum
     }
 }

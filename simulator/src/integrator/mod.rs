@@ -89,6 +89,19 @@ pub trait Integrator<const D: usize>: Send {
     /// Where the step has no answer; the state is then meaningless.
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError>;
 
+    /// The same step, its own equations solved by a slower way that fails less; `None` for a method that has none.
+    /// It is tried where [`step`](Self::step) has failed, and from the same state.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    fn step_patiently(
+        &mut self,
+        _system: &System<D>,
+        _step: Step<'_>,
+    ) -> Option<Result<(), StepError>> {
+        None
+    }
+
     /// Hands the linear systems of later steps to `observer`. A method that solves none, or one of another
     /// form, never calls it.
     fn observe(&mut self, _observer: Observer) {}

@@ -87,23 +87,14 @@ fn build<const D: usize>(
     solver: LinearSolver,
 ) -> Box<dyn Integrator<D>> {
     let options = Options::of(&scene.integrator_options);
-    let zeros = vec![0.0; system.n_particles() * D];
-    Box::new(ProjectedNewton {
-        linearisation: Linearisation::new(system, solver).projected(options.projection),
-        options,
-        iterate: zeros.clone(),
-        delta: zeros.clone(),
-        trial_positions: zeros.clone(),
-        trial_velocities: zeros.clone(),
-        force: zeros,
-    })
+    Box::new(ProjectedNewton::new(system, solver, options))
 }
 
-struct Options {
-    tolerance: f64,
-    projection: Projection,
-    line_search: bool,
-    max_iterations: u64,
+pub(super) struct Options {
+    pub(super) tolerance: f64,
+    pub(super) projection: Projection,
+    pub(super) line_search: bool,
+    pub(super) max_iterations: u64,
 }
 
 impl Options {
@@ -121,11 +112,11 @@ impl Options {
     }
 }
 
-struct ProjectedNewton<const D: usize> {
+pub(super) struct ProjectedNewton<const D: usize> {
     options: Options,
     linearisation: Linearisation<D>,
     /// `u`.
-    iterate: Vec<f64>,
+    pub(super) iterate: Vec<f64>,
     /// `p/h`.
     delta: Vec<f64>,
     trial_positions: Vec<f64>,
@@ -133,10 +124,29 @@ struct ProjectedNewton<const D: usize> {
     force: Vec<f64>,
 }
 
-impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
-    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+impl<const D: usize> ProjectedNewton<D> {
+    pub(super) fn new(system: &System<D>, solver: LinearSolver, options: Options) -> Self {
+        let zeros = vec![0.0; system.n_particles() * D];
+        Self {
+            linearisation: Linearisation::new(system, solver).projected(options.projection),
+            options,
+            iterate: zeros.clone(),
+            delta: zeros.clone(),
+            trial_positions: zeros.clone(),
+            trial_velocities: zeros.clone(),
+            force: zeros,
+        }
+    }
+
+    /// Leaves the velocity that minimises in `self.iterate`.
+    pub(super) fn minimise(
+        &mut self,
+        system: &System<D>,
+        step: &mut Step<'_>,
+    ) -> Result<(), StepError> {
         let Step { size: h, time, positions, velocities, statistics } = step;
-        let time = time + h;
+        let (h, time) = (*h, *time + *h);
+        let (positions, velocities): (&[f64], &[f64]) = (positions, velocities);
         // x ← xⁿ; a fixed particle is where its velocity takes it.
         self.iterate.copy_from_slice(velocities);
         for (iterate, fixed) in self.iterate.chunks_exact_mut(D).zip(system.fixed()) {
@@ -191,8 +201,15 @@ impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
         }
         statistics.newton_iterations += iterations;
         statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
-        velocities.copy_from_slice(&self.iterate);
-        drift(positions, velocities, h);
+        Ok(())
+    }
+}
+
+impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
+    fn step(&mut self, system: &System<D>, mut step: Step<'_>) -> Result<(), StepError> {
+        self.minimise(system, &mut step)?;
+        step.velocities.copy_from_slice(&self.iterate);
+        drift(step.positions, step.velocities, step.size);
         Ok(())
     }
 

@@ -6,11 +6,13 @@
 //! - [`sparse`]: one part as a sparse matrix.
 //! - `checked`: what both do to a solution before it is believed.
 //! - [`newton`]: Newton's method on a callback.
+//! - [`damped_newton`]: the same with a line search on the residual.
 //! - [`line_search`]: backtracking along a step.
 //! - [`psd`]: projection of a block to a positive semi-definite one.
 
 mod blocks;
 mod checked;
+pub mod damped_newton;
 pub mod dense;
 mod fronts;
 mod general;

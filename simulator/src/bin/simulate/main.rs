@@ -12,9 +12,10 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulator::force::PARALLEL;
 use simulator::output::OutputFile;
+use simulator::rescue::RescueStatistics;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
 use simulator::scene::{self, Overrides, ParseOptions, Scene};
-use simulator::simulation::Simulation;
+use simulator::simulation::{Config, Simulation};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::trace::csv::CsvWriter;
@@ -67,6 +68,11 @@ struct Cli {
     /// Solve linear systems by dense or by sparse matrices, whatever fits the scene
     #[arg(long, value_enum, default_value_t = Solver::Auto)]
     solver: Solver,
+
+    /// Where a step has no answer, solve its equations with a line search, or take smaller steps in its place; other
+    /// steps stay as they are
+    #[arg(long)]
+    robust: bool,
 
     /// Write kinetic, potential and total energy and momentum of every state (CSV)
     #[arg(long, value_name = "FILE")]
@@ -215,7 +221,8 @@ fn run(cli: &Cli) -> Result<(), Failure> {
 
 /// Takes all steps of the scene and writes what was asked for.
 fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure> {
-    let mut simulation = Simulation::with_solver(scene, cli.solver.into());
+    let config = Config { solver: cli.solver.into(), robust: cli.robust };
+    let mut simulation = Simulation::with_config(scene, config);
 
     let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(scene))?;
     let mut energy = match &cli.energy {
@@ -254,6 +261,9 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     }
     for (file, path) in sealed {
         file.publish().map_err(|error| Failure::at(&path, error))?;
+    }
+    if let Some(note) = rescue_note(&simulation.statistics().rescue, scene) {
+        complain("note", note);
     }
     if cli.stats {
         print_statistics(&simulation, elapsed);
@@ -402,6 +412,7 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
         unconverged_steps,
         linear_solver,
         linear,
+        rescue,
     } = simulation.statistics();
     let mut rows: Vec<(&str, String)> = vec![
         ("steps", steps.to_string()),
@@ -448,11 +459,42 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
             ("unconverged steps", unconverged_steps.to_string()),
         ]);
     }
+    if rescue.steps() > 0 {
+        let RescueStatistics { line_searched, substepped, substeps, max_substeps } = rescue;
+        rows.extend([
+            ("steps by line search", line_searched.to_string()),
+            (
+                "steps in smaller ones",
+                format!("{substepped}, by {substeps}, at most {max_substeps} a step"),
+            ),
+        ]);
+    }
     let mut out = anstream::stdout();
     for (name, value) in rows {
         // A closed pipe is no failure of the run.
         let _ = writeln!(out, "{name:<22} {value}");
     }
+}
+
+/// What a trace that was made robustly is, where it is not what the scene's method alone gives.
+fn rescue_note(rescue: &RescueStatistics, scene: &Scene) -> Option<String> {
+    let RescueStatistics { line_searched, substepped, substeps, .. } = rescue;
+    let (name, method, h) = (&scene.name, scene.integrator.name, scene.time_step);
+    let mut note = format!("{name}: {} steps had no answer by the usual way;", rescue.steps());
+    match (line_searched, substepped) {
+        (0, 0) => return None,
+        (_, 0) => note += " a line search solved their equations",
+        (_, _) => {
+            if *line_searched > 0 {
+                note += &format!(" a line search solved the equations of {line_searched};");
+            }
+            note += &format!(
+                " in the place of {substepped}, {substeps} smaller ones were taken, so that the trace is not that of \
+                 {method} at dt = {h}"
+            );
+        }
+    }
+    Some(note)
 }
 
 fn complain(kind: &str, message: impl Display) {

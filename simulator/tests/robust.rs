@@ -1,0 +1,199 @@
+//! `--robust` changes what would have failed, and nothing else.
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+
+use simulator::scene::{self, ParseOptions, Scene, xml};
+use simulator::simulation::{Config, FailureKind, Simulation, SimulationError};
+use simulator::statistics::Statistics;
+use simulator::vocabulary;
+use support::{simulate, stderr};
+
+const ROBUST: Config =
+    Config { solver: simulator::solver::linear::LinearSolver::Auto, robust: true };
+
+/// Four particles, flung at 30 m/s with every pair of five tied by a spring of its own stiffness: plain Newton runs
+/// in circles in the first step of 1 s. `b` is the springs' damping.
+fn flung(b: &str) -> String {
+    let particles = [
+        [0.0, 0.0, 0.0, 0.0],
+        [0.713, 0.179, -16.76, 28.54],
+        [1.191, 0.066, -16.61, 8.91],
+        [-0.42, 0.303, -10.73, 7.86],
+        [-1.765, -0.806, 28.07, 22.53],
+    ];
+    let springs = [
+        (1, 0, 340356),
+        (2, 0, 196142647),
+        (2, 1, 356302),
+        (3, 0, 497098166),
+        (3, 1, 52385440),
+        (3, 2, 1204651),
+        (4, 0, 182722),
+        (4, 1, 11026),
+        (4, 2, 247508143),
+        (4, 3, 15473),
+    ];
+    let mut text =
+        r#"<scene><duration time="3"/><integrator type="implicit-euler" dt="1"/>"#.to_owned();
+    for (idx, [x, y, vx, vy]) in particles.into_iter().enumerate() {
+        let fixed = u8::from(idx == 0);
+        text +=
+            &format!(r#"<particle m="1" px="{x}" py="{y}" vx="{vx}" vy="{vy}" fixed="{fixed}"/>"#);
+    }
+    for (edge, (i, j, k)) in springs.into_iter().enumerate() {
+        text += &format!(
+            r#"<edge i="{i}" j="{j}"/><springforce edge="{edge}" k="{k}" l0="1" b="{b}"/>"#
+        );
+    }
+    text + "</scene>"
+}
+
+fn parse(text: &str) -> Scene {
+    xml::parse(text, "scene.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
+}
+
+type Run = (Vec<[Vec<u64>; 2]>, Statistics, Option<SimulationError>);
+
+/// The bits of every state, what it cost, and how it failed, if it did.
+fn run(scene: &Scene, config: Config) -> Run {
+    let mut simulation = Simulation::with_config(scene, config);
+    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    let mut states = Vec::new();
+    loop {
+        let state = simulation.state();
+        states.push([bits(state.positions), bits(state.velocities)]);
+        match simulation.advance() {
+            Ok(true) => {}
+            Ok(false) => return (states, simulation.statistics().clone(), None),
+            Err(error) => return (states, simulation.statistics().clone(), Some(error)),
+        }
+    }
+}
+
+#[test]
+fn runs_without_failures_are_the_same_bits() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut count = 0;
+    for folder in ["assets", "extracreditassets"] {
+        for path in scene::find_scene_files(&root.join(folder)).unwrap() {
+            let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
+            let plain = run(&scene, Config::default());
+            let robust = run(&scene, ROBUST);
+            assert!(plain.2.is_none(), "{:?}", plain.2);
+            assert!(plain == robust, "{}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 100, "{count} scenes");
+}
+
+#[test]
+fn a_line_search_solves_the_equations_that_plain_newton_does_not() {
+    let scene = parse(&flung("0"));
+    let (plain, _, failure) = run(&scene, Config::default());
+    let failure = failure.expect("plain Newton does not converge");
+    assert!(matches!(failure.kind, FailureKind::NotConverged { .. }), "{failure}");
+    let (states, statistics, failure) = run(&scene, ROBUST);
+    assert_eq!((failure, statistics.rescue.substepped), (None, 0));
+    assert!(statistics.rescue.line_searched > 0);
+    // What came before is what it was.
+    assert_eq!(states[..plain.len()], plain);
+    // v' − v = h F(x'): to the change of force of an update below 1e-9, by springs of 5e8 N/m.
+    let step = failure_step(&plain);
+    let [from, to] = [step, step + 1].map(|step| {
+        states[step].clone().map(|bits| bits.into_iter().map(f64::from_bits).collect::<Vec<_>>())
+    });
+    let forces = forces(&scene, &to[0]);
+    for dof in 2..forces.len() {
+        let residual = to[1][dof] - from[1][dof] - forces[dof];
+        assert!(residual.abs() < 1e-9 * 1e10, "degree of freedom {dof}: {residual:e}");
+        // It could be false: the forces are far larger.
+        assert!(forces[dof].abs() > 1e-2, "{forces:?}");
+    }
+}
+
+/// The number of the state from which the first failed step starts.
+fn failure_step(states: &[[Vec<u64>; 2]]) -> usize {
+    states.len() - 1
+}
+
+/// The springs' forces, by the formula.
+fn forces(scene: &Scene, x: &[f64]) -> Vec<f64> {
+    let mut forces = vec![0.0; x.len()];
+    for spring in &scene.forces {
+        let [i, j] = spring.pair.unwrap();
+        let d = [x[2 * i] - x[2 * j], x[2 * i + 1] - x[2 * j + 1]];
+        let length = d[0].hypot(d[1]);
+        for axis in 0..2 {
+            let force = -spring.parameters[0] * (length - spring.parameters[1]) * d[axis] / length;
+            forces[2 * i + axis] += force;
+            forces[2 * j + axis] -= force;
+        }
+    }
+    forces
+}
+
+#[test]
+fn forces_without_an_energy_are_rescued_too() {
+    let scene = parse(&flung("3"));
+    assert!(run(&scene, Config::default()).2.is_some());
+    let (_, statistics, failure) = run(&scene, ROBUST);
+    assert_eq!(failure, None);
+    assert!(statistics.rescue.steps() > 0);
+}
+
+/// A particle that the first step's guess `q + h v` puts onto the end of its spring.
+const ONTO: &str = r#"<scene><duration time="1"/><integrator type="linearized-implicit-euler" dt="0.5"/>
+    <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+    <particle m="1" px="0.5" py="0" vx="-1" vy="0" fixed="0"/>
+    <edge i="0" j="1"/><springforce edge="0" k="1" l0="1"/></scene>"#;
+
+#[test]
+fn smaller_steps_are_the_method_at_that_step() {
+    let scene = parse(ONTO);
+    let (_, _, failure) = run(&scene, Config::default());
+    assert!(matches!(failure.unwrap().kind, FailureKind::Coincident { .. }));
+    let (states, statistics, failure) = run(&scene, ROBUST);
+    assert_eq!(failure, None);
+    let counts = statistics.rescue;
+    assert_eq!((counts.substepped, counts.substeps, counts.max_substeps), (1, 2, 2));
+    let halved = Scene { time_step: 0.25, ..scene };
+    assert_eq!(states[1], run(&halved, Config::default()).0[2]);
+}
+
+#[test]
+fn what_has_no_answer_at_any_step_fails_as_it_did() {
+    let text =
+        ONTO.replace("linearized-implicit-euler", "explicit-euler").replace("0.5\" py", "0\" py");
+    let scene = parse(&text);
+    let (plain, robust) = (run(&scene, Config::default()), run(&scene, ROBUST));
+    assert!(robust.2.is_some() && plain.2 == robust.2, "{:?}", robust.2);
+}
+
+#[test]
+fn the_command_says_what_it_did() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("flung.xml"), flung("0")).unwrap();
+    fs::write(folder.path().join("onto.xml"), ONTO).unwrap();
+    let plain = simulate(folder.path(), &["flung.xml", "-o", "flung.csv"]);
+    assert_eq!(plain.status.code(), Some(2));
+    assert!(!folder.path().join("flung.csv").exists());
+
+    let robust = simulate(folder.path(), &["flung.xml", "-o", "flung.csv", "--robust", "--stats"]);
+    assert_eq!(robust.status.code(), Some(0), "{}", stderr(&robust));
+    assert!(
+        stderr(&robust).contains("a line search solved their equations"),
+        "{}",
+        stderr(&robust)
+    );
+    assert!(String::from_utf8_lossy(&robust.stdout).contains("steps by line search"));
+    assert!(folder.path().join("flung.csv").exists());
+
+    let onto = simulate(folder.path(), &["onto.xml", "--robust"]);
+    let said = "in the place of 1, 2 smaller ones were taken, so that the trace is not that of \
+                linearized-implicit-euler at dt = 0.5";
+    assert!(stderr(&onto).contains(said), "{}", stderr(&onto));
+}

@@ -10,6 +10,9 @@
 //! behind a row of large ones; one step of iterative refinement brings it to rounding (Skeel 1980). A
 //! solution is at rounding where `ω ≤ 8 p ε` with `p` the entries of a row. Cost: two products with the
 //! matrix a solve, four where it is refined.
+//!
+//! Numbers below the smallest normal one, 2⁻¹⁰²², are multiples of `η = 2⁻¹⁰⁷⁴` and have fewer digits: what comes to
+//! rest passes through them. There a residual of `8 p (‖A‖ + 1) η` is rounding as well (Demmel 1984).
 
 use super::LinearError;
 use crate::statistics::LinearStatistics;
@@ -120,6 +123,12 @@ impl Checked {
             statistics.worst_residual = statistics.worst_residual.max(residual);
             return Ok(());
         }
+        // The sums of the rows are where the norm left them.
+        let norm = largest(&self.correction);
+        let is_number = !self.error.is_nan();
+        if is_number && largest(&self.residual) <= underflow(matrix.row_length(), norm) {
+            return Ok(());
+        }
         Err(LinearError::LostDigits { size: self.right.len(), residual })
     }
 
@@ -163,4 +172,9 @@ fn largest(values: &[f64]) -> f64 {
 /// What ω is at rounding.
 pub(super) fn tolerance(matrix: &impl Product) -> f64 {
     8.0 * matrix.row_length() as f64 * f64::EPSILON
+}
+
+/// The residual that rounding to multiples of the smallest number leaves.
+pub(crate) fn underflow(row_length: usize, norm: f64) -> f64 {
+    8.0 * row_length as f64 * (norm + 1.0) * (f64::MIN_POSITIVE * f64::EPSILON)
 }

@@ -24,6 +24,8 @@ pub mod psd;
 pub mod sparse;
 mod stale;
 
+pub(crate) use checked::underflow;
+
 /// A linear system that could not be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LinearError {

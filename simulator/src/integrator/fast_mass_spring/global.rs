@@ -27,7 +27,7 @@ use faer::{Par, Side, Spec};
 use nalgebra::DMatrix;
 
 use super::panels::Panels;
-use crate::solver::LinearError;
+use crate::solver::{LinearError, underflow};
 use crate::statistics::LinearStatistics;
 
 /// How the matrix is factorised.
@@ -156,11 +156,12 @@ impl<const P: usize> Global<P> {
         add(x, &self.correction);
         let second = self.judge(x, right);
         // Rounding may leave a row of zeros and tiny numbers short of its componentwise bound.
-        let accepted = second.componentwise <= tolerance || second.normwise <= tolerance;
-        if !accepted {
+        if second.componentwise <= tolerance || second.normwise <= tolerance {
+            statistics.worst_residual = statistics.worst_residual.max(second.normwise);
+        } else if second.largest.is_nan() || second.largest > underflow(self.row_length, self.norm)
+        {
             return Err(LinearError::LostDigits { size, residual: second.normwise });
         }
-        statistics.worst_residual = statistics.worst_residual.max(second.normwise);
         Ok(Some(&self.correction))
     }
 
@@ -196,7 +197,7 @@ impl<const P: usize> Global<P> {
         } else {
             largest_residual / (self.norm * largest_x + largest_right)
         };
-        Judgement { componentwise, normwise }
+        Judgement { componentwise, normwise, largest: largest_residual }
     }
 
     /// The solver, in words.
@@ -214,6 +215,8 @@ impl<const P: usize> Global<P> {
 struct Judgement {
     componentwise: f64,
     normwise: f64,
+    /// The largest entry of the residual.
+    largest: f64,
 }
 
 /// Adds vector by vector.

@@ -20,6 +20,8 @@
 //! - [`blame`]: what a failing submission looks as if it had wrong.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
 //! - [`accuracy`]: speed against error, over a ladder of time steps.
+//! - [`stability`]: what hard scenes do to each method, and where each is stable.
+//! - [`needs`]: what a scene needs, what it is given, and what the general path costs.
 //! - [`oracle`]: the stored traces: regenerated, verified.
 //! - [`init`]: skeletons of submissions.
 //! - [`report`]: one format a file.
@@ -48,6 +50,9 @@ pub mod accuracy;
 
 pub mod init;
 pub mod probe;
+
+pub mod needs;
+pub mod stability;
 
 pub mod oracle;
 

@@ -60,6 +60,7 @@ fn links_in_the_documents_lead_somewhere() {
         "docs/mistakes.md",
         "docs/probe.md",
         "docs/selftest.md",
+        "docs/stability.md",
     ] {
         let text = document(name);
         let folder = workspace().join(name).parent().unwrap().to_path_buf();

@@ -15,6 +15,7 @@
 
 mod check;
 mod curves;
+mod equations;
 pub(crate) mod law;
 mod newton;
 mod ridders;
@@ -32,6 +33,7 @@ use simulator::scene::Dimension;
 use simulator::solver::psd::Projection;
 
 pub use curves::{Curves, curves};
+pub(crate) use equations::{Laws, Magnitude};
 pub use newton::NewtonCheck;
 pub use ridders::{Difference, Estimate};
 pub use states::{CheckState, states};

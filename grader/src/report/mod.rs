@@ -6,8 +6,10 @@ pub mod class;
 pub mod jacobians;
 pub mod json;
 pub mod junit;
+pub mod needs;
 pub mod probe;
 pub mod selftest;
+pub mod stability;
 pub mod text;
 
 mod digits;

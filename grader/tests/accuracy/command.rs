@@ -119,7 +119,7 @@ fn what_cannot_be_measured_is_bad_input_with_a_remedy() {
 #[test]
 fn a_program_is_measured_from_its_traces() {
     let folder = tempfile::tempdir().unwrap();
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs/student.c");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/selftest/programs/student.c");
     let program = folder.path().join("student");
     let made = Command::new("cc")
         .args(["-O1", "-o"])

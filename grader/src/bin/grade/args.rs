@@ -51,6 +51,17 @@ pub(super) enum Command {
         #[arg(value_name = "DIR", default_value = "my-simulator")]
         folder: PathBuf,
     },
+    /// Run the suite of hard cases, and find each method's stability boundary: against what is expected and theory
+    Stability(StabilityArgs),
+    /// Show what each scene is given to be stepped, and what the general path would cost it
+    Needs {
+        /// Only scenes whose name contains this text
+        #[arg(long, value_name = "TEXT")]
+        only: Option<String>,
+
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
     /// Run planted mistakes and correct variants: is every mistake caught and blamed, every variant passed?
     Selftest(SelfTestArgs),
     /// Make the oracle traces anew, or see whether they still match
@@ -303,6 +314,56 @@ pub(super) enum AccuracyFormat {
     Csv,
     /// For programs; schema in docs/accuracy.schema.json
     Json,
+}
+
+#[derive(Args)]
+pub(super) struct StabilityArgs {
+    /// Fewer steps and damping ratios: some seconds in all
+    #[arg(long)]
+    pub(super) quick: bool,
+
+    /// Run what fails again, its failed steps solved with a line search or taken in smaller ones
+    #[arg(long)]
+    pub(super) robust: bool,
+
+    /// Run only the cases whose name contains this text, and nothing of the theory
+    #[arg(long, value_name = "TEXT")]
+    pub(super) only: Option<String>,
+
+    /// Take what comes for what is expected from now on
+    #[arg(long)]
+    pub(super) accept: bool,
+
+    /// The outcomes that are expected [default: docs/stability-expected.csv, here or above]
+    #[arg(long, value_name = "FILE")]
+    pub(super) expected: Option<PathBuf>,
+
+    /// Keep finished trials in this folder: a run that was interrupted goes on where it was
+    #[arg(long, value_name = "DIR")]
+    pub(super) resume: Option<PathBuf>,
+
+    /// Write a map a method (SVG and PNG) to this folder: where it is stable, and how much it damps
+    #[arg(long, value_name = "DIR")]
+    pub(super) plot: Option<PathBuf>,
+
+    /// Format of the report
+    #[arg(long, value_enum, default_value_t = TableFormat::Text)]
+    pub(super) format: TableFormat,
+
+    /// Write the report to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+}
+
+/// A report of tables.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum TableFormat {
+    /// For people
+    Text,
+    /// For programs
+    Json,
+    /// For spreadsheets: a row a trial
+    Csv,
 }
 
 #[derive(Subcommand)]

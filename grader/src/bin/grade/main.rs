@@ -15,8 +15,10 @@ mod class;
 mod grading;
 mod init;
 mod jacobians;
+mod needs;
 mod oracle;
 mod selftest;
+mod stability;
 
 mod output;
 mod progress;
@@ -54,6 +56,8 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         Some(Command::Class(args)) => class::grade(args),
         Some(Command::Jacobians(args)) => jacobians::check(args),
         Some(Command::Accuracy(args)) => accuracy::measure(args),
+        Some(Command::Stability(args)) => stability::run(args),
+        Some(Command::Needs { only, suite }) => needs::run(suite, only.as_deref()),
         Some(Command::Init { language, folder }) => init::init(language, folder),
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {

@@ -198,6 +198,18 @@ impl<'a> Expectation<'a> {
         })
     }
 
+    /// The derivative of the force as `(x, v)` moves along `(dx, dv)`.
+    pub(super) fn along(&self, [x, v]: [&[f64]; 2], [dx, dv]: [&[f64]; 2], time: f64) -> Vec<f64> {
+        let seeded = |values: &[f64], along: &[f64]| -> Vec<Dual64> {
+            values.iter().zip(along).map(|(value, along)| Dual64::new(*value, *along)).collect()
+        };
+        let force = self.total(&seeded(x, dx), &seeded(v, dv), time, |form| match form {
+            Form::Pair { dual, .. } => Evaluate::Pair(*dual),
+            Form::Field { dual, .. } => Evaluate::Field(*dual),
+        });
+        force.iter().map(|force| force.eps).collect()
+    }
+
     /// Both Jacobians, column by column.
     pub(crate) fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Jacobians {
         let seeded = |values: &[f64], seed: Option<usize>| -> Vec<Dual64> {

@@ -1,0 +1,102 @@
+//! `grade stability`: the hard cases, the stability boundaries, and the maps.
+
+use std::io::{self, IsTerminal};
+use std::path::{Path, PathBuf};
+
+use grader::report::stability as report;
+use grader::stability::expected::Expectations;
+use grader::stability::store::Store;
+use grader::stability::theory::map::Map;
+use grader::stability::{self, Config, StabilityReport};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::args::{StabilityArgs, TableFormat};
+use crate::inputs::find_root;
+use crate::output::{put, write_file};
+use crate::stop::{Exit, Stop, complain};
+
+pub(super) fn run(args: &StabilityArgs) -> Result<Exit, Stop> {
+    let path = expected_path(args)?;
+    let mut expectations = Expectations::load(&path).map_err(Stop::bad_input)?;
+    let store = match &args.resume {
+        Some(folder) => Some(Store::open(folder).map_err(|error| unusable(folder, &error))?),
+        None => None,
+    };
+    let config = Config { quick: args.quick, robust: args.robust };
+    let bar = progress_bar();
+    let selected = |name: &str| args.only.as_ref().is_none_or(|text| name.contains(text));
+    let trials = stability::run(config, store.as_ref(), selected, &|done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    if trials.is_empty() {
+        let text = args.only.as_deref().unwrap_or_default();
+        return Err(Stop::bad_input(format!("no case's name contains {text:?}")));
+    }
+    let theory = match args.only {
+        Some(_) => StabilityReport::default(),
+        None => stability::against_theory(config),
+    };
+    if args.accept {
+        expectations.accept(&trials);
+        let bytes = expectations.render().map_err(Stop::fault)?;
+        write_file(&path, &bytes).map_err(|error| unusable(&path, &error))?;
+        complain("note", format!("{}: {} outcomes were accepted", path.display(), trials.len()));
+    }
+    let changes = expectations.compare(&trials);
+    let report = StabilityReport { trials, changes, ..theory };
+    let bytes = match args.format {
+        TableFormat::Text => {
+            let mut bytes = Vec::new();
+            report::text::write(&mut bytes, &report).map_err(Stop::fault)?;
+            bytes
+        }
+        TableFormat::Json => report::json::render(&report).map_err(Stop::fault)?.into_bytes(),
+        TableFormat::Csv => report::csv::render(&report).map_err(Stop::fault)?,
+    };
+    put(&bytes, args.output.as_deref())?;
+    if let Some(folder) = &args.plot {
+        plot(folder, &report.maps)?;
+    }
+    Ok(if report.is_pass() { Exit::Passed } else { Exit::Failed })
+}
+
+fn expected_path(args: &StabilityArgs) -> Result<PathBuf, Stop> {
+    match &args.expected {
+        Some(path) => Ok(path.clone()),
+        None => Ok(find_root()?.join("docs/stability-expected.csv")),
+    }
+}
+
+fn unusable(path: &Path, error: &io::Error) -> Stop {
+    Stop::bad_input(format!("{}: {error}", path.display()))
+}
+
+/// A bar where there is somebody to see it.
+fn progress_bar() -> ProgressBar {
+    let target = match io::stderr().is_terminal() {
+        true => ProgressDrawTarget::stderr(),
+        false => ProgressDrawTarget::hidden(),
+    };
+    let bar = ProgressBar::with_draw_target(Some(1), target);
+    let style = "hard cases {wide_bar} {human_pos} of {human_len}, {eta} left";
+    bar.set_style(
+        ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    bar
+}
+
+/// Writes a map a method.
+fn plot(folder: &Path, maps: &[Map]) -> Result<(), Stop> {
+    std::fs::create_dir_all(folder).map_err(|error| unusable(folder, &error))?;
+    for map in maps {
+        let svg = report::plot::svg(map).map_err(Stop::fault)?;
+        let png = report::plot::png(&svg).map_err(Stop::fault)?;
+        for (extension, bytes) in [("svg", svg.as_bytes()), ("png", &png)] {
+            let path = folder.join(format!("stability-{}.{extension}", map.method));
+            std::fs::write(&path, bytes).map_err(|error| unusable(&path, &error))?;
+        }
+    }
+    Ok(())
+}

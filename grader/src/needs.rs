@@ -1,0 +1,253 @@
+//! What a scene needs to be stepped, what it is given, and what the general path would cost it.
+//!
+//! ```text
+//! scene ──> as it is            ──> solver, assemblies, factorisations, bytes of state, time a step
+//!   └─────> embedded in 3D, every force that the method takes present with coefficients of zero,
+//!           every part of the matrix sparse ──> the same, the largest difference of a state, how much slower
+//! ```
+//!
+//! What a scene needs is worked out here, from the scene alone, and held against the statistics of the run
+//! ([`Excess`]). Cost: every scene four times each way; the fastest counts.
+
+use std::collections::BTreeSet;
+use std::time::Instant;
+
+use simulator::force;
+use simulator::scene::schema::{ActsOn, MAX_PARAMETERS};
+use simulator::scene::{Dimension, ForceElement, Location, Scene};
+use simulator::simulation::{Simulation, SimulationError};
+use simulator::solver::linear::{LinearSolver, SMALL};
+use simulator::statistics::Statistics;
+
+/// Runs of which the fastest counts.
+const RUNS: u32 = 4;
+
+/// What a run cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cost {
+    /// The counts of the run.
+    pub statistics: Statistics,
+    /// The kinds of force that were evaluated.
+    pub forces: Vec<&'static str>,
+    /// Bytes of positions and velocities.
+    pub state_bytes: usize,
+    /// Time of the fastest run, a step, in seconds; what it takes to build the system is not counted.
+    pub seconds: f64,
+}
+
+/// A scene with what it is given and what the general path costs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Need {
+    /// The scene, as it is called in tables.
+    pub scene: String,
+    /// Its method.
+    pub method: &'static str,
+    /// As it is.
+    pub given: Cost,
+    /// By the general path.
+    pub general: Cost,
+    /// The largest difference of a position or velocity between the two, relative to the largest of them.
+    pub difference: f64,
+    /// What the scene was given beyond its need.
+    pub excess: Vec<Excess>,
+}
+
+/// Machinery that a scene does not need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Excess {
+    /// An explicit method with a matrix.
+    MatrixOfExplicit,
+    /// A factorisation where no force couples a particle.
+    FactorsWithoutCoupling,
+    /// A sparse solver where no part has more than [`SMALL`] particles.
+    SparseForSmall,
+    /// A sparsity pattern analysed more than once.
+    AnalysedAgain,
+    /// A constant matrix factorised more than once.
+    FactorisedAgain,
+    /// More coordinates than the scene has.
+    MoreCoordinates,
+    /// A kind of force evaluated that the scene does not mention.
+    ForceNotMentioned,
+}
+
+impl Excess {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MatrixOfExplicit => "a matrix for an explicit method",
+            Self::FactorsWithoutCoupling => "a factorisation without a coupling",
+            Self::SparseForSmall => "a sparse solver for a small part",
+            Self::AnalysedAgain => "a pattern analysed again",
+            Self::FactorisedAgain => "a constant matrix factorised again",
+            Self::MoreCoordinates => "more coordinates than the scene has",
+            Self::ForceNotMentioned => "a force that the scene does not mention",
+        }
+    }
+}
+
+/// Measures a scene both ways.
+///
+/// # Errors
+/// Where a step has no answer.
+pub fn measure(name: &str, scene: &Scene) -> Result<Need, SimulationError> {
+    let given = cost(scene, LinearSolver::Auto)?;
+    let mut general_scene = general(scene);
+    if cost(&general_scene, LinearSolver::Sparse).is_err() {
+        // The two particles meet on their way, where a force between them is not defined.
+        let mentioned = |force: &ForceElement| {
+            scene.forces.iter().any(|each| each.schema == force.schema)
+                || force.pair.is_none()
+                || force.schema.tag == "springforce"
+        };
+        general_scene.forces.retain(mentioned);
+    }
+    Ok(Need {
+        scene: name.to_owned(),
+        method: scene.integrator.name,
+        general: cost(&general_scene, LinearSolver::Sparse)?,
+        difference: difference(scene, &general_scene)?,
+        excess: excess(scene, &given),
+        given,
+    })
+}
+
+/// Runs a scene, its linear systems given to this solver.
+///
+/// # Errors
+/// Where a step has no answer.
+pub fn cost(scene: &Scene, solver: LinearSolver) -> Result<Cost, SimulationError> {
+    let mut fastest = f64::INFINITY;
+    for run in 1.. {
+        let mut simulation = Simulation::with_solver(scene, solver);
+        let started = Instant::now();
+        while simulation.advance()? {}
+        let steps = simulation.n_steps().max(1);
+        fastest = fastest.min(started.elapsed().as_secs_f64() / steps as f64);
+        if run == RUNS {
+            let state = simulation.state();
+            return Ok(Cost {
+                statistics: simulation.statistics().clone(),
+                forces: simulation.force_tags().to_vec(),
+                state_bytes: size_of_val(state.positions) + size_of_val(state.velocities),
+                seconds: fastest,
+            });
+        }
+    }
+    unreachable!("the runs come to an end")
+}
+
+/// The scene in space (but where wind blows), with every force that its method takes, those that it does not mention with coefficients of
+/// zero; forces between two are between the first particle and that furthest from it.
+pub fn general(scene: &Scene) -> Scene {
+    let distance = |idx: &usize| -> f64 {
+        let [a, b] = [0, *idx].map(|idx| scene.particles[idx].position);
+        a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+    };
+    let furthest = (1..scene.particles.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
+    // In space, the wind blows out of the plane as well: that would be another scene.
+    let is_flat = scene.forces.iter().any(|force| force.schema.tag == "windforce");
+    let dimension = if is_flat { scene.dimension } else { Dimension::Three };
+    let mut general = Scene { dimension, ..scene.clone() };
+    for kind in force::REGISTRY {
+        let schema = &kind.schema;
+        if scene.forces.iter().any(|force| force.schema == schema) {
+            continue;
+        }
+        let pair = match schema.acts_on {
+            ActsOn::EveryParticle => None,
+            ActsOn::Pair | ActsOn::Edge => match furthest {
+                Some(other) => Some([0, other]),
+                None => continue,
+            },
+        };
+        let mut parameters = [0.0; MAX_PARAMETERS];
+        for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
+            // A rest length that must be positive, say.
+            *value = if parameter.domain.contains(0.0) { 0.0 } else { parameter.typical.0 };
+        }
+        let location = Location::default();
+        let element = ForceElement { schema, pair, edge: None, parameters, location };
+        if (scene.integrator.refuses)(&element).is_none() {
+            general.forces.push(element);
+        }
+    }
+    general
+}
+
+/// The largest difference of a state between a scene in the plane or in space and the same in space.
+fn difference(scene: &Scene, general: &Scene) -> Result<f64, SimulationError> {
+    let mut first = Simulation::new(scene);
+    let mut second = Simulation::with_solver(general, LinearSolver::Sparse);
+    let [axes, more_axes] = [scene, general].map(|scene| scene.dimension.count());
+    let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
+    loop {
+        let (a, b) = (first.state(), second.state());
+        for (a, b) in [(a.positions, b.positions), (a.velocities, b.velocities)] {
+            for (a, b) in a.chunks(axes).zip(b.chunks(more_axes)) {
+                for (axis, b) in b.iter().enumerate() {
+                    let a = a.get(axis).copied().unwrap_or(0.0);
+                    worst = worst.max((a - b).abs());
+                    largest = largest.max(a.abs());
+                }
+            }
+        }
+        if !first.advance()? || !second.advance()? {
+            return Ok(if worst == 0.0 { 0.0 } else { worst / largest });
+        }
+    }
+}
+
+/// What the run of a scene used beyond its need.
+pub fn excess(scene: &Scene, cost: &Cost) -> Vec<Excess> {
+    let statistics = &cost.statistics;
+    let linear = &statistics.linear;
+    let is_explicit = matches!(scene.integrator.name, "explicit-euler" | "symplectic-euler");
+    let is_constant = scene.integrator.name == "fast-mass-spring";
+    let parts = coupled_parts(scene);
+    let has_matrix =
+        statistics.assemblies + linear.factorisations > 0 || !statistics.linear_solver.is_empty();
+    let is_sparse = statistics.linear_solver.contains("sparse");
+    let mentioned: BTreeSet<&str> = scene.forces.iter().map(|force| force.schema.tag).collect();
+    let axes = scene.dimension.count();
+    let bytes = 2 * axes * scene.particles.len() * size_of::<f64>();
+    let large = parts.iter().filter(|size| **size > SMALL).count() as u64;
+    let found = [
+        (Excess::MatrixOfExplicit, is_explicit && has_matrix),
+        (Excess::FactorsWithoutCoupling, parts.is_empty() && linear.factorisations > 0),
+        (Excess::SparseForSmall, is_sparse && large == 0),
+        (Excess::AnalysedAgain, linear.symbolic_analyses > large.max(u64::from(is_constant))),
+        (Excess::FactorisedAgain, is_constant && linear.factorisations > 1),
+        (Excess::MoreCoordinates, cost.state_bytes > bytes),
+        (Excess::ForceNotMentioned, cost.forces.iter().any(|tag| !mentioned.contains(tag))),
+    ];
+    found.into_iter().filter_map(|(excess, is)| is.then_some(excess)).collect()
+}
+
+/// The sizes of the parts, in free particles, that forces between particles couple; a particle that nothing couples,
+/// not even to a fixed one, is in none.
+fn coupled_parts(scene: &Scene) -> Vec<usize> {
+    let n = scene.particles.len();
+    let mut root: Vec<usize> = (0..n).collect();
+    let mut coupled = vec![false; n];
+    let find = |root: &[usize], mut at: usize| {
+        while root[at] != at {
+            at = root[at];
+        }
+        at
+    };
+    for [i, j] in scene.forces.iter().filter_map(|force| force.pair) {
+        let [free_i, free_j] = [i, j].map(|particle| !scene.particles[particle].fixed);
+        coupled[i] |= free_i;
+        coupled[j] |= free_j;
+        if free_i && free_j {
+            let (a, b) = (find(&root, i), find(&root, j));
+            root[a] = b;
+        }
+    }
+    let mut sizes = vec![0; n];
+    for particle in (0..n).filter(|particle| coupled[*particle]) {
+        sizes[find(&root, particle)] += 1;
+    }
+    sizes.into_iter().filter(|size| *size > 0).collect()
+}

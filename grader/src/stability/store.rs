@@ -1,0 +1,174 @@
+//! Trials kept in a folder, so that a run that was interrupted goes on where it was.
+//!
+//! A file a trial, whole or not there, named by the case, method, time step and a key: the hash of the program that
+//! ran it, which holds the scenes too, and of what was asked for. A file of another key is of another trial, and is
+//! left alone.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use simulator::output::OutputFile;
+use simulator::rescue::RescueStatistics;
+use simulator::scene::schema::IntegratorSchema;
+
+use super::cases::Case;
+use super::outcome::{Measured, Outcome, REASONS, Trial};
+use super::trial;
+
+/// A folder of trials.
+#[derive(Debug)]
+pub struct Store {
+    folder: PathBuf,
+    /// The hash of the program.
+    program: Vec<u8>,
+}
+
+impl Store {
+    /// The folder, made where it is missing.
+    ///
+    /// # Errors
+    /// Where it cannot be made, or the program cannot read itself.
+    pub fn open(folder: &Path) -> std::io::Result<Self> {
+        std::fs::create_dir_all(folder)?;
+        let program = std::fs::read(std::env::current_exe()?)?;
+        Ok(Self { folder: folder.to_path_buf(), program: Sha256::digest(program).to_vec() })
+    }
+
+    /// The trial as it is kept, or else run and kept. A folder that takes no file costs the time of another run, and
+    /// nothing else.
+    pub(super) fn recall_or(
+        &self,
+        case: &Case,
+        integrator: &'static IntegratorSchema,
+        time_step: f64,
+        steps: u64,
+        robust: bool,
+    ) -> Option<Trial> {
+        if !(case.draft)().is_taken_by(integrator) {
+            return None;
+        }
+        let mut hash = Sha256::new();
+        hash.update(&self.program);
+        hash.update(format!("{} {} {time_step:e} {steps} {robust}", case.name, integrator.name));
+        let hash = hash.finalize();
+        let key: String = hash.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+        let name = format!("{}.{}.{time_step:e}.{key}.json", case.name, integrator.name);
+        let path = self.folder.join(name);
+        let kept = std::fs::read(&path).ok();
+        let kept = kept.and_then(|bytes| serde_json::from_slice::<Kept>(&bytes).ok());
+        if let Some(trial) =
+            kept.and_then(|kept| kept.trial(case.name, integrator.name, (time_step, steps, robust)))
+        {
+            return Some(trial);
+        }
+        let trial = trial::run(case, integrator, time_step, steps, robust)?;
+        if let Ok(bytes) = serde_json::to_vec(&Kept::of(&trial)) {
+            let written = OutputFile::create(&path).and_then(|mut file| {
+                std::io::Write::write_all(&mut file, &bytes)?;
+                file.commit()
+            });
+            // It is run again the next time.
+            drop(written);
+        }
+        Some(trial)
+    }
+}
+
+/// A trial as it is kept. Numbers are bits, so that what is read is what was written, infinities too.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    outcome: String,
+    step: Option<u64>,
+    message: String,
+    excess: u64,
+    numbers: [u64; 5],
+    momentum: Option<u64>,
+    equation: Option<u64>,
+    counts: [u64; 7],
+}
+
+impl Kept {
+    fn of(trial: &Trial) -> Self {
+        let (message, excess) = match &trial.outcome {
+            Outcome::Failed { message, .. } => (message.clone(), 0.0),
+            Outcome::Wrong { check, excess } => ((*check).to_owned(), *excess),
+            Outcome::Survived | Outcome::BlowUp { .. } => (String::new(), 0.0),
+        };
+        let measured = &trial.measured;
+        let rescue = measured.rescue;
+        Self {
+            outcome: trial.outcome.word().to_owned(),
+            step: trial.outcome.step(),
+            message,
+            excess: excess.to_bits(),
+            numbers: [
+                measured.energy,
+                measured.energy_rise,
+                measured.worst_residual,
+                trial.seconds,
+                trial.time_step,
+            ]
+            .map(f64::to_bits),
+            momentum: measured.momentum.map(f64::to_bits),
+            equation: measured.equation.map(f64::to_bits),
+            counts: [
+                measured.steps,
+                measured.newton_iterations,
+                measured.max_newton_iterations,
+                rescue.line_searched,
+                rescue.substepped,
+                rescue.substeps,
+                rescue.max_substeps,
+            ],
+        }
+    }
+
+    /// `None` where it is none: what is wrong is looked at again.
+    fn trial(
+        self,
+        case: &'static str,
+        method: &'static str,
+        (time_step, steps, robust): (f64, u64, bool),
+    ) -> Option<Trial> {
+        let outcome = match (self.outcome.as_str(), self.step) {
+            ("survived", None) => Outcome::Survived,
+            ("blow-up", Some(step)) => Outcome::BlowUp { step },
+            (word, Some(step)) => {
+                let reason = REASONS.iter().find(|reason| **reason == word)?;
+                Outcome::Failed { step, reason, message: self.message }
+            }
+            _ => return None,
+        };
+        let [energy, energy_rise, worst_residual, seconds, _] = self.numbers.map(f64::from_bits);
+        let [
+            taken,
+            newton_iterations,
+            max_newton_iterations,
+            line_searched,
+            substepped,
+            substeps,
+            max_substeps,
+        ] = self.counts;
+        Some(Trial {
+            case,
+            method,
+            time_step,
+            steps,
+            robust,
+            outcome,
+            measured: Measured {
+                steps: taken,
+                energy,
+                energy_rise,
+                momentum: self.momentum.map(f64::from_bits),
+                equation: self.equation.map(f64::from_bits),
+                newton_iterations,
+                max_newton_iterations,
+                worst_residual,
+                rescue: RescueStatistics { line_searched, substepped, substeps, max_substeps },
+            },
+            seconds,
+        })
+    }
+}

@@ -1,0 +1,66 @@
+//! What a method does to an oscillation in a step: its amplification, its damping, its period.
+//!
+//! The leading eigenvalue `λ` of the measured matrix stands against the oscillator's own `e^{h ω (−ζ + i√(1−ζ²))}`:
+//!
+//! ```text
+//! numerical damping ratio   −ln|λ| / |ln λ| − ζ       what the method adds; negative where it drives
+//! period error              ω h √(1−ζ²) / arg λ − 1    positive where it is slow
+//! ```
+
+use simulator::integrator::REGISTRY;
+
+use super::measured::Linear;
+use super::{leading, one_step};
+
+/// One method at one step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Amplification {
+    /// The method.
+    pub method: &'static str,
+    /// `h ω`.
+    pub a: f64,
+    /// Damping ratio of the oscillator.
+    pub zeta: f64,
+    /// `|λ|` as measured.
+    pub measured: f64,
+    /// `|λ|` of the method's matrix.
+    pub theory: f64,
+    /// What the oscillator itself does in that time.
+    pub exact: f64,
+    /// What the method adds to the damping ratio; `None` where it does not oscillate.
+    pub damping: Option<f64>,
+    /// Relative error of the period; the same.
+    pub period: Option<f64>,
+}
+
+/// Every method at the steps and damping ratios of the table.
+pub fn amplifications() -> Vec<Amplification> {
+    let mut all = Vec::new();
+    for kind in REGISTRY {
+        for zeta in [0.0, 0.1, 1.0] {
+            let scene = Linear::oscillator(zeta);
+            if !scene.is_taken_by(&kind.schema) {
+                continue;
+            }
+            for a in [0.01, 0.1, 0.5, 1.0, 1.9, 10.0] {
+                let Some(matrix) = scene.matrix(&kind.schema, a) else { continue };
+                let entry = |row, column| matrix[(row, column)];
+                let value = leading([[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]);
+                let turn = (1.0 - zeta * zeta).max(0.0).sqrt();
+                let oscillates = turn > 0.0 && value.im > 0.0;
+                let logarithm = value.ln();
+                all.push(Amplification {
+                    method: kind.schema.name,
+                    a,
+                    zeta,
+                    measured: value.norm(),
+                    theory: leading(one_step(kind.schema.name, a, zeta)).norm(),
+                    exact: (-a * zeta).exp(),
+                    damping: oscillates.then(|| -logarithm.re / logarithm.norm() - zeta),
+                    period: oscillates.then(|| a * turn / value.arg() - 1.0),
+                });
+            }
+        }
+    }
+    all
+}

@@ -1,0 +1,139 @@
+//! The longest stable step, found by bisection, and confirmed by long runs on both sides of it.
+//!
+//! Growth of one part in 10⁶ a step shows only after 10⁶ steps. So the bisection asks the spectral radius of the
+//! measured matrix, and runs of many steps at 0.99 and at 1.01 of what it finds confirm it, for as many steps as it
+//! takes to grow by `e¹²`, or as many as there is time for: a mode that grows must pass what the others begin with.
+
+use simulator::integrator::REGISTRY;
+use simulator::scene::schema::IntegratorSchema;
+use simulator::simulation::Simulation;
+
+use super::measured::Linear;
+
+/// A radius above 1 by more than this is growth. The eigenvalues of matrices of 16 rows are rounded by some 1e-15,
+/// and by √1e-15 only where two of them meet, within 1e-15 of the boundary.
+const GROWTH: f64 = 1e-9;
+
+/// Where the search begins and ends, as `h ω`.
+pub const RANGE: [f64; 2] = [1e-4, 1e6];
+
+/// Tries a decade.
+const PER_DECADE: i32 = 20;
+
+/// The most steps of a run that confirms.
+const MAX_STEPS: u64 = 100_000;
+
+/// The stability boundary of a linear scene under a method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Boundary {
+    /// The method.
+    pub method: &'static str,
+    /// The scene.
+    pub scene: String,
+    /// The longest stable `h ω` by theory; 0 for none, infinite for all.
+    pub theory: f64,
+    /// The same as found; 0 where the shortest step tried grows, infinite where the longest does not.
+    pub measured: f64,
+    /// Runs at 0.99 and 1.01 of what was found: steps, and whether the motion decays below and grows above. `None`
+    /// where there is no boundary.
+    pub confirmed: Option<(u64, bool)>,
+}
+
+impl Boundary {
+    /// By how much the two differ, relative to theory; 0 where both say none or all.
+    pub fn error(&self) -> f64 {
+        match self.theory == self.measured {
+            true => 0.0,
+            false if self.theory.is_finite() && self.theory > 0.0 => {
+                (self.measured / self.theory - 1.0).abs()
+            }
+            false => f64::INFINITY,
+        }
+    }
+
+    /// Whether they agree within one part in a hundred, and long runs confirm it.
+    pub fn agrees(&self) -> bool {
+        self.error() <= 0.01 && self.confirmed.is_none_or(|(_, confirmed)| confirmed)
+    }
+}
+
+/// The boundaries of oscillators and chains, under every method that takes them.
+pub fn boundaries(quick: bool) -> Vec<Boundary> {
+    let zetas: &[f64] = match quick {
+        true => &[0.0, 0.1, 1.0, 3.0],
+        false => &[0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.9, 1.0, 1.5, 3.0, 10.0, 100.0],
+    };
+    let mut scenes: Vec<Linear> = zetas.iter().map(|zeta| Linear::oscillator(*zeta)).collect();
+    let chains = if quick { &zetas[..2] } else { zetas };
+    // At ζ = 0.001 explicit Euler grows by 2e-8 a step, which no run tells from the beats of eight modes.
+    let chains = chains.iter().filter(|zeta| **zeta != 0.001);
+    scenes.extend(chains.map(|zeta| Linear::chain(8, *zeta)));
+    let of_scene = |scene: &Linear| -> Vec<Boundary> {
+        let takers = REGISTRY.iter().filter(|kind| scene.is_taken_by(&kind.schema));
+        takers.map(|kind| boundary(scene, &kind.schema)).collect()
+    };
+    use rayon::prelude::*;
+    scenes.par_iter().flat_map_iter(of_scene).collect()
+}
+
+/// The boundary of one scene under one method.
+pub fn boundary(scene: &Linear, integrator: &'static IntegratorSchema) -> Boundary {
+    let is_stable = |a: f64| scene.radius(integrator, a) <= 1.0 + GROWTH;
+    let [first, last] = RANGE.map(f64::log10);
+    let tries = ((last - first) * f64::from(PER_DECADE)).round() as i32;
+    let at = |number: i32| 10.0_f64.powf(first + f64::from(number) / f64::from(PER_DECADE));
+    let measured = match (0..=tries).find(|number| !is_stable(at(*number))) {
+        None => f64::INFINITY,
+        Some(0) => 0.0,
+        Some(number) => {
+            let (mut stable, mut unstable) = (at(number - 1), at(number));
+            while unstable / stable > 1.0 + 1e-6 {
+                let middle = (stable * unstable).sqrt();
+                *(if is_stable(middle) { &mut stable } else { &mut unstable }) = middle;
+            }
+            stable
+        }
+    };
+    let has_boundary = measured.is_finite() && measured > 0.0;
+    Boundary {
+        method: integrator.name,
+        scene: scene.name.clone(),
+        theory: scene.limit(integrator.name),
+        measured,
+        confirmed: has_boundary.then(|| confirm(scene, integrator, measured)),
+    }
+}
+
+/// Runs on both sides.
+fn confirm(scene: &Linear, integrator: &'static IntegratorSchema, limit: f64) -> (u64, bool) {
+    let radius = scene.radius(integrator, 1.01 * limit);
+    let steps = (12.0 / radius.ln()).ceil().clamp(200.0, MAX_STEPS as f64) as u64;
+    // The largest speed of the second half over that of the first.
+    let growth = |a: f64| -> f64 {
+        let mut scene = scene.scene(integrator, a, steps);
+        for (number, particle) in scene.particles.iter_mut().enumerate() {
+            if !particle.fixed {
+                particle.position[0] += 0.1 * (1.7 * number as f64).sin();
+            }
+        }
+        let rest = scene.particles.clone();
+        let mut simulation = Simulation::new(&scene);
+        let mut largest = [0.0_f64; 2];
+        for step in 0..steps {
+            if !simulation.advance().is_ok_and(|more| more) {
+                return f64::INFINITY;
+            }
+            let half = usize::from(2 * step >= steps);
+            let velocities = simulation.state().velocities;
+            for (number, particle) in rest.iter().enumerate() {
+                if !particle.fixed {
+                    largest[half] = largest[half].max(velocities[2 * number].abs());
+                }
+            }
+        }
+        largest[1] / largest[0]
+    };
+    // Between no growth and the growth by theory: an undamped motion beats, and its largest speed varies.
+    let between = (0.25 * steps as f64 * radius.ln()).exp();
+    (steps, growth(0.99 * limit) < between && growth(1.01 * limit) > between)
+}

@@ -1,0 +1,180 @@
+//! The matrix of a linear scene's step, measured from single steps.
+//!
+//! ```text
+//! A e_j = (step(z₀ + s e_j) − step(z₀)) / s        z = (x, v/ω), z₀ at rest
+//! ```
+//!
+//! Springs of rest length zero are linear, also where they pull at each other, so that any `s` does; this one is no
+//! distance of the scene, so that nothing comes to lie on anything. Cost: `2 N + 1` runs of a step.
+
+use nalgebra::{DMatrix, Schur};
+use simulator::scene::Scene;
+use simulator::scene::schema::IntegratorSchema;
+use simulator::simulation::Simulation;
+
+use crate::stability::draft::Draft;
+
+/// `s`.
+const SHIFT: f64 = 0.237_1;
+
+/// The most sweeps of the QR algorithm for a row; two or three are usual, and some matrices are never done.
+const SWEEPS: usize = 100;
+
+/// A scene whose particles move along x under linear forces, its least frequency scale known.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// What it is.
+    pub name: String,
+    draft: Draft,
+    /// The frequency that steps are measured by, in radians a second.
+    pub omega: f64,
+    /// Frequency and damping ratio of each mode.
+    pub modes: Vec<[f64; 2]>,
+}
+
+impl Linear {
+    /// A particle on a spring of `ω = 1`, slowed by drag.
+    pub fn oscillator(zeta: f64) -> Self {
+        let draft = Draft::new()
+            .fixed([0.0; 2])
+            .particle(1.0, [0.0; 2], [0.0; 2])
+            .spring([0, 1], [1.0, 0.0, 0.0])
+            .force("dragdamping", None, &[2.0 * zeta]);
+        let name = format!("oscillator, ζ = {zeta}");
+        Self { name, draft, omega: 1.0, modes: vec![[1.0, zeta]] }
+    }
+
+    /// Particles of mass 1 in a row between two walls, tied by springs of stiffness 1 that pull with their length
+    /// and are damped: `ω_j = 2 sin(jπ/2(N+1))`, `ζ_j = b ω_j/2`. `zeta` is that of the highest mode.
+    pub fn chain(particles: usize, zeta: f64) -> Self {
+        let mode =
+            |j: usize| 2.0 * (j as f64 * std::f64::consts::PI / (2 * (particles + 1)) as f64).sin();
+        let omega = mode(particles);
+        let damping = 2.0 * zeta / omega;
+        let mut draft = Draft::new().fixed([0.0; 2]);
+        for number in 1..=particles {
+            draft = draft.particle(1.0, [number as f64, 0.0], [0.0; 2]);
+        }
+        draft = draft.fixed([(particles + 1) as f64, 0.0]);
+        for number in 0..=particles {
+            draft = draft.spring([number, number + 1], [1.0, 0.0, damping]);
+        }
+        let modes = (1..=particles).map(|j| [mode(j), 0.5 * damping * mode(j)]).collect();
+        let name = format!("chain of {particles}, ζ = {zeta}");
+        Self { name, draft, omega, modes }
+    }
+
+    /// Whether the method takes its forces.
+    pub fn is_taken_by(&self, integrator: &IntegratorSchema) -> bool {
+        self.draft.is_taken_by(integrator)
+    }
+
+    /// The scene, stepped by `a = h ω`; the methods' tolerances are no coarser than rounding.
+    pub(crate) fn scene(&self, integrator: &'static IntegratorSchema, a: f64, steps: u64) -> Scene {
+        let mut scene = self.draft.scene(&self.name, integrator, a / self.omega, steps);
+        match integrator.name {
+            // Below it, a step is not taken at all; and a drift is no oscillation.
+            "projected-newton" => set(&mut scene, "tolerance", "1e-9"),
+            // The distance to project on is zero: the first round solves.
+            "fast-mass-spring" => set(&mut scene, "iterations", "2"),
+            _ => {}
+        }
+        scene
+    }
+
+    /// `A`, of `(x, v/ω)` of the free particles; `None` where a step has no answer.
+    pub fn matrix(&self, integrator: &'static IntegratorSchema, a: f64) -> Option<DMatrix<f64>> {
+        let scene = self.scene(integrator, a, 1);
+        let free: Vec<usize> =
+            (0..scene.particles.len()).filter(|idx| !scene.particles[*idx].fixed).collect();
+        let size = 2 * free.len();
+        let after = |scene: &Scene| -> Option<Vec<f64>> {
+            let mut simulation = Simulation::new(scene);
+            simulation.advance().ok()?;
+            let state = simulation.state();
+            let of = |values: &[f64], scale: f64| -> Vec<f64> {
+                free.iter().map(|idx| values[2 * idx] / scale).collect()
+            };
+            Some([of(state.positions, 1.0), of(state.velocities, self.omega)].concat())
+        };
+        let rest = after(&scene)?;
+        let mut matrix = DMatrix::zeros(size, size);
+        for column in 0..size {
+            let mut shifted = scene.clone();
+            let particle = &mut shifted.particles[free[column % free.len()]];
+            match column < free.len() {
+                true => particle.position[0] += SHIFT,
+                false => particle.velocity[0] += SHIFT * self.omega,
+            }
+            for (row, (moved, rest)) in after(&shifted)?.iter().zip(&rest).enumerate() {
+                matrix[(row, column)] = (moved - rest) / SHIFT;
+            }
+        }
+        Some(matrix)
+    }
+
+    /// The spectral radius of `A`; infinite where a step has no answer.
+    pub fn radius(&self, integrator: &'static IntegratorSchema, a: f64) -> f64 {
+        let Some(matrix) = self.matrix(integrator, a) else { return f64::INFINITY };
+        if matrix.iter().any(|entry| !entry.is_finite()) {
+            return f64::INFINITY;
+        }
+        let sweeps = SWEEPS * matrix.nrows();
+        match Schur::try_new(matrix.clone(), f64::EPSILON, sweeps) {
+            Some(schur) => {
+                let eigenvalues = schur.complex_eigenvalues();
+                eigenvalues.iter().fold(0.0, |most: f64, value| most.max(value.norm()))
+            }
+            None => radius_by_powers(matrix),
+        }
+    }
+
+    /// The longest stable step by theory, as `h ω`: the least over the modes.
+    pub fn limit(&self, method: &str) -> f64 {
+        let of_mode =
+            |[omega, zeta]: &[f64; 2]| super::limits::limit(method, *zeta) * (self.omega / omega);
+        self.modes.iter().map(of_mode).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The spectral radius by Gelfand's formula, `ρ = lim ‖A^m‖^(1/m)`, by squaring: `m = 2⁵⁹`, where a factor of `m`
+/// in the norm, which a double eigenvalue brings, is below rounding. Each square is scaled to a norm of 1.
+fn radius_by_powers(mut matrix: DMatrix<f64>) -> f64 {
+    let (mut logarithm, mut weight) = (0.0, 1.0);
+    for _ in 0..60 {
+        let norm = matrix.norm();
+        if norm == 0.0 {
+            return 0.0;
+        }
+        logarithm += weight * norm.ln();
+        matrix /= norm;
+        matrix = &matrix * &matrix;
+        weight *= 0.5;
+    }
+    logarithm.exp()
+}
+
+fn set(scene: &mut Scene, name: &str, value: &str) {
+    // Both names are of the schemas above; a method without them steps with its defaults.
+    let _ = scene.integrator_options.set(name, value);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_find_the_radius() {
+        // A turn by 0.3 with a factor of 0.8, and a double eigenvalue 2 of one eigenvector.
+        let (sin, cos) = 0.3_f64.sin_cos();
+        let turn = DMatrix::from_row_slice(2, 2, &[0.8 * cos, -0.8 * sin, 0.8 * sin, 0.8 * cos]);
+        let double = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 0.0, 2.0]);
+        for (matrix, radius) in [(turn, 0.8), (double, 2.0)] {
+            // Every square rounds by some ε, with half the weight of the one before.
+            let off = radius_by_powers(matrix) / radius - 1.0;
+            assert!(off.abs() < 16.0 * f64::EPSILON, "{off:e}");
+        }
+        // Nothing is left of it after two steps.
+        assert_eq!(radius_by_powers(DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0])), 0.0);
+    }
+}

@@ -13,5 +13,6 @@ pub mod stability;
 pub mod text;
 
 mod digits;
+mod picture;
 pub(crate) mod points;
 mod table;

@@ -3,16 +3,14 @@
 //! Curves differ by colour, by marker and by dashes; the foreign ones have open markers. Error bars across a marker
 //! reach to the median time. What blew up or failed stands in a band of its own at the top, a row a curve, with the
 //! time step below each mark. A grey line shows the reference's error bar, and points at or below it lie on it.
-//!
-//! The PNG is the SVG, drawn by `resvg` with a font that comes with the program: no font of the system is needed.
 
-use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{short, time};
 use crate::accuracy::{Curve, Outcome, Point, SceneStudy};
+use crate::report::picture::{self, Area, Drawn, PictureError};
 
 const WIDTH: u32 = 1100;
 const HEIGHT: u32 = 640;
@@ -46,56 +44,23 @@ const COLORS: [RGBColor; 10] = [
 const DASHES: [Option<(i32, i32)>; 5] =
     [None, Some((9, 4)), Some((2, 4)), Some((14, 3)), Some((5, 5))];
 
-/// The plot could not be drawn.
-#[derive(Debug, thiserror::Error)]
-#[error("the plot cannot be drawn: {0}")]
-pub struct PlotError(String);
-
 /// The diagram of a scene as an SVG document, with a newline at its end.
 ///
 /// # Errors
 /// Where no run has an error and a time.
-pub fn svg(scene: &SceneStudy) -> Result<String, PlotError> {
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, (WIDTH, HEIGHT)).into_drawing_area();
-        draw(&area, scene).map_err(|error| PlotError(error.to_string()))?;
-        area.present().map_err(|error| PlotError(error.to_string()))?;
-    }
-    if !svg.ends_with('\n') {
-        svg.push('\n');
-    }
-    Ok(svg)
+pub fn svg(scene: &SceneStudy) -> Result<String, PictureError> {
+    picture::svg((WIDTH, HEIGHT), |area| draw(area, scene))
 }
 
 /// An SVG document of [`svg`] as a PNG file.
 ///
 /// # Errors
 /// Where it is no such document.
-pub fn png(svg: &str) -> Result<Vec<u8>, PlotError> {
-    use resvg::tiny_skia::{Pixmap, Transform};
-    use resvg::usvg::{Options, Tree};
-    let mut options = Options::default();
-    let fonts = options.fontdb_mut();
-    fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
-    fonts.set_sans_serif_family("Ubuntu");
-    // Whatever weight is asked for, there is but one.
-    let family = fonts.faces().next().and_then(|face| face.families.first().cloned());
-    if let Some((family, _)) = family {
-        fonts.set_sans_serif_family(family.clone());
-        options.font_family = family;
-    }
-    let tree = Tree::from_str(svg, &options).map_err(|error| PlotError(error.to_string()))?;
-    let size = |pixels: f32| (pixels * SCALE).round() as u32;
-    let mut picture = Pixmap::new(size(tree.size().width()), size(tree.size().height()))
-        .ok_or_else(|| PlotError("it has no size".to_owned()))?;
-    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut picture.as_mut());
-    picture.encode_png().map_err(|error| PlotError(error.to_string()))
+pub fn png(svg: &str) -> Result<Vec<u8>, PictureError> {
+    picture::png(svg, SCALE)
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// A point where it is drawn: decimal logarithms.
 struct Mark {

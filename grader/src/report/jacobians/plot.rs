@@ -2,10 +2,10 @@
 //!
 //! Curves differ by their markers and dashes as well as by colour. Two thin lines show the slopes 1 and 2.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use crate::jacobian::{Curves, Window};
+use crate::report::picture::{self, Area, Drawn, PictureError};
 
 const SIZE: (u32, u32) = (880, 600);
 
@@ -20,31 +20,15 @@ const ORANGE: RGBColor = RGBColor(190, 80, 0);
 const GREEN: RGBColor = RGBColor(0, 120, 80);
 const GREY: RGBColor = RGBColor(110, 110, 110);
 
-/// The plot could not be drawn.
-#[derive(Debug, thiserror::Error)]
-#[error("the plot cannot be drawn: {0}")]
-pub struct PlotError(String);
-
 /// The plot as an SVG document, with a newline at its end.
 ///
 /// # Errors
 /// Where the curves hold nothing that can be drawn.
-pub fn render(curves: &Curves) -> Result<String, PlotError> {
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        draw(&area, curves).map_err(|error| PlotError(error.to_string()))?;
-        area.present().map_err(|error| PlotError(error.to_string()))?;
-    }
-    if !svg.ends_with('\n') {
-        svg.push('\n');
-    }
-    Ok(svg)
+pub fn render(curves: &Curves) -> Result<String, PictureError> {
+    picture::svg(SIZE, |area| draw(area, curves))
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
-fn draw(area: &Area<'_>, curves: &Curves) -> Result<(), Box<dyn std::error::Error>> {
+fn draw(area: &Area<'_>, curves: &Curves) -> Drawn {
     area.fill(&WHITE)?;
     let (Some(&high), Some(&low)) = (curves.steps.first(), curves.steps.last()) else {
         return Err("it has no steps".into());

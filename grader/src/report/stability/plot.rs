@@ -3,21 +3,15 @@
 //! A cell's grey says what a step does to the oscillation, darker the more is left of it; a cell where it grows is
 //! white with a cross. The line is the boundary by theory. Nothing hangs on colour.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
-use resvg::{tiny_skia, usvg};
 
+use crate::report::picture::{self, Area, Drawn, PictureError};
 use crate::stability::theory::limits::{limit, second_limit};
 use crate::stability::theory::map::{CELLS, EDGES, Map, middle};
 
 const SIZE: (u32, u32) = (900, 640);
 
 const RED: RGBColor = RGBColor(170, 30, 0);
-
-/// A picture could not be drawn.
-#[derive(Debug, thiserror::Error)]
-#[error("the map cannot be drawn: {0}")]
-pub struct PlotError(String);
 
 /// What a step leaves of an oscillation: the least radius, the shade, and its words.
 const SHADES: [(f64, u8, &str); 5] = [
@@ -32,37 +26,16 @@ const SHADES: [(f64, u8, &str); 5] = [
 ///
 /// # Errors
 /// Where the drawing fails.
-pub fn svg(map: &Map) -> Result<String, PlotError> {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        draw(&area, map).map_err(|error| PlotError(error.to_string()))?;
-        area.present().map_err(|error| PlotError(error.to_string()))?;
-    }
-    if !text.ends_with('\n') {
-        text.push('\n');
-    }
-    Ok(text)
+pub fn svg(map: &Map) -> Result<String, PictureError> {
+    picture::svg(SIZE, |area| draw(area, map))
 }
 
 /// An SVG document as PNG, its text in a font that the program brings.
 ///
 /// # Errors
 /// Where the document cannot be read or drawn.
-pub fn png(svg: &str) -> Result<Vec<u8>, PlotError> {
-    let mut options = usvg::Options { font_family: "Ubuntu".to_owned(), ..Default::default() };
-    let fonts = options.fontdb_mut();
-    fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
-    // Whatever family the document names, there is but this one.
-    let family = fonts.faces().next().and_then(|face| face.families.first()).cloned();
-    if let Some((family, _)) = family {
-        fonts.set_sans_serif_family(family);
-    }
-    let tree = usvg::Tree::from_str(svg, &options).map_err(|error| PlotError(error.to_string()))?;
-    let mut pixels = tiny_skia::Pixmap::new(SIZE.0, SIZE.1)
-        .ok_or_else(|| PlotError("there is no room for its pixels".to_owned()))?;
-    resvg::render(&tree, tiny_skia::Transform::identity(), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|error| PlotError(error.to_string()))
+pub fn png(svg: &str) -> Result<Vec<u8>, PictureError> {
+    picture::png(svg, 1.0)
 }
 
 /// The grey of a cell; none where the motion grows.
@@ -71,9 +44,7 @@ fn shade(radius: f64) -> Option<u8> {
     (radius <= 1.0 + 1e-9).then(|| kept(radius).map_or(255, |(_, grey, _)| *grey))
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
-fn draw(area: &Area<'_>, map: &Map) -> Result<(), Box<dyn std::error::Error>> {
+fn draw(area: &Area<'_>, map: &Map) -> Drawn {
     area.fill(&WHITE)?;
     let (left, right) = area.split_horizontally(650);
     let [[x0, x1], [y0, y1]] = EDGES;
@@ -142,7 +113,7 @@ fn boundary_lines(method: &str) -> Vec<Vec<(f64, f64)>> {
     [first, second].into_iter().filter(|line| !line.is_empty()).collect()
 }
 
-fn legend(area: &Area<'_>, map: &Map) -> Result<(), Box<dyn std::error::Error>> {
+fn legend(area: &Area<'_>, map: &Map) -> Drawn {
     let text = |words: &str, at: (i32, i32)| {
         Text::new(words.to_owned(), at, ("sans-serif", 15).into_font().color(&BLACK))
     };

@@ -13,8 +13,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::net::TcpListener;
+use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
@@ -356,4 +358,38 @@ fn a_killed_grader_leaves_nothing() {
     assert_eq!(after, expected);
     assert_eq!(fs::read_dir(&scratch).unwrap().count(), 0, "scratch folders are left");
     assert_eq!(stage.files(), files);
+}
+
+/// A submission is killed from outside at twenty moments of its run: it has crashed, the report is whole, and what
+/// another one gets is what it got before.
+#[test]
+fn a_killed_submission_has_crashed() {
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(program) = hostile() else { return };
+    let stage = Stage::new(&program);
+    let (good, slow) =
+        (stage.submission("hand_in", Nothing), stage.submission("sleep_long", Nothing));
+    let (_, expected) = stage.verdict(&good);
+    let mut rng = fastrand::Rng::with_seed(2);
+    for moment in 0..20 {
+        let pause = Duration::from_micros(rng.u64(0..20_000));
+        let done = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !done.load(Ordering::Relaxed) {
+                    std::thread::sleep(pause);
+                    for process in running("hostile") {
+                        let number = process.file_name().unwrap();
+                        // It may have ended meanwhile.
+                        let _ = Command::new("kill").arg("-9").arg(number).output();
+                    }
+                }
+            });
+            let graded = std::panic::catch_unwind(AssertUnwindSafe(|| stage.verdict(&slow)));
+            done.store(true, Ordering::Relaxed);
+            let (verdict, report) = graded.unwrap();
+            assert_eq!(verdict, "crashed", "moment {moment}: {report}");
+        });
+    }
+    assert_eq!(stage.verdict(&good).1, expected);
 }

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 use super::table::{self, Cell};
-use super::text::{BAD, BOLD, GOOD, header};
+use super::text::{BAD, BOLD, header};
 use crate::needs::{Excess, Need};
 
-/// Writes the table; `allocations` of a step, where they were counted, in the order of the scenes.
+/// Writes a table a method; `allocations` of a step, where they were counted, in the order of the scenes.
 ///
 /// # Errors
 /// Where the output takes no more.
@@ -16,57 +16,26 @@ pub fn write(out: &mut dyn Write, needs: &[Need], allocations: Option<&[u64]>) -
         "{BOLD}What each scene is given{BOLD:#}, and what the general path costs it: in 3D, with every\n\
          force present, by sparse matrices"
     )?;
-    let names = [
-        "scene",
-        "method",
-        "solver",
-        "forces",
-        "assemblies",
-        "factors",
-        "state",
-        "allocations",
-        "a step",
-        "general",
-        "slower",
-        "differs by",
-        "",
-    ];
-    let mut rows = vec![header(&names, 3..12)];
-    for (idx, need) in needs.iter().enumerate() {
-        let Need { scene, method, given, general, difference, excess } = need;
-        let statistics = &given.statistics;
-        let solver = match statistics.linear_solver.as_str() {
-            "" => "none",
-            solver => solver,
-        };
-        let verdict = match excess.as_slice() {
-            [] => Cell::left("as needed").styled(GOOD),
-            all => {
-                let words: Vec<&str> = all.iter().copied().map(Excess::name).collect();
-                Cell::left(words.join(", ")).styled(BAD)
-            }
-        };
-        let allocated = allocations.and_then(|all| all.get(idx));
-        rows.push(vec![
-            Cell::left(scene.as_str()),
-            Cell::left(*method),
-            Cell::left(solver),
-            Cell::right(given.forces.len().to_string()),
-            Cell::right(statistics.assemblies.to_string()),
-            Cell::right(statistics.linear.factorisations.to_string()),
-            Cell::right(format!("{} B", given.state_bytes)),
-            Cell::right(allocated.map_or_else(|| "-".to_owned(), u64::to_string)),
-            Cell::right(microseconds(given.seconds)),
-            Cell::right(microseconds(general.seconds)),
-            Cell::right(format!("{:.1}×", general.seconds / given.seconds)),
-            Cell::right(match difference {
-                0.0 => "0".to_owned(),
-                difference => format!("{difference:.1e}"),
-            }),
-            verdict,
-        ]);
+    let mut methods: Vec<&str> = Vec::new();
+    for need in needs {
+        if !methods.contains(&need.method) {
+            methods.push(need.method);
+        }
     }
-    table::write(out, &rows)?;
+    for method in methods {
+        writeln!(out, "\n{BOLD}{method}{BOLD:#}")?;
+        let mut names = vec!["scene", "forces", "assemblies", "factors", "state"];
+        names.extend(allocations.map(|_| "allocations"));
+        names.extend(["a step", "general", "slower", "differs by"]);
+        let numbers = 1..names.len();
+        names.push("solver");
+        let mut rows = vec![header(&names, numbers)];
+        let of_method = |(_, need): &(usize, &Need)| need.method == method;
+        for (idx, need) in needs.iter().enumerate().filter(of_method) {
+            rows.push(row(need, allocations.map(|all| all[idx])));
+        }
+        table::write(out, &rows)?;
+    }
     let more = needs.iter().filter(|need| !need.excess.is_empty()).count();
     let sum = |of: fn(&Need) -> f64| needs.iter().map(of).sum::<f64>();
     // The geometric mean: no scene counts for more than another.
@@ -80,6 +49,34 @@ pub fn write(out: &mut dyn Write, needs: &[Need], allocations: Option<&[u64]>) -
         needs.len() - more,
         needs.len(),
     )
+}
+
+fn row(need: &Need, allocations: Option<u64>) -> Vec<Cell> {
+    let Need { scene, given, general, difference, excess, .. } = need;
+    let statistics = &given.statistics;
+    let mut row = vec![
+        Cell::left(scene.as_str()),
+        Cell::right(given.forces.len().to_string()),
+        Cell::right(statistics.assemblies.to_string()),
+        Cell::right(statistics.linear.factorisations.to_string()),
+        Cell::right(format!("{} B", given.state_bytes)),
+    ];
+    row.extend(allocations.map(|count| Cell::right(count.to_string())));
+    row.extend([
+        Cell::right(microseconds(given.seconds)),
+        Cell::right(microseconds(general.seconds)),
+        Cell::right(format!("{:.1}×", general.seconds / given.seconds)),
+        Cell::right(match difference {
+            0.0 => "0".to_owned(),
+            difference => format!("{difference:.1e}"),
+        }),
+        Cell::left(statistics.linear_solver.as_str()),
+    ]);
+    if !excess.is_empty() {
+        let words: Vec<&str> = excess.iter().copied().map(Excess::name).collect();
+        row.push(Cell::left(format!("more than it needs: {}", words.join(", "))).styled(BAD));
+    }
+    row
 }
 
 fn microseconds(seconds: f64) -> String {

@@ -36,11 +36,13 @@ pub(super) fn write(out: &mut dyn Write, rows: &[Vec<Cell>]) -> io::Result<()> {
     };
     let widths: Vec<usize> = (0..columns).map(width).collect();
     for row in rows {
-        for (column, (Cell { text, style, right }, width)) in row.iter().zip(&widths).enumerate() {
+        // No blanks at the end of a line.
+        let end = row.iter().rposition(|cell| !cell.text.is_empty()).map_or(0, |last| last + 1);
+        let cells = row[..end].iter().zip(&widths);
+        for (column, (Cell { text, style, right }, width)) in cells.enumerate() {
             let space = " ".repeat(width - text.chars().count());
             let (before, after) = if *right { (space.as_str(), "") } else { ("", space.as_str()) };
-            // No blanks at the end of a line.
-            let after = if column + 1 == row.len() { "" } else { after };
+            let after = if column + 1 == end { "" } else { after };
             write!(out, "  {before}{style}{text}{style:#}{after}")?;
         }
         writeln!(out)?;

@@ -18,7 +18,7 @@ A grading suite is worth what it catches. Each row of this table is a mistake th
 was planted in a second, independent implementation of the course's simulator (`grader/src/selftest`),
 and that program was run and graded with the course's tolerances against the oracle's traces. Nothing of
 this is in the simulator itself. While it is faultless, the second implementation agrees with the simulator on
-every scene that it knows: those in the plane, by the four methods of the course, without wind. Projected
+every scene that it knows: those in the plane, by the four methods of the course, without wind, and not chaotic. Projected
 Newton, fast mass-spring, and space are held to references of their own, in the simulator's tests.
 
 The numbers count the scenes that catch the mistake: required + extra credit. Only clear verdicts count:

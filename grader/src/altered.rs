@@ -167,6 +167,9 @@ fn reorder(text: &str, random: &mut Rng) -> Option<String> {
         (0..particles.len()).filter(|number| names(*number) == names(0)).collect();
     let mut shuffled = alike.clone();
     random.shuffle(&mut shuffled);
+    if shuffled == alike && !alike.is_empty() {
+        shuffled.rotate_left(1);
+    }
     let mut old: Vec<usize> = (0..particles.len()).collect();
     let mut new = old.clone();
     for (place, particle) in alike.into_iter().zip(shuffled) {
@@ -241,11 +244,10 @@ impl Stepped {
             && within(&self.next.velocities, &state.velocities)
     }
 
-    /// Whether the program's first step is right; `None` where a limit or the grader's machine was in its way.
-    fn is_stepped_by(&self, program: &Program) -> Option<bool> {
-        let shape = Shape::of(&self.scene);
-        let mut run = match program.run(SceneSource::Xml(&self.text), shape) {
-            Ok(run) => run,
+    /// Whether the first step of the submission is right; `None` where a limit or the grader's machine was in its way.
+    fn is_stepped_by(&self, run: Runs<'_>) -> Option<bool> {
+        let mut states = match run(&self.text, &self.scene) {
+            Ok(states) => states,
             Err(
                 Verdict::GraderFault(_)
                 | Verdict::Fail(
@@ -257,8 +259,8 @@ impl Stepped {
             ) => return None,
             Err(_) => return Some(false),
         };
-        let mut state = State::zeros(shape);
-        let is_read = (0..2).all(|_| run.read(&mut state) == Ok(true));
+        let mut state = State::zeros(Shape::of(&self.scene));
+        let is_read = (0..2).all(|_| states.read(&mut state) == Ok(true));
         Some(is_read && self.is_within(&state, RIGHT))
     }
 }
@@ -267,9 +269,19 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| value.abs().max(largest))
 }
 
-/// Runs the program on altered scenes, where nothing else shows that it simulates; what came of it, if it takes no
+/// Runs a submission on a scene, given as text and as read.
+pub type Runs<'a> = &'a dyn Fn(&str, &Scene) -> Result<Box<dyn StateSource>, Verdict>;
+
+/// As [`look_for_copies`], for a program.
+pub fn of_program(suite: &Suite, program: &Program, grading: &Grading) -> Option<Copied> {
+    look_for_copies(suite, grading, &|text, scene| {
+        Ok(Box::new(program.run(SceneSource::Xml(text), Shape::of(scene))?))
+    })
+}
+
+/// Runs a submission on altered scenes, where nothing else shows that it simulates; what came of it, if it takes no
 /// right step in any.
-pub fn look_for_copies(suite: &Suite, program: &Program, grading: &Grading) -> Option<Copied> {
+pub fn look_for_copies(suite: &Suite, grading: &Grading, run: Runs<'_>) -> Option<Copied> {
     let is_right = |part: &probe::PartReport| part.force_finding.verdict == probe::Verdict::Correct;
     if grading.probing.as_ref().is_some_and(|probing| probing.parts.iter().any(is_right)) {
         return None;
@@ -287,7 +299,7 @@ pub fn look_for_copies(suite: &Suite, program: &Program, grading: &Grading) -> O
     });
     let mut failed: Vec<(&Case, Change)> = Vec::new();
     for (case, (change, altered)) in alterations.take(MOST) {
-        match altered.is_stepped_by(program) {
+        match altered.is_stepped_by(run) {
             Some(true) => return None,
             Some(false) => failed.push((case, change)),
             None => {}
@@ -297,8 +309,7 @@ pub fn look_for_copies(suite: &Suite, program: &Program, grading: &Grading) -> O
     if failed.len() < FEWEST || features.len() < FEWEST_FEATURES {
         return None;
     }
-    let bytes =
-        failed.first().filter(|(case, _)| fails_as_other_bytes(case, program) == Some(true));
+    let bytes = failed.first().filter(|(case, _)| fails_as_other_bytes(case, run) == Some(true));
     Some(Copied {
         passed: passed.len(),
         bytes: bytes.map(|(case, _)| case.id.clone()),
@@ -306,10 +317,10 @@ pub fn look_for_copies(suite: &Suite, program: &Program, grading: &Grading) -> O
     })
 }
 
-/// Whether the program takes no right step in a shipped scene with a line break more at its end.
-fn fails_as_other_bytes(case: &Case, program: &Program) -> Option<bool> {
+/// Whether the submission takes no right step in a shipped scene with a line break more at its end.
+fn fails_as_other_bytes(case: &Case, run: Runs<'_>) -> Option<bool> {
     let text = read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?;
-    Some(!Stepped::of(text + "\n")?.is_stepped_by(program)?)
+    Some(!Stepped::of(text + "\n")?.is_stepped_by(run)?)
 }
 
 /// Scenes that passed and may be altered: one of each feature, then a second of each, and so on; of these, scenes in the
@@ -336,4 +347,96 @@ fn candidates<'a>(suite: &'a Suite, passed: &HashSet<&str>) -> Vec<&'a Case> {
     }
     ranked.sort_by_key(|(rank, _)| *rank);
     ranked.into_iter().map(|(_, case)| case).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::suite::Section;
+
+    fn shipped() -> Suite {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let sections = [(Section::Required, root.join("assets"))];
+        Suite::load(&sections, &ParseOptions::default()).unwrap()
+    }
+
+    /// The scene without what a change alters.
+    fn without(change: Change, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        for particle in &mut scene.particles {
+            match change {
+                Change::Positions => particle.position = [0.0; 3],
+                Change::Velocities => particle.velocity = [0.0; 3],
+                Change::Masses => particle.mass = 0.0,
+                Change::Order => {}
+            }
+        }
+        scene
+    }
+
+    #[test]
+    fn a_change_alters_one_respect_of_free_particles_by_a_little() {
+        let suite = shipped();
+        let mut used = [0; 4];
+        for case in suite.cases.iter().filter(|case| !case.scene.forces.is_empty()) {
+            for change in Change::ALL {
+                let Some((_, altered)) = Stepped::alter(case, [change].into_iter()) else {
+                    continue;
+                };
+                used[change as usize] += 1;
+                let mut original = case.scene.clone();
+                original.name = altered.scene.name.clone();
+                assert_ne!(altered.scene, original, "{} {change:?}", case.id);
+                if change == Change::Order {
+                    continue;
+                }
+                let [own, other] = [&altered.scene, &original].map(|scene| without(change, scene));
+                // Numbers may be longer, so that places differ in their columns, if anywhere.
+                assert_eq!(own.particles, other.particles, "{} {change:?}", case.id);
+                assert_eq!(own.edges, other.edges);
+                let [size, speed] = scales(&original);
+                for (new, old) in altered.scene.particles.iter().zip(&original.particles) {
+                    assert!(!old.fixed || new == old, "{}", case.id);
+                    assert!((new.mass / old.mass - 1.0).abs() < 0.11);
+                    for axis in 0..3 {
+                        assert!((new.position[axis] - old.position[axis]).abs() < 0.021 * size);
+                        assert!((new.velocity[axis] - old.velocity[axis]).abs() < 0.11 * speed);
+                    }
+                }
+            }
+        }
+        // Masses make no difference to what falls.
+        assert!(used.iter().all(|count| *count > 25), "{used:?}");
+        let again = |case: &Case| Some(Stepped::alter(case, Change::ALL.into_iter())?.1.text);
+        assert!(suite.cases.iter().all(|case| again(case) == again(case)));
+    }
+
+    #[test]
+    fn particles_in_another_order_take_the_same_step() {
+        let sorted = |values: &[f64]| {
+            let mut values = values.to_vec();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        let mut count = 0;
+        for case in shipped().cases {
+            let path = &case.files[0].path;
+            let original = Stepped::of(read_text(path, MAX_MEBIBYTES).unwrap()).unwrap();
+            let text = reorder(&original.text, &mut Rng::with_seed(1)).unwrap();
+            let other = Stepped::of(text).unwrap();
+            count += usize::from(other.start != original.start);
+            let pairs = [
+                (sorted(&original.next.positions), sorted(&other.next.positions)),
+                (sorted(&original.next.velocities), sorted(&other.next.velocities)),
+            ];
+            for (expected, got) in pairs {
+                let bound = 1e-9 * largest(&expected);
+                let near = |(a, b): (&f64, &f64)| (a - b).abs() <= bound;
+                assert!(expected.iter().zip(&got).all(near), "{}", case.id);
+            }
+        }
+        assert!(count > 60, "{count} scenes in another order");
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use grader::altered::look_for_copies;
+use grader::altered;
 use grader::events::{Event, Observer, Task};
 use grader::grading::{self, Grading, Outcome};
 use grader::jacobian::{self, JacobianReport};
@@ -102,7 +102,7 @@ pub(super) fn grade_one(
     }
     if let (Submission::Program(program), true) = (submission, what.altered) {
         observer.notice(Event::Task(Task::Altered));
-        grading.copied = look_for_copies(suite, program, &grading);
+        grading.copied = altered::of_program(suite, program, &grading);
     }
     match (&inputs.hidden, submission) {
         // Nobody can have made traces of scenes that are hidden.

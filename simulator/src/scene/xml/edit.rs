@@ -27,6 +27,8 @@ pub fn edit(
     text: &str,
     mut replace: impl FnMut(Attribute<'_>) -> Option<String>,
 ) -> Option<String> {
+    // The reader's positions do not count a byte order mark.
+    let (mark, text) = text.split_at(if text.starts_with('\u{feff}') { 3 } else { 0 });
     let mut reader = Reader::from_str(text);
     let mut counts: Vec<(String, usize)> = Vec::new();
     let (mut edited, mut copied, mut depth) = (String::with_capacity(text.len()), 0, 0_usize);
@@ -71,7 +73,7 @@ pub fn edit(
         }
     }
     edited.push_str(text.get(copied..)?);
-    Some(edited)
+    Some(mark.to_owned() + &edited)
 }
 
 #[cfg(test)]

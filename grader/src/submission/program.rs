@@ -17,11 +17,10 @@ use std::path::{Path, PathBuf};
 
 use simulator::scene::Dimension;
 use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
-use tempfile::TempDir;
 
 use super::folder::Copy;
 use super::{StateSource, failure_of, printed};
-use crate::sandbox::scratch::scratch_folder;
+use crate::sandbox::scratch::{Scratch, scratch_folder};
 use crate::sandbox::{End, Exceeded, Job, Limits, Sandbox, SandboxError};
 use crate::suite::{Case, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
@@ -355,7 +354,7 @@ fn signal_name(number: i32) -> String {
 }
 
 /// The folder of one run.
-pub(super) struct Workspace(TempDir);
+pub(super) struct Workspace(Scratch);
 
 impl Workspace {
     /// With nothing in it.

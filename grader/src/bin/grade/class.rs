@@ -133,7 +133,7 @@ impl<'a> Class<'a> {
     fn grading(&self, entry: &Entry) -> Grading {
         let graded = catch_unwind(AssertUnwindSafe(|| {
             self.progress.notice(Event::Task(Task::Opening));
-            self.grade(&open_entry(&entry.path, self.runner.clone(), &self.inputs.rubric))
+            self.grade(&open_entry(&entry.path, &entry.name, self.runner.clone(), &self.inputs.rubric))
         }));
         let mut grading = graded.unwrap_or_else(|panic| {
             let detail = format!("the grader broke off: {}", panic_message(panic.as_ref()));

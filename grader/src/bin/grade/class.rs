@@ -61,11 +61,12 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
         rows.push(class.row(entry)?);
     }
     let output = args.output.clone();
+    let protections = class.protections.clone();
     drop(class);
     let csv = report::class::csv(&rows).map_err(Stop::fault)?;
     save(&output.join("summary.csv"), &csv)?;
     let mut text = Vec::new();
-    report::class::write(&mut text, &rows, &passed_over).map_err(Stop::fault)?;
+    report::class::write(&mut text, &rows, &passed_over, &protections).map_err(Stop::fault)?;
     save(&output.join("summary.txt"), &text)?;
     print(&text);
     Ok(if rows.iter().any(Row::is_fault) { Exit::GraderFault } else { Exit::Passed })

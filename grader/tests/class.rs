@@ -608,9 +608,7 @@ fn reports_are_well_formed_whatever_a_program_prints() {
     project.program("hostile", hostile);
     project.write(
         "mine/submission.toml",
-        &format!(
-            "name = \"m\\uffff\\u0001]]>\"\nrun = [\"./x\\uffff\", \"{{scene}}\", \"{{trace}}\"]\n"
-        ),
+        "name = \"m\\uffff\\u0001]]>\"\nrun = [\"./x\\uffff\", \"{scene}\", \"{trace}\"]\n",
     );
     for submission in ["hostile", "mine"] {
         let junit = project.grade(&[submission, "--no-jacobians", "--format", "junit"]);

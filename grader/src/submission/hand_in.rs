@@ -81,7 +81,9 @@ pub enum HandInError {
         path: String,
     },
     /// An entry is a pipe, a socket or a device; or a link where there must be a file.
-    #[error("{path}: is {kind}, where only files and folders may be\n  help: remove it")]
+    #[error(
+        "{path}: is {kind}, and no regular file\n  help: put a file in its place, or remove it"
+    )]
     Special {
         /// The entry.
         path: String,

@@ -20,6 +20,7 @@ use grader::sandbox::Protection;
 use grader::submission::Submission;
 use grader::submission::program::Runner;
 use grader::suite::hash_file;
+use grader::verdict::Failure;
 
 use crate::args::{ClassArgs, Format};
 use crate::grading::{What, grade_one, render};
@@ -28,6 +29,9 @@ use crate::output::{print, replace_file};
 use crate::progress::Progress;
 use crate::stop::{Exit, Stop};
 use crate::submission::{keep, open_entry, refused};
+
+/// Reports of a submission: the name of each file, and what is in it.
+type Reports = Vec<(String, Vec<u8>)>;
 
 /// Everything that is the same for all submissions.
 struct Class<'a> {
@@ -154,7 +158,7 @@ impl<'a> Class<'a> {
         &self,
         entry: &Entry,
         open: impl FnOnce() -> Submission,
-    ) -> Result<(Row, Vec<(String, Vec<u8>)>), String> {
+    ) -> Result<(Row, Reports), String> {
         let graded = catch_unwind(AssertUnwindSafe(|| {
             let mut grading = self.grade(&open());
             // Names that submissions give themselves need not be theirs alone.
@@ -176,7 +180,11 @@ impl<'a> Class<'a> {
     }
 
     fn grade(&self, submission: &Submission) -> Grading {
-        let is_run = matches!(submission, Submission::Program(_) | Submission::Unusable { .. });
+        let is_run = match submission {
+            Submission::Program(_) => true,
+            Submission::Unusable { failure, .. } => !matches!(failure, Failure::BadHandIn { .. }),
+            _ => false,
+        };
         let protection = is_run.then(|| self.protections.clone());
         let measured = !self.args.judge.no_jacobians;
         let what = What { jacobians: measured, probe: measured, hidden: true };

@@ -1,11 +1,11 @@
 //! Scratch folders, and the removal of those whose grader was killed.
 //!
 //! A scratch folder holds a file that its grader keeps locked as long as it lives. Whoever can take that lock knows
-//! that the folder is abandoned, even from another namespace of processes. A folder gets its name once it is locked;
-//! before, it has a name that marks it as new, and is left alone for an hour.
+//! that the folder is abandoned, even from another namespace of processes. A folder may be swept between its making and
+//! its locking; its grader notices, and makes another. The lock is removed last of all, so that whoever is killed while
+//! it removes a folder leaves one that can be swept.
 
 use std::ffi::{CStr, CString};
-use std::fs;
 use std::io;
 use std::os::fd::OwnedFd;
 use std::os::unix::ffi::OsStrExt;
@@ -21,16 +21,16 @@ use rustix::io::{Errno, Result};
 /// What the names of scratch folders begin with.
 pub(crate) const PREFIX: &str = "spring-oracle-";
 
-/// What follows in the name of a folder that is not locked yet.
-const NEW: &str = "new-";
-
 /// Characters of a name that follow, at random.
 const RANDOM: usize = 16;
 
 /// The file that is locked.
 const LOCK: &str = "lock";
 
-/// How long a folder without a lock is left alone.
+/// How often to make another folder where one is swept before it is locked.
+const ATTEMPTS: u32 = 100;
+
+/// How long a folder without a lock is left alone, unless it is empty.
 const GRACE: Duration = Duration::from_secs(3600);
 
 const FOLDER: OFlags =
@@ -63,24 +63,29 @@ pub(crate) fn scratch_folder() -> io::Result<Scratch> {
 }
 
 fn scratch_folder_in(parent: &Path) -> io::Result<Scratch> {
-    let random: String = (0..RANDOM).map(|_| fastrand::alphanumeric()).collect();
-    let new = parent.join(format!("{PREFIX}{NEW}{random}"));
-    mkdir(&new, Mode::RWXU)?;
-    let locked = lock(&new).and_then(|lock| {
-        let path = parent.join(format!("{PREFIX}{random}"));
-        fs::rename(&new, &path)?;
-        Ok(Scratch { path, _lock: lock })
-    });
-    locked.inspect_err(|_| {
-        let _ = remove(&new);
-    })
+    let mut made = scratch_folder_once(parent);
+    for _ in 0..ATTEMPTS {
+        match made {
+            Err(Errno::EXIST | Errno::NOENT | Errno::WOULDBLOCK) => {}
+            made => return Ok(made?),
+        }
+        made = scratch_folder_once(parent);
+    }
+    Ok(made?)
 }
 
-fn lock(folder: &Path) -> io::Result<OwnedFd> {
+fn scratch_folder_once(parent: &Path) -> Result<Scratch> {
+    let random: String = (0..RANDOM).map(|_| fastrand::alphanumeric()).collect();
+    let path = parent.join(format!("{PREFIX}{random}"));
+    mkdir(&path, Mode::RWXU)?;
     let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
-    let lock = open(folder.join(LOCK), flags, Mode::RUSR | Mode::WUSR)?;
+    let lock = open(path.join(LOCK), flags, Mode::RUSR | Mode::WUSR)?;
     flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
-    Ok(lock)
+    // Whoever swept the folder has let the lock go, and removed it before.
+    if fstat(&lock)?.st_nlink == 0 {
+        return Err(Errno::NOENT);
+    }
+    Ok(Scratch { path, _lock: lock })
 }
 
 /// Removes the scratch folders of graders that were killed.
@@ -109,10 +114,6 @@ fn sweep_one(parent: &OwnedFd, name: &CStr) -> Result<()> {
         .and_then(|seconds| SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds)))
         .and_then(|changed| SystemTime::now().duration_since(changed).ok());
     let is_young = age.is_none_or(|age| age < GRACE);
-    let is_new = name.to_bytes()[PREFIX.len()..].starts_with(NEW.as_bytes());
-    if is_young && is_new {
-        return Ok(());
-    }
     let flags = OFlags::RDWR | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
     // It is held until the folder is gone.
     let _lock = match openat(&folder, LOCK, flags, Mode::empty()) {
@@ -120,10 +121,10 @@ fn sweep_one(parent: &OwnedFd, name: &CStr) -> Result<()> {
             flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
             Some(lock)
         }
-        Err(_) if is_young => return Ok(()),
+        Err(_) if is_young => return unlinkat(parent, name, AtFlags::REMOVEDIR),
         Err(_) => None,
     };
-    remove_tree(parent, name)
+    remove_scratch(parent, name)
 }
 
 fn remove(path: &Path) -> Result<()> {
@@ -132,14 +133,24 @@ fn remove(path: &Path) -> Result<()> {
     };
     let parent = openat(CWD, parent, FOLDER - OFlags::NOFOLLOW, Mode::empty())?;
     let name = CString::new(name.as_bytes()).map_err(|_| Errno::INVAL)?;
-    remove_tree(&parent, &name)
+    remove_scratch(&parent, &name)
+}
+
+/// Removes a scratch folder, its lock last.
+fn remove_scratch(parent: &OwnedFd, name: &CStr) -> Result<()> {
+    let folder = open_folder(parent, name)?;
+    for child in names(&folder)?.iter().filter(|child| child.to_bytes() != LOCK.as_bytes()) {
+        remove_tree(&folder, child)?;
+    }
+    let _ = unlinkat(&folder, LOCK, AtFlags::empty());
+    unlinkat(parent, name, AtFlags::REMOVEDIR)
 }
 
 /// Removes a file, or a folder with all that is in it, whatever its modes. Links are removed, and not followed.
 ///
 /// A folder inside is emptied by moving the folders in it up to the top: no path gets long, and no more than three
 /// folders are open at a time, however deep they are. Each folder is moved once.
-pub(crate) fn remove_tree(parent: &OwnedFd, name: &CStr) -> Result<()> {
+fn remove_tree(parent: &OwnedFd, name: &CStr) -> Result<()> {
     if !is_folder(parent, name)? {
         return unlinkat(parent, name, AtFlags::empty());
     }
@@ -241,6 +252,7 @@ pub(crate) fn without_paths(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
     use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 
     use rustix::fs::mkdirat;
@@ -257,9 +269,8 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let held = scratch_folder_in(place.path()).unwrap();
         assert_eq!(fs::metadata(held.path()).unwrap().mode() & 0o777, 0o700);
-        // Its grader was killed: the lock went with it.
-        let killed = scratch_folder_in(place.path()).unwrap();
-        let abandoned = killed.path().with_extension("killed");
+        // Its grader was killed: nobody holds the lock.
+        let abandoned = held.path().with_extension("killed");
         fs::create_dir_all(abandoned.join("scratch/deep")).unwrap();
         fs::write(abandoned.join(LOCK), "").unwrap();
         let of_name = |name: &str| {
@@ -267,8 +278,10 @@ mod tests {
             fs::create_dir(&path).unwrap();
             path
         };
-        let (young, new, old) = (of_name("1"), of_name("new-2"), of_name("3"));
-        fs::write(new.join(LOCK), "").unwrap();
+        let (young, empty, old) = (of_name("1"), of_name("2"), of_name("3"));
+        for folder in [&young, &old] {
+            fs::write(folder.join("file"), "").unwrap();
+        }
         let outside = place.path().join("outside");
         fs::create_dir(&outside).unwrap();
         let link = place.path().join(format!("{PREFIX}link"));
@@ -276,18 +289,36 @@ mod tests {
         backdate(&old);
         backdate(held.path());
         sweep_in(place.path());
-        for path in [held.path(), killed.path(), &young, &new, &outside, &link] {
+        for path in [held.path(), &young, &outside, &link] {
             assert!(path.exists(), "{}", path.display());
         }
-        for path in [&abandoned, &old] {
+        for path in [&abandoned, &empty, &old] {
             assert!(!path.exists(), "{}", path.display());
         }
-        backdate(&new);
-        sweep_in(place.path());
-        assert!(!new.exists());
         let path = held.path().to_path_buf();
         drop(held);
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn folders_are_made_while_others_sweep() {
+        let place = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            let makers: Vec<_> = (0..2)
+                .map(|_| {
+                    scope.spawn(|| {
+                        for _ in 0..100 {
+                            let folder = scratch_folder_in(place.path()).unwrap();
+                            fs::write(folder.path().join("file"), "").unwrap();
+                        }
+                    })
+                })
+                .collect();
+            while makers.iter().any(|maker| !maker.is_finished()) {
+                sweep_in(place.path());
+            }
+        });
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
     }
 
     #[test]

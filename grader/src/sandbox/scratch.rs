@@ -258,6 +258,7 @@ pub(crate) fn without_paths(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
     use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 
     use rustix::fs::mkdirat;

@@ -85,7 +85,10 @@ pub(super) fn open_submission(
     }
     let (submission, protections) =
         open_program(path, &args.run, &inputs.rubric, &inputs.secrets())?;
-    Ok((submission, Some(protections)))
+    // A hand-in that cannot be graded is not run.
+    let is_run =
+        !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });
+    Ok((submission, is_run.then_some(protections)))
 }
 
 /// The program of a file or of a folder with a manifest, and the protection under which it is run. It must not

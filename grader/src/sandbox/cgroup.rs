@@ -13,6 +13,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::keeper::KEEPER_THREADS;
 use super::{Exceeded, Limits};
 
 /// The controllers that are of use. A group without that of memory is not used.
@@ -128,7 +129,7 @@ impl ControlGroup {
         };
         write("memory.max", memory)?;
         write("memory.swap.max", 0)?;
-        write("pids.max", limits.processes + 3)?;
+        write("pids.max", limits.processes + KEEPER_THREADS)?;
         Ok(Self(path))
     }
 
@@ -165,5 +166,32 @@ impl ControlGroup {
         while fs::remove_dir(&self.0).is_err() && started.elapsed() < END {
             std::thread::sleep(Duration::from_millis(1));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_group_has_the_limits_and_tells_what_was_exceeded() {
+        let parent = tempfile::tempdir().unwrap();
+        let limits =
+            Limits { cpu: 2.0, memory: 1000, trace: 24, processes: 5, ..Limits::default() };
+        let group = ControlGroup::create(parent.path(), &limits).unwrap();
+        group.add(7).unwrap();
+        let read = |file: &str| fs::read_to_string(group.0.join(file)).unwrap();
+        assert_eq!(read("memory.max"), "1024");
+        assert_eq!(read("pids.max"), "8");
+        assert_eq!(read("cgroup.procs"), "7");
+        let exceeded = |events: &str, stat: &str| {
+            fs::write(group.0.join("memory.events"), events).unwrap();
+            fs::write(group.0.join("cpu.stat"), stat).unwrap();
+            group.exceeded(&limits)
+        };
+        let within = "usage_usec 2000000\nuser_usec 9000000\n";
+        assert_eq!(exceeded("low 0\nmax 8\noom 1\noom_kill 0\n", within), None);
+        assert_eq!(exceeded("oom 1\noom_kill 1\n", within), Some(Exceeded::Memory));
+        assert_eq!(exceeded("oom_kill 0\n", "usage_usec 2000001\n"), Some(Exceeded::Cpu));
     }
 }

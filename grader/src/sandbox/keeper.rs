@@ -28,6 +28,9 @@ const OPEN_FILES: u64 = 1024;
 /// Nice value of submissions.
 const NICENESS: i32 = 5;
 
+/// Threads of the keeper, with the one that starts the program.
+pub(super) const KEEPER_THREADS: u64 = 3;
+
 /// The share of the memory limit from which on a failing program is taken to have run into it.
 const NEARLY: f64 = 0.75;
 
@@ -57,21 +60,31 @@ pub(super) fn serve() -> io::Result<()> {
     let mut line = String::new();
     BufReader::new(&socket).read_line(&mut line)?;
     let order: Order = serde_json::from_str(&line)?;
+    if order.walls.namespaces.exist() {
+        die_with_parent()?;
+        // The supervisor may have ended before the kernel knew.
+        socket.set_nonblocking(true)?;
+        if (&socket).read(&mut [0]).is_ok_and(|count| count == 0) {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
+        socket.set_nonblocking(false)?;
+    }
     let child = match prepare(&order) {
         Ok(child) => child,
         Err(error) => return tell(&socket, &Started::Err(error)),
     };
     tell(&socket, &Started::Ok(()))?;
     let isolated = order.walls.namespaces.exist();
-    let supervisor = socket.try_clone()?;
-    std::thread::spawn(move || {
-        // It says nothing more. Where it ends, so does the run.
-        let _ = (&supervisor).read(&mut [0]);
-        if !isolated {
+    if !isolated {
+        // In namespaces, the kernel ends the run with the supervisor.
+        let supervisor = socket.try_clone()?;
+        std::thread::spawn(move || {
+            // It says nothing more until it ends.
+            let _ = (&supervisor).read(&mut [0]);
             hunt_down(order.owner);
-        }
-        std::process::exit(0);
-    });
+            std::process::exit(0);
+        });
+    }
     let ended = match child {
         Err(error) => Ok(End::NotStarted(error.to_string())),
         Ok(child) => wait_for(&child, &order.job).map_err(|error| error.to_string()),
@@ -97,7 +110,6 @@ fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
     let Order { walls, job, owner } = order;
     let owner = owner.map(identity::owner);
     if walls.namespaces.exist() {
-        die_with_parent()?;
         unshare(CloneFlags::CLONE_NEWNS | CloneFlags::CLONE_NEWCGROUP)
             .map_err(|error| format!("namespaces: {error}"))?;
         world::enter(walls, job, owner)?;
@@ -161,14 +173,12 @@ fn limit_processes(Order { walls, job, owner }: &Order) -> rustix::io::Result<()
     at_most(Resource::Fsize, limits.trace)?;
     at_most(Resource::Nofile, OPEN_FILES)?;
     at_most(Resource::Core, 0)?;
-    // The keeper and its threads are among them.
-    const OWN: u64 = 3;
     let others = match () {
-        () if walls.namespaces.exist() || owner.is_some() => OWN,
+        () if walls.namespaces.exist() || owner.is_some() => 0,
         // All processes of the user count.
-        () => OWN + threads_of_user(),
+        () => threads_of_user(),
     };
-    at_most(Resource::Nproc, limits.processes + others)
+    at_most(Resource::Nproc, limits.processes + KEEPER_THREADS + others)
 }
 
 /// Threads of this process's user on the machine.

@@ -60,9 +60,8 @@ mod walls;
 mod world;
 
 pub use limits::{Exceeded, Limits};
-pub use scratch::sweep;
 #[cfg(target_os = "linux")]
-pub use supervisor::serve;
+pub use supervisor::{serve, sweep};
 #[cfg(target_os = "linux")]
 use walls::Walls;
 

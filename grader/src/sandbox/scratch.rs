@@ -95,7 +95,7 @@ pub(super) fn is_scratch(path: &Path) -> bool {
 }
 
 /// Removes the scratch folders of graders that were killed.
-pub fn sweep() {
+pub(super) fn sweep() {
     sweep_in(&std::env::temp_dir());
 }
 

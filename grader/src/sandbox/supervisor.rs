@@ -6,6 +6,7 @@ use std::fs;
 use std::io::{self, BufRead, BufReader, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
@@ -21,17 +22,23 @@ use rustix::thread::{CapabilitySet, configure_capability_in_ambient_set};
 use serde::{Deserialize, Serialize};
 
 use super::cgroup::ControlGroup;
-use super::keeper::{self, Ended, Order, Started};
+use super::keeper::{self, Ended, KEEPER_THREADS, Order, Started};
 use super::tree::{self, Owner};
 use super::usage::{Meter, visit_descendants};
 use super::walls::{Namespaces, Walls};
-use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, identity, keep};
+use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, identity, keep, scratch};
 
 /// The first word of the command line of a supervisor.
 const SUPERVISOR: &str = "--sandbox-supervisor";
 
 /// The first word of the command line of a keeper.
 const KEEPER: &str = "--sandbox-keeper";
+
+/// The first word of the command line of a sweeper.
+const SWEEPER: &str = "--sandbox-sweeper";
+
+/// How long a sweeper waits for the processes of a killed grader to end.
+const SWEEP_PAUSE: Duration = Duration::from_millis(100);
 
 /// The first pause between two looks at a run; each is half as long again as the last.
 const FIRST_PAUSE: Duration = Duration::from_millis(1);
@@ -85,10 +92,37 @@ pub fn serve() -> Option<ExitCode> {
     let answered = match role.to_str()? {
         SUPERVISOR => serve_supervisor(),
         KEEPER => keeper::serve(),
+        SWEEPER => serve_sweeper(),
         super::check::CHECK => super::check::serve(),
         _ => return None,
     };
     Some(if answered.is_ok() { ExitCode::SUCCESS } else { ExitCode::from(3) })
+}
+
+/// Removes the scratch folders of graders that were killed: now, and by a process of its own when this one has ended,
+/// however it ends. `launcher` is a program that begins with [`serve`].
+pub fn sweep(launcher: &Path) {
+    scratch::sweep();
+    let mut command = Command::new(launcher);
+    command
+        .arg(OsStr::new(SWEEPER))
+        .env_clear()
+        .envs(std::env::var_os("TMPDIR").map(|at| ("TMPDIR", at)));
+    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+    // Not with a terminal's signals. Without a sweeper, the next grader sweeps.
+    if let Ok(mut sweeper) = command.process_group(0).spawn() {
+        // Open as long as this process lives.
+        std::mem::forget(sweeper.stdin.take());
+    }
+}
+
+fn serve_sweeper() -> io::Result<()> {
+    io::copy(&mut io::stdin().lock(), &mut io::sink())?;
+    scratch::sweep();
+    // What was under way may have held a folder for a moment.
+    std::thread::sleep(SWEEP_PAUSE);
+    scratch::sweep();
+    Ok(())
 }
 
 fn serve_supervisor() -> io::Result<()> {
@@ -101,15 +135,15 @@ fn serve_supervisor() -> io::Result<()> {
 }
 
 /// Has the kernel kill this process when its parent ends.
-pub(super) fn die_with_parent() -> Result<(), String> {
-    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| error.to_string())
+pub(super) fn die_with_parent() -> io::Result<()> {
+    Ok(set_parent_process_death_signal(Some(Signal::KILL))?)
 }
 
 fn supervise(Request { parent, walls, job }: Request) -> Result<Outcome, String> {
     // Processes whose parents have ended come to this one, and not to the system's first.
     set_child_subreaper(Pid::from_raw(1)).map_err(|error| error.to_string())?;
     if walls.namespaces.exist() {
-        die_with_parent()?;
+        die_with_parent().map_err(|error| error.to_string())?;
     }
     // It may have ended before the kernel knew.
     if getppid().map(Pid::as_raw_pid) != Some(parent) {
@@ -309,8 +343,7 @@ impl Run {
     /// The limit of the whole run that is exceeded, if one is.
     fn exceeded(&mut self, elapsed: Duration) -> Option<Exceeded> {
         let limits = self.job.limits;
-        // The keeper has two threads, and another for a moment.
-        let most_threads = limits.processes + 3;
+        let most_threads = limits.processes + KEEPER_THREADS;
         let keeper = self.keeper.id().cast_signed();
         let usage = self.meter.look(keeper, most_threads, limits.memory);
         match () {

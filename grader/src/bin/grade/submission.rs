@@ -27,12 +27,13 @@ impl RunArgs {
             found.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
         };
         let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
-        sandbox::sweep();
+        let launcher = std::env::current_exe().map_err(Stop::fault)?;
+        #[cfg(target_os = "linux")]
+        sandbox::sweep(&launcher);
         let sandbox = if self.unprotected {
             complain("warning", "programs are run with all your rights");
             Sandbox::Unprotected
         } else {
-            let launcher = std::env::current_exe().map_err(Stop::fault)?;
             let help = "\n  help: --unprotected runs programs without protection";
             let sandbox = Sandbox::open(&launcher)
                 .map_err(|error| Stop::bad_input(format!("{error}{help}")))?;

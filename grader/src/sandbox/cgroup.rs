@@ -48,23 +48,47 @@ pub(super) fn delegated() -> Option<PathBuf> {
         if !own.is_dir() {
             fs::create_dir(&own)?;
         }
-        fs::write(own.join("cgroup.procs"), std::process::id().to_string())?;
+        enter(&own)?;
         let offered = fs::read_to_string(group.join("cgroup.controllers"))?;
         for controller in offered.split_ascii_whitespace() {
             if CONTROLLERS.contains(&controller) {
-                fs::write(group.join("cgroup.subtree_control"), format!("+{controller}"))?;
+                write(&group.join("cgroup.subtree_control"), &format!("+{controller}"))?;
             }
         }
         Ok(())
     };
     if moved().is_err() {
         // Other processes in the group keep its controllers from those below.
-        let _ = fs::write(group.join("cgroup.procs"), std::process::id().to_string());
-        let _ = fs::remove_dir(&own);
+        leave();
         return None;
     }
     sweep(&group);
     Some(group)
+}
+
+/// Gives the group back that [`delegated`] returned, where this process is the last one to use it.
+pub(super) fn leave() {
+    let Some(own) = current().filter(|group| group.file_name().is_some_and(|name| name == OWN))
+    else {
+        return;
+    };
+    let Some(group) = own.parent() else { return };
+    for controller in CONTROLLERS {
+        // One that was not given cannot be taken, nor one that another grader uses.
+        let _ = write(&group.join("cgroup.subtree_control"), &format!("-{controller}"));
+    }
+    let _ = enter(group);
+    let _ = fs::remove_dir(&own);
+}
+
+/// Moves this process to a group.
+fn enter(group: &Path) -> io::Result<()> {
+    write(&group.join("cgroup.procs"), &std::process::id().to_string())
+}
+
+/// Writes to a file that exists: the kernel's files cannot be made.
+fn write(file: &Path, text: &str) -> io::Result<()> {
+    io::Write::write_all(&mut fs::OpenOptions::new().write(true).open(file)?, text.as_bytes())
 }
 
 /// The folder of this process's group.
@@ -120,17 +144,18 @@ impl ControlGroup {
         let path = parent.join(format!("{RUN}{}", std::process::id()));
         let fail = |error: io::Error| format!("control group {}: {error}", path.display());
         fs::create_dir(&path).map_err(fail)?;
+        let group = Self(path.clone());
         // The files in its tmpfs are among its memory, and the keeper and its threads among its processes.
         let memory = limits.memory + limits.trace;
-        let write = |file: &str, value: u64| match fs::write(path.join(file), value.to_string()) {
+        let limit = |file: &str, value: u64| match write(&path.join(file), &value.to_string()) {
             // A controller, or the accounting of swap, that this system does not have.
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             written => written.map_err(fail),
         };
-        write("memory.max", memory)?;
-        write("memory.swap.max", 0)?;
-        write("pids.max", limits.processes + KEEPER_THREADS)?;
-        Ok(Self(path))
+        limit("memory.max", memory)?;
+        limit("memory.swap.max", 0)?;
+        limit("pids.max", limits.processes + KEEPER_THREADS)?;
+        Ok(group)
     }
 
     /// Moves a process there.
@@ -138,7 +163,7 @@ impl ControlGroup {
     /// # Errors
     /// In words, where that is refused.
     pub(super) fn add(&self, process: u32) -> Result<(), String> {
-        fs::write(self.0.join("cgroup.procs"), process.to_string())
+        write(&self.0.join("cgroup.procs"), &process.to_string())
             .map_err(|error| format!("control group {}: {error}", self.0.display()))
     }
 
@@ -158,10 +183,12 @@ impl ControlGroup {
         let line = text.lines().find_map(|line| line.strip_prefix(name));
         line.and_then(|number| number.parse().ok()).unwrap_or(0)
     }
+}
 
-    /// Ends all its processes, and removes it.
-    pub(super) fn remove(self) {
-        let _ = fs::write(self.0.join("cgroup.kill"), "1");
+/// Ends all its processes, and removes it.
+impl Drop for ControlGroup {
+    fn drop(&mut self) {
+        let _ = write(&self.0.join("cgroup.kill"), "1");
         let started = Instant::now();
         while fs::remove_dir(&self.0).is_err() && started.elapsed() < END {
             std::thread::sleep(Duration::from_millis(1));
@@ -174,21 +201,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_group_has_the_limits_and_tells_what_was_exceeded() {
-        let parent = tempfile::tempdir().unwrap();
-        let limits =
-            Limits { cpu: 2.0, memory: 1000, trace: 24, processes: 5, ..Limits::default() };
-        let group = ControlGroup::create(parent.path(), &limits).unwrap();
-        group.add(7).unwrap();
-        let read = |file: &str| fs::read_to_string(group.0.join(file)).unwrap();
-        assert_eq!(read("memory.max"), "1024");
-        assert_eq!(read("pids.max"), "8");
-        assert_eq!(read("cgroup.procs"), "7");
+    fn what_was_exceeded_is_read_from_the_group() {
+        let folder = tempfile::tempdir().unwrap();
+        let group = std::mem::ManuallyDrop::new(ControlGroup(folder.path().to_path_buf()));
+        let limits = Limits { cpu: 2.0, ..Limits::default() };
         let exceeded = |events: &str, stat: &str| {
-            fs::write(group.0.join("memory.events"), events).unwrap();
-            fs::write(group.0.join("cpu.stat"), stat).unwrap();
+            fs::write(folder.path().join("memory.events"), events).unwrap();
+            fs::write(folder.path().join("cpu.stat"), stat).unwrap();
             group.exceeded(&limits)
         };
+        assert_eq!(group.exceeded(&limits), None);
         let within = "usage_usec 2000000\nuser_usec 9000000\n";
         assert_eq!(exceeded("low 0\nmax 8\noom 1\noom_kill 0\n", within), None);
         assert_eq!(exceeded("oom 1\noom_kill 1\n", within), Some(Exceeded::Memory));

@@ -26,7 +26,9 @@ use super::keeper::{self, Ended, KEEPER_THREADS, Order, Started};
 use super::tree::{self, Owner};
 use super::usage::{Meter, visit_descendants};
 use super::walls::{Namespaces, Walls};
-use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, identity, keep, scratch};
+use super::{
+    End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, cgroup, identity, keep, scratch,
+};
 
 /// The first word of the command line of a supervisor.
 const SUPERVISOR: &str = "--sandbox-supervisor";
@@ -100,7 +102,8 @@ pub fn serve() -> Option<ExitCode> {
 }
 
 /// Removes the scratch folders of graders that were killed: now, and by a process of its own when this one has ended,
-/// however it ends. `launcher` is a program that begins with [`serve`].
+/// however it ends. To be called when control groups are settled: that process is one of the grader's. `launcher` is a
+/// program that begins with [`serve`].
 pub fn sweep(launcher: &Path) {
     scratch::sweep();
     let mut command = Command::new(launcher);
@@ -122,6 +125,7 @@ fn serve_sweeper() -> io::Result<()> {
     // What was under way may have held a folder for a moment.
     std::thread::sleep(SWEEP_PAUSE);
     scratch::sweep();
+    cgroup::leave();
     Ok(())
 }
 
@@ -411,9 +415,7 @@ impl Run {
         } else {
             hunt_down(self.owner.map(|(user, group)| (user.as_raw(), group.as_raw())));
         }
-        if let Some(group) = self.group.take() {
-            group.remove();
-        }
+        self.group = None;
     }
 }
 

@@ -28,8 +28,6 @@ impl RunArgs {
         };
         let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
         let launcher = std::env::current_exe().map_err(Stop::fault)?;
-        #[cfg(target_os = "linux")]
-        sandbox::sweep(&launcher);
         let sandbox = if self.unprotected {
             complain("warning", "programs are run with all your rights");
             Sandbox::Unprotected
@@ -41,6 +39,8 @@ impl RunArgs {
                 .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
             sandbox
         };
+        #[cfg(target_os = "linux")]
+        sandbox::sweep(&launcher);
         let protections = sandbox.protections().to_vec();
         Ok((Runner { sandbox, limits, readable }, protections))
     }

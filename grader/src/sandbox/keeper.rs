@@ -172,7 +172,8 @@ fn limit_processes(Order { walls, job, owner }: &Order) -> rustix::io::Result<()
     at_most(Resource::Data, limits.memory)?;
     at_most(Resource::Fsize, limits.trace)?;
     at_most(Resource::Nofile, OPEN_FILES)?;
-    at_most(Resource::Core, 0)?;
+    // With a limit of 0, the kernel still hands dumps to a program of the machine that collects them (core(5)).
+    at_most(Resource::Core, 1)?;
     let others = match () {
         () if walls.namespaces.exist() || owner.is_some() => 0,
         // All processes of the user count.

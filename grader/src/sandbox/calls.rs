@@ -22,8 +22,8 @@ pub(super) struct Policy {
     pub(super) isolated: bool,
     /// Signals reach no process outside of the run.
     pub(super) signals_stay: bool,
-    /// Modes, owners and times of files outside cannot be changed: they are on read-only mounts, or another user's.
-    pub(super) attributes_stay: bool,
+    /// The run has a user of its own, who owns nothing outside.
+    pub(super) own_user: bool,
     /// It is a build: it may lock files.
     pub(super) builds: bool,
 }
@@ -37,7 +37,7 @@ const ALLOWED: &[i64] = &[
     libc::SYS_copy_file_range, libc::SYS_splice, libc::SYS_tee, libc::SYS_fsync, libc::SYS_fdatasync,
     libc::SYS_sync_file_range, libc::SYS_fadvise64, libc::SYS_ftruncate, libc::SYS_truncate, libc::SYS_fallocate,
     // Files.
-    libc::SYS_openat, libc::SYS_openat2, libc::SYS_close, libc::SYS_close_range, libc::SYS_dup, libc::SYS_dup3,
+    libc::SYS_openat, libc::SYS_close, libc::SYS_close_range, libc::SYS_dup, libc::SYS_dup3,
     libc::SYS_newfstatat, libc::SYS_fstat, libc::SYS_statx, libc::SYS_statfs, libc::SYS_fstatfs, libc::SYS_faccessat,
     libc::SYS_faccessat2, libc::SYS_readlinkat, libc::SYS_getdents64, libc::SYS_getcwd, libc::SYS_chdir,
     libc::SYS_fchdir, libc::SYS_mkdirat, libc::SYS_unlinkat, libc::SYS_linkat, libc::SYS_symlinkat,
@@ -99,16 +99,32 @@ const FCHMODAT2: i64 = 452;
 const SIGNALS: &[i64] =
     &[libc::SYS_kill, libc::SYS_tkill, libc::SYS_rt_sigqueueinfo, libc::SYS_rt_tgsigqueueinfo];
 
-/// Modes, owners and times of files.
+/// Modes of files, which only the owner may change, and the argument that holds the mode.
+#[rustfmt::skip]
+const MODES: &[(i64, u8)] = &[
+    (libc::SYS_fchmod, 1), (libc::SYS_fchmodat, 2), (FCHMODAT2, 2),
+    #[cfg(target_arch = "x86_64")] (libc::SYS_chmod, 1),
+];
+
+/// Owners and times of files. To change neither owner nor group is anybody's right, and changes a time; so does a write
+/// to a file that everybody may write.
 #[rustfmt::skip]
 const ATTRIBUTES: &[i64] = &[
-    libc::SYS_fchmod, libc::SYS_fchmodat, FCHMODAT2, libc::SYS_fchown, libc::SYS_fchownat, libc::SYS_utimensat,
-    #[cfg(target_arch = "x86_64")] libc::SYS_chmod,
+    libc::SYS_fchown, libc::SYS_fchownat, libc::SYS_utimensat,
     #[cfg(target_arch = "x86_64")] libc::SYS_chown,
     #[cfg(target_arch = "x86_64")] libc::SYS_lchown,
     #[cfg(target_arch = "x86_64")] libc::SYS_utime,
     #[cfg(target_arch = "x86_64")] libc::SYS_utimes,
     #[cfg(target_arch = "x86_64")] libc::SYS_futimesat,
+];
+
+/// Calls that make files, and the arguments that hold their flags, if there are any, and the mode.
+#[rustfmt::skip]
+const MAKING: &[(i64, Option<u8>, u8)] = &[
+    (libc::SYS_openat, Some(2), 3), (libc::SYS_mkdirat, None, 2),
+    #[cfg(target_arch = "x86_64")] (libc::SYS_open, Some(1), 2),
+    #[cfg(target_arch = "x86_64")] (libc::SYS_creat, None, 1),
+    #[cfg(target_arch = "x86_64")] (libc::SYS_mkdir, None, 1),
 ];
 
 /// Calls that only an attack makes. They kill the process.
@@ -186,24 +202,29 @@ pub(super) fn restrict(policy: Policy) -> Result<(), Error> {
 fn filter(policy: Policy) -> Result<BpfProgram, Error> {
     let errno = |number: i32| SeccompAction::Errno(number.cast_unsigned());
     let architecture = TargetArch::try_from(std::env::consts::ARCH)?;
-    // With the answer "done" for linkers and build tools, which do not go on without.
-    let attributes = if policy.attributes_stay { SeccompAction::Allow } else { errno(0) };
+    // On read-only mounts, the kernel refuses every change. Elsewhere the answer is "done", for linkers and build
+    // tools do not go on without.
+    let attributes = if policy.isolated { SeccompAction::Allow } else { errno(0) };
     let mut answers = Answers::new();
     let groups: [(&[i64], SeccompAction); 5] = [
         (ALLOWED, SeccompAction::Allow),
         (ALLOWED_HERE, SeccompAction::Allow),
-        (ATTRIBUTES, attributes),
+        (ATTRIBUTES, attributes.clone()),
         (&[libc::SYS_socket], errno(libc::EACCES)),
         (KILLED, SeccompAction::KillProcess),
     ];
     for (calls, answer) in groups {
         answers.extend(calls.iter().map(|call| (*call as u32, answer.clone())));
     }
+    for (call, _) in MODES {
+        answers.insert(*call as u32, attributes.clone());
+    }
     let mut rules = Rules::new();
     for (call, conditions) in conditional(policy)? {
         if conditions.is_empty() {
             answers.insert(call as u32, SeccompAction::Allow);
         } else {
+            answers.remove(&(call as u32));
             rules.insert(call, conditions);
         }
     }
@@ -304,6 +325,10 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
     };
     let mut rules = Rules::new();
 
+    if policy.isolated {
+        // Its flags and mode are out of a filter's sight.
+        rules.insert(libc::SYS_openat2, vec![]);
+    }
     let namespaces = u64::from(NAMESPACES.cast_unsigned());
     rules.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(namespaces), 0)])?]);
     // Rust's standard library starts processes with a pair of the second kind.
@@ -341,6 +366,23 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
         libc::SYS_sched_setattr,
     ] {
         rules.insert(call, vec![own.clone()]);
+    }
+    if !policy.isolated {
+        // A file on disk that others could run as this user: not even for a moment.
+        const SET_IDS: u64 = 0o6000;
+        const MAKES: u64 = (libc::O_CREAT | libc::O_TMPFILE) as u64;
+        let harmless = |mode| rule(&[(mode, SeccompCmpOp::MaskedEq(SET_IDS), 0)]);
+        for (call, flags, mode) in MAKING {
+            let opens = flags.map(|flags| rule(&[(flags, SeccompCmpOp::MaskedEq(MAKES), 0)]));
+            let mut allowed = vec![harmless(*mode)?];
+            allowed.extend(opens.transpose()?);
+            rules.insert(*call, allowed);
+        }
+        if policy.own_user {
+            for (call, mode) in MODES {
+                rules.insert(*call, vec![harmless(*mode)?]);
+            }
+        }
     }
     // `abort` has to work.
     let abort = equal(2, libc::SIGABRT.cast_unsigned().into())?;
@@ -416,7 +458,7 @@ mod tests {
             let policy = Policy {
                 isolated: bits & 1 != 0,
                 signals_stay: bits & 2 != 0,
-                attributes_stay: bits & 4 != 0,
+                own_user: bits & 4 != 0,
                 builds: bits & 8 != 0,
             };
             // The kernel takes as many.

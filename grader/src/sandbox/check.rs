@@ -1,10 +1,10 @@
 //! Finds the strongest protection that the system grants, and tests each part of it from the inside: a program, which
 //! is this one, is run under it and tries what it is to be kept from.
 
-use std::fs;
+use std::fs::{self, Permissions};
 use std::io::{self, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -83,6 +83,9 @@ fn test(launcher: &Path, walls: &Walls) -> Result<Vec<Protection>, SandboxError>
     let (working, file) = (folder.path().join("work"), folder.path().join("file"));
     fs::create_dir(&working).map_err(fail)?;
     fs::write(&file, "out of reach").map_err(fail)?;
+    // So that nothing but the walls keeps the program from them.
+    let everybody = |path: &Path, mode| fs::set_permissions(path, Permissions::from_mode(mode));
+    everybody(&file, 0o666).and_then(|()| everybody(folder.path(), 0o777)).map_err(fail)?;
     // A user of its own may not get at the launcher where it is.
     let program = match walls.own_user {
         true => folder.path().join("launcher"),
@@ -148,10 +151,8 @@ fn holds(protection: Protection, targets: &Targets) -> bool {
         Protection::Files => {
             let beside = targets.file.with_file_name("made");
             // The grader compares its attributes afterwards.
-            let _ = fs::set_permissions(
-                &targets.file,
-                std::os::unix::fs::PermissionsExt::from_mode(0o666),
-            );
+            let _ = fs::set_permissions(&targets.file, Permissions::from_mode(0o600));
+            let _ = std::os::unix::fs::chown(&targets.file, None, None);
             let _ = fs::File::open(&targets.file).and_then(|file| file.set_modified(UNIX_EPOCH));
             fs::read(&targets.file).is_err()
                 && fs::write(&targets.file, "reached").is_err()

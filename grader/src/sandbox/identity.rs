@@ -82,11 +82,11 @@ pub(super) fn hand_over(job: &Job, owner: Owner) -> io::Result<()> {
 /// Kills every process of the user.
 pub(super) fn kill_all(owner: Owner) {
     // A thread of that user can signal its processes and no others.
-    let killer = std::thread::spawn(move || {
+    let killer = std::thread::Builder::new().spawn(move || {
         become_unprivileged(Some(owner)).is_ok().then(|| {
             // All that it may signal; there may be none.
             kill_process_group(Pid::INIT, Signal::KILL)
         })
     });
-    let _ = killer.join();
+    let _ = killer.map(std::thread::JoinHandle::join);
 }

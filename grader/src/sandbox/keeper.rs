@@ -12,13 +12,13 @@ use std::process::{Child, Command, Stdio};
 use nix::sched::{CloneFlags, unshare};
 use nix::sys::resource::{Usage, UsageWho, getrusage};
 use rustix::process::{
-    Pid, Resource, Rlimit, Signal, WaitOptions, getrlimit, kill_process_group, set_child_subreaper,
-    setrlimit,
+    DumpableBehavior, Pid, Resource, Rlimit, Signal, WaitOptions, getrlimit, kill_process_group,
+    set_child_subreaper, set_dumpable_behavior, setrlimit, umask,
 };
 use serde::{Deserialize, Serialize};
 
 use super::identity;
-use super::supervisor::{die_with_parent, hunt_down};
+use super::supervisor::{MASK, die_with_parent, hunt_down};
 use super::walls::{self, Walls, writable};
 use super::{End, Exceeded, Job, spawn, world};
 
@@ -54,6 +54,7 @@ pub(super) type Ended = Result<End, String>;
 
 /// Serves as the keeper of one run. Its standard input is a socket of the supervisor, its outputs are the program's.
 pub(super) fn serve() -> io::Result<()> {
+    umask(MASK);
     // Processes whose parents have ended come to this one.
     set_child_subreaper(Pid::from_raw(1))?;
     let socket: UnixStream = rustix::stdio::stdin().try_clone_to_owned()?.into();
@@ -69,22 +70,22 @@ pub(super) fn serve() -> io::Result<()> {
         }
         socket.set_nonblocking(false)?;
     }
+    let isolated = order.walls.namespaces.exist();
+    if !isolated {
+        // In namespaces, the kernel ends the run with the supervisor.
+        let (supervisor, owner) = (socket.try_clone()?, order.owner);
+        std::thread::Builder::new().spawn(move || {
+            // It says nothing more until it ends.
+            let _ = (&supervisor).read(&mut [0]);
+            hunt_down(owner);
+            std::process::exit(0);
+        })?;
+    }
     let child = match prepare(&order) {
         Ok(child) => child,
         Err(error) => return tell(&socket, &Started::Err(error)),
     };
     tell(&socket, &Started::Ok(()))?;
-    let isolated = order.walls.namespaces.exist();
-    if !isolated {
-        // In namespaces, the kernel ends the run with the supervisor.
-        let supervisor = socket.try_clone()?;
-        std::thread::spawn(move || {
-            // It says nothing more until it ends.
-            let _ = (&supervisor).read(&mut [0]);
-            hunt_down(order.owner);
-            std::process::exit(0);
-        });
-    }
     let ended = match child {
         Err(error) => Ok(End::NotStarted(error.to_string())),
         Ok(child) => wait_for(&child, &order.job).map_err(|error| error.to_string()),
@@ -118,17 +119,20 @@ fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
     env::set_current_dir(&writable(job, walls.namespaces)[0])
         .map_err(|error| format!("the working directory: {error}"))?;
     limit_processes(order).map_err(|error| format!("limits: {error}"))?;
+    // The program has the same user, and must not look into the keeper.
+    set_dumpable_behavior(DumpableBehavior::NotDumpable)
+        .map_err(|error| format!("the keeper: {error}"))?;
     // The restrictions are those of a thread and its children, not the keeper's.
-    let started = std::thread::scope(|scope| {
-        let starter = scope.spawn(|| {
+    std::thread::scope(|scope| {
+        let starter = std::thread::Builder::new().spawn_scoped(scope, || {
             // The supervisor must not have to wait for the processes that it watches.
             rustix::process::nice(NICENESS).map_err(|error| format!("priority: {error}"))?;
             walls::restrict(walls, job, owner)?;
             Ok(start(order))
         });
-        starter.join()
-    });
-    started.unwrap_or_else(|_| Err("the keeper broke off".to_owned()))
+        let starter = starter.map_err(|error| format!("the keeper: {error}"))?;
+        starter.join().unwrap_or_else(|_| Err("the keeper broke off".to_owned()))
+    })
 }
 
 fn start(Order { walls, job, .. }: &Order) -> io::Result<Child> {
@@ -208,7 +212,8 @@ fn wait_for(child: &Child, job: &Job) -> io::Result<End> {
     let usage = getrusage(UsageWho::RUSAGE_CHILDREN)?;
     let end = match (status.code(), status.signal()) {
         (Some(code), _) => End::Exited(code),
-        (None, Some(libc::SIGXCPU)) if seconds(&usage) >= MOST * job.limits.cpu => {
+        // The second comes a second later, to a program that ignores the first.
+        (None, Some(libc::SIGXCPU | libc::SIGKILL)) if seconds(&usage) >= MOST * job.limits.cpu => {
             End::Exceeded(Exceeded::Cpu)
         }
         (None, Some(libc::SIGXFSZ)) => End::Exceeded(Exceeded::Trace),

@@ -16,7 +16,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{
     Pid, Signal, WaitOptions, getegid, geteuid, getppid, kill_process, set_child_subreaper,
-    set_parent_process_death_signal,
+    set_parent_process_death_signal, umask,
 };
 use rustix::thread::{CapabilitySet, configure_capability_in_ambient_set};
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use super::cgroup::ControlGroup;
 use super::keeper::{self, Ended, KEEPER_THREADS, Order, Started};
 use super::tree::{self, Owner};
-use super::usage::{Meter, visit_descendants};
+use super::usage::{Meter, unnamed_files, visit_descendants};
 use super::walls::{Namespaces, Walls};
 use super::{
     End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, cgroup, identity, keep, scratch,
@@ -47,6 +47,9 @@ const FIRST_PAUSE: Duration = Duration::from_millis(1);
 
 /// Processes that are ended at once.
 const AT_ONCE: usize = 10_000;
+
+/// Whatever the grader's mask is, a program's user may read what is made for it.
+pub(super) const MASK: Mode = Mode::WGRP.union(Mode::WOTH);
 
 /// How a working directory is opened.
 const FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::CLOEXEC);
@@ -130,6 +133,7 @@ fn serve_sweeper() -> io::Result<()> {
 }
 
 fn serve_supervisor() -> io::Result<()> {
+    umask(MASK);
     let mut line = String::new();
     io::stdin().lock().read_line(&mut line)?;
     let answer = supervise(serde_json::from_str(&line)?);
@@ -255,6 +259,11 @@ impl Run {
             job,
             owner: owner.map(|(user, group)| (user.as_raw(), group.as_raw())),
         };
+        // Before the program can move it.
+        let mut working = match isolated {
+            true => None,
+            false => Some(tree::open_folder(&order.job.folder).map_err(fail)?),
+        };
         keeper::tell(&own, &order).map_err(fail)?;
         let mut socket = BufReader::new(own);
         let mut line = String::new();
@@ -266,10 +275,11 @@ impl Run {
         }
         started.unwrap_or(Ok(()))?;
         let job = order.job;
-        let working = format!("/proc/{}/cwd", keeper.id());
-        let working = Some(
-            rustix::fs::open(working, FOLDER, Mode::empty()).map_err(|error| fail(error.into()))?,
-        );
+        if isolated {
+            let path = format!("/proc/{}/cwd", keeper.id());
+            let opened = rustix::fs::open(path, FOLDER, Mode::empty());
+            working = Some(opened.map_err(|error| fail(error.into()))?);
+        }
         let outputs = [stdout, stderr].map(|pipe| (Some(pipe), Output::default()));
         let (ended, meter) = (None, Meter::default());
         Ok(Self { job, keeper, socket, outputs, group, owner, isolated, working, ended, meter })
@@ -317,7 +327,7 @@ impl Run {
                     return Ok(Some(exceeded));
                 }
                 // Where there is much to look at, looking must not be what the time goes into.
-                pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(look.elapsed() * 10);
+                pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(look.elapsed() * 4);
                 looked = Instant::now();
             }
         }
@@ -349,7 +359,7 @@ impl Run {
         let limits = self.job.limits;
         let most_threads = limits.processes + KEEPER_THREADS;
         let keeper = self.keeper.id().cast_signed();
-        let usage = self.meter.look(keeper, most_threads, limits.memory);
+        let usage = self.meter.look(keeper, most_threads, limits.memory, self.watcher());
         match () {
             () if elapsed.as_secs_f64() > limits.wall => Some(Exceeded::Wall),
             () if usage.cpu > limits.cpu => Some(Exceeded::Cpu),
@@ -363,10 +373,18 @@ impl Run {
         }
     }
 
+    /// The user who may see how processes share memory. In a container, root may not.
+    fn watcher(&self) -> Option<Owner> {
+        self.owner.filter(|_| !self.isolated)
+    }
+
     /// The limit of the working directory that is exceeded, if one is.
     fn too_much(&self) -> Option<Exceeded> {
         if !self.isolated {
-            return tree::too_much(&self.job.folder, self.job.limits);
+            let named = tree::too_much(&self.job.folder, self.job.limits);
+            let keeper = self.keeper.id().cast_signed();
+            let too_much = || unnamed_files(keeper) >= self.job.limits.trace;
+            return named.or_else(|| too_much().then_some(Exceeded::Trace));
         }
         // The kernel refuses more.
         let left = rustix::fs::fstatvfs(self.working.as_ref()?).ok()?;

@@ -2,16 +2,20 @@
 //!
 //! - **Processor time**: that of living processes and of those they waited for; or, where it is more, that of living
 //!   processes and, as last seen, of all that have ended, since nobody may wait for a child.
-//! - **Memory**: resident pages, each shared page once, page tables, swapped pages, and the buffers of sockets.
+//! - **Memory**: resident pages, each shared page once, page tables, swapped pages, and what sockets may hold.
 
 use std::collections::HashMap;
 use std::fs;
+use std::os::unix::fs::MetadataExt;
 
-/// What one process may hold in each socket: the kernel's default buffer.
+use super::identity;
+use super::tree::Owner;
+
+/// Bytes that a socket may hold: the kernel's default buffer.
 const SOCKET_BUFFER: u64 = 212_992;
 
-/// Open descriptors of a process up to which its sockets are not looked for.
-const FEW_DESCRIPTORS: usize = 32;
+/// Open descriptors of a process that are taken to be files; each further one may be a socket.
+const FILES: u64 = 64;
 
 /// What a tree of processes uses by now.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -36,8 +40,14 @@ pub(super) struct Meter {
 impl Meter {
     /// What the process of this number and all below it use. A tree of more than `enough` threads is not followed to
     /// its end: it may grow faster than it is followed. Shared pages are told apart only where all pages together
-    /// exceed `memory`.
-    pub(super) fn look(&mut self, root: i32, enough: u64, memory: u64) -> Usage {
+    /// exceed `memory`. The kernel shows those to the processes' own user, `owner`, where that is not this one.
+    pub(super) fn look(
+        &mut self,
+        root: i32,
+        enough: u64,
+        memory: u64,
+        owner: Option<Owner>,
+    ) -> Usage {
         let (mut usage, mut own, mut waited) = (Usage::default(), 0.0, 0.0);
         let mut processes = vec![root];
         let mut seen = HashMap::new();
@@ -64,7 +74,7 @@ impl Meter {
         self.seen = seen;
         usage.cpu = own + waited.max(self.ended);
         if usage.memory > memory {
-            usage.memory = processes.iter().map(|process| proportional_memory(*process)).sum();
+            usage.memory = proportional_memory_of(processes, owner).unwrap_or(usage.memory);
         }
         usage
     }
@@ -80,6 +90,22 @@ pub(super) fn visit_descendants(root: i32, most: usize, visit: impl Fn(i32)) {
         children(process, &mut found);
         next += 1;
     }
+}
+
+/// Bytes of files that the processes below this one have open, and that have no name any more.
+pub(super) fn unnamed_files(root: i32) -> u64 {
+    const BLOCK: u64 = 512;
+    let bytes = std::cell::RefCell::new(HashMap::new());
+    visit_descendants(root, usize::MAX, |process| {
+        let open = fs::read_dir(format!("/proc/{process}/fd")).into_iter().flatten().flatten();
+        for metadata in open.filter_map(|descriptor| fs::metadata(descriptor.path()).ok()) {
+            if metadata.is_file() && metadata.nlink() == 0 {
+                let file = (metadata.dev(), metadata.ino());
+                bytes.borrow_mut().insert(file, metadata.blocks() * BLOCK);
+            }
+        }
+    });
+    bytes.into_inner().values().sum()
 }
 
 fn children(process: i32, found: &mut Vec<i32>) {
@@ -119,21 +145,20 @@ impl Stat {
     }
 }
 
-/// Bytes of page tables, swapped pages and buffers of sockets.
+/// Bytes of page tables and swapped pages, and of the buffers of what may be sockets.
 fn extra_memory(process: i32) -> u64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let kibibytes = sum_of(&status, &["VmPTE:", "VmSwap:"]);
-    let folder = format!("/proc/{process}/fd");
-    let descriptors: Vec<_> = fs::read_dir(folder).into_iter().flatten().flatten().collect();
-    let is_socket = |entry: &&fs::DirEntry| {
-        fs::read_link(entry.path())
-            .is_ok_and(|target| target.as_os_str().as_encoded_bytes().starts_with(b"socket:"))
-    };
-    let sockets = match descriptors.len() {
-        ..=FEW_DESCRIPTORS => 0,
-        _ => descriptors.iter().filter(is_socket).count() as u64,
-    };
-    1024 * kibibytes + SOCKET_BUFFER * sockets
+    let descriptors = fs::read_dir(format!("/proc/{process}/fd")).map_or(0, Iterator::count);
+    1024 * kibibytes + SOCKET_BUFFER * (descriptors as u64).saturating_sub(FILES)
+}
+
+/// Bytes of processes, each shared page once, as a thread of their user sees them.
+fn proportional_memory_of(processes: Vec<i32>, owner: Option<Owner>) -> Option<u64> {
+    let sum = move || processes.iter().map(|process| proportional_memory(*process)).sum();
+    let Some(owner) = owner else { return Some(sum()) };
+    let look = move || identity::become_unprivileged(Some(owner)).is_ok().then(sum);
+    std::thread::Builder::new().spawn(look).ok()?.join().ok()?
 }
 
 /// Bytes of a process, where a page counts in proportion to those who share it.
@@ -167,9 +192,9 @@ mod tests {
         let own = std::process::id().cast_signed();
         let below = std::cell::RefCell::new(Vec::new());
         visit_descendants(own, 1000, |process| below.borrow_mut().push(process));
-        let usage = Meter::default().look(own, u64::MAX, u64::MAX);
-        let exact = Meter::default().look(own, u64::MAX, 0);
-        let few = Meter::default().look(own, 0, u64::MAX);
+        let usage = Meter::default().look(own, u64::MAX, u64::MAX, None);
+        let exact = Meter::default().look(own, u64::MAX, 0, None);
+        let few = Meter::default().look(own, 0, u64::MAX, None);
         child.kill().unwrap();
         child.wait().unwrap();
         assert!(below.borrow().contains(&child.id().cast_signed()));
@@ -183,8 +208,8 @@ mod tests {
         let mut meter = Meter::default();
         meter.seen.insert(i32::MAX, 3.0);
         let root = std::process::id().cast_signed();
-        assert!(meter.look(root, u64::MAX, u64::MAX).cpu >= 3.0);
-        assert!(meter.look(root, u64::MAX, u64::MAX).cpu >= 3.0);
+        assert!(meter.look(root, u64::MAX, u64::MAX, None).cpu >= 3.0);
+        assert!(meter.look(root, u64::MAX, u64::MAX, None).cpu >= 3.0);
     }
 
     #[test]

@@ -109,7 +109,7 @@ pub(super) fn restrict(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result
     let policy = Policy {
         isolated,
         signals_stay: isolated || owner.is_some() || in_force.signals,
-        attributes_stay: isolated || owner.is_some(),
+        own_user: owner.is_some(),
         builds: matches!(job.keep, Keep::Tree(_)),
     };
     calls::restrict(policy).map_err(|error| format!("seccomp: {error}"))

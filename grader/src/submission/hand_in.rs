@@ -289,7 +289,11 @@ impl HandIn {
                 Step::Enter(node) => {
                     let name = if is_top { &top } else { node.name };
                     let made = mkdirat(folder, name, Mode::from_raw_mode(0o755))
-                        .and_then(|()| openat(folder, name, FOLDER, Mode::empty()));
+                        .and_then(|()| openat(folder, name, FOLDER, Mode::empty()))
+                        .and_then(|made| {
+                            // Whatever this process's mask is.
+                            fchmod(&made, Mode::from_raw_mode(0o755)).map(|()| made)
+                        });
                     folders.push(made.map_err(|errno| not_copied(&node, errno.into()))?);
                 }
                 Step::File(node) => {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use grader::sandbox::{End, Job, Limits, Sandbox};
+use grader::sandbox::{End, Job, Keep, Limits, Sandbox};
 
 /// A program that does nothing.
 const NOTHING: &str = "/bin/true";
@@ -19,14 +19,13 @@ fn runs(criterion: &mut Criterion) {
     let job = Job {
         program: NOTHING.into(),
         arguments: Vec::new(),
-        scratch,
-        stdout: folder.path().join("stdout"),
-        stderr: folder.path().join("stderr"),
+        folder: scratch,
+        keep: Keep::File("nothing".to_owned(), folder.path().join("nothing")),
         readable: Vec::new(),
         limits: Limits::default(),
     };
     let mut group = criterion.benchmark_group("run");
-    let protected = Sandbox::Protected(env!("CARGO_BIN_EXE_grade").into());
+    let protected = Sandbox::open(Path::new(env!("CARGO_BIN_EXE_grade"))).expect("protection");
     for (name, sandbox) in [("unprotected", Sandbox::Unprotected), ("protected", protected)] {
         group.bench_function(name, |bencher| {
             bencher.iter(|| {

@@ -27,7 +27,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use grader::sandbox::{End, Job, Limits, Sandbox};
+use grader::sandbox::{End, Job, Keep, Limits, Sandbox};
 
 use setting::{Setting, is_superuser};
 use stage::{Machine, Programs, Theatre};
@@ -293,13 +293,12 @@ fn a_thousand_runs_leave_nothing() {
     let job = Job {
         program: nothing.into(),
         arguments: Vec::new(),
-        scratch,
-        stdout: folder.path().join("stdout"),
-        stderr: folder.path().join("stderr"),
+        folder: scratch,
+        keep: Keep::File("nothing".to_owned(), folder.path().join("nothing")),
         readable: Vec::new(),
         limits: Limits::default(),
     };
-    let sandbox = Sandbox::Protected(GRADE.into());
+    let sandbox = Sandbox::open(Path::new(GRADE)).unwrap();
     // The number of the process that makes a scratch folder is in its name.
     let own = format!("spring-oracle-{}-", std::process::id());
     let folders = || {

@@ -1,93 +1,135 @@
-//! The keeper: starts the program, waits for it, and is the first process of its world, with which all that
-//! the program has started ends.
+//! The keeper: builds the world, starts the program in it, and waits for it. It is the first process of its PID
+//! namespace, with which all that the program has started ends.
 
 use std::env;
 use std::ffi::OsString;
-use std::fs::File;
-use std::io;
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
-use nix::sys::resource::{UsageWho, getrusage};
-use rustix::process::{Pid, Resource, Rlimit, WaitOptions, setrlimit};
+use nix::sched::{CloneFlags, unshare};
+use nix::sys::resource::{Usage, UsageWho, getrusage};
+use rustix::process::{
+    Pid, Resource, Rlimit, Signal, WaitOptions, getrlimit, kill_process_group, set_child_subreaper,
+    setrlimit,
+};
 use serde::{Deserialize, Serialize};
 
-use super::{End, Exceeded, Job, Protection, restrict, spawn};
+use super::identity;
+use super::supervisor::{die_with_parent, hunt_down};
+use super::walls::{self, Walls, writable};
+use super::{End, Exceeded, Job, spawn, world};
 
 /// Open files that a process may have.
 const OPEN_FILES: u64 = 1024;
 
-/// By how much strangers' programs stand back.
+/// Nice value of submissions.
 const NICENESS: i32 = 5;
 
 /// The share of the memory limit from which on a failing program is taken to have run into it.
 const NEARLY: f64 = 0.75;
 
-/// What the keeper is asked to do.
+/// The share of the limit of processor time that a program killed by `SIGXCPU` must have used at least.
+const MOST: f64 = 0.9;
+
+/// A request to the keeper.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Order {
+    pub(super) walls: Walls,
     pub(super) job: Job,
-    /// Whether it is in namespaces of its own.
-    pub(super) isolated: bool,
+    /// The user of the run, by number, where it has one of its own.
+    pub(super) owner: Option<(u32, u32)>,
 }
 
-/// What the keeper tells first: the protections in force, or why there is no run.
-pub(super) type Started = Result<Vec<Protection>, String>;
+/// The keeper's first answer: that the program was started, or why there is no run.
+pub(super) type Started = Result<(), String>;
 
-/// What the keeper tells when the program has ended.
+/// The keeper's second answer, when the program has ended and none of its processes is left.
 pub(super) type Ended = Result<End, String>;
 
-/// Runs the program to its end.
-pub(super) fn keep(
-    Order { job, isolated }: &Order,
-    started: impl FnOnce(&Started) -> io::Result<()>,
-    ended: impl FnOnce(&Ended) -> io::Result<()>,
-) -> io::Result<()> {
-    let child = match std::thread::scope(|scope| {
-        // The restrictions are the thread's and its children's, not the keeper's.
-        scope.spawn(|| restrict_and_start(job, *isolated)).join()
-    }) {
-        Ok(Ok((protections, child))) => {
-            started(&Ok(protections))?;
-            child
+/// Serves as the keeper of one run. Its standard input is a socket of the supervisor, its outputs are the program's.
+pub(super) fn serve() -> io::Result<()> {
+    // Processes whose parents have ended come to this one.
+    set_child_subreaper(Pid::from_raw(1))?;
+    let socket: UnixStream = rustix::stdio::stdin().try_clone_to_owned()?.into();
+    let mut line = String::new();
+    BufReader::new(&socket).read_line(&mut line)?;
+    let order: Order = serde_json::from_str(&line)?;
+    let child = match prepare(&order) {
+        Ok(child) => child,
+        Err(error) => return tell(&socket, &Started::Err(error)),
+    };
+    tell(&socket, &Started::Ok(()))?;
+    let isolated = order.walls.namespaces.exist();
+    let supervisor = socket.try_clone()?;
+    std::thread::spawn(move || {
+        // It says nothing more. Where it ends, so does the run.
+        let _ = (&supervisor).read(&mut [0]);
+        if !isolated {
+            hunt_down(order.owner);
         }
-        Ok(Err(error)) => return started(&Err(error)),
-        Err(_) => return started(&Err("the keeper broke off".to_owned())),
-    };
-    let end = match child {
+        std::process::exit(0);
+    });
+    let ended = match child {
         Err(error) => Ok(End::NotStarted(error.to_string())),
-        Ok(child) => wait_for(&child, job).map_err(|error| error.to_string()),
+        Ok(child) => wait_for(&child, &order.job).map_err(|error| error.to_string()),
     };
-    ended(&end)
+    if isolated {
+        end_all();
+    }
+    tell(&socket, &ended)?;
+    loop {
+        std::thread::park();
+    }
 }
 
-fn restrict_and_start(
-    job: &Job,
-    isolated: bool,
-) -> Result<(Vec<Protection>, io::Result<Child>), String> {
-    let create = |path| File::create(path).map_err(|error| format!("its output: {error}"));
-    let (stdout, stderr) = (create(&job.stdout)?, create(&job.stderr)?);
-    let protections = restrict::thread(job, isolated)?;
-    limit_processes(job, isolated).map_err(|error| format!("limits: {error}"))?;
-    // Whoever watches must not have to wait for whom it watches. It holds for this thread and its children.
-    rustix::process::nice(NICENESS).map_err(|error| format!("priority: {error}"))?;
-    Ok((protections, start(job, stdout, stderr)))
+/// Sends a message on a line of its own.
+pub(super) fn tell(mut socket: &UnixStream, message: &impl Serialize) -> io::Result<()> {
+    let mut line = serde_json::to_vec(message)?;
+    line.push(b'\n');
+    socket.write_all(&line)
 }
 
-fn start(job: &Job, stdout: File, stderr: File) -> io::Result<Child> {
+/// Puts up the walls, and starts the program behind them.
+fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
+    let Order { walls, job, owner } = order;
+    let owner = owner.map(identity::owner);
+    if walls.namespaces.exist() {
+        die_with_parent()?;
+        unshare(CloneFlags::CLONE_NEWNS | CloneFlags::CLONE_NEWCGROUP)
+            .map_err(|error| format!("namespaces: {error}"))?;
+        world::enter(walls, job, owner)?;
+    }
+    limit_processes(order).map_err(|error| format!("limits: {error}"))?;
+    // The restrictions are those of a thread and its children, not the keeper's.
+    let started = std::thread::scope(|scope| {
+        let starter = scope.spawn(|| {
+            // The supervisor must not have to wait for the processes that it watches.
+            rustix::process::nice(NICENESS).map_err(|error| format!("priority: {error}"))?;
+            walls::restrict(walls, job, owner)?;
+            Ok(start(order))
+        });
+        starter.join()
+    });
+    started.unwrap_or_else(|_| Err("the keeper broke off".to_owned()))
+}
+
+fn start(Order { walls, job, .. }: &Order) -> io::Result<Child> {
+    let folders = writable(job, walls.namespaces);
+    let working = &folders[0];
+    let temporary = if walls.namespaces.exist() { "/tmp".into() } else { working.clone() };
     let mut command = Command::new(&job.program);
     command
         .args(&job.arguments)
-        .current_dir(&job.scratch)
+        .current_dir(working)
         .env_clear()
         .env("PATH", search_path(job))
         .env("LANG", "C.UTF-8")
-        .env("HOME", &job.scratch)
-        .env("TMPDIR", &job.scratch)
+        .env("HOME", working)
+        .env("TMPDIR", temporary)
         .stdin(Stdio::null())
-        .stdout(stdout)
-        .stderr(stderr)
         .process_group(0);
     spawn(&mut command)
 }
@@ -102,25 +144,43 @@ fn search_path(job: &Job) -> OsString {
         .unwrap_or_default()
 }
 
-/// Limits of each process, this one included.
-fn limit_processes(job: &Job, isolated: bool) -> rustix::io::Result<()> {
+/// Limits of each process, the keeper included.
+fn limit_processes(Order { walls, job, owner }: &Order) -> rustix::io::Result<()> {
     let limits = &job.limits;
-    let at_most = |most: u64| Rlimit { current: Some(most), maximum: Some(most) };
+    let at_most = |resource, most: u64| {
+        // An ordinary user cannot have more than there is.
+        let most = getrlimit(resource).maximum.map_or(most, |maximum| maximum.min(most));
+        setrlimit(resource, Rlimit { current: Some(most), maximum: Some(most) })
+    };
     let seconds = limits.cpu.ceil() as u64;
-    let output = limits.trace.max(limits.stdout).max(limits.stderr);
     setrlimit(Resource::Cpu, Rlimit { current: Some(seconds), maximum: Some(seconds + 1) })?;
-    setrlimit(Resource::Data, at_most(limits.memory))?;
-    setrlimit(Resource::Fsize, at_most(output))?;
-    setrlimit(Resource::Nofile, at_most(OPEN_FILES))?;
-    setrlimit(Resource::Core, at_most(0))?;
-    if isolated {
-        // Elsewhere, all processes of the user would count. Here, the keeper and its thread do.
-        setrlimit(Resource::Nproc, at_most(limits.processes + 2))?;
-    }
-    Ok(())
+    at_most(Resource::Data, limits.memory)?;
+    at_most(Resource::Fsize, limits.trace)?;
+    at_most(Resource::Nofile, OPEN_FILES)?;
+    at_most(Resource::Core, 0)?;
+    // The keeper and its threads are among them.
+    const OWN: u64 = 3;
+    let others = match () {
+        () if walls.namespaces.exist() || owner.is_some() => OWN,
+        // All processes of the user count.
+        () => OWN + threads_of_user(),
+    };
+    at_most(Resource::Nproc, limits.processes + others)
 }
 
-/// Waits for the program, and for whatever of its is handed to the keeper meanwhile.
+/// Threads of this process's user on the machine.
+fn threads_of_user() -> u64 {
+    let own = rustix::process::getuid().as_raw();
+    let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    let threads = processes.filter_map(|process| {
+        let owner = std::os::unix::fs::MetadataExt::uid(&process.metadata().ok()?);
+        let tasks = || process.path().join("task").read_dir().map_or(0, Iterator::count);
+        (owner == own).then(tasks)
+    });
+    threads.sum::<usize>() as u64
+}
+
+/// Waits for the program, and for processes whose parents ended before them.
 fn wait_for(child: &Child, job: &Job) -> io::Result<End> {
     let program = Pid::from_child(child);
     let status = loop {
@@ -131,15 +191,34 @@ fn wait_for(child: &Child, job: &Job) -> io::Result<End> {
         }
     };
     let status = std::process::ExitStatus::from_raw(status.as_raw());
+    let usage = getrusage(UsageWho::RUSAGE_CHILDREN)?;
     let end = match (status.code(), status.signal()) {
         (Some(code), _) => End::Exited(code),
-        (None, Some(libc::SIGXCPU)) => End::Exceeded(Exceeded::Cpu),
+        (None, Some(libc::SIGXCPU)) if seconds(&usage) >= MOST * job.limits.cpu => {
+            End::Exceeded(Exceeded::Cpu)
+        }
         (None, Some(libc::SIGXFSZ)) => End::Exceeded(Exceeded::Trace),
         (None, signal) => End::Signalled(signal.unwrap_or(0)),
     };
-    // Who is refused memory seldom ends well.
+    // A program that is refused memory seldom ends well.
     let failed = matches!(end, End::Exited(1..) | End::Signalled(_));
-    let kibibytes = getrusage(UsageWho::RUSAGE_CHILDREN)?.max_rss();
-    let full = kibibytes as f64 * 1024.0 >= NEARLY * job.limits.memory as f64;
+    let full = usage.max_rss() as f64 * 1024.0 >= NEARLY * job.limits.memory as f64;
     Ok(if failed && full { End::Exceeded(Exceeded::Memory) } else { end })
+}
+
+/// Processor time.
+fn seconds(usage: &Usage) -> f64 {
+    let times = [usage.user_time(), usage.system_time()];
+    times.map(|time| time.tv_sec() as f64 + time.tv_usec() as f64 * 1e-6).iter().sum()
+}
+
+/// Ends every other process of this PID namespace, and waits for all of them.
+fn end_all() {
+    loop {
+        // There may be none.
+        let _ = kill_process_group(Pid::INIT, Signal::KILL);
+        if matches!(rustix::process::wait(WaitOptions::empty()), Err(rustix::io::Errno::CHILD)) {
+            return;
+        }
+    }
 }

@@ -1,26 +1,27 @@
-//! Runs another's program so that it can do no harm.
-//!
-//! Nothing here needs privileges, a set-user-ID helper or a service. `grade` starts itself anew as the
-//! *supervisor* of one run, which gives up what a stranger shall not have and starts the program:
+//! Runs an untrusted program in a sandbox.
 //!
 //! ```text
-//! grade ── supervisor ───────── keeper ──────────── program ── …
-//!          namespaces, limits   first process of    landlock, seccomp,
-//!          of the whole tree    its own world       limits of a process
+//! grade ── supervisor ────────────────── keeper ────────────────────────── program ── …
+//!          namespaces, control group     mounts, root of its own           own user, no capabilities,
+//!          watches the run's limits      first process of the namespace    Landlock, seccomp, rlimits
 //! ```
 //!
-//! - **Namespaces** (user, process, network, IPC): the program sees no other process and no network. When
-//!   the keeper ends, the kernel ends everything in its world, stragglers and daemons included; and the keeper
-//!   ends with the supervisor, which ends with `grade`, however that ends.
-//! - **Landlock**: the program reads the system's libraries and its own folder, writes its scratch folder, and
-//!   meets no other file.
-//! - **seccomp**: no sockets, tracing, mounts, keys, modules, clocks; see [`restrict`](self).
-//! - **Limits** of each process by the kernel, of the whole tree by the supervisor, which looks at it every few
-//!   milliseconds.
+//! `grade` starts itself as the *supervisor* of one run; that starts itself as the *keeper*, the first process of
+//! the program's PID namespace. When the keeper ends, the kernel ends every process of the run and drops its file
+//! systems. The keeper ends with the supervisor, and the supervisor with `grade`.
 //!
-//! Each is used where the kernel offers it, and [`Outcome::protections`] says which were. What the kernel does
-//! not isolate is made up for where that can be done: without a namespace of processes, signals to others are
-//! refused by seccomp, and the supervisor hunts stragglers down.
+//! - **World** (`world.rs`): a root of its own on tmpfs. It holds the system's programs and libraries and what the
+//!   job may read, all mounted read-only, and one writable tmpfs of limited size. Nothing else of the machine exists
+//!   there. What the job keeps is copied out by the supervisor when no process of the run is left.
+//! - **System calls** (`calls.rs`): a list of those that programs and compilers use; the kernel answers `ENOSYS` to all
+//!   others.
+//! - **Limits**: of a process by rlimits, of the whole run by the supervisor, by the size of its tmpfs, and by a
+//!   control group where one is delegated (`cgroup.rs`).
+//! - **Landlock** (`landlock.rs`): the second wall, and the first one where the system refuses namespaces.
+//! - **Own user** (`identity.rs`): run by root, a program has an unprivileged user ID that nothing else has.
+//!
+//! [`Sandbox::open`] finds the strongest of these that the system grants, and then tests each protection from the
+//! inside (`check.rs`). A run in which one of them cannot be set up does not happen.
 
 use std::ffi::OsString;
 use std::io;
@@ -30,21 +31,40 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+mod limits;
+#[cfg(unix)]
 mod plain;
 pub(crate) mod scratch;
+#[cfg(unix)]
+mod tree;
 
+#[cfg(target_os = "linux")]
+mod calls;
+#[cfg(target_os = "linux")]
+mod cgroup;
+#[cfg(target_os = "linux")]
+mod check;
+#[cfg(target_os = "linux")]
+mod identity;
 #[cfg(target_os = "linux")]
 mod keeper;
 #[cfg(target_os = "linux")]
-mod restrict;
+mod landlock;
 #[cfg(target_os = "linux")]
 mod supervisor;
 #[cfg(target_os = "linux")]
 mod usage;
+#[cfg(target_os = "linux")]
+mod walls;
+#[cfg(target_os = "linux")]
+mod world;
 
+pub use limits::{Exceeded, Limits};
 pub use scratch::sweep;
 #[cfg(target_os = "linux")]
 pub use supervisor::serve;
+#[cfg(target_os = "linux")]
+use walls::Walls;
 
 /// How often to try again to start a program that is being written.
 const BUSY: u32 = 20;
@@ -52,152 +72,62 @@ const BUSY: u32 = 20;
 /// The pause before each such attempt.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
-/// The longest a run may be given, in seconds.
-const MOST_SECONDS: f64 = 1e6;
-
-/// The most of anything that a run may be given.
-const MOST_COUNT: f64 = 1e15;
-
-/// The most that a run may use.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Limits {
-    /// Processor time of all its processes, in seconds.
-    pub cpu: f64,
-    /// Time from start to end, in seconds.
-    pub wall: f64,
-    /// Memory of all its processes, in bytes.
-    pub memory: u64,
-    /// Processes and threads at a time.
-    pub processes: u64,
-    /// Bytes in its scratch folder, its trace among them.
-    pub trace: u64,
-    /// Bytes of its standard output.
-    pub stdout: u64,
-    /// Bytes of its standard error.
-    pub stderr: u64,
-    /// Files and folders in its scratch folder.
-    pub files: u64,
-}
-
-impl Limits {
-    /// The names of all, with what they limit.
-    pub const NAMES: [(&str, &str); 8] = [
-        ("cpu", "seconds of processor time"),
-        ("wall", "seconds from start to end"),
-        ("memory", "bytes of memory"),
-        ("processes", "processes and threads"),
-        ("trace", "bytes in the scratch folder"),
-        ("stdout", "bytes of standard output"),
-        ("stderr", "bytes of standard error"),
-        ("files", "files in the scratch folder"),
-    ];
-
-    /// Sets the limit of this name.
-    ///
-    /// # Errors
-    /// In words, where there is no such limit, or it cannot be so.
-    pub fn set(&mut self, name: &str, value: f64) -> Result<(), String> {
-        let seconds = match name {
-            "cpu" => Some(&mut self.cpu),
-            "wall" => Some(&mut self.wall),
-            _ => None,
-        };
-        if let Some(seconds) = seconds {
-            if !(value > 0.0 && value <= MOST_SECONDS) {
-                return Err(format!("{name} is above 0 and at most {MOST_SECONDS} s, not {value}"));
-            }
-            *seconds = value;
-            return Ok(());
-        }
-        let count = match name {
-            "memory" => &mut self.memory,
-            "processes" => &mut self.processes,
-            "trace" => &mut self.trace,
-            "stdout" => &mut self.stdout,
-            "stderr" => &mut self.stderr,
-            "files" => &mut self.files,
-            _ => {
-                let names = Self::NAMES.map(|(name, _)| name).join(", ");
-                return Err(format!("there is no limit {name}\n  help: the limits are {names}"));
-            }
-        };
-        if !(1.0..=MOST_COUNT).contains(&value) || value.fract() != 0.0 {
-            return Err(format!("{name} is a whole number from 1 to {MOST_COUNT:e}, not {value}"));
-        }
-        *count = value as u64;
-        Ok(())
-    }
-
-    /// For builds.
-    pub fn of_builds() -> Self {
-        const GIB: u64 = 1 << 30;
-        Self {
-            cpu: 600.0,
-            wall: 600.0,
-            memory: 4 * GIB,
-            processes: 512,
-            trace: 2 * GIB,
-            files: 100_000,
-            ..Self::default()
-        }
-    }
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        const MIB: u64 = 1 << 20;
-        Self {
-            cpu: 30.0,
-            wall: 60.0,
-            memory: 2048 * MIB,
-            processes: 64,
-            trace: 512 * MIB,
-            stdout: 4 * MIB,
-            stderr: 4 * MIB,
-            files: 64,
-        }
-    }
-}
-
-/// A limit that was met.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Exceeded {
-    /// Processor time.
-    Cpu,
-    /// Time from start to end.
-    Wall,
-    /// Memory.
-    Memory,
-    /// Processes.
-    Processes,
-    /// Bytes in the scratch folder.
-    Trace,
-    /// Bytes of standard output.
-    Stdout,
-    /// Bytes of standard error.
-    Stderr,
-    /// Files in the scratch folder.
-    Files,
-}
+/// The last bytes of an output that are kept.
+const TAIL: usize = 4096;
 
 /// A program to be run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Job {
-    /// The program, by its absolute path.
+    /// The program: an absolute path, or a name that is looked for where the system keeps programs.
     pub program: PathBuf,
     /// Its arguments.
     pub arguments: Vec<OsString>,
-    /// Its working directory, the only folder it may write to.
-    pub scratch: PathBuf,
-    /// The file its standard output goes to; outside of the scratch folder.
-    pub stdout: PathBuf,
-    /// The file its standard error goes to; outside of the scratch folder.
-    pub stderr: PathBuf,
-    /// Files and folders it may read, beside the system's own.
+    /// An absolute path: the folder whose content it finds in its working directory.
+    pub folder: PathBuf,
+    /// What remains of what it writes there.
+    pub keep: Keep,
+    /// Canonical paths of files and folders it may read, beside the system's own.
     pub readable: Vec<PathBuf>,
     /// The most it may use.
     pub limits: Limits,
+}
+
+/// What remains of a run that ends with exit status 0. Everything else in its working directory is dropped.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Keep {
+    /// One regular file of this name, copied to this path.
+    File(String, PathBuf),
+    /// A build: the working directory has the path of the job's folder, and its regular files, folders and links are
+    /// copied to this path. Files have the mode 644, or 755 where they may be executed.
+    Tree(PathBuf),
+}
+
+/// Why there is nothing to keep.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "kebab-case")]
+pub enum NotKept {
+    /// It does not exist.
+    #[error("does not exist")]
+    Missing,
+    /// A symbolic link.
+    #[error("is a link, not a file")]
+    Link,
+    /// A folder.
+    #[error("is a folder, not a file")]
+    Folder,
+    /// A pipe, a socket or a device.
+    #[error("is not a regular file")]
+    Special,
+    /// A file with several names.
+    #[error("has a second name elsewhere")]
+    SecondName,
+    /// More bytes than the run may write.
+    #[error("holds more than {} MiB", *.0 as f64 / f64::from(1 << 20))]
+    TooLarge(u64),
+    /// More entries than the run may make, or folders nested too deep, or the system's reason.
+    #[error("{0}")]
+    Other(String),
 }
 
 /// How a run ended.
@@ -256,17 +186,60 @@ impl Protection {
     }
 }
 
-/// What came of a run.
+/// The end of what a program printed.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Printed {
+    /// Its last bytes.
+    pub text: String,
+    /// Whether something stood before them.
+    pub cut: bool,
+}
+
+impl Printed {
+    /// Of the last bytes of so many.
+    fn of(tail: &[u8], total: u64) -> Self {
+        Self {
+            text: String::from_utf8_lossy(tail).into_owned(),
+            cut: total > tail.len() as u64,
+        }
+    }
+}
+
+/// An output: how much there was, and its end.
+#[derive(Debug, Default)]
+struct Output {
+    total: u64,
+    tail: Vec<u8>,
+}
+
+impl Output {
+    fn push(&mut self, bytes: &[u8]) {
+        self.total += bytes.len() as u64;
+        self.tail.extend(bytes);
+        let excess = self.tail.len().saturating_sub(TAIL);
+        self.tail.drain(..excess);
+    }
+
+    fn printed(&self) -> Printed {
+        Printed::of(&self.tail, self.total)
+    }
+}
+
+/// Result of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Outcome {
     /// How it ended.
     pub end: End,
-    /// The protections that were in force.
-    pub protections: Vec<Protection>,
+    /// Whether what the job keeps was there. Nothing is kept of a run that does not end with exit status 0.
+    pub kept: Result<(), NotKept>,
+    /// Its standard output.
+    pub stdout: Printed,
+    /// Its standard error.
+    pub stderr: Printed,
 }
 
 /// Why a program could not be run: a fault of the grader or of its machine.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, thiserror::Error)]
 #[error("a program could not be run: {0}")]
 pub struct SandboxError(String);
 
@@ -278,16 +251,47 @@ impl SandboxError {
 }
 
 /// Runs programs, under protection or not.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Sandbox {
-    /// Under all the protection that the system offers. The supervisors are this program, which hands its start
-    /// over to `serve`.
-    Protected(PathBuf),
-    /// With the rights of whoever grades. Of the limits, those of time and output hold.
+    /// Under the protection that the system grants.
+    #[cfg(target_os = "linux")]
+    Protected(Protected),
+    /// With all rights of the caller. Of the limits, those of time and output hold.
     Unprotected,
 }
 
+/// The protection that a system grants.
+#[cfg(target_os = "linux")]
+#[derive(Debug, Clone, PartialEq)]
+pub struct Protected {
+    /// The program that serves as supervisor and keeper.
+    launcher: PathBuf,
+    walls: Walls,
+    protections: Vec<Protection>,
+    /// Why the stronger walls are not used.
+    refused: Option<String>,
+}
+
 impl Sandbox {
+    /// The strongest protection that this system grants, each part of it tested. `launcher` is a program that begins
+    /// with [`serve`].
+    ///
+    /// # Errors
+    /// Where no program can be run under protection.
+    #[cfg(target_os = "linux")]
+    pub fn open(launcher: &Path) -> Result<Self, SandboxError> {
+        check::strongest(launcher).map(Self::Protected)
+    }
+
+    /// The strongest protection that this system grants: none.
+    ///
+    /// # Errors
+    /// Always.
+    #[cfg(not(target_os = "linux"))]
+    pub fn open(_launcher: &Path) -> Result<Self, SandboxError> {
+        Err(SandboxError("this system offers no protection".to_owned()))
+    }
+
     /// Runs a program to its end. Under protection no process of it is left then. The calling thread must live
     /// on meanwhile: the run ends with it.
     ///
@@ -296,44 +300,51 @@ impl Sandbox {
     pub fn run(&self, job: &Job) -> Result<Outcome, SandboxError> {
         match self {
             #[cfg(target_os = "linux")]
-            Self::Protected(launcher) => supervisor::run(launcher, job),
-            #[cfg(not(target_os = "linux"))]
-            Self::Protected(_) => Err(SandboxError(
-                "this system offers no protection; run strangers' programs with --unprotected, or \
-                 elsewhere"
-                    .to_owned(),
-            )),
+            Self::Protected(Protected { launcher, walls, .. }) => {
+                supervisor::run(launcher, walls, job)
+            }
+            #[cfg(unix)]
             Self::Unprotected => plain::run(job),
+            #[cfg(not(unix))]
+            Self::Unprotected => {
+                let _ = job;
+                Err(SandboxError("programs are run on Linux and other systems of Unix's kind".to_owned()))
+            }
         }
     }
-}
 
-impl Sandbox {
-    /// The protections that are in force on this system, found out by a run of nothing.
-    ///
-    /// # Errors
-    /// Where no program could be run at all.
-    pub fn protections(&self) -> Result<Vec<Protection>, SandboxError> {
-        let folder = scratch::scratch_folder().map_err(SandboxError::no_scratch)?;
-        let scratch = folder.path().join("scratch");
-        std::fs::create_dir(&scratch).map_err(SandboxError::no_scratch)?;
-        let job = Job {
-            program: scratch.join("nothing"),
-            arguments: Vec::new(),
-            stdout: folder.path().join("stdout"),
-            stderr: folder.path().join("stderr"),
-            scratch,
-            readable: Vec::new(),
-            limits: Limits::default(),
-        };
-        Ok(self.run(&job)?.protections)
+    /// The protections that are in force, as tested.
+    pub fn protections(&self) -> &[Protection] {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Protected(protected) => &protected.protections,
+            Self::Unprotected => &[],
+        }
+    }
+
+    /// Why not all protections are in force, in the system's words.
+    pub fn refused(&self) -> Option<&str> {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Protected(protected) => protected.refused.as_deref(),
+            Self::Unprotected => None,
+        }
+    }
+
+    /// Whether programs run as a user of their own, who may read only what everybody may.
+    pub fn has_own_user(&self) -> bool {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Protected(protected) => protected.walls.own_user,
+            Self::Unprotected => false,
+        }
     }
 }
 
 /// Which of the system's folders, or of these, a protected program could read this path in.
 pub fn revealed_by<'a>(path: &Path, readable: &'a [PathBuf]) -> Option<&'a Path> {
     #[cfg(target_os = "linux")]
-    let system = restrict::SYSTEM;
+    let system = walls::SYSTEM;
     #[cfg(not(target_os = "linux"))]
     let system: &[&str] = &[];
     let mut folders = system.iter().map(Path::new).chain(readable.iter().map(PathBuf::as_path));
@@ -342,6 +353,7 @@ pub fn revealed_by<'a>(path: &Path, readable: &'a [PathBuf]) -> Option<&'a Path>
 
 /// Starts the command, and tries again as long as its program is being written: another thread's child, not yet
 /// itself, may still hold open what was written a moment ago.
+#[cfg(unix)]
 fn spawn(command: &mut Command) -> io::Result<Child> {
     for _ in 0..BUSY {
         match command.spawn() {
@@ -354,35 +366,19 @@ fn spawn(command: &mut Command) -> io::Result<Child> {
     command.spawn()
 }
 
-/// The limit of what is written that is met, if one is.
-fn too_much_output(job: &Job) -> Option<Exceeded> {
-    let Limits { trace, stdout, stderr, files, .. } = job.limits;
-    let size = |path: &Path| std::fs::symlink_metadata(path).map_or(0, |metadata| metadata.len());
-    let (bytes, entries) = usage_of_folder(&job.scratch);
-    match () {
-        () if size(&job.stdout) >= stdout => Some(Exceeded::Stdout),
-        () if size(&job.stderr) >= stderr => Some(Exceeded::Stderr),
-        () if bytes >= trace => Some(Exceeded::Trace),
-        () if entries > files => Some(Exceeded::Files),
-        () => None,
-    }
-}
-
-/// Bytes and entries below a folder; links are not followed.
-fn usage_of_folder(folder: &Path) -> (u64, u64) {
-    let (mut bytes, mut entries) = (0, 0);
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in folder.read_dir().into_iter().flatten().flatten() {
-            entries += 1;
-            // `DirEntry` looks at a link itself.
-            let Ok(metadata) = entry.metadata() else { continue };
-            if metadata.is_dir() {
-                folders.push(entry.path());
-            } else {
-                bytes += metadata.len();
-            }
+/// Copies what the job keeps out of its working directory.
+#[cfg(unix)]
+fn keep(working: std::os::fd::BorrowedFd<'_>, job: &Job) -> Result<(), NotKept> {
+    match &job.keep {
+        Keep::File(name, to) => tree::copy_file(working, name, to, job.limits.trace),
+        Keep::Tree(to) => {
+            let bounds = tree::Bounds { bytes: job.limits.trace, entries: job.limits.files };
+            let create = || -> io::Result<_> {
+                std::fs::create_dir(to)?;
+                tree::open_folder(to)
+            };
+            let to = create().map_err(|error| NotKept::Other(error.to_string()))?;
+            tree::copy(working, &to, bounds, None)
         }
     }
-    (bytes, entries)
 }

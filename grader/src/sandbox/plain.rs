@@ -1,11 +1,14 @@
-//! A run without protection, on any system: it ends at its time, with its process group where there are any.
+//! A run without protection: it ends at its time, with its process group.
 
-use std::fs::File;
-use std::io;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::io::{self, Read};
+use std::os::fd::AsFd;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::{End, Exceeded, Job, Outcome, SandboxError, spawn, too_much_output};
+use rustix::process::{Pid, Signal, kill_process_group};
+
+use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, keep, spawn, tree};
 
 /// The first pause between two looks at a running program; each pause is half as long again as the last.
 const FIRST_PAUSE: Duration = Duration::from_micros(200);
@@ -13,36 +16,85 @@ const FIRST_PAUSE: Duration = Duration::from_micros(200);
 /// The longest pause between two looks at a running program.
 const LONGEST_PAUSE: Duration = Duration::from_millis(10);
 
+/// How long after the program's end its output is waited for, which a process that outlives it may hold open.
+const OUTPUT_PAUSE: Duration = Duration::from_millis(200);
+
+type Shared = Arc<Mutex<Output>>;
+
 /// Runs a program to its end.
 pub(super) fn run(job: &Job) -> Result<Outcome, SandboxError> {
     let fail = |error: io::Error| SandboxError(error.to_string());
-    let stdout = File::create(&job.stdout).map_err(fail)?;
-    let stderr = File::create(&job.stderr).map_err(fail)?;
     let mut command = Command::new(&job.program);
-    command.args(&job.arguments).current_dir(&job.scratch);
-    command.stdin(Stdio::null()).stdout(stdout).stderr(stderr);
-    #[cfg(unix)]
+    command.args(&job.arguments).current_dir(&job.folder);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    let end = match spawn(&mut command) {
-        Ok(mut child) => wait(&mut child, job).map_err(fail)?,
-        Err(error) => End::NotStarted(error.to_string()),
+    let mut child = match spawn(&mut command) {
+        Ok(child) => child,
+        Err(error) => {
+            return Ok(Outcome {
+                end: End::NotStarted(error.to_string()),
+                kept: Err(NotKept::Missing),
+                stdout: Output::default().printed(),
+                stderr: Output::default().printed(),
+            });
+        }
     };
-    Ok(Outcome { end, protections: Vec::new() })
+    let stdout = child.stdout.take().map(read);
+    let stderr = child.stderr.take().map(read);
+    let (stdout, stderr) = (stdout.unwrap_or_default(), stderr.unwrap_or_default());
+    let end = wait(&mut child, job, &stdout, &stderr).map_err(fail)?;
+    let deadline = Instant::now() + OUTPUT_PAUSE;
+    while Arc::strong_count(&stdout) + Arc::strong_count(&stderr) > 2 && Instant::now() < deadline {
+        std::thread::sleep(FIRST_PAUSE);
+    }
+    let kept = match end {
+        End::Exited(0) => {
+            let working = tree::open_folder(&job.folder).map_err(fail)?;
+            keep(working.as_fd(), job)
+        }
+        _ => Err(NotKept::Missing),
+    };
+    let printed =
+        |output: &Shared| output.lock().unwrap_or_else(PoisonError::into_inner).printed();
+    Ok(Outcome { end, kept, stdout: printed(&stdout), stderr: printed(&stderr) })
 }
 
-fn wait(child: &mut Child, job: &Job) -> io::Result<End> {
+/// Reads an output to its end in another thread, which then gives up its share of the result.
+fn read(mut pipe: impl Read + Send + 'static) -> Shared {
+    let output = Shared::default();
+    let shared = Arc::clone(&output);
+    std::thread::spawn(move || {
+        let mut buffer = [0; 1 << 14];
+        while let Ok(count @ 1..) = pipe.read(&mut buffer) {
+            shared.lock().unwrap_or_else(PoisonError::into_inner).push(&buffer[..count]);
+        }
+    });
+    output
+}
+
+fn wait(child: &mut Child, job: &Job, stdout: &Shared, stderr: &Shared) -> io::Result<End> {
     let started = Instant::now();
     let mut pause = FIRST_PAUSE;
+    let total = |output: &Shared| output.lock().unwrap_or_else(PoisonError::into_inner).total;
     loop {
         let status = child.try_wait()?;
-        let late = started.elapsed().as_secs_f64() > job.limits.wall;
-        let exceeded = late.then_some(Exceeded::Wall).or_else(|| too_much_output(job));
+        let exceeded = match () {
+            () if started.elapsed().as_secs_f64() > job.limits.wall => Some(Exceeded::Wall),
+            () if total(stdout) >= job.limits.stdout => Some(Exceeded::Stdout),
+            () if total(stderr) >= job.limits.stderr => Some(Exceeded::Stderr),
+            () => tree::too_much(&job.folder, job.limits),
+        };
         match (exceeded, status) {
-            (None, Some(status)) => return Ok(end_of(status)),
+            (None, Some(status)) => {
+                let signal = std::os::unix::process::ExitStatusExt::signal(&status);
+                let exited = || End::Exited(status.code().unwrap_or(-1));
+                return Ok(signal.map_or_else(exited, End::Signalled));
+            }
             (None, None) => {}
             (Some(exceeded), status) => {
                 if status.is_none() {
-                    end(child)?;
+                    // Until it is waited for, its number belongs to no other process.
+                    kill_process_group(Pid::from_child(child), Signal::KILL)?;
                     child.wait()?;
                 }
                 return Ok(End::Exceeded(exceeded));
@@ -51,26 +103,4 @@ fn wait(child: &mut Child, job: &Job) -> io::Result<End> {
         std::thread::sleep(pause);
         pause = (pause * 3 / 2).min(LONGEST_PAUSE);
     }
-}
-
-fn end_of(status: ExitStatus) -> End {
-    #[cfg(unix)]
-    if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
-        return End::Signalled(signal);
-    }
-    End::Exited(status.code().unwrap_or(-1))
-}
-
-/// Ends the child, and what it started.
-#[cfg(unix)]
-fn end(child: &mut Child) -> io::Result<()> {
-    use rustix::process::{Pid, Signal, kill_process_group};
-    // Until it is waited for, its number belongs to no other process.
-    Ok(kill_process_group(Pid::from_child(child), Signal::KILL)?)
-}
-
-/// Ends the child.
-#[cfg(not(unix))]
-fn end(child: &mut Child) -> io::Result<()> {
-    child.kill()
 }

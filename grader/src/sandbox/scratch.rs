@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io;
+use std::path::Path;
 
 use tempfile::TempDir;
 
@@ -11,6 +12,12 @@ const SCRATCH: &str = "spring-oracle-";
 /// A new folder that is removed with what it returns.
 pub(crate) fn scratch_folder() -> io::Result<TempDir> {
     tempfile::Builder::new().prefix(&format!("{SCRATCH}{}-", std::process::id())).tempdir()
+}
+
+/// Whether a path is named as a scratch folder is.
+#[cfg(target_os = "linux")]
+pub(super) fn is_scratch(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(SCRATCH.as_bytes()))
 }
 
 /// Removes the scratch folders of graders that were killed.

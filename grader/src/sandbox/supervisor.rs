@@ -1,10 +1,13 @@
-//! The supervisor: makes a world for the program, watches what it uses, and ends it.
+//! The supervisor: makes the namespaces, starts the keeper, watches the run's limits, ends it, and keeps what the job
+//! keeps.
 
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{self, Read, Write};
+use std::io::{self, BufRead, BufReader, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::net::UnixStream;
 use std::path::Path;
-use std::process::{Child, Command, ExitCode, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use nix::sched::{CloneFlags, unshare};
@@ -13,20 +16,21 @@ use rustix::process::{
     Pid, Signal, WaitOptions, getegid, geteuid, getppid, kill_process, set_child_subreaper,
     set_parent_process_death_signal,
 };
+use rustix::thread::{CapabilitySet, configure_capability_in_ambient_set};
 use serde::{Deserialize, Serialize};
 
-use super::keeper::{Ended, Order, Started, keep};
-use super::usage::{of_tree, visit_descendants};
-use super::{End, Exceeded, Job, Outcome, SandboxError, too_much_output};
+use super::cgroup::ControlGroup;
+use super::keeper::{self, Ended, Order, Started};
+use super::tree::{self, Owner};
+use super::usage::{Meter, visit_descendants};
+use super::walls::{Namespaces, Walls};
+use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, identity, keep, world};
 
 /// The first word of the command line of a supervisor.
 const SUPERVISOR: &str = "--sandbox-supervisor";
 
 /// The first word of the command line of a keeper.
 const KEEPER: &str = "--sandbox-keeper";
-
-/// The user that a program run by the superuser takes itself for.
-const NOBODY: u32 = 65534;
 
 /// The first pause between two looks at a run; each is half as long again as the last.
 const FIRST_PAUSE: Duration = Duration::from_millis(1);
@@ -37,162 +41,91 @@ const AT_ONCE: usize = 10_000;
 /// The longest pause.
 const LONGEST_PAUSE: Duration = Duration::from_millis(10);
 
-/// What a supervisor is asked to do.
+/// A request to a supervisor.
 #[derive(Serialize, Deserialize)]
 struct Request {
-    /// Who asks.
+    /// The process that asks.
     parent: i32,
+    walls: Walls,
     job: Job,
 }
 
 /// Runs a program to its end, in the care of a supervisor that is this launcher.
-pub(super) fn run(launcher: &Path, job: &Job) -> Result<Outcome, SandboxError> {
+pub(super) fn run(launcher: &Path, walls: &Walls, job: &Job) -> Result<Outcome, SandboxError> {
     let fail = |error: io::Error| SandboxError(error.to_string());
-    let mut supervisor = start(launcher, SUPERVISOR).map_err(fail)?;
-    let request = Request { parent: std::process::id().cast_signed(), job: job.clone() };
-    send(&mut supervisor, &request).map_err(fail)?;
+    let mut command = Command::new(launcher);
+    command.arg(OsStr::new(SUPERVISOR)).env_clear();
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut supervisor = command.spawn().map_err(fail)?;
+    let parent = std::process::id().cast_signed();
+    let request = Request { parent, walls: walls.clone(), job: job.clone() };
+    // Its end would end the run.
+    let stdin: Option<ChildStdin> = supervisor.stdin.take();
+    if let Some(mut stdin) = stdin.as_ref() {
+        let mut line = serde_json::to_vec(&request).map_err(|error| fail(error.into()))?;
+        line.push(b'\n');
+        stdin.write_all(&line).map_err(fail)?;
+    }
     let output = supervisor.wait_with_output().map_err(fail)?;
+    drop(stdin);
     let answer: Option<Result<Outcome, String>> = serde_json::from_slice(&output.stdout).ok();
     answer
         .ok_or_else(|| SandboxError(format!("the supervisor ended with {}", output.status)))?
         .map_err(SandboxError)
 }
 
-/// Does a supervisor's or keeper's work where this process was started as one; otherwise `None`. To be called
-/// first of all, before any thread or file.
+/// Does the work of a supervisor, a keeper or a check where this process was started as one; otherwise `None`. To be
+/// called first of all, before any thread or file.
 pub fn serve() -> Option<ExitCode> {
     let role = std::env::args_os().nth(1)?;
     let answered = match role.to_str()? {
         SUPERVISOR => serve_supervisor(),
-        KEEPER => serve_keeper(),
+        KEEPER => keeper::serve(),
+        super::check::CHECK => super::check::serve(),
         _ => return None,
     };
     Some(if answered.is_ok() { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 
-fn start(launcher: &Path, role: &str) -> io::Result<Child> {
-    let mut command = Command::new(launcher);
-    command.arg(OsStr::new(role)).env_clear();
-    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn()
-}
-
-fn send(child: &mut Child, message: &impl Serialize) -> io::Result<()> {
-    let mut stdin = child.stdin.take().ok_or(io::ErrorKind::BrokenPipe)?;
-    stdin.write_all(&serde_json::to_vec(message)?)
-}
-
 fn serve_supervisor() -> io::Result<()> {
-    let request = serde_json::from_reader(io::stdin().lock())?;
-    tell(&supervise(request))
-}
-
-fn serve_keeper() -> io::Result<()> {
-    die_with_parent(None).map_err(io::Error::other)?;
-    // Whether the supervisor ended before that can only be told by its end of the pipe: from a world of one's own,
-    // parents outside have no number.
-    let stdout = io::stdout();
-    let mut pipe = [PollFd::new(&stdout, PollFlags::OUT)];
-    poll(&mut pipe, Some(&Timespec::default()))?;
-    if pipe[0].revents().contains(PollFlags::ERR) {
-        return Err(io::ErrorKind::BrokenPipe.into());
-    }
-    let order = serde_json::from_reader(io::stdin().lock())?;
-    keep(&order, tell, tell)
-}
-
-fn tell(message: &impl Serialize) -> io::Result<()> {
+    let mut line = String::new();
+    io::stdin().lock().read_line(&mut line)?;
+    let answer = supervise(serde_json::from_str(&line)?);
     let mut stdout = io::stdout().lock();
-    stdout.write_all(&serde_json::to_vec(message)?)?;
+    stdout.write_all(&serde_json::to_vec(&answer)?)?;
     stdout.flush()
 }
 
-/// Has the kernel end this process with the one that started it.
-fn die_with_parent(expected: Option<i32>) -> Result<(), String> {
-    let fail = |error: rustix::io::Errno| error.to_string();
-    set_parent_process_death_signal(Some(Signal::KILL)).map_err(fail)?;
-    // Whatever is orphaned comes to this process, and not to the system's first.
-    set_child_subreaper(Pid::from_raw(1)).map_err(fail)?;
-    match expected {
-        // It may have ended before the kernel was told.
-        Some(parent) if getppid().map(Pid::as_raw_pid) != Some(parent) => {
-            Err("the grader ended".to_owned())
-        }
-        _ => Ok(()),
-    }
+/// Has the kernel kill this process when its parent ends.
+pub(super) fn die_with_parent() -> Result<(), String> {
+    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| error.to_string())
 }
 
-fn supervise(Request { parent, job }: Request) -> Result<Outcome, String> {
-    die_with_parent(Some(parent))?;
+fn supervise(Request { parent, walls, job }: Request) -> Result<Outcome, String> {
+    // Processes whose parents have ended come to this one, and not to the system's first.
+    set_child_subreaper(Pid::from_raw(1)).map_err(|error| error.to_string())?;
+    if walls.namespaces.exist() {
+        die_with_parent()?;
+    }
+    // It may have ended before the kernel knew.
+    if getppid().map(Pid::as_raw_pid) != Some(parent) {
+        return Err("the grader ended".to_owned());
+    }
     close_inherited().map_err(|error| error.to_string())?;
-    let isolated = isolate().map_err(|error| format!("namespaces: {error}"))?;
-    let fail = |error: io::Error| format!("the keeper: {error}");
-    let mut keeper = start(Path::new("/proc/self/exe"), KEEPER).map_err(fail)?;
-    let order = Order { job, isolated };
-    send(&mut keeper, &order).map_err(fail)?;
-    let mut told = Vec::new();
-    let exceeded = watch(&mut keeper, &order.job, &mut told).map_err(fail)?;
-    keeper.kill().map_err(fail)?;
-    let status = keeper.wait().map_err(fail)?;
-    hunt_down();
-    let mut told = serde_json::Deserializer::from_slice(&told);
-    let started: Option<Started> = Deserialize::deserialize(&mut told).ok();
-    let ended: Option<Ended> = Deserialize::deserialize(&mut told).ok();
-    let protections = match started {
-        Some(started) => started?,
-        // Where starting it takes all the time there is.
-        None if exceeded.is_some() => Vec::new(),
-        None => return Err(format!("the keeper ended with {status}")),
-    };
-    let end = match (exceeded.or_else(|| too_much_output(&order.job)), ended) {
-        (Some(exceeded), _) => End::Exceeded(exceeded),
-        (None, Some(ended)) => ended?,
-        (None, None) => return Err(format!("the keeper ended with {status}")),
-    };
-    Ok(Outcome { end, protections })
-}
-
-/// Follows a run until it ends or meets a limit. What the keeper tells is appended to `told`.
-fn watch(keeper: &mut Child, job: &Job, told: &mut Vec<u8>) -> io::Result<Option<Exceeded>> {
-    let mut stdout = keeper.stdout.take().ok_or(io::ErrorKind::BrokenPipe)?;
-    let number = keeper.id().cast_signed();
-    let started = Instant::now();
-    let mut pause = FIRST_PAUSE;
-    let mut buffer = [0; 4096];
-    loop {
-        let timeout = Timespec::try_from(pause).map_err(io::Error::other)?;
-        let ready = poll(&mut [PollFd::new(&stdout, PollFlags::IN)], Some(&timeout))?;
-        if ready > 0 {
-            match stdout.read(&mut buffer)? {
-                0 => return Ok(None),
-                count => told.extend(&buffer[..count]),
-            }
-            continue;
-        }
-        let looked = Instant::now();
-        let exceeded = exceeded(number, job, started.elapsed()).or_else(|| too_much_output(job));
-        if exceeded.is_some() {
-            return Ok(exceeded);
-        }
-        // Where there is much to look at, looking must not be what the time goes into.
-        pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(looked.elapsed() * 10);
+    let owner = walls.own_user.then(identity::own);
+    let fail = |error: io::Error| format!("the folder of the run: {error}");
+    if let (Some(owner), Namespaces::None) = (owner, walls.namespaces) {
+        identity::hand_over(&job, owner).map_err(fail)?;
     }
+    let group = walls.control_group.as_deref();
+    let group = group.map(|parent| ControlGroup::create(parent, &job.limits)).transpose()?;
+    isolate(walls.namespaces)?;
+    let mut run = Run::start(&walls, job, owner, group)?;
+    let exceeded = run.watch().map_err(|error| format!("the run: {error}"))?;
+    run.finish(exceeded)
 }
 
-/// The limit of the whole tree that is exceeded, if one is.
-fn exceeded(keeper: i32, Job { limits, .. }: &Job, elapsed: Duration) -> Option<Exceeded> {
-    // The keeper has one thread, and another for a moment.
-    let most_threads = limits.processes + 2;
-    let usage = of_tree(keeper, most_threads);
-    match () {
-        () if elapsed.as_secs_f64() > limits.wall => Some(Exceeded::Wall),
-        () if usage.cpu > limits.cpu => Some(Exceeded::Cpu),
-        () if usage.memory > limits.memory => Some(Exceeded::Memory),
-        () if usage.threads > most_threads => Some(Exceeded::Processes),
-        () => None,
-    }
-}
-
-/// Closes what whoever started the grader left open.
+/// Closes descriptors that the process which started the grader left open.
 fn close_inherited() -> io::Result<()> {
     let mut open = Vec::new();
     for entry in fs::read_dir("/proc/self/fd")? {
@@ -205,23 +138,267 @@ fn close_inherited() -> io::Result<()> {
     Ok(())
 }
 
-/// Gives what this process starts a world of its own; false where the system does not offer one.
-fn isolate() -> io::Result<bool> {
-    let (user, group) = (geteuid().as_raw(), getegid().as_raw());
-    if unshare(CloneFlags::CLONE_NEWUSER | CloneFlags::CLONE_NEWPID).is_err() {
-        return Ok(false);
+/// Makes the namespaces of what this process starts, but for those of mounts and of control
+/// groups, which the keeper makes.
+fn isolate(namespaces: Namespaces) -> Result<(), String> {
+    let others = CloneFlags::CLONE_NEWPID
+        | CloneFlags::CLONE_NEWNET
+        | CloneFlags::CLONE_NEWIPC
+        | CloneFlags::CLONE_NEWUTS;
+    let fail = |error: &dyn std::fmt::Display| format!("namespaces: {error}");
+    match namespaces {
+        Namespaces::None => {}
+        Namespaces::Privileged => unshare(others).map_err(|error| fail(&error))?,
+        Namespaces::User => {
+            let (user, group) = (geteuid().as_raw(), getegid().as_raw());
+            unshare(CloneFlags::CLONE_NEWUSER | others).map_err(|error| fail(&error))?;
+            let map = || {
+                fs::write("/proc/self/setgroups", "deny")?;
+                fs::write("/proc/self/uid_map", format!("{user} {user} 1"))?;
+                fs::write("/proc/self/gid_map", format!("{group} {group} 1"))
+            };
+            map().map_err(|error| fail(&error))?;
+            // The keeper has to mount, and an ordinary user's process loses what it may do when it starts another.
+            let raise = || {
+                let mut sets = rustix::thread::capabilities(None)?;
+                sets.inheritable |= CapabilitySet::SYS_ADMIN;
+                rustix::thread::set_capabilities(None, sets)?;
+                configure_capability_in_ambient_set(CapabilitySet::SYS_ADMIN, true)
+            };
+            raise().map_err(|error| fail(&error))?;
+        }
     }
-    let inside = |number: u32| if number == 0 { NOBODY } else { number };
-    fs::write("/proc/self/setgroups", "deny")?;
-    fs::write("/proc/self/uid_map", format!("{} {user} 1", inside(user)))?;
-    fs::write("/proc/self/gid_map", format!("{} {group} 1", inside(group)))?;
-    Ok(true)
+    Ok(())
 }
 
-/// Ends whatever is left of the run. In a world of their own, all have ended with the keeper.
-fn hunt_down() {
+/// A run under way.
+struct Run {
+    job: Job,
+    keeper: Child,
+    socket: BufReader<UnixStream>,
+    /// Ends of the pipes that the program prints to, and what came.
+    outputs: [(Option<OwnedFd>, Output); 2],
+    group: Option<ControlGroup>,
+    owner: Option<Owner>,
+    isolated: bool,
+    /// The working directory, once there is one.
+    working: Option<OwnedFd>,
+    ended: Option<Ended>,
+    meter: Meter,
+}
+
+impl Run {
+    fn start(
+        walls: &Walls,
+        job: Job,
+        owner: Option<Owner>,
+        group: Option<ControlGroup>,
+    ) -> Result<Self, String> {
+        let fail = |error: io::Error| format!("the keeper: {error}");
+        let (own, theirs) = UnixStream::pair().map_err(fail)?;
+        let (stdout, stdout_end) = output_pipe(owner).map_err(fail)?;
+        let (stderr, stderr_end) = output_pipe(owner).map_err(fail)?;
+        let mut command = Command::new("/proc/self/exe");
+        command.arg(OsStr::new(KEEPER)).env_clear().current_dir("/");
+        command.stdin(Stdio::from(OwnedFd::from(theirs)));
+        let mut keeper = command.stdout(stdout_end).stderr(stderr_end).spawn().map_err(fail)?;
+        // It held the other ends.
+        drop(command);
+        if let Some(group) = &group {
+            group.add(keeper.id())?;
+        }
+        let isolated = walls.namespaces.exist();
+        let order = Order {
+            walls: walls.clone(),
+            job,
+            owner: owner.map(|(user, group)| (user.as_raw(), group.as_raw())),
+        };
+        keeper::tell(&own, &order).map_err(fail)?;
+        let mut socket = BufReader::new(own);
+        let mut line = String::new();
+        socket.read_line(&mut line).map_err(fail)?;
+        let started: Option<Started> = serde_json::from_str(&line).ok();
+        if started.is_none() {
+            let status = keeper.wait().map_err(fail)?;
+            return Err(format!("the keeper ended with {status}"));
+        }
+        started.unwrap_or(Ok(()))?;
+        let job = order.job;
+        let working = match isolated {
+            true => world::work_of(keeper.id()),
+            false => job.folder.clone(),
+        };
+        let working = Some(tree::open_folder(&working).map_err(fail)?);
+        let outputs = [stdout, stderr].map(|pipe| (Some(pipe), Output::default()));
+        let (ended, meter) = (None, Meter::default());
+        Ok(Self { job, keeper, socket, outputs, group, owner, isolated, working, ended, meter })
+    }
+
+    /// Follows the run until it ends or exceeds a limit.
+    fn watch(&mut self) -> io::Result<Option<Exceeded>> {
+        let started = Instant::now();
+        let mut pause = FIRST_PAUSE;
+        let grader = io::stdin();
+        let mut looked = started;
+        loop {
+            let timeout = Timespec::try_from(pause).map_err(io::Error::other)?;
+            let mut descriptors = vec![
+                PollFd::new(self.socket.get_ref(), PollFlags::IN),
+                PollFd::new(&grader, PollFlags::empty()),
+            ];
+            let open = self.outputs.iter().filter_map(|(pipe, _)| pipe.as_ref());
+            descriptors.extend(open.map(|pipe| PollFd::new(pipe, PollFlags::IN)));
+            // The second answer may have come with the first.
+            let mut answered = !self.socket.buffer().is_empty();
+            let timeout = if answered { Timespec::default() } else { timeout };
+            poll(&mut descriptors, Some(&timeout))?;
+            let ready = |number: usize| !descriptors[number].revents().is_empty();
+            answered |= ready(0);
+            let orphaned = ready(1);
+            if orphaned {
+                // Nobody is left to hear the result.
+                self.end();
+                return Err(io::ErrorKind::BrokenPipe.into());
+            }
+            if let Some(exceeded) = self.read_outputs()? {
+                return Ok(Some(exceeded));
+            }
+            if answered {
+                let mut line = String::new();
+                self.socket.read_line(&mut line)?;
+                self.ended = serde_json::from_str(&line).ok();
+                // What it printed last.
+                return self.read_outputs();
+            }
+            if looked.elapsed() >= pause {
+                let look = Instant::now();
+                if let Some(exceeded) = self.exceeded(started.elapsed()) {
+                    return Ok(Some(exceeded));
+                }
+                // Where there is much to look at, looking must not be what the time goes into.
+                pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(look.elapsed() * 10);
+                looked = Instant::now();
+            }
+        }
+    }
+
+    /// Reads what was printed by now. The limit of it that is exceeded, if one is.
+    fn read_outputs(&mut self) -> io::Result<Option<Exceeded>> {
+        let limits = self.job.limits;
+        let most = [(limits.stdout, Exceeded::Stdout), (limits.stderr, Exceeded::Stderr)];
+        let mut buffer = [0; 1 << 16];
+        for ((pipe, output), (most, exceeded)) in self.outputs.iter_mut().zip(most) {
+            while let Some(open) = pipe {
+                match rustix::io::read(&*open, &mut buffer) {
+                    Ok(0) => *pipe = None,
+                    Ok(count) => output.push(&buffer[..count]),
+                    Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => break,
+                    Err(error) => return Err(error.into()),
+                }
+                if output.total >= most {
+                    return Ok(Some(exceeded));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// The limit of the whole run that is exceeded, if one is.
+    fn exceeded(&mut self, elapsed: Duration) -> Option<Exceeded> {
+        let limits = self.job.limits;
+        // The keeper has two threads, and another for a moment.
+        let most_threads = limits.processes + 3;
+        let keeper = self.keeper.id().cast_signed();
+        let usage = self.meter.look(keeper, most_threads, limits.memory);
+        match () {
+            () if elapsed.as_secs_f64() > limits.wall => Some(Exceeded::Wall),
+            () if usage.cpu > limits.cpu => Some(Exceeded::Cpu),
+            () if usage.memory > limits.memory => Some(Exceeded::Memory),
+            () if usage.threads > most_threads => Some(Exceeded::Processes),
+            () => self
+                .group
+                .as_ref()
+                .and_then(|group| group.exceeded(&limits))
+                .or_else(|| self.too_much()),
+        }
+    }
+
+    /// The limit of the working directory that is exceeded, if one is.
+    fn too_much(&self) -> Option<Exceeded> {
+        if !self.isolated {
+            return tree::too_much(&self.job.folder, self.job.limits);
+        }
+        // The kernel refuses more.
+        let left = rustix::fs::fstatvfs(self.working.as_ref()?).ok()?;
+        match () {
+            () if left.f_bfree == 0 => Some(Exceeded::Trace),
+            () if left.f_ffree == 0 => Some(Exceeded::Files),
+            () => None,
+        }
+    }
+
+    /// Ends what is left of the run, keeps what the job keeps, and says what came of it.
+    fn finish(mut self, exceeded: Option<Exceeded>) -> Result<Outcome, String> {
+        let exceeded = exceeded
+            .or_else(|| self.group.as_ref().and_then(|group| group.exceeded(&self.job.limits)))
+            .or_else(|| self.too_much());
+        let end = match (exceeded, self.ended.take()) {
+            (Some(exceeded), _) => End::Exceeded(exceeded),
+            (None, Some(ended)) => ended?,
+            (None, None) => {
+                self.end();
+                let status = self.keeper.wait().map_err(|error| error.to_string())?;
+                return Err(format!("the keeper ended with {status}"));
+            }
+        };
+        if !self.isolated {
+            // In namespaces, the keeper has ended all before it answered.
+            self.end();
+        }
+        let kept = match (&end, &self.working) {
+            (End::Exited(0), Some(working)) => keep(working.as_fd(), &self.job),
+            _ => Err(NotKept::Missing),
+        };
+        // A tmpfs lives as long as it is open.
+        self.working = None;
+        self.end();
+        let [stdout, stderr] = [0, 1].map(|number: usize| self.outputs[number].1.printed());
+        Ok(Outcome { end, kept, stdout, stderr })
+    }
+
+    /// Ends every process of the run, and waits for all.
+    fn end(&mut self) {
+        // It may have ended by itself.
+        let _ = self.keeper.kill();
+        if self.isolated {
+            let _ = self.keeper.wait();
+        } else {
+            hunt_down(self.owner.map(|(user, group)| (user.as_raw(), group.as_raw())));
+        }
+        if let Some(group) = self.group.take() {
+            group.remove();
+        }
+    }
+}
+
+/// A pipe for an output of the program: the end to read, which does not block, and the end to write, which belongs to
+/// the program's user.
+fn output_pipe(owner: Option<Owner>) -> io::Result<(OwnedFd, OwnedFd)> {
+    let (read, write) = rustix::pipe::pipe_with(rustix::pipe::PipeFlags::CLOEXEC)?;
+    rustix::io::ioctl_fionbio(&read, true)?;
+    if let Some((user, group)) = owner {
+        rustix::fs::fchown(&write, Some(user), Some(group))?;
+    }
+    Ok((read, write))
+}
+
+/// Ends every process below this one, and every process of the run's user.
+pub(super) fn hunt_down(owner: Option<(u32, u32)>) {
     let own = std::process::id().cast_signed();
     loop {
+        if let Some(owner) = owner {
+            identity::kill_all(identity::owner(owner));
+        }
         visit_descendants(own, AT_ONCE, |process| {
             // It may have ended by itself.
             let _ = Pid::from_raw(process).map(|process| kill_process(process, Signal::KILL));
@@ -232,5 +409,23 @@ fn hunt_down() {
             Ok(Some(_)) => {}
             _ => std::thread::sleep(FIRST_PAUSE / 10),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_output_keeps_its_end() {
+        let mut output = Output::default();
+        output.push(&[b'a'; 5000]);
+        output.push(b"end");
+        assert_eq!(output.total, 5003);
+        let printed = output.printed();
+        assert!(printed.cut && printed.text.ends_with("aend") && printed.text.len() == 4096);
+        let mut few = Output::default();
+        few.push(b"few");
+        assert_eq!(few.printed(), super::super::Printed { text: "few".to_owned(), cut: false });
     }
 }

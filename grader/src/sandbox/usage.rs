@@ -1,11 +1,22 @@
-//! What the processes of a run use, read off `/proc`.
+//! What the processes of a run use, read from `/proc`.
+//!
+//! - **Processor time**: that of living processes and of those they waited for; or, where it is more, that of living
+//!   processes and, as last seen, of all that have ended, since nobody may wait for a child.
+//! - **Memory**: resident pages, each shared page once, page tables, swapped pages, and the buffers of sockets.
 
+use std::collections::HashMap;
 use std::fs;
+
+/// What one process may hold in each socket: the kernel's default buffer.
+const SOCKET_BUFFER: u64 = 212_992;
+
+/// Open descriptors of a process up to which its sockets are not looked for.
+const FEW_DESCRIPTORS: usize = 32;
 
 /// What a tree of processes uses by now.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Usage {
-    /// Seconds of processor time, of ended and waited-for processes too.
+    /// Seconds of processor time.
     pub(super) cpu: f64,
     /// Bytes of memory.
     pub(super) memory: u64,
@@ -13,19 +24,50 @@ pub(super) struct Usage {
     pub(super) threads: u64,
 }
 
-/// What the process of this number and all below it use. A process that ends meanwhile may be missed. A tree
-/// of more than `enough` threads is not followed to its end: it may grow faster than it is followed.
-pub(super) fn of_tree(root: i32, enough: u64) -> Usage {
-    let mut usage = Usage::default();
-    let mut processes = vec![root];
-    while let Some(process) = processes.pop() {
-        usage.add(process);
-        if usage.threads > enough {
-            break;
+/// Follows a tree of processes.
+#[derive(Debug, Default)]
+pub(super) struct Meter {
+    /// Seconds of processor time of each process, when last seen.
+    seen: HashMap<i32, f64>,
+    /// That of processes that have ended.
+    ended: f64,
+}
+
+impl Meter {
+    /// What the process of this number and all below it use. A tree of more than `enough` threads is not followed to
+    /// its end: it may grow faster than it is followed. Shared pages are told apart only where all pages together
+    /// exceed `memory`.
+    pub(super) fn look(&mut self, root: i32, enough: u64, memory: u64) -> Usage {
+        let (mut usage, mut own, mut waited) = (Usage::default(), 0.0, 0.0);
+        let mut processes = vec![root];
+        let mut seen = HashMap::new();
+        let mut next = 0;
+        while let Some(&process) = processes.get(next) {
+            next += 1;
+            let Some(stat) = Stat::of(process) else { continue };
+            own += stat.own;
+            waited += stat.waited;
+            usage.threads += stat.threads;
+            usage.memory += stat.resident + extra_memory(process);
+            seen.insert(process, stat.own);
+            if usage.threads > enough {
+                break;
+            }
+            children(process, &mut processes);
         }
-        children(process, &mut processes);
+        self.ended += self
+            .seen
+            .iter()
+            .filter(|(process, _)| !seen.contains_key(process))
+            .map(|(_, seconds)| seconds)
+            .sum::<f64>();
+        self.seen = seen;
+        usage.cpu = own + waited.max(self.ended);
+        if usage.memory > memory {
+            usage.memory = processes.iter().map(|process| proportional_memory(*process)).sum();
+        }
+        usage
     }
-    usage
 }
 
 /// Visits the processes below the process of this number, `most` of them where there are more.
@@ -47,20 +89,71 @@ fn children(process: i32, found: &mut Vec<i32>) {
     }
 }
 
-impl Usage {
-    fn add(&mut self, process: i32) {
-        let Ok(stat) = fs::read_to_string(format!("/proc/{process}/stat")) else { return };
+/// Of `/proc/PID/stat`.
+struct Stat {
+    /// Seconds of its own processor time.
+    own: f64,
+    /// Seconds of the children that it waited for.
+    waited: f64,
+    threads: u64,
+    /// Bytes of resident pages.
+    resident: u64,
+}
+
+impl Stat {
+    fn of(process: i32) -> Option<Self> {
+        let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
         // The name in parentheses may hold anything; proc_pid_stat(5) counts from 1, and the name is 2.
-        let Some((_, fields)) = stat.rsplit_once(") ") else { return };
+        let (_, fields) = stat.rsplit_once(") ")?;
         let fields: Vec<&str> = fields.split(' ').collect();
         let field = |number: usize| -> u64 {
             fields.get(number - 3).and_then(|text| text.parse().ok()).unwrap_or(0)
         };
-        let ticks: u64 = (14..=17).map(field).sum();
-        self.cpu += ticks as f64 / rustix::param::clock_ticks_per_second() as f64;
-        self.threads += field(20);
-        self.memory += field(24) * rustix::param::page_size() as u64;
+        let seconds =
+            |ticks: u64| ticks as f64 / rustix::param::clock_ticks_per_second() as f64;
+        Some(Self {
+            own: seconds(field(14) + field(15)),
+            waited: seconds(field(16) + field(17)),
+            threads: field(20),
+            resident: field(24) * rustix::param::page_size() as u64,
+        })
     }
+}
+
+/// Bytes of page tables, swapped pages and buffers of sockets.
+fn extra_memory(process: i32) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let kibibytes = sum_of(&status, &["VmPTE:", "VmSwap:"]);
+    let folder = format!("/proc/{process}/fd");
+    let descriptors: Vec<_> = fs::read_dir(folder).into_iter().flatten().flatten().collect();
+    let is_socket = |entry: &&fs::DirEntry| {
+        fs::read_link(entry.path())
+            .is_ok_and(|target| target.as_os_str().as_encoded_bytes().starts_with(b"socket:"))
+    };
+    let sockets = match descriptors.len() {
+        ..=FEW_DESCRIPTORS => 0,
+        _ => descriptors.iter().filter(is_socket).count() as u64,
+    };
+    1024 * kibibytes + SOCKET_BUFFER * sockets
+}
+
+/// Bytes of a process, where a page counts in proportion to those who share it.
+fn proportional_memory(process: i32) -> u64 {
+    let rollup = fs::read_to_string(format!("/proc/{process}/smaps_rollup"));
+    match rollup.map(|rollup| sum_of(&rollup, &["Pss:"])) {
+        // A process that has just ended has none.
+        Ok(kibibytes) => 1024 * kibibytes + extra_memory(process),
+        Err(_) => Stat::of(process).map_or(0, |stat| stat.resident + extra_memory(process)),
+    }
+}
+
+/// The sum of the numbers on the lines that begin so.
+fn sum_of(text: &str, names: &[&str]) -> u64 {
+    let number = |line: &str| -> Option<u64> {
+        let name = names.iter().find(|name| line.starts_with(**name))?;
+        line[name.len()..].split_ascii_whitespace().next()?.parse().ok()
+    };
+    text.lines().filter_map(number).sum()
 }
 
 #[cfg(test)]
@@ -75,12 +168,30 @@ mod tests {
         let own = std::process::id().cast_signed();
         let below = std::cell::RefCell::new(Vec::new());
         visit_descendants(own, 1000, |process| below.borrow_mut().push(process));
-        let usage = of_tree(own, u64::MAX);
-        let few = of_tree(own, 0);
+        let usage = Meter::default().look(own, u64::MAX, u64::MAX);
+        let exact = Meter::default().look(own, u64::MAX, 0);
+        let few = Meter::default().look(own, 0, u64::MAX);
         child.kill().unwrap();
         child.wait().unwrap();
         assert!(below.borrow().contains(&child.id().cast_signed()));
         assert!(few.threads < usage.threads);
         assert!(usage.threads >= 2 && usage.memory > 100_000, "{usage:?}");
+        assert!(exact.memory > 100_000 && exact.memory <= 2 * usage.memory, "{exact:?} {usage:?}");
+    }
+
+    #[test]
+    fn what_ended_still_counts() {
+        let mut meter = Meter::default();
+        meter.seen.insert(i32::MAX, 3.0);
+        let root = std::process::id().cast_signed();
+        assert!(meter.look(root, u64::MAX, u64::MAX).cpu >= 3.0);
+        assert!(meter.look(root, u64::MAX, u64::MAX).cpu >= 3.0);
+    }
+
+    #[test]
+    fn numbers_are_found_by_name() {
+        let text = "Name:\tx\nVmPTE:\t      40 kB\nVmSwap:\t 2 kB\nPss_Anon: 7 kB\n";
+        assert_eq!(sum_of(text, &["VmPTE:", "VmSwap:"]), 42);
+        assert_eq!(sum_of(text, &["Pss:"]), 0);
     }
 }

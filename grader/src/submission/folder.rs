@@ -21,9 +21,9 @@ use simulator::trace::TraceFormat;
 use tempfile::TempDir;
 
 use super::printed;
-use super::program::{Program, Runner, Workspace};
+use super::program::{Program, Runner, failure_of_run};
 use crate::sandbox::scratch::scratch_folder;
-use crate::sandbox::{End, Job, Limits, SandboxError};
+use crate::sandbox::{End, Job, Keep, Limits, SandboxError};
 use crate::suite::read_text;
 use crate::verdict::Failure;
 
@@ -205,25 +205,30 @@ fn run_build(
     runner: &Runner,
     limits: Limits,
 ) -> Result<Result<(), Failure>, FolderError> {
-    let workspace = Workspace::empty().map_err(SandboxError::no_scratch)?;
+    let built = home.with_file_name("built");
     let Command { program, arguments } = Command::of(build, home);
     let job = Job {
         program,
         arguments: arguments.into_iter().map(Into::into).collect(),
-        scratch: home.to_path_buf(),
-        stdout: workspace.stdout(),
-        stderr: workspace.stderr(),
+        folder: home.to_path_buf(),
+        keep: Keep::Tree(built.clone()),
         readable: runner.readable.clone(),
         limits,
     };
-    let end = runner.sandbox.run(&job)?.end;
-    Ok(match end {
-        End::Exited(0) => Ok(()),
-        end => {
-            let detail = workspace.failure_of(&end, &job).to_string();
-            Err(Failure::BuildFailed { detail: format!("the build {detail}") })
-        }
-    })
+    let outcome = runner.sandbox.run(&job)?;
+    let failed = |detail: String| Ok(Err(Failure::BuildFailed { detail }));
+    if outcome.end != End::Exited(0) {
+        return failed(format!("the build {}", failure_of_run(&outcome, &job)));
+    }
+    if let Err(reason) = &outcome.kept {
+        return failed(format!("the built folder {reason}"));
+    }
+    let exchange = || {
+        fs::remove_dir_all(home)?;
+        fs::rename(&built, home)
+    };
+    exchange().map_err(SandboxError::no_scratch)?;
+    Ok(Ok(()))
 }
 
 /// Copies a folder; links are copied as links.

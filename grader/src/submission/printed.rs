@@ -1,24 +1,24 @@
 //! What a stranger's program printed, made fit to be shown.
 
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
-use std::path::Path;
+use crate::sandbox::Printed;
 
 /// The most of it that is shown, in bytes: the end, for that is where programs say why they gave up.
-const SHOWN: u64 = 2_000;
+const SHOWN: usize = 2_000;
 
 /// The most characters of a line that is not to be more.
 const LINE: usize = 100;
 
-/// The end of the file, without what would steer a terminal.
+/// The end of what was printed, without what would steer a terminal.
 ///
 /// Escape sequences and control characters are taken out. What turns the direction of writing, and whatever
 /// else would steer, becomes `�`; spaces at the ends of lines and empty lines go.
-pub(super) fn tail(path: &Path) -> String {
-    let (bytes, cut) = read_tail(path).unwrap_or_default();
-    let text = String::from_utf8_lossy(&bytes);
+pub(super) fn tail(printed: &Printed) -> String {
+    let start = printed.text.len().saturating_sub(SHOWN);
+    let start = (start..).find(|start| printed.text.is_char_boundary(*start)).unwrap_or_default();
+    let text = &printed.text[start..];
     // Of a first line that was cut, the rest may be half an escape sequence.
-    let text = if cut { text.split_once('\n').map_or("", |(_, rest)| rest) } else { &text };
+    let cut = printed.cut || start > 0;
+    let text = if cut { text.split_once('\n').map_or("", |(_, rest)| rest) } else { text };
     let stripped = anstream::adapter::strip_str(text).to_string();
     let lines = stripped.split(['\n', '\r']).map(|line| {
         let shown = line.chars().map(|character| match character {
@@ -37,16 +37,6 @@ pub(super) fn line(text: &str) -> String {
     text.chars().take(LINE).map(shown).collect()
 }
 
-fn read_tail(path: &Path) -> io::Result<(Vec<u8>, bool)> {
-    let mut file = File::open(path)?;
-    let length = file.metadata()?.len();
-    let start = length.saturating_sub(SHOWN);
-    file.seek(SeekFrom::Start(start))?;
-    let mut bytes = Vec::new();
-    file.take(SHOWN).read_to_end(&mut bytes)?;
-    Ok((bytes, start > 0))
-}
-
 /// Whether a terminal would do something other than show it.
 pub(crate) fn steers(character: char) -> bool {
     character.is_control()
@@ -62,10 +52,7 @@ mod tests {
     use super::*;
 
     fn shown(bytes: &[u8]) -> String {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("stderr");
-        std::fs::write(&path, bytes).unwrap();
-        tail(&path)
+        tail(&Printed { text: String::from_utf8_lossy(bytes).into_owned(), cut: false })
     }
 
     #[test]
@@ -90,7 +77,7 @@ mod tests {
     fn the_end_is_shown() {
         let long = "line\n".repeat(10_000) + "the last";
         let text = shown(long.as_bytes());
-        assert!(text.ends_with("the last") && text.len() <= SHOWN as usize);
+        assert!(text.ends_with("the last") && text.len() <= SHOWN);
         assert_eq!(shown("x".repeat(5_000).as_bytes()), "");
     }
 }

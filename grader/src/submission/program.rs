@@ -22,7 +22,7 @@ use tempfile::TempDir;
 use super::folder::Copy;
 use super::{StateSource, failure_of, printed};
 use crate::sandbox::scratch::scratch_folder;
-use crate::sandbox::{End, Exceeded, Job, Limits, Sandbox, SandboxError};
+use crate::sandbox::{End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Sandbox, SandboxError};
 use crate::suite::{Case, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
 
@@ -269,22 +269,22 @@ impl Program {
         };
         let argument =
             |argument: &String| argument.replace(SCENE, scene.name()).replace(TRACE, trace).into();
+        let path = workspace.trace();
         let job = Job {
             program: self.path.clone(),
             arguments: self.arguments.iter().map(argument).collect(),
-            scratch: workspace.scratch(),
-            stdout: workspace.stdout(),
-            stderr: workspace.stderr(),
+            folder: workspace.folder(),
+            keep: Keep::File(trace.to_owned(), path.clone()),
             readable: self.runner.readable.clone(),
             limits: self.runner.limits,
         };
         let outcome = self.runner.sandbox.run(&job)?;
-        match outcome.end {
-            End::Exited(0) => {}
-            end => return Err(RunError::Failed(workspace.failure_of(&end, &job))),
+        if outcome.end != End::Exited(0) {
+            return Err(RunError::Failed(failure_of_run(&outcome, &job)));
         }
-        let path = job.scratch.join(trace);
-        check_trace(&path, trace, &workspace)?;
+        if let Err(reason) = &outcome.kept {
+            return Err(RunError::Failed(no_trace(trace, reason, &outcome)));
+        }
         let reader = trace::open(&path, self.format, shape).map_err(failure_of)?;
         Ok(Run { reader, path, _workspace: workspace, _copy: self.copy.clone() })
     }
@@ -321,26 +321,15 @@ fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
     failure
 }
 
-/// What is left at the path must be a file of the program's own: a link may point to anything, a pipe may never
-/// end, and a file of two names may be another's. No process of the run is left to exchange it.
-fn check_trace(path: &Path, name: &str, workspace: &Workspace) -> Result<(), Failure> {
-    let no_output = |what: &str| {
-        let detail = format!("ended well, and {what}{}", workspace.complaint());
-        Err(Failure::NoOutput { detail })
-    };
-    // It does not follow links.
-    let Ok(metadata) = fs::symlink_metadata(path) else { return no_output("wrote no trace") };
-    let kind = metadata.file_type();
-    #[cfg(unix)]
-    let names = std::os::unix::fs::MetadataExt::nlink(&metadata);
-    #[cfg(not(unix))]
-    let names = 1;
-    match () {
-        () if kind.is_symlink() => no_output(&format!("{name} is a link, not a file")),
-        () if kind.is_dir() => no_output(&format!("{name} is a folder, not a file")),
-        () if !kind.is_file() => no_output(&format!("{name} is no regular file")),
-        () if names != 1 => no_output(&format!("{name} has a second name elsewhere")),
-        () => Ok(()),
+/// The failure of a program that ended well and left no trace that can be read.
+fn no_trace(name: &str, reason: &NotKept, outcome: &Outcome) -> Failure {
+    let said = complaint(outcome);
+    match reason {
+        NotKept::Missing => {
+            Failure::NoOutput { detail: format!("ended with exit status 0, but wrote no trace{said}") }
+        }
+        NotKept::TooLarge(_) => Failure::TooMuchOutput { detail: format!("{name} {reason}{said}") },
+        _ => Failure::NoOutput { detail: format!("ended with exit status 0, but {name} {reason}{said}") },
     }
 }
 
@@ -366,7 +355,7 @@ impl Workspace {
     /// With the scene where the program works.
     fn new(scene: SceneSource<'_>) -> io::Result<Self> {
         let workspace = Self::empty()?;
-        let scratch = workspace.scratch();
+        let scratch = workspace.folder();
         fs::create_dir(&scratch)?;
         match scene {
             SceneSource::Xml(text) => fs::write(scratch.join(scene.name()), text)?,
@@ -381,75 +370,72 @@ impl Workspace {
         Ok(workspace)
     }
 
-    /// Where the program works.
-    fn scratch(&self) -> PathBuf {
+    /// What the program finds in its working directory.
+    fn folder(&self) -> PathBuf {
         self.0.path().join("scratch")
     }
 
-    pub(super) fn stdout(&self) -> PathBuf {
-        self.0.path().join("stdout")
+    /// Where its trace is kept.
+    fn trace(&self) -> PathBuf {
+        self.0.path().join("trace")
     }
+}
 
-    pub(super) fn stderr(&self) -> PathBuf {
-        self.0.path().join("stderr")
-    }
-
-    /// The failure that such an end is.
-    pub(super) fn failure_of(&self, end: &End, job: &Job) -> Failure {
-        let said = self.complaint();
-        let limits = &job.limits;
-        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-        let exceeded = match end {
-            End::Exceeded(exceeded) => exceeded,
-            End::Exited(code) => {
-                return Failure::Crashed { detail: format!("ended with exit status {code}{said}") };
-            }
-            End::Signalled(number) => {
-                let signal = signal_name(*number);
-                return Failure::Crashed { detail: format!("was ended by {signal}{said}") };
-            }
-            End::NotStarted(error) => {
-                let program = job.program.display();
-                return Failure::Crashed {
-                    detail: format!(
-                        "cannot be started: {program}: {error}\n  help: it must be a program that may be \
-                         executed, in a folder of the system's, of the submission or of --readable"
-                    ),
-                };
-            }
-        };
-        let too_much = |what: &str, limit: u64| Failure::TooMuchOutput {
-            detail: format!("wrote more than {} MiB {what}{said}", mebibytes(limit)),
-        };
-        match exceeded {
-            Exceeded::Cpu => Failure::TimedOut {
-                detail: format!("used more than {} s of processor time{said}", limits.cpu),
-            },
-            Exceeded::Wall => {
-                Failure::TimedOut { detail: format!("still ran after {} s{said}", limits.wall) }
-            }
-            Exceeded::Memory => Failure::OutOfMemory {
-                detail: format!("needs more than {} MiB of memory{said}", mebibytes(limits.memory)),
-            },
-            Exceeded::Processes => Failure::TooManyProcesses {
-                detail: format!("ran more than {} processes and threads{said}", limits.processes),
-            },
-            Exceeded::Trace => too_much("into its folder", limits.trace),
-            Exceeded::Stdout => too_much("to standard output", limits.stdout),
-            Exceeded::Stderr => too_much("to standard error", limits.stderr),
-            Exceeded::Files => Failure::TooMuchOutput {
-                detail: format!("made more than {} files{said}", limits.files),
-            },
+/// The failure that the end of a run is, where it is one.
+pub(super) fn failure_of_run(outcome: &Outcome, job: &Job) -> Failure {
+    let said = complaint(outcome);
+    let limits = &job.limits;
+    let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let exceeded = match &outcome.end {
+        End::Exceeded(exceeded) => exceeded,
+        End::Exited(code) => {
+            return Failure::Crashed { detail: format!("ended with exit status {code}{said}") };
         }
-    }
-
-    /// What the program complained of, to be put behind a message.
-    fn complaint(&self) -> String {
-        match printed::tail(&self.stderr()) {
-            said if said.is_empty() => String::new(),
-            said => format!("; it said:\n{said}"),
+        End::Signalled(number) => {
+            let signal = signal_name(*number);
+            return Failure::Crashed { detail: format!("killed by {signal}{said}") };
         }
+        End::NotStarted(error) => {
+            let program = job.program.display();
+            return Failure::Crashed {
+                detail: format!(
+                    "cannot be started: {program}: {error}\n  help: it must be a program that may be executed, \
+                     in a folder of the system's, of the submission or of --readable"
+                ),
+            };
+        }
+    };
+    let too_much = |what: &str, limit: u64| Failure::TooMuchOutput {
+        detail: format!("wrote more than {} MiB {what}{said}", mebibytes(limit)),
+    };
+    match exceeded {
+        Exceeded::Cpu => Failure::TimedOut {
+            detail: format!("used more than {} s of processor time{said}", limits.cpu),
+        },
+        Exceeded::Wall => {
+            Failure::TimedOut { detail: format!("still ran after {} s{said}", limits.wall) }
+        }
+        Exceeded::Memory => Failure::OutOfMemory {
+            detail: format!("needs more than {} MiB of memory{said}", mebibytes(limits.memory)),
+        },
+        Exceeded::Processes => Failure::TooManyProcesses {
+            detail: format!("ran more than {} processes and threads{said}", limits.processes),
+        },
+        Exceeded::Trace => too_much("into its folder", limits.trace),
+        Exceeded::Stdout => too_much("to standard output", limits.stdout),
+        Exceeded::Stderr => too_much("to standard error", limits.stderr),
+        Exceeded::Files => Failure::TooMuchOutput {
+            detail: format!("made more than {} files{said}", limits.files),
+        },
     }
+}
+
+/// What the program complained of, to be put behind a message.
+fn complaint(outcome: &Outcome) -> String {
+    let said = [&outcome.stdout, &outcome.stderr].map(printed::tail);
+    // A program's standard output is its own business where it says on the other why it gave up.
+    let said = said.into_iter().rev().find(|said| !said.is_empty());
+    said.map_or_else(String::new, |said| format!("; it printed:\n{said}"))
 }
 
 /// Why a run yields no states.

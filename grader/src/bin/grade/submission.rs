@@ -31,13 +31,40 @@ impl RunArgs {
             complain("warning", "programs are run with all your rights");
             Sandbox::Unprotected
         } else {
-            Sandbox::Protected(std::env::current_exe().map_err(Stop::fault)?)
+            let launcher = std::env::current_exe().map_err(Stop::fault)?;
+            let help = "\n  help: --unprotected runs programs without protection";
+            let sandbox = Sandbox::open(&launcher)
+                .map_err(|error| Stop::bad_input(format!("{error}{help}")))?;
+            check(&sandbox, &[Protection::Files]).map_err(|missing| {
+                Stop::bad_input(format!("nothing is run: {missing}{help}"))
+            })?;
+            sandbox
         };
-        let protections = sandbox.protections().map_err(|error| {
-            Stop::fault(format!("{error}\n  help: --unprotected runs programs without protection"))
-        })?;
+        let protections = sandbox.protections().to_vec();
         Ok((Runner { sandbox, limits, readable }, protections))
     }
+}
+
+/// Says which protections are missing.
+///
+/// # Errors
+/// In words, where one that is required is.
+fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
+    let is_missing = |protection: &&Protection| !sandbox.protections().contains(protection);
+    let names = |protections: &[Protection]| {
+        let missing = protections.iter().filter(is_missing).map(|protection| protection.name());
+        missing.collect::<Vec<_>>().join(", ")
+    };
+    let reason =
+        sandbox.refused().map(|reason| format!(" ({reason})")).unwrap_or_default();
+    let say = |names: String| format!("this system does not offer protection of: {names}{reason}");
+    if required.iter().any(|protection| is_missing(&protection)) {
+        return Err(say(names(required)));
+    }
+    if Protection::ALL.iter().any(|protection| is_missing(&protection)) {
+        complain("warning", say(names(&Protection::ALL)));
+    }
+    Ok(())
 }
 
 /// What is graded, and the protection under which it is run, where it is a program.

@@ -1,0 +1,169 @@
+//! A control group for each run, below one that is delegated to the grader (`cgroups(7)`, version 2).
+//!
+//! A group counts the memory and the processor time of all its processes, ended ones included, and of the tmpfs that
+//! they fill. Without one, the supervisor adds up what it reads of each process.
+//!
+//! A group is delegated where an ordinary user owns it, or where the service manager has marked it so. `grade` moves
+//! itself into a group of its own below it, for the kernel gives controllers to a group only where no process is in
+//! its parent. `systemd-run --user --scope -p Delegate=yes grade …` makes one.
+
+use std::fs;
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::{Exceeded, Limits};
+
+/// The controllers that are of use. A group without that of memory is not used.
+const CONTROLLERS: [&str; 3] = ["memory", "pids", "cpu"];
+
+/// The group that `grade` itself moves to.
+const OWN: &str = "spring-oracle";
+
+/// What the names of runs' groups begin with.
+const RUN: &str = "spring-oracle-run-";
+
+/// Attributes by which service managers mark a group as delegated.
+const MARKS: [&str; 2] = ["user.delegate", "trusted.delegate"];
+
+/// The time that the kernel has to end a group's processes.
+const END: Duration = Duration::from_secs(5);
+
+/// The group that is delegated to this process, with the controllers given to the groups below it; `None` where
+/// there is none.
+pub(super) fn delegated() -> Option<PathBuf> {
+    let group = current()?;
+    // Of an earlier `grade` in the same place, killed before it could leave.
+    let group = match group.file_name() {
+        Some(name) if name == OWN => group.parent()?.to_path_buf(),
+        _ => group,
+    };
+    if !is_delegated(&group) || !offers_memory(&group) {
+        return None;
+    }
+    let own = group.join(OWN);
+    let moved = || -> io::Result<()> {
+        if !own.is_dir() {
+            fs::create_dir(&own)?;
+        }
+        fs::write(own.join("cgroup.procs"), std::process::id().to_string())?;
+        let offered = fs::read_to_string(group.join("cgroup.controllers"))?;
+        for controller in offered.split_ascii_whitespace() {
+            if CONTROLLERS.contains(&controller) {
+                fs::write(group.join("cgroup.subtree_control"), format!("+{controller}"))?;
+            }
+        }
+        Ok(())
+    };
+    if moved().is_err() {
+        // Other processes in the group keep its controllers from those below.
+        let _ = fs::write(group.join("cgroup.procs"), std::process::id().to_string());
+        let _ = fs::remove_dir(&own);
+        return None;
+    }
+    sweep(&group);
+    Some(group)
+}
+
+/// The folder of this process's group.
+fn current() -> Option<PathBuf> {
+    let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
+    let path = groups.lines().find_map(|line| line.strip_prefix("0::"))?;
+    let mounts = fs::read_to_string("/proc/self/mountinfo").ok()?;
+    // proc_pid_mountinfo(5): the mount point is field 5, and the type follows the lone hyphen.
+    let mount = mounts.lines().find_map(|line| {
+        let (before, after) = line.split_once(" - ")?;
+        after.starts_with("cgroup2 ").then(|| before.split(' ').nth(4))?
+    })?;
+    Some(Path::new(mount).join(path.trim_start_matches('/')))
+}
+
+fn is_delegated(group: &Path) -> bool {
+    let user = rustix::process::geteuid().as_raw();
+    let is_marked = |mark: &str| {
+        let mut value = [0; 1];
+        rustix::fs::getxattr(group, mark, &mut value).is_ok() && value == *b"1"
+    };
+    match user {
+        0 => MARKS.iter().any(|mark| is_marked(mark)),
+        _ => fs::metadata(group).is_ok_and(|metadata| metadata.uid() == user),
+    }
+}
+
+fn offers_memory(group: &Path) -> bool {
+    let offered = fs::read_to_string(group.join("cgroup.controllers")).unwrap_or_default();
+    offered.split_ascii_whitespace().any(|controller| controller == CONTROLLERS[0])
+}
+
+/// Removes the groups of runs whose supervisors were killed: those that are empty.
+fn sweep(group: &Path) {
+    for entry in group.read_dir().into_iter().flatten().flatten() {
+        if entry.file_name().as_encoded_bytes().starts_with(RUN.as_bytes()) {
+            // One that is in use is not empty.
+            let _ = fs::remove_dir(entry.path());
+        }
+    }
+}
+
+/// The group of one run.
+#[derive(Debug)]
+pub(super) struct ControlGroup(PathBuf);
+
+impl ControlGroup {
+    /// A group below `parent`, with the limits of a run.
+    ///
+    /// # Errors
+    /// In words, where it cannot be made.
+    pub(super) fn create(parent: &Path, limits: &Limits) -> Result<Self, String> {
+        let path = parent.join(format!("{RUN}{}", std::process::id()));
+        let fail = |error: io::Error| format!("control group {}: {error}", path.display());
+        fs::create_dir(&path).map_err(fail)?;
+        // The files in its tmpfs are among its memory, and the keeper and its threads among its processes.
+        let memory = limits.memory + limits.trace;
+        let write = |file: &str, value: u64| match fs::write(path.join(file), value.to_string()) {
+            // A controller, or the accounting of swap, that this system does not have.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            written => written.map_err(fail),
+        };
+        write("memory.max", memory)?;
+        write("memory.swap.max", 0)?;
+        write("pids.max", limits.processes + 3)?;
+        Ok(Self(path))
+    }
+
+    /// Moves a process there.
+    ///
+    /// # Errors
+    /// In words, where that is refused.
+    pub(super) fn add(&self, process: u32) -> Result<(), String> {
+        fs::write(self.0.join("cgroup.procs"), process.to_string())
+            .map_err(|error| format!("control group {}: {error}", self.0.display()))
+    }
+
+    /// The limit that its processes exceeded, if one is.
+    pub(super) fn exceeded(&self, limits: &Limits) -> Option<Exceeded> {
+        let killed = self.number("memory.events", "oom_kill ");
+        let microseconds = self.number("cpu.stat", "usage_usec ");
+        match () {
+            () if killed > 0 => Some(Exceeded::Memory),
+            () if microseconds as f64 * 1e-6 > limits.cpu => Some(Exceeded::Cpu),
+            () => None,
+        }
+    }
+
+    fn number(&self, file: &str, name: &str) -> u64 {
+        let text = fs::read_to_string(self.0.join(file)).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix(name));
+        line.and_then(|number| number.parse().ok()).unwrap_or(0)
+    }
+
+    /// Ends all its processes, and removes it.
+    pub(super) fn remove(self) {
+        let _ = fs::write(self.0.join("cgroup.kill"), "1");
+        let started = Instant::now();
+        while fs::remove_dir(&self.0).is_err() && started.elapsed() < END {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}

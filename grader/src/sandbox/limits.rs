@@ -1,0 +1,132 @@
+//! The most that a run may use, and which of it was exceeded.
+
+use serde::{Deserialize, Serialize};
+
+/// The longest a run may be given, in seconds.
+const MOST_SECONDS: f64 = 1e6;
+
+/// The most of anything that a run may be given.
+const MOST_COUNT: f64 = 1e15;
+
+/// The most that a run may use.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Processor time of all its processes, in seconds.
+    pub cpu: f64,
+    /// Time from start to end, in seconds.
+    pub wall: f64,
+    /// Memory of all its processes, in bytes.
+    pub memory: u64,
+    /// Processes and threads at a time.
+    pub processes: u64,
+    /// Bytes in its scratch folder, its trace among them.
+    pub trace: u64,
+    /// Bytes of its standard output.
+    pub stdout: u64,
+    /// Bytes of its standard error.
+    pub stderr: u64,
+    /// Files and folders in its scratch folder.
+    pub files: u64,
+}
+
+impl Limits {
+    /// The names of all, with what they limit.
+    pub const NAMES: [(&str, &str); 8] = [
+        ("cpu", "seconds of processor time"),
+        ("wall", "seconds from start to end"),
+        ("memory", "bytes of memory"),
+        ("processes", "processes and threads"),
+        ("trace", "bytes in the scratch folder"),
+        ("stdout", "bytes of standard output"),
+        ("stderr", "bytes of standard error"),
+        ("files", "files in the scratch folder"),
+    ];
+
+    /// Sets the limit of this name.
+    ///
+    /// # Errors
+    /// In words, where there is no such limit, or it cannot be so.
+    pub fn set(&mut self, name: &str, value: f64) -> Result<(), String> {
+        let seconds = match name {
+            "cpu" => Some(&mut self.cpu),
+            "wall" => Some(&mut self.wall),
+            _ => None,
+        };
+        if let Some(seconds) = seconds {
+            if !(value > 0.0 && value <= MOST_SECONDS) {
+                return Err(format!("{name} is above 0 and at most {MOST_SECONDS} s, not {value}"));
+            }
+            *seconds = value;
+            return Ok(());
+        }
+        let count = match name {
+            "memory" => &mut self.memory,
+            "processes" => &mut self.processes,
+            "trace" => &mut self.trace,
+            "stdout" => &mut self.stdout,
+            "stderr" => &mut self.stderr,
+            "files" => &mut self.files,
+            _ => {
+                let names = Self::NAMES.map(|(name, _)| name).join(", ");
+                return Err(format!("there is no limit {name}\n  help: the limits are {names}"));
+            }
+        };
+        if !(1.0..=MOST_COUNT).contains(&value) || value.fract() != 0.0 {
+            return Err(format!("{name} is a whole number from 1 to {MOST_COUNT:e}, not {value}"));
+        }
+        *count = value as u64;
+        Ok(())
+    }
+
+    /// For builds.
+    pub fn of_builds() -> Self {
+        const GIB: u64 = 1 << 30;
+        Self {
+            cpu: 600.0,
+            wall: 600.0,
+            memory: 4 * GIB,
+            processes: 512,
+            trace: 2 * GIB,
+            files: 100_000,
+            ..Self::default()
+        }
+    }
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        const MIB: u64 = 1 << 20;
+        Self {
+            cpu: 30.0,
+            wall: 60.0,
+            memory: 2048 * MIB,
+            processes: 64,
+            trace: 512 * MIB,
+            stdout: 4 * MIB,
+            stderr: 4 * MIB,
+            files: 64,
+        }
+    }
+}
+
+/// A limit that was met.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Exceeded {
+    /// Processor time.
+    Cpu,
+    /// Time from start to end.
+    Wall,
+    /// Memory.
+    Memory,
+    /// Processes.
+    Processes,
+    /// Bytes in the scratch folder.
+    Trace,
+    /// Bytes of standard output.
+    Stdout,
+    /// Bytes of standard error.
+    Stderr,
+    /// Files in the scratch folder.
+    Files,
+}

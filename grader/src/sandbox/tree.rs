@@ -1,0 +1,236 @@
+//! Copies files and folders that an untrusted program may have made.
+//!
+//! Every name is looked up in an open folder and no link is followed, so that no name leads elsewhere. Folders are
+//! walked with an explicit stack, to a bounded depth.
+
+use std::ffi::CStr;
+use std::fs::File;
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::path::Path;
+
+use rustix::fs::{AtFlags, CWD, Dir, FileType, Gid, Mode, OFlags, Stat, Uid};
+use rustix::io::Errno;
+
+use super::{Exceeded, Limits, NotKept};
+
+/// The deepest nesting of folders that is copied.
+const DEEPEST: usize = 100;
+
+const READ: OFlags =
+    OFlags::RDONLY.union(OFlags::NOFOLLOW).union(OFlags::NONBLOCK).union(OFlags::CLOEXEC);
+
+const CREATE: OFlags =
+    OFlags::WRONLY.union(OFlags::CREATE).union(OFlags::EXCL).union(OFlags::CLOEXEC);
+
+/// The most that is copied.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    /// Lengths of all files together, holes included.
+    pub(super) bytes: u64,
+    /// Files, folders and links.
+    pub(super) entries: u64,
+}
+
+/// The user and group that a copy belongs to.
+pub(super) type Owner = (Uid, Gid);
+
+impl NotKept {
+    fn io(error: impl Into<io::Error>) -> Self {
+        Self::Other(format!("cannot be copied: {}", error.into()))
+    }
+}
+
+/// A folder, opened.
+pub(super) fn open_folder(path: &Path) -> io::Result<OwnedFd> {
+    Ok(rustix::fs::openat(CWD, path, READ | OFlags::DIRECTORY, Mode::empty())?)
+}
+
+/// Copies the regular file `name` of a folder, which has no other name, to `to`.
+pub(super) fn copy_file(
+    folder: BorrowedFd<'_>,
+    name: &str,
+    to: &Path,
+    most: u64,
+) -> Result<(), NotKept> {
+    let stat = match rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW) {
+        Err(Errno::NOENT) => return Err(NotKept::Missing),
+        stat => stat.map_err(NotKept::io)?,
+    };
+    check_file(&stat, most)?;
+    let from = rustix::fs::openat(folder, name, READ, Mode::empty()).map_err(NotKept::io)?;
+    check_file(&rustix::fs::fstat(&from).map_err(NotKept::io)?, most)?;
+    let to = rustix::fs::open(to, CREATE, Mode::from_raw_mode(0o600)).map_err(NotKept::io)?;
+    copy_bytes(from, to, most)
+}
+
+fn check_file(stat: &Stat, most: u64) -> Result<(), NotKept> {
+    match FileType::from_raw_mode(stat.st_mode) {
+        FileType::RegularFile => {}
+        FileType::Symlink => return Err(NotKept::Link),
+        FileType::Directory => return Err(NotKept::Folder),
+        _ => return Err(NotKept::Special),
+    }
+    match () {
+        () if stat.st_nlink != 1 => Err(NotKept::SecondName),
+        () if stat.st_size.cast_unsigned() > most => Err(NotKept::TooLarge(most)),
+        () => Ok(()),
+    }
+}
+
+fn copy_bytes(from: OwnedFd, to: OwnedFd, most: u64) -> Result<(), NotKept> {
+    let mut from = io::Read::take(File::from(from), most);
+    io::copy(&mut from, &mut File::from(to)).map_err(NotKept::io)?;
+    Ok(())
+}
+
+/// Copies the content of a folder into another, which is empty: regular files, each name by itself; folders; links.
+/// Other kinds of files are left out. Files have the mode 644, or 755 where they may be executed.
+pub(super) fn copy(
+    from: BorrowedFd<'_>,
+    to: &OwnedFd,
+    bounds: Bounds,
+    owner: Option<Owner>,
+) -> Result<(), NotKept> {
+    let level = |from: BorrowedFd<'_>, to: BorrowedFd<'_>| -> io::Result<_> {
+        Ok((Dir::read_from(from)?, from.try_clone_to_owned()?, to.try_clone_to_owned()?))
+    };
+    let mut left = bounds;
+    let mut levels = vec![level(from, to.as_fd()).map_err(NotKept::io)?];
+    while let Some((entries, from, to)) = levels.last_mut() {
+        let Some(entry) = entries.next() else {
+            levels.pop();
+            continue;
+        };
+        let entry = entry.map_err(NotKept::io)?;
+        let name = entry.file_name();
+        if name == c"." || name == c".." {
+            continue;
+        }
+        left.entries = left.entries.checked_sub(1).ok_or_else(|| {
+            NotKept::Other(format!("holds more than {} files and folders", bounds.entries))
+        })?;
+        let copied = copy_entry(from.as_fd(), to.as_fd(), name, &mut left, owner);
+        let below = copied.map_err(|error| match error {
+            NotKept::TooLarge(_) => NotKept::TooLarge(bounds.bytes),
+            NotKept::Other(reason) => NotKept::Other(format!("{name:?} {reason}")),
+            other => other,
+        })?;
+        if let Some((from, to)) = below {
+            if levels.len() > DEEPEST {
+                let reason = format!("holds folders nested deeper than {DEEPEST}");
+                return Err(NotKept::Other(reason));
+            }
+            levels.push(level(from.as_fd(), to.as_fd()).map_err(NotKept::io)?);
+        }
+    }
+    Ok(())
+}
+
+/// Copies one entry of a folder; of a folder, only itself, and returns both of them.
+fn copy_entry(
+    from: BorrowedFd<'_>,
+    to: BorrowedFd<'_>,
+    name: &CStr,
+    left: &mut Bounds,
+    owner: Option<Owner>,
+) -> Result<Option<(OwnedFd, OwnedFd)>, NotKept> {
+    let stat = rustix::fs::statat(from, name, AtFlags::SYMLINK_NOFOLLOW).map_err(NotKept::io)?;
+    let open = |flags| match rustix::fs::openat(from, name, READ | flags, Mode::empty()) {
+        Err(Errno::ACCESS) => {
+            // Its owner may have taken the right to read from everybody.
+            rustix::fs::chmodat(from, name, Mode::RWXU, AtFlags::empty())?;
+            rustix::fs::openat(from, name, READ | flags, Mode::empty())
+        }
+        opened => opened,
+    };
+    let mut below = None;
+    match FileType::from_raw_mode(stat.st_mode) {
+        FileType::RegularFile => {
+            let size = stat.st_size.cast_unsigned();
+            left.bytes = left.bytes.checked_sub(size).ok_or(NotKept::TooLarge(0))?;
+            let mode = if stat.st_mode & 0o111 == 0 { 0o644 } else { 0o755 };
+            let source = open(OFlags::empty()).map_err(NotKept::io)?;
+            let mode = Mode::from_raw_mode(mode);
+            let copy = rustix::fs::openat(to, name, CREATE, mode).map_err(NotKept::io)?;
+            rustix::fs::fchmod(&copy, mode).map_err(NotKept::io)?;
+            copy_bytes(source, copy, size)?;
+        }
+        FileType::Directory => {
+            let source = open(OFlags::DIRECTORY).map_err(NotKept::io)?;
+            rustix::fs::mkdirat(to, name, Mode::from_raw_mode(0o755)).map_err(NotKept::io)?;
+            let copy = rustix::fs::openat(to, name, READ | OFlags::DIRECTORY, Mode::empty());
+            below = Some((source, copy.map_err(NotKept::io)?));
+        }
+        FileType::Symlink => {
+            let target = rustix::fs::readlinkat(from, name, Vec::new()).map_err(NotKept::io)?;
+            rustix::fs::symlinkat(target, to, name).map_err(NotKept::io)?;
+        }
+        _ => return Ok(None),
+    }
+    if let Some((user, group)) = owner {
+        rustix::fs::chownat(to, name, Some(user), Some(group), AtFlags::SYMLINK_NOFOLLOW)
+            .map_err(NotKept::io)?;
+    }
+    Ok(below)
+}
+
+/// The limit that is exceeded by what a folder holds, if one is.
+pub(super) fn too_much(folder: &Path, limits: Limits) -> Option<Exceeded> {
+    let (bytes, entries) = usage(folder);
+    match () {
+        () if bytes >= limits.trace => Some(Exceeded::Trace),
+        () if entries > limits.files => Some(Exceeded::Files),
+        () => None,
+    }
+}
+
+/// Bytes and entries of a folder, as far down as it is copied. Of a file counts its length or the blocks it has,
+/// whichever is more.
+fn usage(folder: &Path) -> (u64, u64) {
+    const BLOCK: u64 = 512;
+    let (mut bytes, mut entries) = (0, 0);
+    walk(folder, |_, _, stat| {
+        entries += 1;
+        if FileType::from_raw_mode(stat.st_mode) != FileType::Directory {
+            bytes += stat.st_size.cast_unsigned().max(stat.st_blocks.cast_unsigned() * BLOCK);
+        }
+    });
+    (bytes, entries)
+}
+
+/// Gives a folder and all it holds to a user.
+pub(super) fn give(folder: &Path, (user, group): Owner) -> io::Result<()> {
+    let mut given = Ok(());
+    walk(folder, |folder, name, _| {
+        let chown = rustix::fs::chownat(folder, name, Some(user), Some(group), AtFlags::SYMLINK_NOFOLLOW);
+        given = given.and(chown);
+    });
+    given?;
+    Ok(rustix::fs::chown(folder, Some(user), Some(group))?)
+}
+
+/// Visits what a folder holds, as far down as it is copied: the folder that an entry is in, its name, and the entry.
+/// What cannot be read is passed over.
+fn walk(folder: &Path, mut visit: impl FnMut(BorrowedFd<'_>, &CStr, &Stat)) {
+    let level = |folder: OwnedFd| Dir::read_from(&folder).ok().map(|entries| (entries, folder));
+    let mut levels: Vec<_> = open_folder(folder).ok().and_then(level).into_iter().collect();
+    while let Some((entries, folder)) = levels.last_mut() {
+        let Some(Ok(entry)) = entries.next() else {
+            levels.pop();
+            continue;
+        };
+        let name = entry.file_name();
+        if name == c"." || name == c".." {
+            continue;
+        }
+        let Ok(stat) = rustix::fs::statat(&*folder, name, AtFlags::SYMLINK_NOFOLLOW) else { continue };
+        visit(folder.as_fd(), name, &stat);
+        if FileType::from_raw_mode(stat.st_mode) == FileType::Directory && levels.len() <= DEEPEST {
+            let (_, folder) = &levels[levels.len() - 1];
+            let flags = READ | OFlags::DIRECTORY;
+            let below = rustix::fs::openat(folder, name, flags, Mode::empty()).ok();
+            levels.extend(below.and_then(level));
+        }
+    }
+}

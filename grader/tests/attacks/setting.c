@@ -22,6 +22,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -97,6 +98,9 @@ int main(int count, char **arguments) {
     if (!landlock) refuse(NR_landlock_create_ruleset, 0, ENOSYS);
     if (kept != ~0ULL) keep(kept);
     if (user >= 0) {
+        /* Whatever gets out of a sandbox must not take all the processes that the machine has. */
+        struct rlimit most = {600, 600};
+        if (setrlimit(RLIMIT_NPROC, &most)) fail("setrlimit");
         if (setgroups(0, NULL)) fail("setgroups");
         if (setresgid(user, user, user)) fail("setresgid");
         if (setresuid(user, user, user)) fail("setresuid");

@@ -99,13 +99,13 @@ static void build_manifest(void) {
 static void build_removes_itself(void) { unlink("hostile"); }
 static void build_forks(void) {
     fuse();
-    for (;;) {
+    while (armed()) {
         int process = fork();
         if (process == 0) fuse();
         if (process < 0) usleep(1000);
     }
 }
-static void build_sleeps(void) { sleep(1000); }
+static void build_sleeps(void) { pause_for_ever(); }
 static void build_floods(void) {
     static char block[1 << 16];
     memset(block, 'x', sizeof block);

@@ -99,8 +99,11 @@ void cannot_read(const char *path);
 /* RIGHT's folder, which is the submission's; with a name in it. */
 const char *own(const char *name);
 
-/* Counts a new process or thread; a breach past 1,500. */
+/* Counts a new process or thread of a bomb. Past 300 it is a breach, and all processes of the bomb end. */
 void fuse(void);
+
+/* The condition of a bomb's loops: its processes end when the fuse has blown, and after 30 s. */
+int armed(void);
 
 /* Runs `attack` in a child, and passes a breach of it on. Returns the child's wait status. */
 int in_child(void (*attack)(void));

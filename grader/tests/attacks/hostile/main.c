@@ -43,12 +43,23 @@ const char *own(const char *name) {
     return path;
 }
 
+/* Shared by all processes of a mode. */
+static struct {
+    int count, blown;
+    double end;
+} *bomb;
+
+int armed(void) {
+    if (!bomb->blown && seconds() < bomb->end) return 1;
+    _exit(42);
+}
+
 void fuse(void) {
-    enum { MOST = 1500 };
-    static int *count;
-    if (!count)
-        count = mmap(NULL, sizeof *count, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (__atomic_add_fetch(count, 1, __ATOMIC_RELAXED) > MOST) breach("processes without end");
+    enum { MOST = 300 };
+    armed();
+    if (__atomic_add_fetch(&bomb->count, 1, __ATOMIC_RELAXED) <= MOST) return;
+    bomb->blown = 1;
+    breach("processes without end");
 }
 
 int in_child(void (*attack)(void)) {
@@ -92,6 +103,8 @@ int main(int count, char **arguments) {
     scene = arguments[2], trace = arguments[3], right = arguments[4], target = arguments[5];
     target2 = count > 6 ? arguments[6] : "";
     alarm(60);
+    bomb = mmap(NULL, sizeof *bomb, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    bomb->end = seconds() + 30;
     if (!strcmp(mode, "nothing")) return 0;
     if (!strcmp(mode, "exit_1_with_a_right_trace")) {
         hand_in();

@@ -6,7 +6,7 @@
 
 static void fork_bomb(void) {
     fuse();
-    for (;;) {
+    while (armed()) {
         int process = fork();
         if (process == 0) fuse();
         if (process < 0) usleep(1000);
@@ -17,22 +17,26 @@ static void *wait_for_ever(void *unused) {
     return unused;
 }
 static void thread_bomb(void) {
-    for (;;) {
+    while (armed()) {
         pthread_t thread;
         pthread_attr_t attributes;
         pthread_attr_init(&attributes);
         pthread_attr_setstacksize(&attributes, 1 << 14);
         fuse();
-        if (pthread_create(&thread, &attributes, wait_for_ever, NULL)) pause();
+        if (pthread_create(&thread, &attributes, wait_for_ever, NULL)) usleep(1000);
     }
 }
 static void vfork_bomb(void) {
-    fuse();
-    for (;;) {
-        /* The parent sleeps until the child is another program or has ended. */
-        int process = syscall(SYS_vfork);
-        if (process == 0) fuse();
-        if (process < 0) usleep(1000);
+    while (armed()) {
+        /* The parent sleeps until the child is another program. What that one counts it counts alone: it must not
+         * start any more. */
+        fuse();
+        int process = vfork();
+        if (process == 0) {
+            execl("/proc/self/exe", program, "sleep_long", scene, trace, right, "nothing", target2, NULL);
+            _exit(0);
+        }
+        if (process < 0) usleep(50000);
     }
 }
 static void processes_and_threads(void) {
@@ -45,17 +49,17 @@ static void processes_and_threads(void) {
     pause_for_ever();
 }
 static void zombie_flood(void) {
-    for (;;) {
+    while (armed()) {
         int process = fork();
         if (process == 0) _exit(0);
-        if (process < 0) usleep(1000);
-        else fuse();
+        if (process > 0) fuse();
+        else usleep(1000);
     }
 }
 static void spin(void) {
     for (volatile int k = 0;; ++k) {}
 }
-static void sleep_long(void) { sleep(1000); }
+static void sleep_long(void) { pause_for_ever(); }
 static void stop_itself(void) { raise(SIGSTOP); pause(); }
 static void ignore_signals(void) {
     for (int k = 1; k < 65; ++k) signal(k, SIG_IGN);

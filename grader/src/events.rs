@@ -44,6 +44,8 @@ pub enum Task {
     Repetition,
     /// The program's forces and Jacobians are measured.
     Probe,
+    /// Shipped scenes are run, altered a little.
+    Altered,
     /// So many hidden scenes are run.
     HiddenScenes(usize),
 }

@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use rayon::prelude::*;
 use simulator::trace::{self, Shape};
 
+use crate::altered::Copied;
 use crate::blame::Blame;
 use crate::compare::{Comparison, Criteria, Expectation, compare};
 use crate::diagnosis::{Diagnosis, diagnose, restart};
@@ -41,6 +42,8 @@ pub struct Grading {
     pub repetition: Option<Repetition>,
     /// Forces and Jacobians of its program, measured from single steps; `None` where they were not.
     pub probing: Option<Probing>,
+    /// That it passes shipped scenes, and takes no right step in altered ones; `None` where it is not so, or not known.
+    pub copied: Option<Copied>,
     /// What it looks as if it had wrong; `None` where nothing failed.
     pub blame: Option<Blame>,
     /// Jacobian checks; empty where the submission is not the built-in simulator.
@@ -357,6 +360,7 @@ fn gather(
         protection: None,
         repetition: None,
         probing: None,
+        copied: None,
         blame,
         jacobians: JacobianReport::default(),
         hidden: Hidden::None,

@@ -17,6 +17,7 @@
 //! - [`grading`]: all of it, over a suite.
 //! - [`class`]: a folder of submissions, each graded alone.
 //! - [`hidden`]: scenes that count, and of which nothing else is told.
+//! - [`altered`]: whether a program simulates, or looks its traces up.
 //! - [`blame`]: what a failing submission looks as if it had wrong.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
 //! - [`accuracy`]: speed against error, over a ladder of time steps.
@@ -39,6 +40,7 @@ pub mod rubric;
 
 pub mod stepping;
 
+pub mod altered;
 pub mod blame;
 pub mod class;
 pub mod events;

@@ -3,13 +3,16 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use grader::altered;
 use grader::blame::Suspect;
 use grader::oracle::Oracle;
 use grader::report::selftest;
 use grader::rubric::Rubric;
 use grader::selftest::{SelfTest, in_process, mistake};
+use grader::submission::StateSource;
 use grader::suite::{Section, Suite};
-use simulator::scene::ParseOptions;
+use grader::verdict::Verdict;
+use simulator::scene::{ParseOptions, Scene};
 
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a crate of a workspace").to_path_buf()
@@ -76,4 +79,22 @@ fn the_schema_is_documented() {
         documented == schema,
         "docs/selftest.schema.json is out of date; run with UPDATE_DOCS=1"
     );
+}
+
+/// However much a simulator has wrong, it is not said to have copied.
+#[test]
+fn no_mistake_is_taken_for_a_copy() {
+    let (suite, oracle, rubric) = inputs();
+    let mistakes = mistake::all();
+    for (number, first) in mistakes.iter().enumerate().step_by(3) {
+        for second in [first, &mistakes[(number + 121) % mistakes.len()]] {
+            let student = first.and(second);
+            let grading = in_process::of_two(&suite, &oracle, &rubric, [first, second]);
+            let run = |_: &str, scene: &Scene| -> Result<Box<dyn StateSource>, Verdict> {
+                Ok(Box::new(student.simulate(scene)))
+            };
+            let copied = altered::look_for_copies(&suite, &grading, &run);
+            assert_eq!(copied, None, "{}, {}", first.description, second.description);
+        }
+    }
 }

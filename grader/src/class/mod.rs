@@ -43,6 +43,8 @@ pub struct Row {
     /// Findings about its forces and Jacobians that are correct, and how many it offers; `None` where they were not
     /// measured.
     pub jacobians: Option<(usize, usize)>,
+    /// That its answers may be copied, in words; `None` where nothing shows it.
+    pub copied: Option<String>,
 }
 
 impl Row {
@@ -67,6 +69,7 @@ impl Row {
             hidden: (grading.hidden == Hidden::Run)
                 .then(|| (sum(|totals| totals.hidden_passed), sum(|totals| totals.hidden))),
             jacobians: grading.probing.as_ref().map(Probing::counts),
+            copied: grading.copied.as_ref().map(ToString::to_string),
         }
     }
 

@@ -62,6 +62,11 @@ pub fn write(out: &mut dyn Write, rows: &[Row], passed_over: &[PassedOver]) -> i
     }
     table::write(out, &cells)?;
     writeln!(out)?;
+    for row in rows {
+        if let Some(copied) = &row.copied {
+            writeln!(out, "  {ODD}{}: {copied}.{ODD:#}", row.name)?;
+        }
+    }
     for PassedOver { name, reason } in passed_over {
         writeln!(out, "  {DIM}passed over: {name}: {reason}{DIM:#}")?;
     }

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
+use crate::altered::Copied;
 use crate::blame::{Blame, Finding, Suspect};
 use crate::calibration::{Bound, Envelope};
 use crate::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
@@ -54,6 +55,8 @@ struct Report {
     repetition: Option<JsonRepetition>,
     /// Forces and Jacobians of the program, measured from single steps; null where they were not.
     probe: Option<JsonProbing>,
+    /// That the program passes shipped scenes and takes no right step in altered ones; null where it does, or that is not known.
+    copied: Option<JsonCopied>,
     /// What it looks as if the submission had wrong, one entry for each way in which scenes failed, the most
     /// frequent first; empty where nothing failed.
     blame: Vec<JsonFinding>,
@@ -79,6 +82,27 @@ struct JsonRepetition {
     scenes: usize,
     /// The names of those whose two traces were not the same bytes.
     differing: Vec<String>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonCopied {
+    /// What was found, in words.
+    message: String,
+    /// Shipped scenes that it passed.
+    passed: usize,
+    /// Scenes altered a little, in none of which its first step is right.
+    altered: Vec<JsonAltered>,
+    /// A shipped scene in which its first step is no longer right once a line break is added at the end of the file;
+    /// null where it remains right, or that is not known.
+    bytes: Option<String>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonAltered {
+    /// The name of the shipped scene.
+    scene: String,
+    /// What was altered: "positions", "velocities", "masses" or "order" (of particles).
+    change: &'static str,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -320,6 +344,7 @@ impl Report {
                 differing: repetition.differing.clone(),
             }),
             probe: grading.probing.as_ref().map(JsonProbing::of),
+            copied: grading.copied.as_ref().map(JsonCopied::of),
             blame: grading.blame.as_ref().map(JsonFinding::all).unwrap_or_default(),
             required: JsonTotals::of(grading.totals(Section::Required)),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit)),
@@ -332,6 +357,21 @@ impl Report {
                 .collect(),
             jacobians: grading.jacobians.forces.iter().map(JsonJacobian::of).collect(),
             newton_systems: grading.jacobians.newton.iter().map(JsonNewton::of).collect(),
+        }
+    }
+}
+
+impl JsonCopied {
+    fn of(copied: &Copied) -> Self {
+        let Copied { passed, altered, bytes } = copied;
+        let altered = altered
+            .iter()
+            .map(|(scene, change)| JsonAltered { scene: scene.clone(), change: change.name() });
+        Self {
+            message: copied.to_string(),
+            passed: *passed,
+            altered: altered.collect(),
+            bytes: bytes.clone(),
         }
     }
 }

@@ -10,6 +10,7 @@ use super::digits::{self, Line, LineKind};
 use super::jacobians;
 use super::points;
 use super::table::{self, Cell};
+use crate::altered::Copied;
 use crate::blame::{Blame, Finding, Suspect, Symptom};
 use crate::compare::{Criteria, FirstWrong, Tolerances};
 use crate::diagnosis::Diagnosis;
@@ -321,6 +322,14 @@ fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<
     }
 }
 
+/// Says that answers may be copied, and which scenes show it.
+fn write_copied(out: &mut dyn Write, copied: &Copied) -> io::Result<()> {
+    writeln!(out, "  {ODD}{copied}.{ODD:#}")?;
+    let altered =
+        copied.altered.iter().map(|(scene, change)| format!("{scene} ({})", change.name()));
+    writeln!(out, "  {DIM}Altered: {}.{DIM:#}", altered.collect::<Vec<_>>().join(", "))
+}
+
 /// Says what the scenes were judged by.
 fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let scenes = || grading.features.iter().flat_map(|result| &result.scenes);
@@ -432,6 +441,9 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     }
     if let Some(repetition) = &grading.repetition {
         write_repetition(out, repetition)?;
+    }
+    if let Some(copied) = &grading.copied {
+        write_copied(out, copied)?;
     }
     if let Some(blame) = &grading.blame {
         write_blame(out, blame)?;

@@ -4,12 +4,15 @@
 //! compilers use. The kernel answers every other call with `ENOSYS`, as a kernel would that does not know it, so that
 //! libraries fall back to an older one; that goes for calls of kernels to come, and for the x32 ABI. A call of another
 //! architecture kills the process.
+//!
+//! The kernel tries a new filter on the number of every call. Those whose answer does not depend on arguments are
+//! therefore found by a binary search; the others go on to the part of the filter that compares arguments.
 
 use std::collections::BTreeMap;
 
 use seccompiler::{
-    BpfProgram, Error, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition,
-    SeccompFilter, SeccompRule, TargetArch,
+    BackendError, BpfProgram, Error, SeccompAction, SeccompCmpArgLen, SeccompCmpOp,
+    SeccompCondition, SeccompFilter, SeccompRule, TargetArch, sock_filter,
 };
 
 /// What a filter depends on.
@@ -169,31 +172,129 @@ const CONTROLS: &[u64] = &[
 
 type Rules = BTreeMap<i64, Vec<SeccompRule>>;
 
+/// Answers that do not depend on arguments.
+type Answers = BTreeMap<u32, SeccompAction>;
+
 /// Restricts the calling thread, and what it starts, to the calls above.
 ///
 /// # Errors
 /// Where the kernel has no filters.
 pub(super) fn restrict(policy: Policy) -> Result<(), Error> {
+    seccompiler::apply_filter(&filter(policy)?)
+}
+
+fn filter(policy: Policy) -> Result<BpfProgram, Error> {
     let errno = |number: i32| SeccompAction::Errno(number.cast_unsigned());
-    let unconditionally = |calls: &[i64]| calls.iter().map(|call| (*call, vec![])).collect();
-    // Of several filters, the strictest answer counts. The last one lets no further filter be added.
-    if !policy.attributes_stay {
-        // With the answer "done", for linkers and build tools do not go on without.
-        apply(unconditionally(ATTRIBUTES), SeccompAction::Allow, errno(0))?;
-    }
-    let sockets = unconditionally(&[libc::SYS_socket]);
-    apply(sockets, SeccompAction::Allow, errno(libc::EACCES))?;
-    apply(unconditionally(KILLED), SeccompAction::Allow, SeccompAction::KillProcess)?;
-    apply(allowed(policy)?, errno(libc::ENOSYS), SeccompAction::Allow)
-}
-
-fn apply(rules: Rules, otherwise: SeccompAction, matching: SeccompAction) -> Result<(), Error> {
     let architecture = TargetArch::try_from(std::env::consts::ARCH)?;
-    let filter = SeccompFilter::new(rules, otherwise, matching, architecture)?;
-    seccompiler::apply_filter(&BpfProgram::try_from(filter)?)
+    // With the answer "done" for linkers and build tools, which do not go on without.
+    let attributes = if policy.attributes_stay { SeccompAction::Allow } else { errno(0) };
+    let mut answers = Answers::new();
+    let groups: [(&[i64], SeccompAction); 5] = [
+        (ALLOWED, SeccompAction::Allow),
+        (ALLOWED_HERE, SeccompAction::Allow),
+        (ATTRIBUTES, attributes),
+        (&[libc::SYS_socket], errno(libc::EACCES)),
+        (KILLED, SeccompAction::KillProcess),
+    ];
+    for (calls, answer) in groups {
+        answers.extend(calls.iter().map(|call| (*call as u32, answer.clone())));
+    }
+    let mut rules = Rules::new();
+    for (call, conditions) in conditional(policy)? {
+        if conditions.is_empty() {
+            answers.insert(call as u32, SeccompAction::Allow);
+        } else {
+            rules.insert(call, conditions);
+        }
+    }
+    let otherwise = errno(libc::ENOSYS);
+    let rest = SeccompFilter::new(rules, otherwise, SeccompAction::Allow, architecture)?;
+    let rest = BpfProgram::try_from(rest)?;
+    let mut program = search(&answers)?;
+    program.extend(rest);
+    Ok(program)
 }
 
-fn allowed(policy: Policy) -> Result<Rules, Error> {
+/// The beginning of a filter: returns the answers, and goes on behind its end for a call without one, and for every
+/// call of another architecture.
+fn search(answers: &Answers) -> Result<BpfProgram, Error> {
+    // bpf(4): of `struct seccomp_data`, the number of the call and the architecture.
+    const NUMBER: u32 = 0;
+    const ARCHITECTURE: u32 = 4;
+    let load = |offset| instruction(libc::BPF_LD | libc::BPF_W | libc::BPF_ABS, offset);
+    // Where an answer begins to hold; up to the next one. `None` leads behind the end.
+    let mut pieces: Vec<(u32, Option<&SeccompAction>)> = vec![(0, None)];
+    for (call, answer) in answers {
+        let last = pieces.last().filter(|(first, _)| *first == *call).is_some();
+        if last {
+            pieces.pop();
+        }
+        if pieces.last().is_none_or(|(_, before)| *before != Some(answer)) {
+            pieces.push((*call, Some(answer)));
+        }
+        pieces.push((call + 1, None));
+    }
+    let tree = halves(&pieces)?;
+    let end = tree.len() as u32;
+    let mut program = vec![load(ARCHITECTURE)];
+    let audit = match std::env::consts::ARCH {
+        "x86_64" => AUDIT_X86_64,
+        "aarch64" => AUDIT_AARCH64,
+        _ => AUDIT_RISCV64,
+    };
+    program.push(sock_filter {
+        jt: 1,
+        ..instruction(libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K, audit)
+    });
+    program.push(instruction(libc::BPF_JMP | libc::BPF_JA, end + 1));
+    program.push(load(NUMBER));
+    let behind = |(at, mut instruction): (usize, sock_filter)| {
+        if instruction.code == JUMP_BEHIND {
+            instruction.k = end - 1 - at as u32;
+        }
+        instruction
+    };
+    program.extend(tree.into_iter().enumerate().map(behind));
+    Ok(program)
+}
+
+/// `AUDIT_ARCH_…` of the kernel's `linux/audit.h`.
+const AUDIT_X86_64: u32 = 0xc000_003e;
+const AUDIT_AARCH64: u32 = 0xc000_00b7;
+const AUDIT_RISCV64: u32 = 0xc000_00f3;
+
+/// An unconditional jump behind the end of the search, its distance still to be set.
+const JUMP_BEHIND: u16 = (libc::BPF_JMP | libc::BPF_JA) as u16;
+
+fn halves(pieces: &[(u32, Option<&SeccompAction>)]) -> Result<BpfProgram, Error> {
+    if let [(_, answer)] = pieces {
+        return Ok(vec![match answer {
+            Some(answer) => {
+                let returned = u32::from((*answer).clone());
+                instruction(libc::BPF_RET | libc::BPF_K, returned)
+            }
+            None => instruction(u32::from(JUMP_BEHIND), 0),
+        }]);
+    }
+    let (low, high) = pieces.split_at(pieces.len() / 2);
+    let (below, above) = (halves(low)?, halves(high)?);
+    // Over the lower half.
+    let distance = u8::try_from(below.len())
+        .map_err(|_| BackendError::FilterTooLarge(below.len() + above.len()))?;
+    let mut program = vec![sock_filter {
+        jt: distance,
+        ..instruction(libc::BPF_JMP | libc::BPF_JGE | libc::BPF_K, high[0].0)
+    }];
+    program.extend(below.into_iter().chain(above));
+    Ok(program)
+}
+
+fn instruction(code: u32, k: u32) -> sock_filter {
+    sock_filter { code: code as u16, jt: 0, jf: 0, k }
+}
+
+/// Calls that depend on the policy or on their arguments; those without conditions are allowed.
+fn conditional(policy: Policy) -> Result<Rules, Error> {
     let equal = |argument, value: u64| rule(&[(argument, SeccompCmpOp::Eq, value)]);
     let any = |argument, values: &[u64]| -> Result<Vec<SeccompRule>, Error> {
         values.iter().map(|value| equal(argument, *value)).collect()
@@ -201,14 +302,10 @@ fn allowed(policy: Policy) -> Result<Rules, Error> {
     let operations = |values: &[i32]| -> Vec<u64> {
         values.iter().map(|value| u64::from(value.cast_unsigned())).collect()
     };
-    let mut rules: Rules =
-        ALLOWED.iter().chain(ALLOWED_HERE).map(|call| (*call, vec![])).collect();
+    let mut rules = Rules::new();
 
     let namespaces = u64::from(NAMESPACES.cast_unsigned());
-    rules.insert(
-        libc::SYS_clone,
-        vec![rule(&[(0, SeccompCmpOp::MaskedEq(namespaces), 0)])?],
-    );
+    rules.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(namespaces), 0)])?]);
     // Rust's standard library starts processes with a pair of the second kind.
     let pair = |kind: i32| {
         // Without its flags.
@@ -251,8 +348,6 @@ fn allowed(policy: Policy) -> Result<Rules, Error> {
     if policy.signals_stay {
         rules.extend(SIGNALS.iter().chain(&[libc::SYS_tgkill]).map(|call| (*call, vec![])));
     }
-    // Answered by the other filters.
-    rules.extend(ATTRIBUTES.iter().chain(&[libc::SYS_socket]).map(|call| (*call, vec![])));
     Ok(rules)
 }
 
@@ -263,4 +358,69 @@ fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, Error> {
         SeccompCondition::new(*argument, SeccompCmpArgLen::Dword, operation.clone(), *value)
     };
     Ok(SeccompRule::new(conditions.iter().map(condition).collect::<Result<_, _>>()?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The answer of a search; `None` where it goes on behind its end.
+    fn run(program: &[sock_filter], architecture: u32, number: u32) -> Option<u32> {
+        let (mut at, mut loaded) = (0, 0);
+        while let Some(instruction) = program.get(at) {
+            let sock_filter { code, jt, jf, k } = instruction;
+            at += 1;
+            match u32::from(*code) {
+                code if code == libc::BPF_LD | libc::BPF_W | libc::BPF_ABS => {
+                    loaded = if *k == 0 { number } else { architecture };
+                }
+                code if code == libc::BPF_JMP | libc::BPF_JA => at += *k as usize,
+                code if code == libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K => {
+                    at += usize::from(if loaded == *k { *jt } else { *jf });
+                }
+                code if code == libc::BPF_JMP | libc::BPF_JGE | libc::BPF_K => {
+                    at += usize::from(if loaded >= *k { *jt } else { *jf });
+                }
+                code if code == libc::BPF_RET | libc::BPF_K => return Some(*k),
+                code => panic!("{code}"),
+            }
+        }
+        assert_eq!(at, program.len());
+        None
+    }
+
+    #[test]
+    fn the_search_finds_every_answer_and_no_other() {
+        let (allow, kill) = (SeccompAction::Allow, SeccompAction::KillProcess);
+        let mut answers = Answers::new();
+        for (call, answer) in [(0, &allow), (1, &allow), (2, &kill), (7, &kill), (8, &allow)] {
+            answers.insert(call, answer.clone());
+        }
+        answers.extend((20..200).step_by(3).map(|call| (call, allow.clone())));
+        let program = search(&answers).unwrap();
+        let here = match std::env::consts::ARCH {
+            "x86_64" => AUDIT_X86_64,
+            "aarch64" => AUDIT_AARCH64,
+            _ => AUDIT_RISCV64,
+        };
+        for call in (0..600).chain([0x4000_0000, 0x4000_0001, u32::MAX]) {
+            let expected = answers.get(&call).map(|answer| u32::from(answer.clone()));
+            assert_eq!(run(&program, here, call), expected, "{call}");
+            assert_eq!(run(&program, here ^ 1, call), None, "{call}");
+        }
+    }
+
+    #[test]
+    fn a_policy_fits_into_a_filter() {
+        for bits in 0..16 {
+            let policy = Policy {
+                isolated: bits & 1 != 0,
+                signals_stay: bits & 2 != 0,
+                attributes_stay: bits & 4 != 0,
+                builds: bits & 8 != 0,
+            };
+            // The kernel takes as many.
+            assert!(filter(policy).unwrap().len() <= 4096);
+        }
+    }
 }

@@ -14,7 +14,9 @@ use serde::{Deserialize, Serialize};
 
 use super::landlock::{self, Reach};
 use super::walls::{self, Namespaces, Walls};
-use super::{End, Job, Keep, Limits, Outcome, Protected, Protection, SandboxError, scratch, supervisor};
+use super::{
+    End, Job, Keep, Limits, Outcome, Protected, Protection, SandboxError, scratch, supervisor,
+};
 
 /// The first word of the command line of the program that tries.
 pub(super) const CHECK: &str = "--sandbox-check";
@@ -43,11 +45,9 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     let control_group = super::cgroup::delegated();
     let system = walls::system();
     let candidates: &[(Namespaces, bool)] = match rustix::process::geteuid().is_root() {
-        true => &[
-            (Namespaces::Privileged, true),
-            (Namespaces::None, true),
-            (Namespaces::None, false),
-        ],
+        true => {
+            &[(Namespaces::Privileged, true), (Namespaces::None, true), (Namespaces::None, false)]
+        }
         false => &[(Namespaces::User, false), (Namespaces::None, false)],
     };
     let mut refused: Vec<String> = Vec::new();
@@ -119,11 +119,14 @@ fn test(launcher: &Path, walls: &Walls) -> Result<Vec<Protection>, SandboxError>
     let after = fs::metadata(&file).map_err(fail)?;
     let attributes = |of: &fs::Metadata| (of.mode(), of.uid(), of.gid(), of.mtime(), of.ctime());
     let unchanged = attributes(&before) == attributes(&after);
+    // A program that runs as root is kept from little, and makes files that others run as root.
+    let is_root = rustix::process::geteuid().is_root() && !walls.own_user;
     // What the supervisor follows processes by.
     let followed = Path::new("/proc/thread-self/children").exists();
     protections.retain(|protection| match protection {
-        Protection::Files => unchanged,
-        Protection::Limits => followed,
+        Protection::Files => unchanged && !is_root,
+        // The kernel lets root start any number of processes.
+        Protection::Limits => followed && !is_root,
         _ => true,
     });
     Ok(protections)
@@ -145,7 +148,10 @@ fn holds(protection: Protection, targets: &Targets) -> bool {
         Protection::Files => {
             let beside = targets.file.with_file_name("made");
             // The grader compares its attributes afterwards.
-            let _ = fs::set_permissions(&targets.file, std::os::unix::fs::PermissionsExt::from_mode(0o666));
+            let _ = fs::set_permissions(
+                &targets.file,
+                std::os::unix::fs::PermissionsExt::from_mode(0o666),
+            );
             let _ = fs::File::open(&targets.file).and_then(|file| file.set_modified(UNIX_EPOCH));
             fs::read(&targets.file).is_err()
                 && fs::write(&targets.file, "reached").is_err()
@@ -159,9 +165,8 @@ fn holds(protection: Protection, targets: &Targets) -> bool {
             alone || Pid::from_raw(targets.process).is_none_or(|it| test_kill_process(it).is_err())
         }
         Protection::Processes => alone,
-        Protection::SystemCalls => {
-            inotify::init(CreateFlags::empty()).is_err_and(|error| error == rustix::io::Errno::NOSYS)
-        }
+        Protection::SystemCalls => inotify::init(CreateFlags::empty())
+            .is_err_and(|error| error == rustix::io::Errno::NOSYS),
         Protection::Limits => getrlimit(Resource::Cpu).maximum == Some(targets.cpu),
     }
 }

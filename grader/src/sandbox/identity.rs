@@ -61,10 +61,7 @@ pub(super) fn become_unprivileged(owner: Option<Owner>) -> io::Result<()> {
     // Kernels before 4.3 have none.
     let _ = clear_ambient_capability_set();
     let none = CapabilitySet::empty();
-    set_capabilities(
-        None,
-        CapabilitySets { effective: none, permitted: none, inheritable: none },
-    )?;
+    set_capabilities(None, CapabilitySets { effective: none, permitted: none, inheritable: none })?;
     Ok(())
 }
 

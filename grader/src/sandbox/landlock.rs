@@ -63,8 +63,5 @@ pub(super) fn restrict(reach: &Reach<'_>) -> Result<InForce, RulesetError> {
         (_, LandlockStatus::Available { effective_abi, .. }) => effective_abi,
         _ => ABI::Unsupported,
     };
-    Ok(InForce {
-        files: version >= FIRST_WITH_TRUNCATION,
-        signals: version >= FIRST_WITH_SIGNALS,
-    })
+    Ok(InForce { files: version >= FIRST_WITH_TRUNCATION, signals: version >= FIRST_WITH_SIGNALS })
 }

@@ -198,10 +198,7 @@ pub struct Printed {
 impl Printed {
     /// Of the last bytes of so many.
     fn of(tail: &[u8], total: u64) -> Self {
-        Self {
-            text: String::from_utf8_lossy(tail).into_owned(),
-            cut: total > tail.len() as u64,
-        }
+        Self { text: String::from_utf8_lossy(tail).into_owned(), cut: total > tail.len() as u64 }
     }
 }
 
@@ -308,7 +305,9 @@ impl Sandbox {
             #[cfg(not(unix))]
             Self::Unprotected => {
                 let _ = job;
-                Err(SandboxError("programs are run on Linux and other systems of Unix's kind".to_owned()))
+                Err(SandboxError(
+                    "programs are run on Linux and other systems of Unix's kind".to_owned(),
+                ))
             }
         }
     }

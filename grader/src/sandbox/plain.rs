@@ -54,8 +54,7 @@ pub(super) fn run(job: &Job) -> Result<Outcome, SandboxError> {
         }
         _ => Err(NotKept::Missing),
     };
-    let printed =
-        |output: &Shared| output.lock().unwrap_or_else(PoisonError::into_inner).printed();
+    let printed = |output: &Shared| output.lock().unwrap_or_else(PoisonError::into_inner).printed();
     Ok(Outcome { end, kept, stdout: printed(&stdout), stderr: printed(&stderr) })
 }
 

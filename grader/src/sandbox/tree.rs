@@ -203,7 +203,8 @@ fn usage(folder: &Path) -> (u64, u64) {
 pub(super) fn give(folder: &Path, (user, group): Owner) -> io::Result<()> {
     let mut given = Ok(());
     walk(folder, |folder, name, _| {
-        let chown = rustix::fs::chownat(folder, name, Some(user), Some(group), AtFlags::SYMLINK_NOFOLLOW);
+        let chown =
+            rustix::fs::chownat(folder, name, Some(user), Some(group), AtFlags::SYMLINK_NOFOLLOW);
         given = given.and(chown);
     });
     given?;
@@ -224,7 +225,9 @@ fn walk(folder: &Path, mut visit: impl FnMut(BorrowedFd<'_>, &CStr, &Stat)) {
         if name == c"." || name == c".." {
             continue;
         }
-        let Ok(stat) = rustix::fs::statat(&*folder, name, AtFlags::SYMLINK_NOFOLLOW) else { continue };
+        let Ok(stat) = rustix::fs::statat(&*folder, name, AtFlags::SYMLINK_NOFOLLOW) else {
+            continue;
+        };
         visit(folder.as_fd(), name, &stat);
         if FileType::from_raw_mode(stat.st_mode) == FileType::Directory && levels.len() <= DEEPEST {
             let (_, folder) = &levels[levels.len() - 1];

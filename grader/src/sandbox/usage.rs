@@ -109,8 +109,7 @@ impl Stat {
         let field = |number: usize| -> u64 {
             fields.get(number - 3).and_then(|text| text.parse().ok()).unwrap_or(0)
         };
-        let seconds =
-            |ticks: u64| ticks as f64 / rustix::param::clock_ticks_per_second() as f64;
+        let seconds = |ticks: u64| ticks as f64 / rustix::param::clock_ticks_per_second() as f64;
         Some(Self {
             own: seconds(field(14) + field(15)),
             waited: seconds(field(16) + field(17)),

@@ -23,24 +23,8 @@ pub(super) const SYSTEM: &[&str] = &[
 ];
 
 /// What run-time systems keep in `/etc`: entries whose names begin so. There are no accounts, hosts or keys among them.
-const SETTINGS: &[&str] = &[
-    "alternatives",
-    "fonts",
-    "gcrypt",
-    "java",
-    "jvm",
-    "ld.so.",
-    "locale",
-    "localtime",
-    "maven",
-    "node",
-    "octave",
-    "openmpi",
-    "perl",
-    "python",
-    "timezone",
-    "R",
-];
+const SETTINGS: &[&str] =
+    &["R", "alternatives", "fonts", "java", "jvm", "ld.so.", "localtime", "octave"];
 
 /// Devices that programs read and write, and that keep nothing.
 pub(super) const DEVICES: &[&str] =
@@ -85,8 +69,7 @@ pub(super) fn system() -> Vec<PathBuf> {
         SETTINGS.iter().any(|setting| name.starts_with(setting.as_bytes()))
     };
     let entries = std::fs::read_dir("/etc").into_iter().flatten().flatten();
-    let mut settings: Vec<PathBuf> =
-        entries.map(|entry| entry.path()).filter(is_setting).collect();
+    let mut settings: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(is_setting).collect();
     settings.sort();
     let folders = SYSTEM.iter().map(PathBuf::from).filter(|path| path.exists());
     folders.chain(settings).collect()

@@ -173,7 +173,8 @@ impl Root {
     /// content.
     fn protect(&self, writable: &[PathBuf]) -> Result<(), String> {
         let writable: Vec<PathBuf> = writable.iter().map(|path| self.path(path)).collect();
-        let devices: Vec<PathBuf> = DEVICES.iter().map(|device| self.path(Path::new(device))).collect();
+        let devices: Vec<PathBuf> =
+            DEVICES.iter().map(|device| self.path(Path::new(device))).collect();
         let mounts = fs::read("/proc/self/mountinfo").map_err(step("the list of mounts"))?;
         for line in mounts.split(|byte| *byte == b'\n') {
             let mut fields = line.split(|byte| *byte == b' ');

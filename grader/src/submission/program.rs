@@ -325,11 +325,13 @@ fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
 fn no_trace(name: &str, reason: &NotKept, outcome: &Outcome) -> Failure {
     let said = complaint(outcome);
     match reason {
-        NotKept::Missing => {
-            Failure::NoOutput { detail: format!("ended with exit status 0, but wrote no trace{said}") }
-        }
+        NotKept::Missing => Failure::NoOutput {
+            detail: format!("ended with exit status 0, but wrote no trace{said}"),
+        },
         NotKept::TooLarge(_) => Failure::TooMuchOutput { detail: format!("{name} {reason}{said}") },
-        _ => Failure::NoOutput { detail: format!("ended with exit status 0, but {name} {reason}{said}") },
+        _ => Failure::NoOutput {
+            detail: format!("ended with exit status 0, but {name} {reason}{said}"),
+        },
     }
 }
 

@@ -148,7 +148,7 @@ impl<'a> Class<'a> {
         let is_run = matches!(submission, Submission::Program(_) | Submission::Unusable { .. });
         let protection = is_run.then(|| self.protections.clone());
         let measured = !self.args.judge.no_jacobians;
-        let what = What { jacobians: measured, probe: measured, hidden: true };
+        let what = What { jacobians: measured, probe: measured, altered: true, hidden: true };
         grade_one(&self.inputs, &self.oracle, submission, protection, what, &self.progress)
     }
 }

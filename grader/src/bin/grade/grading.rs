@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use grader::altered;
 use grader::events::{Event, Observer, Task};
 use grader::grading::{self, Grading, Outcome};
 use grader::jacobian::{self, JacobianReport};
@@ -32,6 +33,7 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     let what = What {
         jacobians: !args.judge.no_jacobians,
         probe: !args.judge.no_jacobians && args.only.is_none(),
+        altered: args.only.is_none(),
         hidden: args.only.is_none(),
     };
     let grading = grade_one(&inputs, &oracle, &submission, protection, what, &progress);
@@ -68,6 +70,8 @@ pub(super) struct What {
     pub(super) jacobians: bool,
     /// A program's forces and Jacobians are measured.
     pub(super) probe: bool,
+    /// A program is run on altered scenes, where nothing else shows that it simulates.
+    pub(super) altered: bool,
     /// Hidden scenes are run.
     pub(super) hidden: bool,
 }
@@ -95,6 +99,10 @@ pub(super) fn grade_one(
     if let (Submission::Program(program), true) = (submission, what.probe) {
         observer.notice(Event::Task(Task::Probe));
         grading.probing = Some(probe::probe(program, |_| true));
+    }
+    if let (Submission::Program(program), true) = (submission, what.altered) {
+        observer.notice(Event::Task(Task::Altered));
+        grading.copied = altered::of_program(suite, program, &grading);
     }
     match (&inputs.hidden, submission) {
         // Nobody can have made traces of scenes that are hidden.

@@ -37,6 +37,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         protection: None,
         repetition: None,
         probing: None,
+        copied: None,
         blame: None,
         hidden: Hidden::None,
     };

@@ -83,7 +83,11 @@ impl State {
                 match task {
                     Task::Scenes(_) => (self.done, self.failed) = (0, 0),
                     Task::HiddenScenes(_) => self.done = 0,
-                    Task::Opening | Task::Jacobians | Task::Repetition | Task::Probe => {}
+                    Task::Opening
+                    | Task::Jacobians
+                    | Task::Repetition
+                    | Task::Probe
+                    | Task::Altered => {}
                 }
             }
             Event::SceneStarted { name } => self.running.push(called(name)),
@@ -111,6 +115,7 @@ impl State {
             Task::Scenes(total) => format!("{}/{total} scenes", self.done),
             Task::Repetition => "running some scenes twice".to_owned(),
             Task::Probe => "measuring Jacobians".to_owned(),
+            Task::Altered => "running altered scenes".to_owned(),
             Task::HiddenScenes(total) => format!("{}/{total} hidden scenes", self.done),
         };
         if self.failed > 0 {

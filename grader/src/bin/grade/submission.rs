@@ -35,9 +35,8 @@ impl RunArgs {
             let help = "\n  help: --unprotected runs programs without protection";
             let sandbox = Sandbox::open(&launcher)
                 .map_err(|error| Stop::bad_input(format!("{error}{help}")))?;
-            check(&sandbox, &[Protection::Files]).map_err(|missing| {
-                Stop::bad_input(format!("nothing is run: {missing}{help}"))
-            })?;
+            check(&sandbox, &[Protection::Files])
+                .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
             sandbox
         };
         let protections = sandbox.protections().to_vec();
@@ -55,8 +54,7 @@ fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
         let missing = protections.iter().filter(is_missing).map(|protection| protection.name());
         missing.collect::<Vec<_>>().join(", ")
     };
-    let reason =
-        sandbox.refused().map(|reason| format!(" ({reason})")).unwrap_or_default();
+    let reason = sandbox.refused().map(|reason| format!(" ({reason})")).unwrap_or_default();
     let say = |names: String| format!("this system does not offer protection of: {names}{reason}");
     if required.iter().any(|protection| is_missing(&protection)) {
         return Err(say(names(required)));

@@ -6,6 +6,7 @@
 
 mod attributes;
 mod draft;
+pub mod edit;
 mod elements;
 mod resolve;
 

@@ -289,10 +289,21 @@ impl Stage<'_> {
 
     /// The command that grades a submission in the setting.
     pub(crate) fn grade(&self, submission: &Path, limits: &[&str]) -> Command {
+        self.grade_with_mask("027", submission, limits)
+    }
+
+    /// The same, started with this mask of new files' modes.
+    pub(crate) fn grade_with_mask(
+        &self,
+        mask: &str,
+        submission: &Path,
+        limits: &[&str],
+    ) -> Command {
         let theatre = self.theatre;
         let mut command = theatre.setting.command(&theatre.path("bin/setting"));
         // A descriptor, a mask and ignored signals that whoever starts the grader has left.
-        command.args(["sh", "-c", "umask 0; trap '' HUP INT USR1; exec 9<\"$0\"; exec \"$@\""]);
+        let state = format!("umask {mask}; trap '' HUP INT USR1; exec 9<\"$0\"; exec \"$@\"");
+        command.args(["sh", "-c", &state]);
         command.arg(theatre.path("bin/hostile")).arg(theatre.path("bin/grade"));
         command.arg(submission).arg("--root").arg(&self.folder);
         command.args(["--only", "Free/one", "--format=json", "--no-jacobians", "--output"]);

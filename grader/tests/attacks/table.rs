@@ -420,7 +420,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
         Nothing,
         REFUSED_OR_TOO_MUCH,
     ),
-    Attack::new("many unlinked files", "unlinked_files", Nothing, TOO_MUCH),
+    Attack::new("many unlinked files", "unlinked_files", Nothing, &["too-much-output", "crashed"]),
     Attack::new("allocate a gigabyte", "large_allocation", Nothing, REFUSED_OR_TOO_MUCH),
     Attack::new("fill /tmp and /dev/shm", "shared_folders", Nothing, REFUSED_OR_TOO_MUCH),
     Attack::new("20,000 folders in each other", "deep_folders", Nothing, TOO_MUCH),
@@ -536,7 +536,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
     Attack::new("a build that reads the oracle", "hand_in", Oracle, PASS).built_by("build_reads"),
     Attack::new("a build that finds the oracle by stat", "hand_in", Oracle, PASS)
         .built_by("exists_by_stat")
-        .but(&[(UserWithoutNamespaces, BUILD_FAILED), (Container, BUILD_FAILED)]),
+        .but(&[(UserWithoutNamespaces, &["breach"]), (Container, &["breach"])]),
     Attack::new("a build that connects to loopback", "hand_in", Port, PASS)
         .built_by("connect_loopback"),
     Attack::new("a build that gains privileges", "hand_in", Nothing, PASS)

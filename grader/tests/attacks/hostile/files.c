@@ -54,14 +54,15 @@ static void overwrite(void) {
 /* The places that a world has of its own are the submission's to write; the harness looks whether anything stays
  * there. A run must not reach its neighbours. */
 static void write_elsewhere(void) {
-    const char *places[] = {"../escaped", "/var/tmp/escaped", "/escaped", "/usr/escaped", "/etc/escaped",
+    const char *places[] = {"/var/tmp/escaped", "/escaped", "/usr/escaped", "/etc/escaped",
                             "/root/escaped", "/home/escaped", "/run/escaped", "/opt/escaped"};
     for (unsigned k = 0; k < LENGTH(places); ++k) refused(open(places[k], O_WRONLY | O_CREAT, 0644), places[k]);
-    const char *shared[] = {"/tmp/escaped", "/dev/shm/escaped"};
+    const char *shared[] = {"/tmp/escaped", "/dev/shm/escaped", "../escaped"};
     for (unsigned k = 0; k < LENGTH(shared); ++k) close(open(shared[k], O_WRONLY | O_CREAT, 0644));
-    refused(mkdir("../folder", 0755), "a folder beside its own");
+    mkdir("../escaped-folder", 0755);
+    /* The path of the trace leads to the folder by its name, wherever that is. */
     char here[4096];
-    if (getcwd(here, sizeof here)) refused(rename(here, "/tmp/moved"), "its folder moved away");
+    if (getcwd(here, sizeof here) && rename(here, "/tmp/moved") == 0) rename("/tmp/moved", here);
 }
 
 /* Existence: a call must answer the same for TARGET, which exists, and for a name beside it that does not. */
@@ -226,11 +227,15 @@ static void read_first_process(void) {
             snprintf(path, sizeof path, "/proc/%d/%s", processes[process], names[k]);
             int file = open(path, O_RDONLY | O_NONBLOCK);
             char bytes[4096];
-            struct stat status;
-            if (file < 0 || fstat(file, &status)) continue;
+            struct dirent *entry;
+            if (file < 0) continue;
             /* A folder that cannot be listed, and a file that cannot be read, tell nothing. */
-            if (S_ISDIR(status.st_mode) || read(file, bytes, sizeof bytes) > 0) breach(path);
-            close(file);
+            if (read(file, bytes, sizeof bytes) > 0) breach(path);
+            DIR *folder = fdopendir(file);
+            while (folder && (entry = readdir(folder)))
+                if (entry->d_name[0] != '.') breach(path);
+            if (folder) closedir(folder);
+            else close(file);
         }
 }
 static void read_devices(void) {
@@ -352,6 +357,7 @@ static void write_by_proc_root(void) {
 }
 static void walk_up(void) {
     /* From a descriptor of a folder that is removed, and of one that is moved, `..` must not leave the world. */
+    int home = open(".", O_RDONLY | O_DIRECTORY);
     mkdir("a", 0755), mkdir("a/b", 0755);
     int folder = open("a/b", O_RDONLY | O_DIRECTORY);
     rename("a/b", "b");
@@ -365,7 +371,7 @@ static void walk_up(void) {
         refused(open(path, O_RDONLY), "a path from where no folder is");
         if (chdir(own("")) == 0) refused(open(path, O_RDONLY), "a path from its own folder");
     }
-    chdir("/proc/self/cwd");
+    if (fchdir(home)) _exit(45);
 }
 /* The first of two runs leaves files wherever it can, the second looks for them. */
 static const char *const kept[] = {"left-behind", "/tmp/escaped-left", "/dev/shm/escaped-left", "/var/tmp/escaped-left",

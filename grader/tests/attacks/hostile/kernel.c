@@ -141,8 +141,12 @@ static void set_user_id_of_scratch(void) {
     execute_it("./bits");
     int file = open("born", O_WRONLY | O_CREAT, 06777);
     fchmod(file, 06777);
-    if (fchown(file, 0, 0) == 0) breach("a file of the superuser");
-    if (fchown(file, getuid(), 0) == 0 && getgid() != 0) breach("a file of the superuser's group");
+    /* The answer may be that of a call which was not made. */
+    struct stat status;
+    if (fchown(file, 0, 0) == 0 && fstat(file, &status) == 0 && status.st_uid == 0 && getuid() != 0)
+        breach("a file of the superuser");
+    if (fchown(file, getuid(), 0) == 0 && fstat(file, &status) == 0 && status.st_gid == 0 && getgid() != 0)
+        breach("a file of the superuser's group");
     close(file);
     mkdir("folder", 02777);
     chmod("folder", 02777);
@@ -246,7 +250,8 @@ static void unknown_calls(void) {
     for (int call = 470; call <= 600; ++call)
         if (syscall(call, -1L, 0, 0, 0, 0, 0) >= 0 || errno != ENOSYS) breach("a call that is not known");
 #ifdef __x86_64__
-    for (int call = 336; call < 424; ++call)
+    /* Filters do not see 335 and 336, which belong to probes of programs. */
+    for (int call = 337; call < 424; ++call)
         if (syscall(call, -1L, 0, 0, 0, 0, 0) >= 0 || errno != ENOSYS) breach("a number of no call");
 #endif
     const long numbers[] = {0x7fffffff, -1L, 1L << 31, 0x3fffffff};
@@ -276,22 +281,30 @@ static void faults(void) {
     denied(syscall(SYS_userfaultfd, 0), "userfaultfd");
     denied(syscall(SYS_userfaultfd, 1), "userfaultfd of the user");
 }
+/* The sandbox may also kill whoever makes these calls. */
+static long number, first, second, third, fourth, fifth;
+static void make_call(void) { denied(syscall(number, first, second, third, fourth, fifth), "a call of administration"); }
+static void denied_or_killed(long call, long one, long two, long three, long four, long five) {
+    number = call, first = one, second = two, third = three, fourth = four, fifth = five;
+    int status = in_child(make_call);
+    if (WIFSIGNALED(status) && WTERMSIG(status) != SIGSYS) breach("a child ended by another signal");
+}
 static void modules(void) {
-    denied(syscall(SYS_init_module, NULL, 0, ""), "init_module");
-    denied(syscall(SYS_finit_module, -1, "", 0), "finit_module");
-    denied(syscall(SYS_delete_module, "no-such-module", O_NONBLOCK), "delete_module");
+    denied_or_killed(SYS_init_module, 0, 0, (long)"", 0, 0);
+    denied_or_killed(SYS_finit_module, -1, (long)"", 0, 0, 0);
+    denied_or_killed(SYS_delete_module, (long)"no-such-module", O_NONBLOCK, 0, 0, 0);
 }
 static void other_kernels(void) {
     /* More segments than there may be. */
-    denied(syscall(SYS_kexec_load, 0, 1000, NULL, 0), "kexec_load");
-    denied(syscall(SYS_kexec_file_load, -1, -1, 0, "", 0), "kexec_file_load");
+    denied_or_killed(SYS_kexec_load, 0, 1000, 0, 0, 0);
+    denied_or_killed(SYS_kexec_file_load, -1, -1, 0, (long)"", 0);
     /* Neither magic number is right. */
-    denied(syscall(SYS_reboot, 1, 2, 3, NULL), "reboot");
+    denied_or_killed(SYS_reboot, 1, 2, 3, 0, 0);
 }
 static void administration(void) {
     const char *nowhere = "/nowhere-at-all";
-    denied(syscall(SYS_swapon, nowhere, 0), "swapon");
-    denied(syscall(SYS_swapoff, nowhere), "swapoff");
+    denied_or_killed(SYS_swapon, (long)nowhere, 0, 0, 0, 0);
+    denied_or_killed(SYS_swapoff, (long)nowhere, 0, 0, 0, 0);
     denied(syscall(SYS_acct, nowhere), "acct");
     denied(syscall(SYS_sethostname, NULL, 100000), "sethostname");
     denied(syscall(SYS_setdomainname, NULL, 100000), "setdomainname");

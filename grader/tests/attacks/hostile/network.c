@@ -50,7 +50,7 @@ static void network_seen(void) {
             if (strstr(line, port) || strstr(line, "escaped")) breach(tables[k]);
         fclose(table);
     }
-    refused(access("/sys/class/net/eth0", F_OK), "an interface of the machine");
+    cannot_read("/sys/class/net/lo/address"), cannot_read("/sys/class/net/eth0/address");
     cannot_read("/etc/resolv.conf");
 }
 

@@ -22,21 +22,21 @@ static void thread_bomb(void) {
         pthread_attr_t attributes;
         pthread_attr_init(&attributes);
         pthread_attr_setstacksize(&attributes, 1 << 14);
-        fuse();
         if (pthread_create(&thread, &attributes, wait_for_ever, NULL)) usleep(1000);
+        else fuse();
     }
 }
 static void vfork_bomb(void) {
     while (armed()) {
         /* The parent sleeps until the child is another program. What that one counts it counts alone: it must not
          * start any more. */
-        fuse();
         int process = vfork();
         if (process == 0) {
             execl("/proc/self/exe", program, "sleep_long", scene, trace, right, "nothing", target2, NULL);
             _exit(0);
         }
-        if (process < 0) usleep(50000);
+        if (process < 0) usleep(1000);
+        else fuse();
     }
 }
 static void processes_and_threads(void) {

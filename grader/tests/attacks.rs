@@ -212,13 +212,20 @@ fn a_mask_of_new_files_changes_nothing() {
     let mut failures = Vec::new();
     for setting in settings() {
         let theatre = Theatre::new(programs, setting);
-        for mask in ["0", "077", "777"] {
+        let mut protections = Vec::new();
+        for mask in ["022", "0", "027", "077"] {
             let stage = theatre.stage();
-            let submission = stage.submission("hand_in", "", Target::Nothing);
+            let submission = stage.submission("inherited_state", "", Target::Nothing);
             let output = stage.grade_with_mask(mask, &submission, &[]).output().unwrap();
-            if output.status.code() != Some(0) {
+            let report = fs::read(stage.path("reports/report.json")).unwrap_or_default();
+            let report: serde_json::Value = serde_json::from_slice(&report).unwrap_or_default();
+            protections.push(report["protection"].to_string());
+            if output.status.code() != Some(0)
+                || protections[0] != protections[protections.len() - 1]
+            {
                 let said = String::from_utf8_lossy(&output.stderr).into_owned();
-                failures.push(format!("{}, mask {mask}: {said}", setting.name()));
+                let protection = &report["protection"];
+                failures.push(format!("{}, mask {mask}: {protection} {said}", setting.name()));
             }
         }
     }

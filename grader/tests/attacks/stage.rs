@@ -289,7 +289,7 @@ impl Stage<'_> {
 
     /// The command that grades a submission in the setting.
     pub(crate) fn grade(&self, submission: &Path, limits: &[&str]) -> Command {
-        self.grade_with_mask("027", submission, limits)
+        self.grade_with_mask("022", submission, limits)
     }
 
     /// The same, started with this mask of new files' modes.

@@ -21,7 +21,7 @@ use simulator::trace::{Shape, State, TraceReader};
 use crate::calibration::{self, Bound, Envelope, Horizon};
 use crate::stepping::Stepper;
 use crate::submission::StateSource;
-use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, prefix};
+use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, number, prefix};
 
 /// States kept before and after the first wrong one.
 const CONTEXT: usize = 2;
@@ -316,8 +316,11 @@ impl Comparer {
             if !close {
                 let state = self.states;
                 let location = prefix(source.location().as_ref());
-                let detail =
-                    format!("{location}state {state} is given the time {time}, not {expected}");
+                let detail = format!(
+                    "{location}state {state} is given the time {}, not {}",
+                    number(time),
+                    number(expected)
+                );
                 return Err(Failure::Malformed { detail });
             }
         }

@@ -16,10 +16,10 @@ use crate::hidden::{Hidden, Tally};
 use crate::jacobian::JacobianReport;
 use crate::oracle::Oracle;
 use crate::probe::{self, Probing};
-use crate::rubric::Rubric;
+use crate::rubric::{FaultPoints, Rubric};
 use crate::sandbox::Protection;
 use crate::submission::program::Program;
-use crate::submission::{StateSource, Submission};
+use crate::submission::{StateSource, Submission, printed};
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Failure, Fault, Verdict};
 
@@ -50,6 +50,8 @@ pub struct Grading {
     pub jacobians: JacobianReport,
     /// Whether there are hidden scenes, and whether they were run.
     pub hidden: Hidden,
+    /// What is shown of points where something could not be judged.
+    pub faults: FaultPoints,
 }
 
 /// Some scenes, each run twice more.
@@ -148,30 +150,30 @@ impl FeatureResult {
         self.scenes.iter().filter(is_fault).count()
     }
 
-    /// Points earned: in proportion to the weight of the judged scenes that passed, or all or nothing. A scene that
-    /// could not be judged costs nothing.
-    pub fn points_earned(&self) -> f64 {
-        let (mut passed, mut judged) = (self.hidden.weight_passed, self.hidden.weight_judged);
-        let mut failed = self.hidden.n_scenes() - self.hidden.n_passed() - self.hidden.n_faults();
+    /// What becomes of its points: in proportion to the weight of its scenes, hidden ones too, or all or nothing.
+    pub fn credit(&self) -> Credit {
+        let Tally { weight_passed: mut passed, weight_unjudged: mut unjudged, mut weight, .. } =
+            self.hidden;
         for scene in &self.scenes {
+            weight += scene.weight;
             match scene.comparison.verdict {
-                Verdict::Pass => {
-                    passed += scene.weight;
-                    judged += scene.weight;
-                }
-                Verdict::Fail(_) => {
-                    judged += scene.weight;
-                    failed += 1;
-                }
-                Verdict::GraderFault(_) => {}
+                Verdict::Pass => passed += scene.weight,
+                Verdict::Fail(_) => {}
+                Verdict::GraderFault(_) => unjudged += scene.weight,
             }
         }
-        match () {
+        let n_scenes = self.scenes.len() + self.hidden.n_scenes();
+        let n_passed = self.n_passed() + self.hidden.n_passed();
+        let n_faults = self.n_faults() + self.hidden.n_faults();
+        let (earned, unjudged) = match () {
             // To the last bit, which a quotient might lose.
-            () if failed == 0 => self.points,
-            () if self.partial => self.points * passed / judged,
-            () => 0.0,
-        }
+            () if n_passed == n_scenes => (self.points, 0.0),
+            () if n_faults == n_scenes => (0.0, self.points),
+            () if self.partial => (self.points * passed / weight, self.points * unjudged / weight),
+            () if n_passed + n_faults < n_scenes => (0.0, 0.0),
+            () => (0.0, self.points),
+        };
+        Credit { points: self.points, earned, unjudged }
     }
 
     /// The largest position and velocity residual of its scenes; `None` where none was compared.
@@ -181,6 +183,37 @@ impl FeatureResult {
             .filter(|comparison| comparison.is_compared())
             .map(|Comparison { position, velocity, .. }| (position.largest, velocity.largest));
         residuals.reduce(|(p, v), (position, velocity)| (p.max(position), v.max(velocity)))
+    }
+}
+
+/// What becomes of points: what is neither earned nor unjudged is lost.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Credit {
+    /// Points that there are.
+    pub points: f64,
+    /// Points earned.
+    pub earned: f64,
+    /// Points of scenes that could not be judged.
+    pub unjudged: f64,
+}
+
+impl Credit {
+    /// The points earned, as far as they are shown: not where nothing was judged, or they are withheld.
+    pub fn shown(&self, faults: FaultPoints) -> Option<f64> {
+        let is_withheld = faults == FaultPoints::Withheld || self.unjudged >= self.points;
+        (self.unjudged == 0.0 || !is_withheld).then_some(self.earned)
+    }
+}
+
+impl std::ops::Add for Credit {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            points: self.points + other.points,
+            earned: self.earned + other.earned,
+            unjudged: self.unjudged + other.unjudged,
+        }
     }
 }
 
@@ -203,10 +236,8 @@ pub struct Totals {
     pub features: usize,
     /// Features of which every scene passed, hidden ones too.
     pub features_passed: usize,
-    /// Points that may be earned.
-    pub points: f64,
-    /// Points earned.
-    pub points_earned: f64,
+    /// What becomes of their points.
+    pub credit: Credit,
 }
 
 impl Totals {
@@ -222,8 +253,7 @@ impl Totals {
             totals.hidden_faults += result.hidden.n_faults();
             totals.features += 1;
             totals.features_passed += usize::from(result.is_pass());
-            totals.points += result.points;
-            totals.points_earned += result.points_earned();
+            totals.credit = totals.credit + result.credit();
         }
         totals
     }
@@ -355,7 +385,7 @@ fn gather(
     }
     features.sort_by(|a, b| a.feature.cmp(&b.feature));
     Grading {
-        submission,
+        submission: printed::text(&submission),
         features,
         protection: None,
         repetition: None,
@@ -364,6 +394,7 @@ fn gather(
         blame,
         jacobians: JacobianReport::default(),
         hidden: Hidden::None,
+        faults: rubric.fault_points(),
     }
 }
 
@@ -491,6 +522,68 @@ mod tests {
             self.1 = true;
             self.0.read(state)
         }
+    }
+
+    /// A feature of scenes with these weights: passed, failed, or not judged.
+    fn feature(partial: bool, scenes: &[(f64, char)]) -> FeatureResult {
+        let scene = |&(weight, kind): &(f64, char)| SceneResult {
+            id: String::new(),
+            path: String::new(),
+            criteria: Tolerances::COURSE.into(),
+            weight,
+            comparison: Comparison::without_states(match kind {
+                'p' => Verdict::Pass,
+                'f' => Verdict::Fail(Failure::Differs),
+                _ => Verdict::GraderFault(Fault::StaleOracle),
+            }),
+            diagnosis: None,
+        };
+        FeatureResult {
+            feature: Feature {
+                section: Section::Required,
+                group: String::new(),
+                integrator: "explicit-euler",
+            },
+            points: 0.7,
+            partial,
+            scenes: scenes.iter().map(scene).collect(),
+            hidden: Tally::default(),
+        }
+    }
+
+    #[test]
+    fn what_was_not_judged_is_neither_earned_nor_lost() {
+        let credit = |partial, scenes: &[(f64, char)]| {
+            let Credit { earned, unjudged, .. } = feature(partial, scenes).credit();
+            (earned, unjudged)
+        };
+        let [third, half] = [0.7 * 1.0 / 3.0, 0.7 * 2.0 / 4.0];
+        for (scenes, partial, all_or_nothing) in [
+            (&[(1.0, '?'), (1.0, '?')][..], (0.0, 0.7), (0.0, 0.7)),
+            (&[(1.0, 'p'), (1.0, 'f'), (1.0, '?')], (third, third), (0.0, 0.0)),
+            (&[(1.0, 'p'), (2.0, '?'), (1.0, 'p')], (half, half), (0.0, 0.7)),
+            (&[(0.1, 'p'), (0.2, 'p'), (0.3, 'p')], (0.7, 0.0), (0.7, 0.0)),
+            (&[(3.0, 'f')], (0.0, 0.0), (0.0, 0.0)),
+        ] {
+            assert_eq!(credit(true, scenes), partial, "{scenes:?}");
+            assert_eq!(credit(false, scenes), all_or_nothing, "{scenes:?}");
+        }
+        let mut hidden = feature(true, &[(1.0, 'p')]);
+        let verdicts = [("pass", 1), ("grader-fault", 1), ("differs", 1)].into();
+        let (weight_passed, weight_unjudged, weight) = (1.0, 1.0, 3.0);
+        hidden.hidden = Tally { verdicts, weight_passed, weight_unjudged, weight };
+        assert_eq!(hidden.credit(), Credit { points: 0.7, earned: half, unjudged: 0.7 / 4.0 });
+    }
+
+    #[test]
+    fn points_are_shown_as_earned_where_something_was_judged() {
+        let shown = |earned, unjudged| {
+            let credit = Credit { points: 2.0, earned, unjudged };
+            [FaultPoints::Apart, FaultPoints::Withheld].map(|faults| credit.shown(faults))
+        };
+        assert_eq!(shown(1.0, 0.0), [Some(1.0), Some(1.0)]);
+        assert_eq!(shown(1.0, 1.0), [Some(1.0), None]);
+        assert_eq!(shown(0.0, 2.0), [None, None]);
     }
 
     #[test]

@@ -49,8 +49,10 @@ pub struct Tally {
     pub verdicts: BTreeMap<&'static str, usize>,
     /// Weight of those that passed.
     pub weight_passed: f64,
-    /// Weight of those that could be judged.
-    pub weight_judged: f64,
+    /// Weight of those that could not be judged.
+    pub weight_unjudged: f64,
+    /// Weight of all.
+    pub weight: f64,
 }
 
 impl Tally {
@@ -77,13 +79,11 @@ impl Tally {
     fn add(&mut self, scene: &SceneResult) {
         let verdict = &scene.comparison.verdict;
         *self.verdicts.entry(verdict.name()).or_default() += 1;
+        self.weight += scene.weight;
         match verdict {
-            Verdict::Pass => {
-                self.weight_passed += scene.weight;
-                self.weight_judged += scene.weight;
-            }
-            Verdict::Fail(_) => self.weight_judged += scene.weight,
-            Verdict::GraderFault(_) => {}
+            Verdict::Pass => self.weight_passed += scene.weight,
+            Verdict::Fail(_) => {}
+            Verdict::GraderFault(_) => self.weight_unjudged += scene.weight,
         }
     }
 }

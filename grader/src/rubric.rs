@@ -30,6 +30,12 @@
 //!
 //! [build-limits]         # of its build
 //! cpu = 300
+//!
+//! [faults]               # what is shown where something could not be judged
+//! points = "apart"       # the points that were judged, and the others apart; or "withheld": none
+//!
+//! [protection]           # what programs must be kept from, or they are not run
+//! require = ["files"]
 //! ```
 //!
 //! A scene's tolerance is its own entry's, else its feature's; else the one that was calibrated with the oracle's
@@ -45,11 +51,15 @@ use toml::Spanned;
 
 use crate::compare::{Calibrated, Criteria, Tolerances};
 use crate::hidden::HiddenSuite;
-use crate::sandbox::Limits;
+use crate::sandbox::{Limits, Protection};
 use crate::suite::{Case, Feature, Section, Suite, read_text};
+use crate::verdict::number;
 
 /// The largest rubric that is read, in MiB.
 const MAX_MEBIBYTES: u64 = 1;
+
+/// The most points of a feature, and the largest weight of a scene: their sums are far from overflow.
+const MOST: f64 = 1e9;
 
 /// A rubric.
 #[derive(Debug, Clone, Default)]
@@ -60,6 +70,9 @@ pub struct Rubric {
     limits: Vec<(String, f64)>,
     build_limits: Vec<(String, f64)>,
     hidden: Option<HiddenRule>,
+    faults: FaultPoints,
+    /// `None` where the rubric does not say.
+    protections: Option<Vec<Protection>>,
 }
 
 /// That there are hidden scenes.
@@ -119,6 +132,34 @@ struct File {
     #[serde(default, rename = "build-limits")]
     build_limits: BTreeMap<String, Spanned<f64>>,
     hidden: Option<HiddenRule>,
+    #[serde(default)]
+    faults: FaultsTable,
+    #[serde(default)]
+    protection: ProtectionTable,
+}
+
+/// What is shown of points where something could not be judged.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaultPoints {
+    /// The points earned, and those not judged apart.
+    #[default]
+    Apart,
+    /// No points earned.
+    Withheld,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FaultsTable {
+    #[serde(default)]
+    points: FaultPoints,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProtectionTable {
+    require: Option<Vec<Spanned<String>>>,
 }
 
 /// What scenes are judged by where no entry of the rubric sets a tolerance.
@@ -207,7 +248,9 @@ impl TryFrom<f64> for Positive {
 
     fn try_from(value: f64) -> Result<Self, String> {
         let valid = value.is_finite() && value > 0.0;
-        valid.then_some(Self(value)).ok_or_else(|| format!("a tolerance is above 0, not {value}"))
+        valid
+            .then_some(Self(value))
+            .ok_or_else(|| format!("a tolerance is above 0, not {}", number(value)))
     }
 }
 
@@ -219,8 +262,10 @@ impl TryFrom<f64> for Points {
     type Error = String;
 
     fn try_from(value: f64) -> Result<Self, String> {
-        let valid = value.is_finite() && value >= 0.0;
-        valid.then_some(Self(value)).ok_or_else(|| format!("points are 0 or more, not {value}"))
+        let valid = (0.0..=MOST).contains(&value);
+        valid
+            .then_some(Self(value))
+            .ok_or_else(|| format!("points are from 0 to {MOST:e}, not {}", number(value)))
     }
 }
 
@@ -232,8 +277,10 @@ impl TryFrom<f64> for Weight {
     type Error = String;
 
     fn try_from(value: f64) -> Result<Self, String> {
-        let valid = value.is_finite() && value > 0.0;
-        valid.then_some(Self(value)).ok_or_else(|| format!("a weight is above 0, not {value}"))
+        let valid = value > 0.0 && value <= MOST;
+        valid.then_some(Self(value)).ok_or_else(|| {
+            format!("a weight is above 0 and at most {MOST:e}, not {}", number(value))
+        })
     }
 }
 
@@ -260,11 +307,26 @@ impl Rubric {
             let line = before.matches('\n').count() + 1;
             RubricError::Invalid { path: path.to_path_buf(), line, column, message }
         };
-        let File { default, feature, scene, limits, build_limits, mut hidden } =
-            toml::from_str(text).map_err(|error| {
-                let start = error.span().map_or(0, |span| span.start);
-                invalid(start, error.message().to_owned())
-            })?;
+        let file: File = toml::from_str(text).map_err(|error| {
+            let start = error.span().map_or(0, |span| span.start);
+            invalid(start, error.message().to_owned())
+        })?;
+        let File { default, feature, scene, limits, build_limits, mut hidden, .. } = file;
+        let protection = |name: Spanned<String>| {
+            let found = Protection::ALL.into_iter().find(|known| known.name() == name.as_ref());
+            found.ok_or_else(|| {
+                let names = Protection::ALL.map(Protection::name).join(", ");
+                let message = format!(
+                    "there is no protection {:?}\n  help: the protections are {names}",
+                    name.as_ref()
+                );
+                invalid(name.span().start, message)
+            })
+        };
+        let required = file.protection.require;
+        let protections = required
+            .map(|names| names.into_iter().map(protection).collect::<Result<Vec<_>, _>>())
+            .transpose()?;
         let idle = |start: usize, entry: &dyn fmt::Display, keys: &str| {
             let message =
                 format!("{entry} sets nothing\n  help: give it {keys}, or remove the entry");
@@ -299,6 +361,8 @@ impl Rubric {
         Ok(Self {
             default,
             hidden,
+            faults: file.faults.points,
+            protections,
             limits: plain(limits),
             build_limits: plain(build_limits),
             features: feature.into_iter().map(Spanned::into_inner).collect(),
@@ -384,6 +448,16 @@ impl Rubric {
         with(Limits::of_builds(), &self.build_limits)
     }
 
+    /// What is shown of points where something could not be judged.
+    pub fn fault_points(&self) -> FaultPoints {
+        self.faults
+    }
+
+    /// The protections without which no program is run.
+    pub fn required_protections(&self) -> &[Protection] {
+        self.protections.as_deref().unwrap_or(&[Protection::Files])
+    }
+
     /// The points of a feature.
     pub fn points(&self, feature: &Feature) -> f64 {
         let rules = self.features.iter().filter(|rule| rule.fits(feature));
@@ -466,5 +540,27 @@ impl fmt::Display for FeatureRule {
             write!(f, " integrator {integrator:?}")?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn protections_are_required_by_name() {
+        let parse = |text: &str| Rubric::parse(text, Path::new("rubric.toml"));
+        let required = |text: &str| parse(text).unwrap().required_protections().to_vec();
+        assert_eq!(required(""), [Protection::Files]);
+        assert_eq!(required("[protection]\nrequire = []"), []);
+        let both = [Protection::Network, Protection::Files];
+        assert_eq!(required("[protection]\nrequire = [\"network\", \"files\"]"), both);
+        let message =
+            parse("[protection]\nrequire = [\"files\", \"fire\"]").unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "rubric.toml:2:21: there is no protection \"fire\"\n  help: the protections are files, network, \
+             signals, processes, system-calls, limits"
+        );
     }
 }

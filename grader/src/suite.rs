@@ -203,7 +203,11 @@ fn hash(parts: [&[u8]; 2]) -> String {
 /// # Errors
 /// Where it cannot be read.
 pub fn hash_file(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
+    hash_reader(File::open(path)?)
+}
+
+/// SHA-256 of all that is read, in hexadecimal.
+pub(crate) fn hash_reader(mut file: impl Read) -> io::Result<String> {
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 1 << 16];
     loop {

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::submission::printed;
+
 /// The outcome of one scene.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
@@ -9,7 +11,7 @@ pub enum Verdict {
     Pass,
     /// The submission is wrong.
     Fail(Failure),
-    /// The scene could not be judged, through no fault of the submission. It costs no points.
+    /// The scene could not be judged, through no fault of the submission. Its points are neither earned nor lost.
     GraderFault(Fault),
 }
 
@@ -42,56 +44,62 @@ impl fmt::Display for Verdict {
 /// How a submission failed on a scene. What is wrong with a trace's form is judged before its numbers.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Failure {
+    /// The files of the submission cannot be read, or are too many or too large.
+    #[error("{}", printed::text(detail))]
+    BadHandIn {
+        /// Which, and why.
+        detail: String,
+    },
     /// There is no trace, or no telling which of two it is.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     NoOutput {
         /// Where it was looked for.
         detail: String,
     },
     /// The simulator gave up.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     Crashed {
         /// What it said.
         detail: String,
     },
     /// There is no program, for its build failed.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     BuildFailed {
         /// What the build said.
         detail: String,
     },
     /// A program did not end in its time.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     TimedOut {
         /// What time it is.
         detail: String,
     },
     /// A program needs more memory than it may have.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     OutOfMemory {
         /// How much it may have.
         detail: String,
     },
     /// A program writes more than it may.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     TooMuchOutput {
         /// What, and how much it may be.
         detail: String,
     },
     /// A program starts more processes than it may have.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     TooManyProcesses {
         /// How many it may have.
         detail: String,
     },
     /// The trace is not in its format.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     Malformed {
         /// Where and how.
         detail: String,
     },
     /// The trace holds an infinity or a NaN.
-    #[error("{}{value} in the trace: {place}", prefix(location.as_ref()))]
+    #[error("{}{value} in the trace: {place}", printed::text(&prefix(location.as_ref())))]
     NotFinite {
         /// The file and the place in it, where the trace is a file.
         location: Option<String>,
@@ -115,7 +123,7 @@ pub enum Failure {
         expected: u64,
     },
     /// The states agree as long as they can be predicted, and the energy or the momentum is wrong beyond.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     Drifts {
         /// Where, and by how much.
         detail: String,
@@ -129,6 +137,7 @@ impl Failure {
     /// The failure's name.
     pub fn name(&self) -> &'static str {
         match self {
+            Self::BadHandIn { .. } => "bad-hand-in",
             Self::NoOutput { .. } => "no-output",
             Self::Crashed { .. } => "crashed",
             Self::BuildFailed { .. } => "build-failed",
@@ -175,13 +184,16 @@ pub enum Fault {
         detail: String,
     },
     /// The program could not be run, through no fault of its own.
-    #[error("{detail}")]
+    #[error("{}", printed::text(detail))]
     NotRun {
         /// Why.
         detail: String,
     },
     /// The grader broke off.
-    #[error("the grader broke off, which is a defect of grade; please report it: {detail}")]
+    #[error(
+        "the grader broke off, which is a defect of grade; please report it: {}",
+        printed::text(detail)
+    )]
     Internal {
         /// What it said.
         detail: String,
@@ -191,6 +203,13 @@ pub enum Fault {
 /// `location` in front of a message.
 pub(crate) fn prefix(location: Option<&String>) -> String {
     location.map(|location| format!("{location}: ")).unwrap_or_default()
+}
+
+/// A number in as few characters as tell it apart from any other: 1e308 has no 309 digits.
+pub(crate) fn number(value: f64) -> String {
+    // The other notation of Rust has every digit.
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
 }
 
 /// A number in a trace.
@@ -238,5 +257,40 @@ impl Place {
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "step {}, particle {}, {}", self.step, self.particle, self.coordinate())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_read_back_the_same() {
+        for value in [0.0, -0.0, 1.0, 0.1, -1e308, f64::MIN_POSITIVE, 123_456_789.25, 1e16, 1e-7] {
+            let text = number(value);
+            assert!(text.len() < 25, "{text}");
+            assert_eq!(text.parse(), Ok(value));
+        }
+        assert_eq!((number(2.0).as_str(), number(1e300).as_str()), ("2", "1e300"));
+    }
+
+    #[test]
+    fn no_message_holds_what_a_terminal_or_xml_would_not_take() {
+        let detail = || "a\u{1b}[2J\u{fffe}\u{b}\nb".to_owned();
+        let expected = "a\u{fffd}[2J\u{fffd}\u{fffd}\nb";
+        for failure in [
+            Failure::BadHandIn { detail: detail() },
+            Failure::NoOutput { detail: detail() },
+            Failure::Crashed { detail: detail() },
+            Failure::BuildFailed { detail: detail() },
+            Failure::TimedOut { detail: detail() },
+            Failure::OutOfMemory { detail: detail() },
+            Failure::TooMuchOutput { detail: detail() },
+            Failure::TooManyProcesses { detail: detail() },
+            Failure::Malformed { detail: detail() },
+        ] {
+            assert_eq!(failure.to_string(), expected, "{}", failure.name());
+        }
+        assert_eq!(Fault::NotRun { detail: detail() }.to_string(), expected);
     }
 }

@@ -190,12 +190,14 @@ fn a_hidden_scene_that_cannot_be_used_is_not_named() {
     assert_eq!((run.code, run.stdout.as_str()), (2, ""));
     assert!(run.stderr.contains("grade oracle verify --root hidden"), "{}", run.stderr);
     assert!(!run.stderr.contains("moonlight"), "{}", run.stderr);
-    // That its trace is of another scene is a fault, and costs nothing.
+    // That its trace is of another scene is a fault: its points are neither earned nor lost.
     project.write("hidden/assets/Free/moonlight.xml", &scene("0.5"));
     let report = project.json(&["--hidden", "hidden"]);
     assert_eq!(report["outcome"], "grader-fault");
     assert_eq!(report["required"]["hidden_not_judged"], 1);
-    assert_eq!(report["required"]["points_earned"], report["required"]["points"]);
+    let points = |name: &str| report["required"][name].as_f64().unwrap();
+    assert!(points("points_not_judged") > 0.0);
+    assert_eq!(points("points_earned") + points("points_not_judged"), points("points"));
     let run = project.grade(&["--hidden", "nowhere"]);
     assert!(run.code == 2 && run.stderr.contains("there are no hidden scenes"), "{}", run.stderr);
 }
@@ -282,7 +284,7 @@ fn each_submission_of_a_class_is_graded_as_if_it_were_alone() {
     let names = ["ada.txt", "ada.json", "ada.xml", "cleo.txt", "cleo.json", "cleo.xml"];
     let reports = || names.map(|name| project.read(&format!("out/reports/{name}")));
     let (alone, row) = (reports(), project.row("ada"));
-    assert_eq!(row, "ada,passed,2,2,0,0,2,3,3,,,,");
+    assert_eq!(row, "ada,passed,2,2,0,0,2,0,3,3,,,,");
 
     project.program("class/bob", "#!/bin/sh\nkill -9 -1; rm -rf ..; exit 1\n");
     project.program("class/dot", "#!/bin/sh\nwhile :; do :; done\n");
@@ -314,7 +316,7 @@ fn each_submission_of_a_class_is_graded_as_if_it_were_alone() {
             ("bob", "crashed"),
             ("cleo", "passed"),
             ("dot", "timed-out"),
-            ("eve", "no-output"),
+            ("eve", "bad-hand-in"),
             ("fay", "crashed"),
             ("hal", "no-output"),
         ] {
@@ -372,7 +374,11 @@ fn only_what_changed_is_graded_again() {
     let trace = project.read("expected/Free/near.csv");
     fs::remove_file(project.path("expected/Free/near.csv")).unwrap();
     assert_eq!(resume().code, 3);
-    assert!(project.row("ada").starts_with("ada,grader-fault,6,6,"), "{}", project.row("ada"));
+    assert!(
+        project.row("ada").starts_with("ada,grader-fault,4.5,6,0,0,4.5,1.5,"),
+        "{}",
+        project.row("ada")
+    );
     mark("ada");
     resume();
     assert!(!marked("ada"));
@@ -447,4 +453,196 @@ fn a_class_that_cannot_be_graded_is_refused() {
     // No spreadsheet takes a name for a formula.
     assert_eq!(project.class(&[]).code, 0);
     assert!(project.row("'=ada").starts_with("'=ada,passed,"));
+}
+
+/// A chain of folders, which no path could name.
+fn nest(folder: &Path, levels: usize) {
+    use rustix::fs::{CWD, Mode, OFlags, mkdirat, openat};
+    let open = OFlags::RDONLY | OFlags::DIRECTORY;
+    let mut folder = openat(CWD, folder, open, Mode::empty()).unwrap();
+    for _ in 0..levels {
+        mkdirat(&folder, "d", Mode::RWXU).unwrap();
+        folder = openat(&folder, "d", open, Mode::empty()).unwrap();
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_hand_in_is_its_own_failure() {
+    let project = Project::new();
+    let manifest = "build = [\"true\"]\nrun = [\"./x\", \"{scene}\", \"{trace}\"]\n";
+    let sparse = |name: &str| {
+        let file = fs::File::create(project.path(name)).unwrap();
+        file.set_len(16 << 30).unwrap();
+        file.set_permissions(fs::Permissions::from_mode(0o755)).unwrap();
+    };
+    for name in ["deep", "full", "special"] {
+        project.write(&format!("class/{name}/submission.toml"), manifest);
+    }
+    nest(&project.path("class/deep"), 15_000);
+    sparse("class/full/data.bin");
+    sparse("class/huge");
+    for name in ["pipe", "linked", "traces"] {
+        fs::create_dir_all(project.path(&format!("class/{name}"))).unwrap();
+    }
+    let pipe = |name: &str| {
+        let mode = rustix::fs::Mode::RWXU;
+        rustix::fs::mkfifoat(rustix::fs::CWD, project.path(name), mode).unwrap();
+    };
+    pipe("class/pipe/submission.toml");
+    pipe("class/special/pipe");
+    std::os::unix::fs::symlink("/etc/hostname", project.path("class/linked/submission.toml"))
+        .unwrap();
+    sparse("class/traces/near.csv");
+    project.write("class/long/submission.toml", &format!("#{}", "#".repeat(1 << 20)));
+    project.program("class/zoe", RIGHT);
+    project.program("class/.ada", RIGHT);
+
+    let run = project.class(&[]);
+    let removed = Command::new("rm").arg("-rf").arg(project.path("class/deep")).status();
+    assert!(removed.unwrap().success());
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    for (name, message) in [
+        ("deep", "more than 100 folders are inside each other"),
+        ("full", "the files have more than 1024 MiB together, from data.bin on"),
+        ("huge", "the files have more than 1024 MiB together, from the hand-in on"),
+        ("linked", "submission.toml: is a link"),
+        ("long", "submission.toml: is larger than 1 MiB"),
+        ("pipe", "submission.toml: is a pipe"),
+        ("special", "pipe: is a pipe"),
+        ("traces", "from near.csv on"),
+    ] {
+        let row = project.row(name);
+        assert!(row.starts_with(&format!("{name},bad-hand-in,0,2,")), "{row}");
+        let told = project.read(&format!("out/reports/{name}.txt"));
+        assert!(told.contains(message), "{told}");
+    }
+    assert!(project.row("zoe").starts_with("zoe,passed,"));
+    let told = "passed over: .ada: its name begins with a dot";
+    assert!(run.stdout.contains(told), "{}", run.stdout);
+
+    // By itself it is the verdict as well.
+    let run = project.grade(&["class/full", "--no-jacobians"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(run.stdout.contains("bad hand in  Free/far"), "{}", run.stdout);
+}
+
+#[test]
+fn no_report_is_written_through_a_link() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.write("precious", "mine");
+    for folder in ["out/reports", "out/resume", "elsewhere", "other"] {
+        fs::create_dir_all(project.path(folder)).unwrap();
+    }
+    let links =
+        ["reports/ada.txt", "reports/ada.json", "resume/ada.json", "summary.csv", "summary.txt"];
+    let link = |from: &str, to: &str| {
+        std::os::unix::fs::symlink(project.path(from), project.path(to)).unwrap();
+    };
+    for name in links {
+        link("precious", &format!("out/{name}"));
+    }
+    let run = project.class(&[]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(project.read("precious"), "mine");
+    for name in links {
+        let path = project.path(&format!("out/{name}"));
+        assert!(fs::symlink_metadata(&path).unwrap().is_file(), "{name}");
+        assert!(fs::metadata(&path).unwrap().len() > 10, "{name}");
+    }
+
+    link("elsewhere", "other/reports");
+    let run = project.grade(&["class", "class", "-o", "other", "--no-jacobians"]);
+    assert!(run.code == 2 && run.stderr.contains("other/reports: it is a link"), "{}", run.stderr);
+    assert_eq!(fs::read_dir(project.path("elsewhere")).unwrap().count(), 0);
+}
+
+#[test]
+fn points_that_were_not_judged_stand_apart_or_withhold_the_score() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.program("class/bob", "#!/bin/sh\nexit 1\n");
+    fs::remove_file(project.path("expected/Free/near.csv")).unwrap();
+    assert_eq!(project.class(&[]).code, 3);
+    assert!(project.row("ada").starts_with("ada,grader-fault,1.5,2,0,0,1.5,0.5,"));
+    assert!(project.row("bob").starts_with("bob,grader-fault,0,2,0,0,0,0.5,"));
+    let summary = project.read("out/summary.txt");
+    assert!(summary.contains("points  not judged"), "{summary}");
+    let report = project.read("out/reports/ada.txt");
+    assert!(report.contains("Score 1.5 of 2 points, 0.5 not judged\n"), "{report}");
+
+    project.write("assets/rubric.toml", "[faults]\npoints = \"withheld\"\n");
+    project.class(&[]);
+    assert!(
+        project.row("ada").starts_with("ada,grader-fault,–,2,0,0,–,0.5,"),
+        "{}",
+        project.row("ada")
+    );
+    let report = project.json(&["class/ada"]);
+    assert_eq!(report["required"]["points_earned"], Value::Null);
+    assert_eq!(report["required"]["points_not_judged"], 0.5);
+
+    // Where nothing was judged, nothing was earned.
+    project.write(
+        "assets/rubric.toml",
+        "[[feature]]\nintegrator = \"explicit-euler\"\npartial = false\n",
+    );
+    for name in ["far", "other"] {
+        fs::remove_file(project.path(&format!("expected/Free/{name}.csv"))).unwrap();
+    }
+    project.class(&[]);
+    for name in ["ada", "bob"] {
+        assert!(project.row(name).starts_with(&format!("{name},grader-fault,–,2,0,0,–,2,")));
+    }
+    let report = project.read("out/reports/bob.txt");
+    assert!(report.contains("Score – of 2 points, 2 not judged\n"), "{report}");
+    assert!(report.contains("–/1           1  FAULT"), "{report}");
+}
+
+#[test]
+fn reports_are_well_formed_whatever_a_program_prints() {
+    use quick_xml::events::Event;
+    let project = Project::new();
+    let hostile = "#!/bin/sh\nprintf 'a\\357\\277\\276b\\357\\277\\277c\\001\\010\\033[31m\\177\\302\\233]]>' >&2\n\
+                   printf '<!-- & &#0; \"\\377\\355\\240\\200\\342\\200\\256\\000 '\"$PWD\" >&2; exit 1\n";
+    project.program("hostile", hostile);
+    project.write(
+        "mine/submission.toml",
+        "name = \"m\\uffff\\u0001]]>\"\nrun = [\"./x\\uffff\", \"{scene}\", \"{trace}\"]\n",
+    );
+    for submission in ["hostile", "mine"] {
+        let junit = project.grade(&[submission, "--no-jacobians", "--format", "junit"]);
+        assert_eq!(junit.code, 1, "{}", junit.stderr);
+        let mut reader = quick_xml::Reader::from_str(&junit.stdout);
+        let mut text = String::new();
+        loop {
+            match reader.read_event().unwrap() {
+                Event::Eof => break,
+                Event::Start(tag) | Event::Empty(tag) => {
+                    for attribute in tag.attributes() {
+                        let version = quick_xml::XmlVersion::Implicit1_0;
+                        let value = attribute.unwrap();
+                        text += &value.normalized_value(version).unwrap();
+                    }
+                }
+                _ => {}
+            }
+        }
+        let is_character = |c: char| matches!(c, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
+        for character in junit.stdout.chars().chain(text.chars()) {
+            assert!(is_character(character), "{character:?} in {}", junit.stdout);
+        }
+        assert!(text.contains("]]>") || submission == "mine", "{text}");
+        assert!(!junit.stdout.contains("spring-oracle-"), "{}", junit.stdout);
+    }
+}
+
+#[test]
+fn missing_protections_are_warned_of() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    let run = project.class(&["--unprotected"]);
+    assert!(run.stdout.contains("  Run without protection.\n"), "{}", run.stdout);
+    let report = project.json(&["class/ada", "--unprotected"]);
+    assert_eq!(report["protection_missing"].as_array().unwrap().len(), 6);
 }

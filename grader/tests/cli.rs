@@ -179,7 +179,7 @@ fn a_wrong_number_is_shown_where_it_first_is() {
 #[test]
 fn every_fault_of_form_has_its_name() {
     type Edit = fn(&mut Vec<String>);
-    let edits: [(&str, &str, Edit); 12] = [
+    let edits: [(&str, &str, Edit); 13] = [
         ("too-short", "after 7 of 11 states", |lines| lines.truncate(8)),
         ("too-short", "after 0 of 11 states", |lines| lines.truncate(1)),
         ("too-long", "after its last state, number 11", |lines| {
@@ -213,6 +213,9 @@ fn every_fault_of_form_has_its_name() {
         }),
         ("malformed", "pair.csv:4: state 2 is given the time 0.2, not 0.1", |lines| {
             lines[3] = replace_field(&lines[3], 1, "0.2");
+        }),
+        ("malformed", "pair.csv:4: state 2 is given the time 1e308, not 0.1", |lines| {
+            lines[3] = replace_field(&lines[3], 1, "1e308");
         }),
     ];
     let project = Project::new();
@@ -289,7 +292,7 @@ fn a_line_without_end_is_refused_before_it_fills_the_memory() {
 }
 
 #[test]
-fn an_edited_scene_is_told_as_such_and_costs_nothing() {
+fn an_edited_scene_is_told_as_such_and_is_neither_earned_nor_lost() {
     let project = Project::new();
     project.write("assets/Spring/pair.xml", &SPRING.replace("k=\"20\"", "k=\"21\""));
     let run = project.grade(&["--format", "json"]);
@@ -298,7 +301,10 @@ fn an_edited_scene_is_told_as_such_and_costs_nothing() {
     assert_eq!(told["verdict"], "grader-fault");
     assert!(told["message"].as_str().unwrap().starts_with("the scene was edited after"));
     let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
-    assert_eq!(report["required"]["points_earned"], report["required"]["points"]);
+    let required = &report["required"];
+    assert_eq!((&required["points_earned"], &required["points"]), (&1.0.into(), &2.0.into()));
+    assert_eq!(required["points_not_judged"], 1.0);
+    assert!(project.grade(&[]).stdout.contains("Score 1 of 2 points, 1 not judged, and"));
     assert_eq!(project.grade(&["oracle", "verify"]).code, 1);
 }
 

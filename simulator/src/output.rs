@@ -39,16 +39,21 @@ pub fn target(path: &Path) -> io::Result<Option<PathBuf>> {
             () => Ok(None),
         };
     }
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(path);
     match fs::read_link(path) {
         Ok(link) => target(&folder.join(link)),
         Err(_) => match path.file_name() {
             Some(name) => Ok(Some(fs::canonicalize(folder)?.join(name))),
             None => Err(io::ErrorKind::InvalidInput.into()),
         },
+    }
+}
+
+/// The folder that `path` is in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
     }
 }
 
@@ -62,10 +67,28 @@ impl OutputFile {
             let file = OpenOptions::new().write(true).open(path)?;
             return Ok(Self { kind: Kind::Direct(BufWriter::new(file)) });
         };
+        Self::aside(path)
+    }
+
+    /// Starts a file that takes the place of whatever is called `path`: a link is replaced, and not followed.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn replace(path: &Path) -> io::Result<Self> {
+        let Some(name) = path.file_name() else { return Err(io::ErrorKind::InvalidInput.into()) };
+        if fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_dir()) {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        Self::aside(folder_of(path).canonicalize()?.join(name))
+    }
+
+    /// A file that replaces what is called `path`, in a folder without links.
+    fn aside(path: PathBuf) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".").suffix(".partial");
-        let old = fs::metadata(&path).map(|metadata| metadata.permissions());
-        if old.as_ref().is_ok_and(fs::Permissions::readonly) {
+        let old = fs::symlink_metadata(&path).ok().filter(fs::Metadata::is_file);
+        let old = old.map(|metadata| metadata.permissions());
+        if old.as_ref().is_some_and(fs::Permissions::readonly) {
             return Err(io::ErrorKind::PermissionDenied.into());
         }
         #[cfg(unix)]
@@ -77,7 +100,7 @@ impl OutputFile {
         let folder = path.parent().unwrap_or(Path::new("/"));
         // The error would name the temporary file, which nobody knows.
         let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
-        if let Ok(permissions) = old {
+        if let Some(permissions) = old {
             file.as_file().set_permissions(permissions)?;
         }
         Ok(Self { kind: Kind::Aside { file: BufWriter::with_capacity(1 << 16, file), path } })

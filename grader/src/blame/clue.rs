@@ -147,7 +147,7 @@ impl Clue {
         let first = comparison.first_wrong.as_ref();
         let told = || first.and_then(|first| in_numbers(&case.scene, first));
         let kind = match failure {
-            Failure::BuildFailed { .. } => Kind::NotBuilt,
+            Failure::BuildFailed { .. } | Failure::BadHandIn { .. } => Kind::NotBuilt,
             Failure::Crashed { .. } | Failure::TooManyProcesses { .. } => Kind::Crash,
             Failure::TimedOut { .. } => Kind::TimeOut,
             Failure::OutOfMemory { .. } => Kind::Memory,

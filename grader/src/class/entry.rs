@@ -1,5 +1,6 @@
 //! The submissions of a folder.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
 use std::io;
@@ -8,8 +9,14 @@ use std::path::{Path, PathBuf};
 use crate::submission::printed::steers;
 use crate::suite::hash_bytes;
 
-/// The longest name, in bytes, that a report's name is made of.
-const LONGEST: usize = 200;
+/// The longest name, in bytes, that is a report's name as well.
+const LONGEST: usize = 100;
+
+/// The characters of a name that are shown in front of its hash.
+const PREFIX: usize = 40;
+
+/// The digits of a hash: nobody finds two names that share it.
+const HASH: usize = 32;
 
 /// A file or folder that is graded.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,6 +25,8 @@ pub struct Entry {
     pub name: String,
     /// Where it is.
     pub path: PathBuf,
+    /// The name of its report, without the extension of its format. No two entries share one, on any file system.
+    pub report: String,
 }
 
 /// Something in the folder that is no submission.
@@ -29,17 +38,7 @@ pub struct PassedOver {
     pub reason: &'static str,
 }
 
-impl Entry {
-    /// The name of its report, without the extension of its format.
-    pub fn report(&self) -> String {
-        match self.name.len() {
-            ..=LONGEST => self.name.clone(),
-            _ => hash_bytes(self.name.as_bytes()),
-        }
-    }
-}
-
-/// The submissions of a folder, by name, and what else there is. Hidden files are not told of.
+/// The submissions of a folder, by name, and what else there is.
 ///
 /// # Errors
 /// Where the folder cannot be read.
@@ -53,10 +52,15 @@ pub fn list(folder: &Path) -> io::Result<(Vec<Entry>, Vec<PassedOver>)> {
     let (mut entries, mut others) = (Vec::new(), Vec::new());
     for (file_name, path) in found {
         let name = file_name.to_str().filter(|name| !name.chars().any(steers));
-        match (name, refusal(&path)?) {
-            (Some(name), _) if name.starts_with('.') => {}
-            (Some(name), None) => entries.push(Entry { name: name.to_owned(), path }),
-            (Some(name), Some(reason)) => others.push(PassedOver { name: name.to_owned(), reason }),
+        match (name, refusal(&path)) {
+            (Some(name), None) if !name.starts_with('.') => {
+                entries.push(Entry { name: name.to_owned(), path, report: String::new() });
+            }
+            (Some(name), refusal) => {
+                let reason = refusal.filter(|_| !name.starts_with('.'));
+                let reason = reason.unwrap_or("its name begins with a dot");
+                others.push(PassedOver { name: name.to_owned(), reason });
+            }
             (None, _) => others.push(PassedOver {
                 // As an escaped literal.
                 name: format!("{file_name:?}"),
@@ -64,30 +68,113 @@ pub fn list(folder: &Path) -> io::Result<(Vec<Entry>, Vec<PassedOver>)> {
             }),
         }
     }
+    let mut spellings: BTreeMap<String, usize> = BTreeMap::new();
+    for entry in &entries {
+        *spellings.entry(entry.name.to_ascii_lowercase()).or_default() += 1;
+    }
+    for entry in &mut entries {
+        let is_alone = spellings.get(&entry.name.to_ascii_lowercase()) == Some(&1);
+        entry.report = report_name(&entry.name, is_alone);
+    }
     Ok((entries, others))
 }
 
+/// A name that every file system keeps as it is stays so, where no other differs from it by case alone. Any other is
+/// spelt in such characters and gets a hash, behind a `~`, which no name has that stays.
+fn report_name(name: &str, is_alone: bool) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || " _-.,".contains(c);
+    let is_kept = is_alone
+        && name.len() <= LONGEST
+        && name.chars().all(is_plain)
+        && name.starts_with(|c: char| c.is_ascii_alphanumeric())
+        && !name.ends_with([' ', '.']);
+    if is_kept {
+        return name.to_owned();
+    }
+    let plain = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });
+    let prefix: String = plain.take(PREFIX).collect();
+    format!("{prefix}~{}", &hash_bytes(name.as_bytes())[..HASH])
+}
+
 /// Why it cannot be graded.
-fn refusal(path: &Path) -> io::Result<Option<&'static str>> {
+fn refusal(path: &Path) -> Option<&'static str> {
     // It does not follow links.
-    let metadata = fs::symlink_metadata(path)?;
+    let Ok(metadata) = fs::symlink_metadata(path) else { return Some("it cannot be read") };
     let kind = metadata.file_type();
-    Ok(match () {
+    match () {
         // It may lead to the oracle, or to another's submission.
         () if kind.is_symlink() => Some("it is a link"),
         () if kind.is_dir() => None,
         () if !kind.is_file() => Some("it is neither a file nor a folder"),
         () if !is_executable(&metadata) => Some("it is no program: it may not be executed"),
         () => None,
-    })
+    }
 }
 
 #[cfg(unix)]
-pub(super) fn is_executable(metadata: &fs::Metadata) -> bool {
+fn is_executable(metadata: &fs::Metadata) -> bool {
     std::os::unix::fs::PermissionsExt::mode(&metadata.permissions()) & 0o111 != 0
 }
 
 #[cfg(not(unix))]
-pub(super) fn is_executable(_metadata: &fs::Metadata) -> bool {
+fn is_executable(_metadata: &fs::Metadata) -> bool {
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn no_two_submissions_share_a_report() {
+        let folder = tempfile::tempdir().unwrap();
+        let long = "x".repeat(201);
+        let hashed = report_name("é", true);
+        let mut names = vec![
+            "ada",
+            "bob",
+            "Bob",
+            "BOB.txt",
+            "a",
+            "a.txt",
+            "a.",
+            "a ",
+            "e\u{301}",
+            "é",
+            "É",
+            "-rf",
+            "=ada",
+            "Lovelace, Ada_12",
+            "a b",
+            "a_b",
+            "con",
+            &hashed,
+            &long,
+            &long[1..],
+        ];
+        let of_long = hash_bytes(long.as_bytes());
+        names.push(&of_long);
+        for name in &names {
+            fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        fs::create_dir(folder.path().join(".ada")).unwrap();
+        let (entries, others) = list(folder.path()).unwrap();
+        assert_eq!(
+            others,
+            [PassedOver { name: ".ada".to_owned(), reason: "its name begins with a dot" }]
+        );
+        assert_eq!(entries.len(), names.len());
+        let reports: BTreeSet<String> =
+            entries.iter().map(|entry| entry.report.to_lowercase()).collect();
+        assert_eq!(reports.len(), names.len(), "{reports:?}");
+        for Entry { name, report, .. } in &entries {
+            let stays =
+                ["ada", "a", "a.txt", "BOB.txt", "Lovelace, Ada_12", "a b", "a_b", "con", &of_long];
+            assert_eq!(report == name, stays.contains(&name.as_str()), "{name:?}: {report:?}");
+            assert!(report.is_ascii() && report.len() <= LONGEST, "{report:?}");
+        }
+        assert!(reports.iter().any(|report| report.starts_with("bob~")));
+    }
 }

@@ -4,15 +4,14 @@
 //! SHA-256 ( the grader · how programs are run · rubric · scenes · traces ) + SHA-256 ( the submission's files )
 //! ```
 
-use std::fs;
 use std::io;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use super::entry::is_executable;
 use crate::hidden::HiddenSuite;
 use crate::oracle::Oracle;
+use crate::submission::hand_in::{HandIn, HandInError, Step};
 use crate::suite::{Case, Suite, hash_file, hexadecimal};
 
 /// A hash being made of parts, each with its length before it, so that no two lists of parts are the same.
@@ -78,31 +77,28 @@ impl Fingerprint {
     /// and not what they lead to.
     ///
     /// # Errors
-    /// Where something of it cannot be read.
-    pub fn submission(&mut self, path: &Path) -> io::Result<()> {
-        let metadata = fs::symlink_metadata(path)?;
-        let kind = metadata.file_type();
-        if kind.is_symlink() {
-            self.part(b"link");
-            self.part(fs::read_link(path)?.as_os_str().as_encoded_bytes());
-        } else if kind.is_dir() {
-            let names = fs::read_dir(path)?.map(|entry| Ok(entry?.file_name()));
-            let mut names = names.collect::<io::Result<Vec<_>>>()?;
-            names.sort();
-            self.part(b"folder");
-            self.part(&(names.len() as u64).to_le_bytes());
-            for name in names {
-                self.part(name.as_encoded_bytes());
-                self.submission(&path.join(name))?;
+    /// Where something of it cannot be read, or it is too much; then nothing but metadata was read.
+    pub fn submission(&mut self, path: &Path) -> Result<(), HandInError> {
+        HandIn::open(path)?.walk(&mut |step| {
+            let (kind, node): (&[u8], _) = match &step {
+                Step::Leave => {
+                    self.part(b"end");
+                    return Ok(());
+                }
+                Step::Enter(node) => (b"folder", node),
+                Step::File(node) if node.is_executable() => (b"program", node),
+                Step::File(node) => (b"file", node),
+                Step::Link(node) => (b"link", node),
+            };
+            self.part(kind);
+            self.part(node.name.to_bytes());
+            match &step {
+                Step::File(node) => self.part(node.hash()?.as_bytes()),
+                Step::Link(node) => self.part(node.target()?.to_bytes()),
+                Step::Enter(_) | Step::Leave => {}
             }
-        } else if kind.is_file() {
-            self.part(if is_executable(&metadata) { b"program" } else { b"file" });
-            self.file(path)?;
-        } else {
-            // It may have no end.
-            self.part(b"other");
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// In hexadecimal.
@@ -113,6 +109,8 @@ impl Fingerprint {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -36,6 +36,8 @@ pub struct Row {
     pub extra_credit: (String, String),
     /// Points of both.
     pub points: String,
+    /// Points of both that could not be judged.
+    pub not_judged: String,
     /// Scenes that passed, and how many there are, without hidden ones.
     pub scenes: (usize, usize),
     /// The same of hidden ones; `None` where there are none, or they were not run.
@@ -54,17 +56,16 @@ impl Row {
         let both = [required, extra];
         let sum = |of: fn(&crate::grading::Totals) -> usize| both.iter().map(of).sum::<usize>();
         let shown = |totals: crate::grading::Totals| {
-            (points::earned(totals.points_earned, totals.points), points::shown(totals.points))
+            (points::earned(&totals.credit, grading.faults), points::shown(totals.credit.points))
         };
+        let together = required.credit + extra.credit;
         Self {
             name: grading.submission.clone(),
             verdict: verdict(grading),
             required: shown(required),
             extra_credit: shown(extra),
-            points: points::earned(
-                required.points_earned + extra.points_earned,
-                required.points + extra.points,
-            ),
+            points: points::earned(&together, grading.faults),
+            not_judged: points::unjudged(&together),
             scenes: (sum(|totals| totals.passed), sum(|totals| totals.scenes)),
             hidden: (grading.hidden == Hidden::Run)
                 .then(|| (sum(|totals| totals.hidden_passed), sum(|totals| totals.hidden))),

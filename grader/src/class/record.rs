@@ -4,6 +4,7 @@
 //! reports came of is the same, and the reports are the ones that were written.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -30,9 +31,15 @@ impl Record {
     /// Reads the record at `path`, if it is of this fingerprint, the reports in `folder` are those it was written
     /// with, and nothing was left unjudged.
     pub fn read(path: &Path, fingerprint: &str, folder: &Path) -> Option<Self> {
+        // Neither a link nor a pipe was written by `grade`.
+        let is_file = |path: &Path| fs::symlink_metadata(path).is_ok_and(|found| found.is_file());
+        if !is_file(path) {
+            return None;
+        }
         let record: Self = serde_json::from_str(&read_text(path, MAX_MEBIBYTES).ok()?).ok()?;
         let is_there = |(file, hash): (&String, &String)| {
-            hash_file(&folder.join(file)).is_ok_and(|found| found == *hash)
+            let path = folder.join(file);
+            is_file(&path) && hash_file(&path).is_ok_and(|found| found == *hash)
         };
         let holds = record.fingerprint == fingerprint
             && !record.row.is_fault()

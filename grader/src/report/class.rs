@@ -3,12 +3,13 @@
 use std::io::{self, Write};
 
 use super::table::{self, Cell};
-use super::text::{BAD, BOLD, DIM, GOOD, ODD, header};
+use super::text::{BAD, BOLD, DIM, GOOD, ODD, header, write_unprotected};
 use crate::class::Row;
 use crate::class::entry::PassedOver;
+use crate::sandbox::Protection;
 
 /// Names of the columns of the CSV.
-const COLUMNS: [&str; 13] = [
+const COLUMNS: [&str; 14] = [
     "name",
     "verdict",
     "required",
@@ -16,6 +17,7 @@ const COLUMNS: [&str; 13] = [
     "extra_credit",
     "extra_credit_of",
     "points",
+    "points_not_judged",
     "scenes_passed",
     "scenes",
     "hidden_passed",
@@ -28,12 +30,18 @@ const COLUMNS: [&str; 13] = [
 ///
 /// # Errors
 /// Where the output takes no more.
-pub fn write(out: &mut dyn Write, rows: &[Row], passed_over: &[PassedOver]) -> io::Result<()> {
+pub fn write(
+    out: &mut dyn Write,
+    rows: &[Row],
+    passed_over: &[PassedOver],
+    protections: &[Protection],
+) -> io::Result<()> {
     let names = [
         "submission",
         "required",
         "extra credit",
         "points",
+        "not judged",
         "scenes",
         "hidden",
         "Jacobians",
@@ -42,7 +50,7 @@ pub fn write(out: &mut dyn Write, rows: &[Row], passed_over: &[PassedOver]) -> i
     let nothing = || "-".to_owned();
     let pair = |(part, all): (usize, usize)| format!("{part}/{all}");
     let of = |(part, all): (&str, &str)| format!("{part}/{all}");
-    let mut cells = vec![header(&names, 1..7)];
+    let mut cells = vec![header(&names, 1..8)];
     for row in rows {
         let style = match row.verdict.as_str() {
             "passed" | "passed-shipped" => GOOD,
@@ -54,11 +62,15 @@ pub fn write(out: &mut dyn Write, rows: &[Row], passed_over: &[PassedOver]) -> i
             Cell::right(of((&row.required.0, &row.required.1))),
             Cell::right(of((&row.extra_credit.0, &row.extra_credit.1))),
             Cell::right(row.points.clone()),
+            Cell::right(if row.is_fault() { row.not_judged.clone() } else { String::new() }),
             Cell::right(pair(row.scenes)),
             Cell::right(row.hidden.map_or_else(nothing, pair)),
             Cell::right(row.jacobians.map_or_else(nothing, pair)),
             Cell::left(row.verdict.replace('-', " ")).styled(style),
         ]);
+    }
+    if !rows.iter().any(Row::is_fault) {
+        cells.iter_mut().for_each(|row| drop(row.remove(4)));
     }
     table::write(out, &cells)?;
     writeln!(out)?;
@@ -80,6 +92,7 @@ pub fn write(out: &mut dyn Write, rows: &[Row], passed_over: &[PassedOver]) -> i
         "  {BOLD}{} {submissions}{BOLD:#}: {passed} passed, {failed} failed, {faults} could not be judged",
         rows.len()
     )?;
+    write_unprotected(out, protections)?;
     if rows.iter().any(|row| row.verdict == "passed-shipped") {
         writeln!(out, "  {ODD}Hidden scenes were not run: `passed shipped` is not all.{ODD:#}")?;
     }
@@ -101,13 +114,14 @@ pub fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
         let (hidden_passed, hidden) = texts(row.hidden);
         let (correct, jacobians) = texts(row.jacobians);
         writer.write_record([
-            plain(&row.name).as_str(),
+            inert(&row.name).as_str(),
             &row.verdict,
             &row.required.0,
             &row.required.1,
             &row.extra_credit.0,
             &row.extra_credit.1,
             &row.points,
+            &row.not_judged,
             &scenes_passed,
             &scenes,
             &hidden_passed,
@@ -119,7 +133,86 @@ pub fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
     writer.into_inner().map_err(|error| error.into_error().into())
 }
 
-/// A name that no spreadsheet takes for a formula.
-fn plain(name: &str) -> String {
-    if name.starts_with(['=', '+', '-', '@']) { format!("'{name}") } else { name.to_owned() }
+/// A text of which no spreadsheet takes any part for a formula, whatever it takes for the end of a cell: `'` stands
+/// before what would begin one.
+fn inert(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut begins = true;
+    for character in text.chars() {
+        if begins && "=+-@＝＋－＠".contains(character) {
+            shown.push('\'');
+        }
+        let ends = ",;|\t\r\n\"'".contains(character);
+        begins = ends || begins && character.is_whitespace();
+        shown.push(character);
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of a submission of this name.
+    fn row(name: &str) -> Row {
+        let one = || ("1".to_owned(), "1".to_owned());
+        Row {
+            name: name.to_owned(),
+            verdict: "passed".to_owned(),
+            required: one(),
+            extra_credit: one(),
+            points: "2".to_owned(),
+            not_judged: "0".to_owned(),
+            scenes: (1, 1),
+            hidden: None,
+            jacobians: None,
+        }
+    }
+
+    #[test]
+    fn no_cell_is_a_formula_whatever_separates_them() {
+        let names = [
+            "=1",
+            "+1",
+            "-1",
+            "@a",
+            " =1",
+            "\t=1",
+            "a;=1",
+            "a; =1",
+            "a,=1",
+            "a\";=1",
+            "\"=1",
+            "a\n=1",
+            "a\r+1",
+            "'=1",
+            "\"\";\"=1\"",
+            "\u{a0}=1",
+            ";;-1",
+            "a\t@b",
+            "＝1",
+        ];
+        for name in names {
+            let csv = String::from_utf8(csv(&[row(name)]).unwrap()).unwrap();
+            let read = |separator: u8, quoting: bool| {
+                let mut reader = csv::ReaderBuilder::new();
+                reader.delimiter(separator).quoting(quoting).flexible(true).has_headers(false);
+                let records = reader.from_reader(csv.as_bytes()).into_records();
+                records
+                    .flat_map(|record| {
+                        record.unwrap().iter().map(str::to_owned).collect::<Vec<_>>()
+                    })
+                    .collect::<Vec<_>>()
+            };
+            for separator in [b',', b';', b'\t', b'|'] {
+                for cell in [read(separator, true), read(separator, false)].concat() {
+                    let cell = cell.trim().trim_start_matches('"').trim();
+                    assert!(!cell.starts_with(['=', '+', '-', '@', '＝']), "{name:?}: {cell:?}");
+                }
+            }
+            // Who reads it as it is meant finds one row of cells.
+            assert_eq!(read(b',', true).len(), 2 * COLUMNS.len(), "{name:?}");
+        }
+        assert_eq!(inert("Ada Lovelace-King = 1"), "Ada Lovelace-King = 1");
+    }
 }

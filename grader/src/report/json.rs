@@ -8,17 +8,19 @@ use std::collections::BTreeMap;
 
 use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
+use super::text;
 use crate::altered::Copied;
 use crate::blame::{Blame, Finding, Suspect};
 use crate::calibration::{Bound, Envelope};
 use crate::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
 use crate::diagnosis::{Candidate, Culprit, Diagnosis};
-use crate::grading::{FeatureResult, Grading, Outcome, SceneResult, Totals};
+use crate::grading::{Credit, FeatureResult, Grading, Outcome, SceneResult, Totals};
 use crate::hidden::{Hidden, Tally};
+use crate::rubric::FaultPoints;
 use crate::suite::Section;
 
 /// Version of the schema.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// The report as JSON, with a newline at its end.
 ///
@@ -51,6 +53,8 @@ struct Report {
     /// The protections under which the program was run ("files", "network", "signals", "processes",
     /// "system-calls", "limits"); null where no program was run.
     protection: Option<Vec<&'static str>>,
+    /// The protections that were not in force; null as above.
+    protection_missing: Option<Vec<&'static str>>,
     /// What came of running some scenes twice more; null where no program was run.
     repetition: Option<JsonRepetition>,
     /// Forces and Jacobians of the program, measured from single steps; null where they were not.
@@ -169,7 +173,7 @@ struct JsonTotals {
     /// Scenes, without hidden ones.
     scenes: usize,
     scenes_passed: usize,
-    /// Scenes that could not be judged; they cost no points.
+    /// Scenes that could not be judged; their points are neither earned nor lost.
     scenes_not_judged: usize,
     /// Hidden scenes that were run.
     hidden: usize,
@@ -178,8 +182,17 @@ struct JsonTotals {
     features: usize,
     /// Features of which every scene passed, hidden ones too.
     features_passed: usize,
+    #[serde(flatten)]
+    credit: JsonCredit,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonCredit {
     points: f64,
-    points_earned: f64,
+    /// Null where nothing was judged, or the rubric withholds points because something was not.
+    points_earned: Option<f64>,
+    /// Points of scenes that could not be judged. What is neither earned nor this is lost.
+    points_not_judged: f64,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -188,8 +201,8 @@ struct JsonFeature {
     section: &'static str,
     group: String,
     integrator: &'static str,
-    points: f64,
-    points_earned: f64,
+    #[serde(flatten)]
+    credit: JsonCredit,
     /// Whether points are earned in proportion to the scenes that pass; otherwise all or nothing.
     partial: bool,
     scenes: Vec<JsonScene>,
@@ -202,7 +215,7 @@ struct JsonScene {
     name: String,
     path: String,
     /// "pass", "differs", "drifts", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out",
-    /// "out-of-memory", "too-many-processes", "too-much-output", "build-failed" or "grader-fault".
+    /// "out-of-memory", "too-many-processes", "too-much-output", "build-failed", "bad-hand-in" or "grader-fault".
     verdict: &'static str,
     /// The verdict in a sentence.
     message: String,
@@ -339,6 +352,7 @@ impl Report {
             protection: grading.protection.as_ref().map(|protections| {
                 protections.iter().map(|protection| protection.name()).collect()
             }),
+            protection_missing: grading.protection.as_deref().map(text::missing),
             repetition: grading.repetition.as_ref().map(|repetition| JsonRepetition {
                 scenes: repetition.scenes,
                 differing: repetition.differing.clone(),
@@ -346,14 +360,14 @@ impl Report {
             probe: grading.probing.as_ref().map(JsonProbing::of),
             copied: grading.copied.as_ref().map(JsonCopied::of),
             blame: grading.blame.as_ref().map(JsonFinding::all).unwrap_or_default(),
-            required: JsonTotals::of(grading.totals(Section::Required)),
-            extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit)),
+            required: JsonTotals::of(grading.totals(Section::Required), grading.faults),
+            extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit), grading.faults),
             hidden: JsonHidden::of(grading),
             groups: JsonGroup::all_of(grading),
             features: grading
                 .features
                 .iter()
-                .map(|result| JsonFeature::of(result, grading.hidden))
+                .map(|result| JsonFeature::of(result, grading))
                 .collect(),
             jacobians: grading.jacobians.forces.iter().map(JsonJacobian::of).collect(),
             newton_systems: grading.jacobians.newton.iter().map(JsonNewton::of).collect(),
@@ -397,7 +411,7 @@ impl JsonGroup {
             Some(Self {
                 section: feature.section.name(),
                 group: feature.group.clone(),
-                totals: JsonTotals::of(Totals::of(group)),
+                totals: JsonTotals::of(Totals::of(group), grading.faults),
             })
         };
         groups.filter_map(json).collect()
@@ -425,7 +439,7 @@ impl JsonFinding {
 }
 
 impl JsonTotals {
-    fn of(totals: Totals) -> Self {
+    fn of(totals: Totals, faults: FaultPoints) -> Self {
         Self {
             scenes: totals.scenes,
             scenes_passed: totals.passed,
@@ -435,23 +449,31 @@ impl JsonTotals {
             hidden_not_judged: totals.hidden_faults,
             features: totals.features,
             features_passed: totals.features_passed,
-            points: totals.points,
-            points_earned: totals.points_earned,
+            credit: JsonCredit::of(&totals.credit, faults),
+        }
+    }
+}
+
+impl JsonCredit {
+    fn of(credit: &Credit, faults: FaultPoints) -> Self {
+        Self {
+            points: credit.points,
+            points_earned: credit.shown(faults),
+            points_not_judged: credit.unjudged,
         }
     }
 }
 
 impl JsonFeature {
-    fn of(result: &FeatureResult, hidden: Hidden) -> Self {
+    fn of(result: &FeatureResult, grading: &Grading) -> Self {
         let Tally { verdicts, .. } = &result.hidden;
         Self {
             partial: result.partial,
-            hidden: (hidden == Hidden::Run).then(|| verdicts.clone()),
+            hidden: (grading.hidden == Hidden::Run).then(|| verdicts.clone()),
             section: result.feature.section.name(),
             group: result.feature.group.clone(),
             integrator: result.feature.integrator,
-            points: result.points,
-            points_earned: result.points_earned(),
+            credit: JsonCredit::of(&result.credit(), grading.faults),
             scenes: result.scenes.iter().map(JsonScene::of).collect(),
         }
     }

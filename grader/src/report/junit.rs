@@ -1,16 +1,16 @@
 //! The report for continuous integration: JUnit XML, a suite a feature and a case a scene.
 //!
 //! A scene that could not be judged is an error, a failed one a failure; the type is the verdict's name. A suite
-//! with a failure has the property `blame` for each cause that is named. The hidden scenes of a feature are one case,
+//! with a failure has the property `blame` for each cause that is named, every suite of a feature its points. The hidden scenes of a feature are one case,
 //! skipped where they were not run.
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
-use super::{jacobians, text};
+use super::{jacobians, points, text};
 use crate::blame::{Blame, Finding, Suspect};
 use crate::grading::{Grading, SceneResult};
 use crate::hidden::{Hidden, Tally};
-use crate::verdict::Verdict;
+use crate::verdict::{Verdict, number};
 
 /// What the case of hidden scenes is called.
 const HIDDEN: &str = "hidden scenes";
@@ -25,6 +25,14 @@ pub fn render(grading: &Grading) -> Result<String, quick_junit::SerializeError> 
         let section = result.feature.section.name();
         let mut suite = TestSuite::new(format!("{section} / {}", result.feature));
         suite.add_test_cases(result.scenes.iter().map(scene));
+        let credit = result.credit();
+        for (name, points) in [
+            ("points", points::shown(credit.points)),
+            ("points_earned", points::earned(&credit, grading.faults)),
+            ("points_not_judged", points::unjudged(&credit)),
+        ] {
+            suite.add_property((name, points.as_str()));
+        }
         if result.hidden.n_scenes() > 0 {
             suite.add_test_case(hidden(&result.hidden));
         }
@@ -79,8 +87,8 @@ fn scene(scene: &SceneResult) -> TestCase {
     };
     let mut message = verdict.to_string();
     if let Some(first) = &scene.comparison.first_wrong {
-        message +=
-            &format!(": first at {}, expected {}, got {}", first.place, first.expected, first.got);
+        let [expected, got] = [first.expected, first.got].map(number);
+        message += &format!(": first at {}, expected {expected}, got {got}", first.place);
         message += &format!(", tolerance {:.1e}", first.tolerance);
     }
     if let Some(explanation) =

@@ -14,11 +14,11 @@ use crate::altered::Copied;
 use crate::blame::{Blame, Finding, Suspect, Symptom};
 use crate::compare::{Criteria, FirstWrong, Tolerances};
 use crate::diagnosis::Diagnosis;
-use crate::grading::{FeatureResult, Grading, Outcome, Repetition, SceneResult, Totals};
+use crate::grading::{Credit, FeatureResult, Grading, Outcome, Repetition, SceneResult, Totals};
 use crate::hidden::{Hidden, Tally};
 use crate::sandbox::Protection;
 use crate::suite::Section;
-use crate::verdict::Verdict;
+use crate::verdict::{Verdict, number};
 
 pub(super) const BOLD: Style = Style::new().bold();
 pub(super) const DIM: Style = Style::new().dimmed();
@@ -42,7 +42,7 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Resu
         let groups: Vec<&[FeatureResult]> = grading.groups(section).collect();
         if !groups.is_empty() {
             writeln!(out, "{BOLD}{}{BOLD:#}", title(section))?;
-            write_features(out, &groups, grading.hidden == Hidden::Run)?;
+            write_features(out, &groups, grading)?;
             writeln!(out)?;
         }
     }
@@ -110,15 +110,29 @@ pub(super) fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cel
 fn write_features(
     out: &mut dyn Write,
     groups: &[&[FeatureResult]],
-    hidden: bool,
+    grading: &Grading,
 ) -> io::Result<()> {
-    let names =
-        ["group", "integrator", "scenes", "hidden", "position", "velocity", "points", "verdict"];
-    let mut rows = vec![header(&names, 2..7)];
+    let names = [
+        "group",
+        "integrator",
+        "scenes",
+        "hidden",
+        "position",
+        "velocity",
+        "points",
+        "not judged",
+        "verdict",
+    ];
+    let credits = |credit: &Credit| {
+        let unjudged = if credit.unjudged > 0.0 { points::unjudged(credit) } else { String::new() };
+        [points::of(credit, grading.faults), unjudged].map(Cell::right)
+    };
+    let mut rows = vec![header(&names, 2..8)];
     for group in groups {
         for result in *group {
             let largest = result.largest_residuals();
             let nothing = || "-".to_owned();
+            let [earned, unjudged] = credits(&result.credit());
             rows.push(vec![
                 Cell::left(result.feature.group.clone()),
                 Cell::left(result.feature.integrator),
@@ -126,7 +140,8 @@ fn write_features(
                 Cell::right(count(result.hidden.n_passed(), result.hidden.n_scenes())),
                 Cell::right(largest.map_or_else(nothing, |(position, _)| residual(position))),
                 Cell::right(largest.map_or_else(nothing, |(_, velocity)| residual(velocity))),
-                Cell::right(points::of(result.points_earned(), result.points)),
+                earned,
+                unjudged,
                 match result.has_faults() {
                     false if result.is_pass() => good("pass"),
                     // Or its points would not be understood.
@@ -138,6 +153,7 @@ fn write_features(
         }
         if group.len() > 1 {
             let totals = Totals::of(*group);
+            let [earned, unjudged] = credits(&totals.credit);
             let row = [
                 Cell::left(""),
                 Cell::left("together"),
@@ -145,12 +161,16 @@ fn write_features(
                 Cell::right(count(totals.hidden_passed, totals.hidden)),
                 Cell::right(""),
                 Cell::right(""),
-                Cell::right(points::of(totals.points_earned, totals.points)),
+                earned,
+                unjudged,
             ];
             rows.push(row.map(|cell| cell.styled(DIM)).into());
         }
     }
-    if !hidden {
+    if !groups.iter().copied().flatten().any(FeatureResult::has_faults) {
+        rows.iter_mut().for_each(|row| drop(row.remove(7)));
+    }
+    if grading.hidden != Hidden::Run {
         rows.iter_mut().for_each(|row| drop(row.remove(3)));
     }
     table::write(out, &rows)
@@ -252,9 +272,11 @@ fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> 
     let coordinate = place.coordinate();
     writeln!(
         out,
-        "  first wrong: step {}, t = {time} s, particle {}, {coordinate} ({quantity} {what} {size:.1e}, \
+        "  first wrong: step {}, t = {} s, particle {}, {coordinate} ({quantity} {what} {size:.1e}, \
          tolerance {tolerance:.0e}{origin})",
-        place.step, place.particle
+        place.step,
+        number(*time),
+        place.particle
     )?;
     let (expected, got) = (digits::full(first.expected), digits::full(first.got));
     let common = digits::common_prefix(&expected, &got);
@@ -293,18 +315,26 @@ fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> 
 
 /// Says what the program was kept from, and what it was not.
 fn write_protection(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
-    let names = |wanted: bool| {
-        let chosen = Protection::ALL.into_iter().filter(|each| in_force.contains(each) == wanted);
-        chosen.map(Protection::name).collect::<Vec<_>>().join(", ")
-    };
-    if in_force.is_empty() {
-        return writeln!(out, "  {ODD}Run without protection.{ODD:#}");
+    if !in_force.is_empty() {
+        let names: Vec<&str> = in_force.iter().map(|protection| protection.name()).collect();
+        writeln!(out, "  {DIM}Run under protection: {}.{DIM:#}", names.join(", "))?;
     }
-    writeln!(out, "  {DIM}Run under protection: {}.{DIM:#}", names(true))?;
-    match names(false) {
+    write_unprotected(out, in_force)
+}
+
+/// Warns of the protections that were not in force.
+pub(super) fn write_unprotected(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
+    match missing(in_force).join(", ") {
+        _ if in_force.is_empty() => writeln!(out, "  {ODD}Run without protection.{ODD:#}"),
         missing if missing.is_empty() => Ok(()),
-        missing => writeln!(out, "  {ODD}This system does not offer: {missing}.{ODD:#}"),
+        missing => writeln!(out, "  {ODD}Run without these protections: {missing}.{ODD:#}"),
     }
+}
+
+/// The names of the protections that were not in force.
+pub(super) fn missing(in_force: &[Protection]) -> Vec<&'static str> {
+    let missing = Protection::ALL.into_iter().filter(|each| !in_force.contains(each));
+    missing.map(Protection::name).collect()
 }
 
 /// Says whether running a scene again gave the same bytes.
@@ -413,7 +443,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
                 Cell::left(title(section)),
                 Cell::right(format!("{}/{} scenes", totals.passed, totals.scenes)),
                 Cell::right(format!("{}/{} features", totals.features_passed, totals.features)),
-                Cell::right(format!("{} points", points::of(totals.points_earned, totals.points))),
+                Cell::right(format!("{} points", points::of(&totals.credit, grading.faults))),
             ]);
             if totals.hidden > 0 {
                 rows.push(vec![
@@ -452,7 +482,9 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         Outcome::Passed => (GOOD, "All passed."),
         Outcome::PassedShipped => (GOOD, "All shipped scenes passed."),
         Outcome::Failed => (BAD, "Something failed."),
-        Outcome::GraderFault => (ODD, "Something could not be judged; it costs no points."),
+        Outcome::GraderFault => {
+            (ODD, "Something could not be judged; its points are neither earned nor lost.")
+        }
     };
     write_score(out, grading)?;
     match grading.hidden {
@@ -478,17 +510,11 @@ fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     if required.features + extra.features == 0 {
         return Ok(());
     }
-    let score = points::earned(required.points_earned, required.points);
-    write!(out, "  {BOLD}Score {score} of {} points{BOLD:#}", points::shown(required.points))?;
+    let words = |credit: &Credit, noun| points::in_words(credit, grading.faults, noun);
+    write!(out, "  {BOLD}Score {}{BOLD:#}", words(&required.credit, " points"))?;
     if extra.features > 0 {
-        let earned = points::earned(extra.points_earned, extra.points);
-        let together = required.points_earned + extra.points_earned;
-        let together = points::earned(together, required.points + extra.points);
-        write!(
-            out,
-            ", and {earned} of {} for extra credit: {together} together",
-            points::shown(extra.points)
-        )?;
+        let together = points::earned(&(required.credit + extra.credit), grading.faults);
+        write!(out, ", and {} for extra credit: {together} together", words(&extra.credit, ""))?;
     }
     writeln!(out)
 }

@@ -102,6 +102,9 @@ fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
             .map_err(|error| format!("namespaces: {error}"))?;
         world::enter(walls, job, owner)?;
     }
+    // The supervisor finds it by this, wherever the program moves it.
+    env::set_current_dir(&writable(job, walls.namespaces)[0])
+        .map_err(|error| format!("the working directory: {error}"))?;
     limit_processes(order).map_err(|error| format!("limits: {error}"))?;
     // The restrictions are those of a thread and its children, not the keeper's.
     let started = std::thread::scope(|scope| {

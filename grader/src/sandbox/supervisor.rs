@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use nix::sched::{CloneFlags, unshare};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags};
 use rustix::process::{
     Pid, Signal, WaitOptions, getegid, geteuid, getppid, kill_process, set_child_subreaper,
     set_parent_process_death_signal,
@@ -24,7 +25,7 @@ use super::keeper::{self, Ended, Order, Started};
 use super::tree::{self, Owner};
 use super::usage::{Meter, visit_descendants};
 use super::walls::{Namespaces, Walls};
-use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, identity, keep, world};
+use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, identity, keep};
 
 /// The first word of the command line of a supervisor.
 const SUPERVISOR: &str = "--sandbox-supervisor";
@@ -37,6 +38,9 @@ const FIRST_PAUSE: Duration = Duration::from_millis(1);
 
 /// Processes that are ended at once.
 const AT_ONCE: usize = 10_000;
+
+/// How a working directory is opened.
+const FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::CLOEXEC);
 
 /// The longest pause.
 const LONGEST_PAUSE: Duration = Duration::from_millis(10);
@@ -224,11 +228,10 @@ impl Run {
         }
         started.unwrap_or(Ok(()))?;
         let job = order.job;
-        let working = match isolated {
-            true => world::work_of(keeper.id()),
-            false => job.folder.clone(),
-        };
-        let working = Some(tree::open_folder(&working).map_err(fail)?);
+        let working = format!("/proc/{}/cwd", keeper.id());
+        let working = Some(
+            rustix::fs::open(working, FOLDER, Mode::empty()).map_err(|error| fail(error.into()))?,
+        );
         let outputs = [stdout, stderr].map(|pipe| (Some(pipe), Output::default()));
         let (ended, meter) = (None, Meter::default());
         Ok(Self { job, keeper, socket, outputs, group, owner, isolated, working, ended, meter })

@@ -43,11 +43,6 @@ const ROOT: &str = "size=1M,mode=755";
 
 const SAFE: MountFlags = MountFlags::NOSUID.union(MountFlags::NODEV);
 
-/// The working directory, as the supervisor finds it through the keeper's root.
-pub(super) fn work_of(keeper: u32) -> PathBuf {
-    PathBuf::from(format!("/proc/{keeper}/root{WORK}"))
-}
-
 /// A new root under construction.
 struct Root {
     /// Where it is mounted.

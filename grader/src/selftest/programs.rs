@@ -5,19 +5,17 @@
 //! of a compiler or because it does not know a flag, is skipped with the reason.
 
 use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayon::prelude::*;
 use simulator::scene::{Dimension, Scene};
 use simulator::trace::TraceFormat;
-use tempfile::TempDir;
 
 use super::{Expectation, Graded, Outcome, Row, library};
 use crate::grading;
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
-use crate::sandbox::scratch::scratch_folder;
+use crate::sandbox::scratch::{Scratch, scratch_folder};
 use crate::submission::Submission;
 use crate::submission::folder::{self, Built, FolderError};
 use crate::submission::program::{Program, Runner};
@@ -162,7 +160,7 @@ pub fn rows(
         }
     }
     let make = |build: &Build| make(*build, rubric, runner);
-    let made: Vec<(Made, Option<TempDir>)> =
+    let made: Vec<(Made, Option<Scratch>)> =
         builds.par_iter().map(make).collect::<Result<_, _>>()?;
     let run = |row: &Planned| {
         let place = builds.iter().position(|build| *build == row.build);
@@ -234,11 +232,11 @@ fn make(
     build: Build,
     rubric: &Rubric,
     runner: &Runner,
-) -> Result<(Made, Option<TempDir>), FolderError> {
+) -> Result<(Made, Option<Scratch>), FolderError> {
     if !is_there(build.tool()) {
         return Ok((Made::Skipped(format!("there is no {}", build.tool())), None));
     }
-    let unwritable = |source: io::Error| FolderError::NotCopied { path: PathBuf::new(), source };
+    let unwritable = FolderError::NotCopied;
     let home = scratch_folder().map_err(unwritable)?;
     let folder = home.path().join("submission");
     let (file, source) = build.source();

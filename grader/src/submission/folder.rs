@@ -18,13 +18,12 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use simulator::trace::TraceFormat;
-use tempfile::TempDir;
 
+use super::hand_in::{self, HandIn, HandInError};
 use super::printed;
 use super::program::{Program, Runner, failure_of_run};
-use crate::sandbox::scratch::scratch_folder;
+use crate::sandbox::scratch::{Scratch, scratch_folder};
 use crate::sandbox::{End, Job, Keep, Limits, SandboxError};
-use crate::suite::read_text;
 use crate::verdict::Failure;
 
 /// What the file is called.
@@ -32,9 +31,6 @@ pub const MANIFEST: &str = "submission.toml";
 
 /// The largest manifest that is read, in MiB.
 const MAX_MEBIBYTES: u64 = 1;
-
-/// The largest folder that is copied for a build, in bytes.
-const MAX_COPY: u64 = 1 << 30;
 
 /// In commands: the submission's folder.
 const FOLDER: &str = "{folder}";
@@ -60,13 +56,13 @@ enum Format {
 /// A folder that cannot be graded.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// The manifest cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Unreadable {
-        /// The file.
+    /// Its files cannot be read, or are too much.
+    #[error("{}: {error}", path.display())]
+    HandIn {
+        /// The folder.
         path: PathBuf,
-        /// Why.
-        source: io::Error,
+        /// What is wrong.
+        error: HandInError,
     },
     /// The manifest does not say what it has to.
     #[error("{}:{line}: {message}", path.display())]
@@ -78,14 +74,9 @@ pub enum FolderError {
         /// What is wrong.
         message: String,
     },
-    /// There is no copy to build.
-    #[error("{}: cannot be copied to be built: {source}", path.display())]
-    NotCopied {
-        /// The folder.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    /// There is no folder to build in.
+    #[error("there is no folder to build in: {0}")]
+    NotCopied(io::Error),
     /// The build could not be run.
     #[error(transparent)]
     NotRun(#[from] SandboxError),
@@ -105,9 +96,10 @@ pub enum Built {
     },
 }
 
-/// Whether this folder is such a submission.
+/// Whether this folder is such a submission: whether it has anything of the manifest's name.
 pub fn is_submission(folder: &Path) -> bool {
-    folder.join(MANIFEST).is_file()
+    let found = fs::symlink_metadata(folder.join(MANIFEST));
+    found.map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |_| true)
 }
 
 /// Reads the manifest, and builds what is to be built, under the runner's protection.
@@ -116,28 +108,31 @@ pub fn is_submission(folder: &Path) -> bool {
 /// Where the manifest says nothing of use, or the build could not be run. A build that fails is no error.
 pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<Built, FolderError> {
     let path = folder.join(MANIFEST);
-    let unreadable = |source| FolderError::Unreadable { path: path.clone(), source };
-    let text = read_text(&path, MAX_MEBIBYTES).map_err(unreadable)?;
+    let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
+    let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
     let manifest = Manifest::parse(&text, &path)?;
-    let home = fs::canonicalize(folder).map_err(unreadable)?;
+    let home = home_of(folder);
+    let files = HandIn::open(&home).map_err(refused)?;
     let name = manifest.name.as_deref().map_or_else(
         || folder.display().to_string(),
         // It is the submission's, and stands in every report.
         printed::line,
     );
-    let (home, copy) = match &manifest.build {
-        None => (home, None),
-        Some(build) => {
-            let not_copied = |source| FolderError::NotCopied { path: folder.to_path_buf(), source };
-            let copy = scratch_folder().map_err(not_copied)?;
-            let home = copy.path().join("folder");
-            copy_folder(&home_of(folder), &home, &mut 0).map_err(not_copied)?;
-            if let Err(failure) = run_build(build, &home, &runner, build_limits)? {
-                return Ok(Built::Failed { name, failure });
-            }
-            (home, Some(Arc::new(copy)))
-        }
+    // A user of its own may not read what is not everybody's.
+    let is_copied = manifest.build.is_some() || runner.sandbox.has_own_user();
+    let (home, copy) = if is_copied {
+        let copy = scratch_folder().map_err(FolderError::NotCopied)?;
+        let home = copy.path().join("folder");
+        files.copy_to(&home).map_err(refused)?;
+        (home, Some(Arc::new(copy)))
+    } else {
+        (home, None)
     };
+    if let Some(build) = &manifest.build
+        && let Err(failure) = run_build(build, &home, &runner, build_limits)?
+    {
+        return Ok(Built::Failed { name, failure });
+    }
     runner.readable.push(home.clone());
     let Command { program, arguments } = Command::of(&manifest.run, &home);
     let format = match manifest.format {
@@ -223,38 +218,12 @@ fn run_build(
     if let Err(reason) = &outcome.kept {
         return failed(format!("the built folder {reason}"));
     }
-    let exchange = || {
-        fs::remove_dir_all(home)?;
-        fs::rename(&built, home)
-    };
-    exchange().map_err(SandboxError::no_scratch)?;
+    // The unbuilt one is removed with the scratch folder that both are in.
+    fs::rename(home, home.with_file_name("unbuilt"))
+        .and_then(|()| fs::rename(&built, home))
+        .map_err(SandboxError::no_scratch)?;
     Ok(Ok(()))
 }
 
-/// Copies a folder; links are copied as links.
-fn copy_folder(from: &Path, to: &Path, copied: &mut u64) -> io::Result<()> {
-    fs::create_dir(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let (source, target) = (entry.path(), to.join(entry.file_name()));
-        // It does not follow links.
-        let kind = entry.file_type()?;
-        if kind.is_dir() {
-            copy_folder(&source, &target, copied)?;
-        } else if kind.is_symlink() {
-            #[cfg(unix)]
-            std::os::unix::fs::symlink(fs::read_link(&source)?, &target)?;
-        } else if kind.is_file() {
-            *copied += entry.metadata()?.len();
-            if *copied > MAX_COPY {
-                let message = format!("it holds more than {} MiB", MAX_COPY >> 20);
-                return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
-            }
-            fs::copy(&source, &target)?;
-        }
-    }
-    Ok(())
-}
-
 /// The copy that a program runs from.
-pub(super) type Copy = Arc<TempDir>;
+pub(super) type Copy = Arc<Scratch>;

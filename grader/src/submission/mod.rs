@@ -1,6 +1,7 @@
 //! What is graded: something that yields, for each scene, a stream of states.
 
 pub mod folder;
+pub mod hand_in;
 pub mod program;
 
 pub(crate) mod builtin;

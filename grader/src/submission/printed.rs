@@ -2,11 +2,16 @@
 
 use crate::sandbox::Printed;
 
+use crate::sandbox::scratch::without_paths;
+
 /// The most of it that is shown, in bytes: the end, for that is where programs say why they gave up.
 const SHOWN: usize = 2_000;
 
 /// The most characters of a line that is not to be more.
 const LINE: usize = 100;
+
+/// The most characters of a path.
+const PATH: usize = 100;
 
 /// The end of what was printed, without what would steer a terminal.
 ///
@@ -31,19 +36,42 @@ pub(super) fn tail(printed: &Printed) -> String {
     lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n")
 }
 
+/// Text of some lines, without what would steer a terminal or is no character of XML, and without the random names of
+/// scratch folders. Every message that a submission has a part in passes through here.
+pub(crate) fn text(text: &str) -> String {
+    let shown = |character| match character {
+        '\t' => ' ',
+        '\n' => '\n',
+        character if steers(character) => char::REPLACEMENT_CHARACTER,
+        harmless => harmless,
+    };
+    without_paths(&text.chars().map(shown).collect::<String>())
+}
+
+/// A path in one line; of a long one, the end.
+pub(super) fn path(path: &[u8]) -> String {
+    let path = String::from_utf8_lossy(path);
+    let skipped = path.chars().count().saturating_sub(PATH);
+    let end: String = path.chars().skip(skipped).collect();
+    let shown = line(&end);
+    if skipped > 0 { format!("…{shown}") } else { shown }
+}
+
 /// One line of text, without what would steer a terminal.
 pub(super) fn line(text: &str) -> String {
     let shown = |character| if steers(character) { char::REPLACEMENT_CHARACTER } else { character };
     text.chars().take(LINE).map(shown).collect()
 }
 
-/// Whether a terminal would do something other than show it.
+/// Whether a terminal would do something other than show it, or no XML may hold it.
 pub(crate) fn steers(character: char) -> bool {
     character.is_control()
         || matches!(
             character,
             // Marks, embeddings, overrides and isolates of direction; line and paragraph separators.
             '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+            // Not characters of XML 1.0.
+            | '\u{fffe}' | '\u{ffff}'
         )
 }
 
@@ -65,6 +93,13 @@ mod tests {
         assert_eq!(shown(b"\xff\xfe"), "��");
         let all: Vec<u8> = (0..=255).collect();
         assert!(!shown(&all).chars().any(|character| steers(character) && character != '\n'));
+    }
+
+    #[test]
+    fn text_keeps_its_lines_and_nothing_else() {
+        assert_eq!(text("a\tb\nc\u{1b}[2J\u{ffff}\u{b}\r"), "a b\nc�[2J���");
+        assert_eq!(path(b"src/a\xff\n.c"), "src/a��.c");
+        assert_eq!(path("ab".repeat(500).as_bytes()).chars().count(), 1 + PATH);
     }
 
     #[test]

@@ -14,14 +14,15 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use simulator::scene::Dimension;
 use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
-use tempfile::TempDir;
 
 use super::folder::Copy;
+use super::hand_in::HandIn;
 use super::{StateSource, failure_of, printed};
-use crate::sandbox::scratch::scratch_folder;
+use crate::sandbox::scratch::{Scratch, scratch_folder};
 use crate::sandbox::{End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Sandbox, SandboxError};
 use crate::suite::{Case, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
@@ -154,14 +155,23 @@ impl Program {
         let name = path.display().to_string();
         // Each run has another working directory.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        let mut program = Self {
-            name,
-            path,
-            arguments: Vec::new(),
-            format: TraceFormat::Csv,
-            runner,
-            copy: None,
-        };
+        let (arguments, format) = (Vec::new(), TraceFormat::Csv);
+        let mut program = Self { name, path, arguments, format, runner, copy: None };
+        // A user of its own may not read what is not everybody's.
+        if program.runner.sandbox.has_own_user() {
+            let copy = scratch_folder().map_err(SandboxError::no_scratch)?;
+            let path = copy.path().join("program");
+            match HandIn::open(&program.path).and_then(|file| file.copy_to(&path)) {
+                Err(error) if error.is_fault() => {
+                    return Err(SandboxError::no_scratch(io::Error::other(error)));
+                }
+                Err(error) => {
+                    let failure = Failure::BadHandIn { detail: error.to_string() };
+                    return Ok(Identified::Unusable { name: program.name, failure });
+                }
+                Ok(()) => (program.path, program.copy) = (path, Some(Arc::new(copy))),
+            }
+        }
         program.runner.readable.push(program.path.clone());
         let mut failures = [None, None];
         for method in GREETING_METHODS {
@@ -346,7 +356,7 @@ fn signal_name(number: i32) -> String {
 }
 
 /// The folder of one run.
-pub(super) struct Workspace(TempDir);
+pub(super) struct Workspace(Scratch);
 
 impl Workspace {
     /// With nothing in it.

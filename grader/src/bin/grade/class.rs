@@ -20,14 +20,18 @@ use grader::sandbox::Protection;
 use grader::submission::Submission;
 use grader::submission::program::Runner;
 use grader::suite::hash_file;
+use grader::verdict::Failure;
 
 use crate::args::{ClassArgs, Format};
 use crate::grading::{What, grade_one, render};
 use crate::inputs::{Inputs, open_oracle};
-use crate::output::{print, write_file};
+use crate::output::{print, replace_file};
 use crate::progress::Progress;
 use crate::stop::{Exit, Stop};
-use crate::submission::{keep, open_entry};
+use crate::submission::{keep, open_entry, refused};
+
+/// Reports of a submission: the name of each file, and what is in it.
+type Reports = Vec<(String, Vec<u8>)>;
 
 /// Everything that is the same for all submissions.
 struct Class<'a> {
@@ -61,11 +65,12 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
         rows.push(class.row(entry)?);
     }
     let output = args.output.clone();
+    let protections = class.protections.clone();
     drop(class);
     let csv = report::class::csv(&rows).map_err(Stop::fault)?;
     save(&output.join("summary.csv"), &csv)?;
     let mut text = Vec::new();
-    report::class::write(&mut text, &rows, &passed_over).map_err(Stop::fault)?;
+    report::class::write(&mut text, &rows, &passed_over, &protections).map_err(Stop::fault)?;
     save(&output.join("summary.txt"), &text)?;
     print(&text);
     Ok(if rows.iter().any(Row::is_fault) { Exit::GraderFault } else { Exit::Passed })
@@ -77,8 +82,16 @@ impl<'a> Class<'a> {
         let oracle = open_oracle(&inputs.expected)?;
         let [reports, records] = ["reports", "resume"].map(|name| args.output.join(name));
         for folder in [&reports, &records] {
-            let unwritable = |error| Stop::bad_input(format!("{}: {error}", folder.display()));
-            fs::create_dir_all(folder).map_err(unwritable)?;
+            fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+            let metadata =
+                fs::symlink_metadata(folder).map_err(|error| unwritable(folder, &error))?;
+            if !metadata.is_dir() {
+                return Err(Stop::bad_input(format!(
+                    "{}: it is a link, and reports are written through none\n  help: remove it, or name \
+                     another folder with --output",
+                    folder.display()
+                )));
+            }
         }
         keep_apart(args, &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
@@ -98,30 +111,38 @@ impl<'a> Class<'a> {
     }
 
     /// The row of a submission, which is graded unless that was done; its reports are written before.
+    ///
+    /// # Errors
+    /// Where the output takes no reports. Whatever else happens is the row's.
     fn row(&self, entry: &Entry) -> Result<Row, Stop> {
         let mut fingerprint = self.fingerprint.clone();
+        let files = fingerprint.submission(&entry.path);
         // What cannot be read is graded each time anew.
-        let fingerprint = fingerprint.submission(&entry.path).map(|()| fingerprint.finish()).ok();
-        let stem = entry.report();
-        let record_path = self.records.join(format!("{stem}.json"));
+        let fingerprint = files.is_ok().then(|| fingerprint.finish());
+        let record_path = self.records.join(format!("{}.json", entry.report));
         if let (Some(fingerprint), true) = (&fingerprint, self.args.resume)
             && let Some(record) = Record::read(&record_path, fingerprint, &self.reports)
         {
             return Ok(record.row);
         }
-        let grading = self.grading(entry);
+        let graded = self.graded(entry, || match &files {
+            Ok(()) => {
+                self.progress.notice(Event::Task(Task::Opening));
+                open_entry(&entry.path, &entry.name, self.runner.clone(), &self.inputs.rubric)
+            }
+            Err(error) => refused(entry.name.clone(), error),
+        });
+        let graded = graded.or_else(|detail| {
+            let name = entry.name.clone();
+            self.graded(entry, || Submission::NotGraded { name, detail })
+        });
+        let (row, rendered) = graded.map_err(Stop::fault)?;
         let mut reports = BTreeMap::new();
-        for format in &self.args.format {
-            let file = format!("{stem}.{}", extension(*format));
-            let bytes = render(&grading, *format, |out| {
-                let config = report::text::Config { details: self.args.judge.details };
-                report::text::write(out, &grading, config)
-            })?;
+        for (file, bytes) in rendered {
             let path = self.reports.join(&file);
             save(&path, &bytes)?;
-            reports.insert(file, hash_file(&path).map_err(Stop::fault)?);
+            reports.insert(file, hash_file(&path).map_err(|error| unwritable(&path, &error))?);
         }
-        let row = Row::of(&grading);
         if let Some(fingerprint) = fingerprint {
             let record = Record { fingerprint, row: row.clone(), reports };
             save(&record_path, record.render().map_err(Stop::fault)?.as_bytes())?;
@@ -129,23 +150,41 @@ impl<'a> Class<'a> {
         Ok(row)
     }
 
-    /// A submission, graded. Whatever breaks is a fault of this one.
-    fn grading(&self, entry: &Entry) -> Grading {
+    /// The row of a submission, and its reports by the names of their files.
+    ///
+    /// # Errors
+    /// In words, where the grader breaks off.
+    fn graded(
+        &self,
+        entry: &Entry,
+        open: impl FnOnce() -> Submission,
+    ) -> Result<(Row, Reports), String> {
         let graded = catch_unwind(AssertUnwindSafe(|| {
-            self.progress.notice(Event::Task(Task::Opening));
-            self.grade(&open_entry(&entry.path, self.runner.clone(), &self.inputs.rubric))
+            let mut grading = self.grade(&open());
+            // Names that submissions give themselves need not be theirs alone.
+            grading.submission.clone_from(&entry.name);
+            let render = |format: &Format| {
+                let bytes = render(&grading, *format, |out| {
+                    let config = report::text::Config { details: self.args.judge.details };
+                    report::text::write(out, &grading, config)
+                });
+                let bytes = bytes.map_err(|Stop(_, message)| message)?;
+                Ok((format!("{}.{}", entry.report, extension(*format)), bytes))
+            };
+            let reports = self.args.format.iter().map(render).collect::<Result<_, String>>()?;
+            Ok((Row::of(&grading), reports))
         }));
-        let mut grading = graded.unwrap_or_else(|panic| {
-            let detail = format!("the grader broke off: {}", panic_message(panic.as_ref()));
-            self.grade(&Submission::NotGraded { name: entry.name.clone(), detail })
-        });
-        // Names that submissions give themselves need not be theirs alone.
-        grading.submission.clone_from(&entry.name);
-        grading
+        graded.unwrap_or_else(|panic| {
+            Err(format!("the grader broke off: {}", panic_message(panic.as_ref())))
+        })
     }
 
     fn grade(&self, submission: &Submission) -> Grading {
-        let is_run = matches!(submission, Submission::Program(_) | Submission::Unusable { .. });
+        let is_run = match submission {
+            Submission::Program(_) => true,
+            Submission::Unusable { failure, .. } => !matches!(failure, Failure::BadHandIn { .. }),
+            _ => false,
+        };
         let protection = is_run.then(|| self.protections.clone());
         let measured = !self.args.judge.no_jacobians;
         let what = What { jacobians: measured, probe: measured, altered: true, hidden: true };
@@ -225,5 +264,9 @@ fn extension(format: Format) -> &'static str {
 }
 
 fn save(path: &Path, bytes: &[u8]) -> Result<(), Stop> {
-    write_file(path, bytes).map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+    replace_file(path, bytes).map_err(|error| unwritable(path, &error))
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Stop {
+    Stop::bad_input(format!("{}: {error}", path.display()))
 }

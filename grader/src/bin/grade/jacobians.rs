@@ -8,7 +8,7 @@ use grader::hidden::Hidden;
 use grader::jacobian::{self, JacobianReport};
 use grader::probe;
 use grader::report;
-use grader::rubric::Rubric;
+use grader::rubric::{FaultPoints, Rubric};
 use grader::submission::Submission;
 use simulator::solver::linear::LinearSolver;
 
@@ -40,6 +40,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         copied: None,
         blame: None,
         hidden: Hidden::None,
+        faults: FaultPoints::default(),
     };
     let bytes = render(&grading, args.format, |out| {
         let config = report::jacobians::text::Config { details: args.details };

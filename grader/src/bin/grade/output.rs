@@ -20,7 +20,15 @@ pub(super) fn put(bytes: &[u8], output: Option<&Path>) -> Result<(), Stop> {
 }
 
 pub(super) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = OutputFile::create(path)?;
+    write_plain(OutputFile::create(path)?, bytes)
+}
+
+/// As [`write_file`], but a link at `path` is replaced, and what it leads to stays.
+pub(super) fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_plain(OutputFile::replace(path)?, bytes)
+}
+
+fn write_plain(mut file: OutputFile, bytes: &[u8]) -> io::Result<()> {
     // A file is no terminal: it gets no colours.
     anstream::StripStream::new(&mut file as &mut dyn Write).write_all(bytes)?;
     file.commit()

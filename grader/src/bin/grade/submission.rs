@@ -6,6 +6,7 @@ use grader::rubric::Rubric;
 use grader::sandbox::{self, Protection, Sandbox};
 use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};
+use grader::submission::hand_in::HandInError;
 use grader::submission::program::{Identified, Program, Runner};
 use grader::verdict::Failure;
 use simulator::solver::linear::LinearSolver;
@@ -35,7 +36,7 @@ impl RunArgs {
             let help = "\n  help: --unprotected runs programs without protection";
             let sandbox = Sandbox::open(&launcher)
                 .map_err(|error| Stop::bad_input(format!("{error}{help}")))?;
-            check(&sandbox, &[Protection::Files])
+            check(&sandbox, rubric.required_protections())
                 .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
             sandbox
         };
@@ -84,7 +85,10 @@ pub(super) fn open_submission(
     }
     let (submission, protections) =
         open_program(path, &args.run, &inputs.rubric, &inputs.secrets())?;
-    Ok((submission, Some(protections)))
+    // A hand-in that cannot be graded is not run.
+    let is_run =
+        !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });
+    Ok((submission, is_run.then_some(protections)))
 }
 
 /// The program of a file or of a folder with a manifest, and the protection under which it is run. It must not
@@ -113,8 +117,11 @@ pub(super) fn open_program(
         match folder::open(path, runner, rubric.build_limits()) {
             Ok(Built::Program(program)) => Submission::Program(program),
             Ok(Built::Failed { name, failure }) => Submission::Unusable { name, failure },
-            Err(FolderError::NotRun(error)) => return Err(Stop::fault(error)),
-            Err(error) => return Err(Stop::bad_input(error)),
+            Err(FolderError::HandIn { error, .. }) => refused(path.display().to_string(), &error),
+            Err(error @ FolderError::Invalid { .. }) => return Err(Stop::bad_input(error)),
+            Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
+                return Err(Stop::fault(error));
+            }
         }
     } else {
         match Program::identify(path, runner) {
@@ -141,30 +148,39 @@ pub(super) fn keep(secrets: &[PathBuf], readable: &[PathBuf]) -> Result<(), Stop
     Ok(())
 }
 
-/// The submission of a class at `path`. What is wrong with it is its verdict, and stops nothing.
-pub(super) fn open_entry(path: &Path, runner: Runner, rubric: &Rubric) -> Submission {
-    let name = path.display().to_string();
+/// The submission of a class at `path`, which calls it `name`. What is wrong with it is its verdict, and stops nothing.
+pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubric) -> Submission {
+    let name = name.to_owned();
     if path.is_dir() && !folder::is_submission(path) {
         return Submission::Traces(path.to_path_buf());
     }
-    let fault = |name: String, error: &dyn std::error::Error| Submission::NotGraded {
-        name,
-        detail: error.to_string(),
-    };
     if path.is_dir() {
         return match folder::open(path, runner, rubric.build_limits()) {
             Ok(Built::Program(program)) => Submission::Program(program),
-            Ok(Built::Failed { name, failure }) => Submission::Unusable { name, failure },
-            Err(error @ (FolderError::Unreadable { .. } | FolderError::Invalid { .. })) => {
-                let detail = format!("there is no program to run: {error}");
-                Submission::Unusable { name, failure: Failure::NoOutput { detail } }
+            Ok(Built::Failed { failure, .. }) => Submission::Unusable { name, failure },
+            Err(FolderError::HandIn { error, .. }) => refused(name, &error),
+            Err(error @ FolderError::Invalid { .. }) => {
+                let detail = error.to_string();
+                Submission::Unusable { name, failure: Failure::BadHandIn { detail } }
             }
-            Err(error) => fault(name, &error),
+            Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
+                Submission::NotGraded { name, detail: error.to_string() }
+            }
         };
     }
     match Program::identify(path, runner) {
         Ok(Identified::Program(program)) => Submission::Program(program),
-        Ok(Identified::Unusable { name, failure }) => Submission::Unusable { name, failure },
-        Err(error) => fault(name, &error),
+        Ok(Identified::Unusable { failure, .. }) => Submission::Unusable { name, failure },
+        Err(error) => Submission::NotGraded { name, detail: error.to_string() },
+    }
+}
+
+/// The submission that such files are.
+pub(super) fn refused(name: String, error: &HandInError) -> Submission {
+    let detail = error.to_string();
+    if error.is_fault() {
+        Submission::NotGraded { name, detail }
+    } else {
+        Submission::Unusable { name, failure: Failure::BadHandIn { detail } }
     }
 }

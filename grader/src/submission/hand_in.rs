@@ -1,0 +1,512 @@
+//! A hand-in on disk: a file, or a folder, that somebody else made. Walks it, reads it, and copies it.
+//!
+//! Nothing of it is trusted. Every entry is opened from its own folder, links are never followed, and only regular
+//! files are read. The walk keeps no more than one open folder a level on a stack of its own, so that it needs no
+//! long path and no deep recursion. Its bounds are checked before anything is read:
+//!
+//! | what | at most |
+//! | --- | --- |
+//! | folders inside each other | 100 |
+//! | files and folders | 100,000 |
+//! | the path of an entry, seen from the hand-in | 1,000 bytes |
+//! | all files together, sparse ones at their full length | 1 GiB |
+
+use std::ffi::{CStr, CString, OsStr};
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+
+use rustix::fs::{
+    AtFlags, CWD, Dir, FileType, Mode, OFlags, Stat, fchmod, fstat, mkdirat, openat, readlinkat,
+    statat, symlinkat,
+};
+use rustix::io::Errno;
+
+use super::printed;
+use crate::suite::hash_reader;
+
+/// The most folders inside each other.
+const MAX_DEPTH: usize = 100;
+
+/// The most files and folders.
+const MAX_ENTRIES: usize = 100_000;
+
+/// The longest path of an entry, in bytes.
+const MAX_PATH: usize = 1_000;
+
+/// The most bytes of all files together, in MiB.
+const MAX_MEBIBYTES: u64 = 1 << 10;
+
+/// A hand-in that cannot be graded.
+#[derive(Debug, thiserror::Error)]
+pub enum HandInError {
+    /// The system refuses to read something.
+    #[error("{path}: cannot be read: {source}\n  help: give everybody permission to read it")]
+    Unreadable {
+        /// The entry, seen from the hand-in.
+        path: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// There are too many bytes.
+    #[error(
+        "the files have more than {MAX_MEBIBYTES} MiB together, from {path} on\n  help: hand in sources, \
+         and nothing that a build makes"
+    )]
+    TooLarge {
+        /// The file that is too much.
+        path: String,
+    },
+    /// There are too many entries.
+    #[error(
+        "{path}: there are more than {MAX_ENTRIES} files and folders\n  help: hand in sources, and nothing \
+         that a build makes"
+    )]
+    TooMany {
+        /// The folder that is too much.
+        path: String,
+    },
+    /// There are too many folders inside each other.
+    #[error("{path}: more than {MAX_DEPTH} folders are inside each other")]
+    TooDeep {
+        /// The folder that is too deep.
+        path: String,
+    },
+    /// A path is too long.
+    #[error("{path}: the path has more than {MAX_PATH} bytes\n  help: give it a shorter name")]
+    LongPath {
+        /// The entry.
+        path: String,
+    },
+    /// An entry is a pipe, a socket or a device; or a link where there must be a file.
+    #[error(
+        "{path}: is {kind}, and no regular file\n  help: put a file in its place, or remove it"
+    )]
+    Special {
+        /// The entry.
+        path: String,
+        /// What it is, with its article.
+        kind: &'static str,
+    },
+    /// A file that is read as text is too large.
+    #[error("{path}: is larger than {mebibytes} MiB")]
+    LargeText {
+        /// The file.
+        path: String,
+        /// How large it may be.
+        mebibytes: u64,
+    },
+    /// A file that is read as text is none.
+    #[error("{path}: is not text in UTF-8")]
+    NotText {
+        /// The file.
+        path: String,
+    },
+    /// The copy cannot be written.
+    #[error("{path}: cannot be copied: {source}")]
+    NotCopied {
+        /// The entry.
+        path: String,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl HandInError {
+    /// Whether the grader or its machine is at fault, and not the hand-in.
+    pub fn is_fault(&self) -> bool {
+        match self {
+            Self::NotCopied { .. } => true,
+            Self::Unreadable { source, .. } => {
+                let machine = [Errno::MFILE, Errno::NFILE, Errno::NOMEM, Errno::IO];
+                machine.iter().any(|errno| source.raw_os_error() == Some(errno.raw_os_error()))
+            }
+            _ => false,
+        }
+    }
+}
+
+/// A hand-in that is within its bounds.
+pub(crate) struct HandIn {
+    /// The folder that it is in.
+    parent: OwnedFd,
+    name: CString,
+}
+
+/// What a walk meets, by name within each folder.
+pub(crate) enum Step<'a> {
+    /// A folder, before all that is in it.
+    Enter(Node<'a>),
+    /// The end of the folder that was entered last.
+    Leave,
+    /// A regular file.
+    File(Node<'a>),
+    /// A symbolic link.
+    Link(Node<'a>),
+}
+
+/// An entry of a hand-in.
+pub(crate) struct Node<'a> {
+    folder: &'a OwnedFd,
+    /// What it is called in its folder.
+    pub(crate) name: &'a CStr,
+    /// Its path, seen from the hand-in.
+    path: &'a [u8],
+    stat: Stat,
+}
+
+impl Node<'_> {
+    /// Whether somebody may execute it.
+    pub(crate) fn is_executable(&self) -> bool {
+        self.stat.st_mode & 0o111 != 0
+    }
+
+    /// Opens a regular file. It yields no more bytes than it had when the walk met it.
+    fn open(&self) -> Result<io::Take<File>, HandInError> {
+        let file = open_regular(self.folder, self.name, self.path)?;
+        Ok(file.take(size(&self.stat)))
+    }
+
+    /// SHA-256 of a regular file, in hexadecimal.
+    pub(crate) fn hash(&self) -> Result<String, HandInError> {
+        let failed = |source| HandInError::Unreadable { path: shown(self.path), source };
+        hash_reader(self.open()?).map_err(failed)
+    }
+
+    /// Where a link leads.
+    pub(crate) fn target(&self) -> Result<CString, HandInError> {
+        readlinkat(self.folder, self.name, Vec::new()).map_err(|errno| unreadable(self.path, errno))
+    }
+}
+
+/// A folder whose entries are being walked.
+struct Level {
+    folder: OwnedFd,
+    names: std::vec::IntoIter<CString>,
+    /// Bytes of its own path.
+    path: usize,
+}
+
+impl HandIn {
+    /// A file or folder, once it was found to be within its bounds. Only metadata is read.
+    pub(crate) fn open(path: &Path) -> Result<Self, HandInError> {
+        let unreadable = |source| HandInError::Unreadable { path: shown(b""), source };
+        let resolved;
+        let path = match path.file_name() {
+            Some(_) => path,
+            None => {
+                resolved = fs::canonicalize(path).map_err(unreadable)?;
+                &resolved
+            }
+        };
+        let (parent, name) = parent_and_name(path).map_err(unreadable)?;
+        let hand_in = Self { parent, name };
+        hand_in.walk(&mut |_| Ok(()))?;
+        Ok(hand_in)
+    }
+
+    /// Meets every entry once, the hand-in itself first.
+    pub(crate) fn walk(
+        &self,
+        visit: &mut dyn FnMut(Step<'_>) -> Result<(), HandInError>,
+    ) -> Result<(), HandInError> {
+        let parent = self.parent.try_clone();
+        let folder =
+            parent.map_err(|source| HandInError::Unreadable { path: shown(b""), source })?;
+        let itself = vec![self.name.clone()].into_iter();
+        let mut levels = vec![Level { folder, names: itself, path: 0 }];
+        let (mut path, mut entries, mut bytes) = (Vec::new(), 0, 0_u64);
+        while let Some(level) = levels.last_mut() {
+            path.truncate(level.path);
+            let Some(name) = level.names.next() else {
+                levels.pop();
+                if !levels.is_empty() {
+                    visit(Step::Leave)?;
+                }
+                continue;
+            };
+            let depth = levels.len() - 1;
+            let folder = &levels[depth].folder;
+            if depth > 0 {
+                if depth > 1 {
+                    path.push(b'/');
+                }
+                path.extend(name.to_bytes());
+            }
+            if path.len() > MAX_PATH {
+                return Err(HandInError::LongPath { path: shown(&path) });
+            }
+            let stat = statat(folder, &name, AtFlags::SYMLINK_NOFOLLOW)
+                .map_err(|errno| unreadable(&path, errno))?;
+            let kind = FileType::from_raw_mode(stat.st_mode);
+            let node = Node { folder, name: &name, path: &path, stat };
+            match kind {
+                FileType::RegularFile => {
+                    bytes = bytes.saturating_add(size(&stat));
+                    if bytes > MAX_MEBIBYTES << 20 {
+                        return Err(HandInError::TooLarge { path: shown(&path) });
+                    }
+                    visit(Step::File(node))?;
+                }
+                FileType::Symlink => visit(Step::Link(node))?,
+                FileType::Directory => {
+                    if depth > MAX_DEPTH {
+                        return Err(HandInError::TooDeep { path: shown(&path) });
+                    }
+                    let inner = openat(folder, &name, FOLDER, Mode::empty())
+                        .map_err(|errno| unreadable(&path, errno))?;
+                    let left = MAX_ENTRIES - entries;
+                    let found = names(&inner, left).map_err(|errno| unreadable(&path, errno))?;
+                    entries += found.len();
+                    if entries > MAX_ENTRIES {
+                        return Err(HandInError::TooMany { path: shown(&path) });
+                    }
+                    visit(Step::Enter(node))?;
+                    let names = found.into_iter();
+                    levels.push(Level { folder: inner, names, path: path.len() });
+                }
+                special => {
+                    return Err(HandInError::Special { path: shown(&path), kind: word(special) });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Copies it to `to`, which is not there yet. Files get the mode 0644, or 0755 where somebody may execute them;
+    /// links are copied as links, and a file of two names as two files.
+    pub(crate) fn copy_to(&self, to: &Path) -> Result<(), HandInError> {
+        let (base, top) = parent_and_name(to)
+            .map_err(|source| HandInError::NotCopied { path: shown(b""), source })?;
+        let mut folders = vec![base];
+        self.walk(&mut |step| {
+            let Some(folder) = folders.last() else { return Ok(()) };
+            let is_top = folders.len() == 1;
+            match step {
+                Step::Leave => drop(folders.pop()),
+                Step::Enter(node) => {
+                    let name = if is_top { &top } else { node.name };
+                    let made = mkdirat(folder, name, Mode::from_raw_mode(0o755))
+                        .and_then(|()| openat(folder, name, FOLDER, Mode::empty()));
+                    folders.push(made.map_err(|errno| not_copied(&node, errno.into()))?);
+                }
+                Step::File(node) => {
+                    let name = if is_top { &top } else { node.name };
+                    copy_file(&node, folder, name)?;
+                }
+                Step::Link(node) => {
+                    let name = if is_top { &top } else { node.name };
+                    symlinkat(&node.target()?, folder, name)
+                        .map_err(|errno| not_copied(&node, errno.into()))?;
+                }
+            }
+            Ok(())
+        })
+    }
+}
+
+fn copy_file(node: &Node<'_>, folder: &OwnedFd, name: &CStr) -> Result<(), HandInError> {
+    let mut source = node.open()?;
+    let mode = Mode::from_raw_mode(if node.is_executable() { 0o755 } else { 0o644 });
+    let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+    let mut copy = || {
+        let target = openat(folder, name, flags, mode)?;
+        fchmod(&target, mode)?;
+        io::copy(&mut source, &mut File::from(target))
+    };
+    copy().map(drop).map_err(|source| not_copied(node, source))
+}
+
+/// The text of a file in the folder of a hand-in, of at most so many MiB.
+pub(crate) fn read_text(folder: &Path, name: &str, mebibytes: u64) -> Result<String, HandInError> {
+    let path = name.as_bytes();
+    let failed = |source| HandInError::Unreadable { path: shown(path), source };
+    let folder = File::open(folder).map_err(failed)?;
+    let name = CString::new(name).map_err(|error| failed(error.into()))?;
+    let file = open_regular(&folder, &name, path)?;
+    let mut bytes = Vec::new();
+    file.take((mebibytes << 20) + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > mebibytes << 20 {
+        return Err(HandInError::LargeText { path: shown(path), mebibytes });
+    }
+    String::from_utf8(bytes).map_err(|_| HandInError::NotText { path: shown(path) })
+}
+
+/// How folders are opened: never by a link.
+const FOLDER: OFlags =
+    OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
+
+/// Opens a regular file, and nothing else: a pipe would block, and opening a device may do something.
+fn open_regular(folder: impl AsFd, name: &CStr, path: &[u8]) -> Result<File, HandInError> {
+    let is_regular = |stat: Stat| match FileType::from_raw_mode(stat.st_mode) {
+        FileType::RegularFile => Ok(()),
+        special => Err(HandInError::Special { path: shown(path), kind: word(special) }),
+    };
+    let failed = |errno| unreadable(path, errno);
+    is_regular(statat(&folder, name, AtFlags::SYMLINK_NOFOLLOW).map_err(failed)?)?;
+    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let file = openat(&folder, name, flags, Mode::empty()).map_err(failed)?;
+    is_regular(fstat(&file).map_err(failed)?)?;
+    Ok(file.into())
+}
+
+/// The names in a folder, sorted; one more than `most` where there are more.
+fn names(folder: &OwnedFd, most: usize) -> rustix::io::Result<Vec<CString>> {
+    let mut names = Vec::new();
+    for entry in Dir::read_from(folder)? {
+        let entry = entry?;
+        if ![c".", c".."].contains(&entry.file_name()) {
+            names.push(entry.file_name().to_owned());
+        }
+        if names.len() > most {
+            break;
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+fn parent_and_name(path: &Path) -> io::Result<(OwnedFd, CString)> {
+    let parent = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC;
+    let folder = openat(CWD, parent, flags, Mode::empty())?;
+    Ok((folder, CString::new(path.file_name().unwrap_or(OsStr::new(".")).as_bytes())?))
+}
+
+fn size(stat: &Stat) -> u64 {
+    u64::try_from(stat.st_size).unwrap_or(0)
+}
+
+fn word(kind: FileType) -> &'static str {
+    match kind {
+        FileType::Symlink => "a link",
+        FileType::Directory => "a folder",
+        FileType::Fifo => "a pipe",
+        FileType::Socket => "a socket",
+        _ => "a device",
+    }
+}
+
+/// The path as messages show it.
+fn shown(path: &[u8]) -> String {
+    if path.is_empty() { "the hand-in".to_owned() } else { printed::path(path) }
+}
+
+fn unreadable(path: &[u8], errno: Errno) -> HandInError {
+    HandInError::Unreadable { path: shown(path), source: errno.into() }
+}
+
+fn not_copied(node: &Node<'_>, source: io::Error) -> HandInError {
+    HandInError::NotCopied { path: shown(node.path), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+
+    use super::*;
+
+    fn message(path: &Path) -> String {
+        HandIn::open(path).err().map(|error| error.to_string()).unwrap_or_default()
+    }
+
+    /// A chain of folders, which no path could name.
+    fn nest(folder: &Path, levels: usize) {
+        let mut folder = openat(CWD, folder, FOLDER, Mode::empty()).unwrap();
+        for _ in 0..levels {
+            mkdirat(&folder, "d", Mode::RWXU).unwrap();
+            folder = openat(&folder, "d", FOLDER, Mode::empty()).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_is_too_much_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ada");
+        let fresh = || {
+            let _ = fs::remove_dir_all(&path);
+            fs::create_dir(&path).unwrap();
+        };
+        fresh();
+        nest(&path, MAX_DEPTH);
+        assert_eq!(message(&path), "");
+        let deep = tempfile::tempdir().unwrap();
+        nest(deep.path(), MAX_DEPTH + 1);
+        assert!(message(deep.path()).contains("more than 100 folders"), "{}", message(deep.path()));
+
+        fresh();
+        let sparse = |length| File::create(path.join("a")).unwrap().set_len(length).unwrap();
+        sparse(MAX_MEBIBYTES << 20);
+        assert_eq!(message(&path), "");
+        fs::write(path.join("b"), "!").unwrap();
+        assert!(message(&path).contains("1024 MiB together, from b on"), "{}", message(&path));
+        sparse((MAX_MEBIBYTES << 20) + 1);
+        // A file may be a hand-in as well.
+        assert!(message(&path.join("a")).contains("from the hand-in on"));
+
+        fresh();
+        let name = "n".repeat(250);
+        fs::create_dir_all(path.join(&name).join(&name).join(&name).join(&name)).unwrap();
+        assert!(message(&path).contains("the path has more than"), "{}", message(&path));
+        assert!(message(&path).len() < 300, "{}", message(&path));
+
+        fresh();
+        rustix::fs::mkfifoat(CWD, path.join("p\u{1b}e"), Mode::RWXU).unwrap();
+        assert!(message(&path).starts_with("p\u{fffd}e: is a pipe"), "{}", message(&path));
+        assert!(message(&path.join("nothing")).starts_with("the hand-in: cannot be read"));
+    }
+
+    #[test]
+    fn a_folder_without_end_is_left_before_it_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        for number in 0..20 {
+            File::create(folder.path().join(number.to_string())).unwrap();
+        }
+        let inner = openat(CWD, folder.path(), FOLDER, Mode::empty()).unwrap();
+        assert_eq!(names(&inner, 20).unwrap().len(), 20);
+        assert_eq!(names(&inner, 7).unwrap().len(), 8);
+    }
+
+    #[test]
+    fn a_copy_has_plain_modes_and_shares_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let (from, to) = (folder.path().join("from"), folder.path().join("to"));
+        fs::create_dir_all(from.join("b")).unwrap();
+        for (name, mode) in [("a", 0o4711), ("b/c", 0o600)] {
+            fs::write(from.join(name), name).unwrap();
+            fs::set_permissions(from.join(name), fs::Permissions::from_mode(mode)).unwrap();
+        }
+        fs::hard_link(from.join("a"), from.join("twin")).unwrap();
+        symlink("/etc/passwd", from.join("link")).unwrap();
+        HandIn::open(&from).unwrap().copy_to(&to).unwrap();
+        let mode = |name: &str| fs::metadata(to.join(name)).unwrap().mode() & 0o7777;
+        assert_eq!((mode("a"), mode("twin"), mode("b/c")), (0o755, 0o755, 0o644));
+        assert_eq!(fs::read(to.join("b/c")).unwrap(), b"b/c");
+        assert_eq!(fs::metadata(to.join("a")).unwrap().nlink(), 1);
+        assert_eq!(fs::read_link(to.join("link")).unwrap(), Path::new("/etc/passwd"));
+        // Nothing is overwritten, and that is no fault of the hand-in.
+        assert!(HandIn::open(&from).unwrap().copy_to(&to).unwrap_err().is_fault());
+    }
+
+    #[test]
+    fn text_is_read_from_regular_files_only() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let read = |name: &str| read_text(path, name, 1).map_err(|error| error.to_string());
+        fs::write(path.join("plain"), "text").unwrap();
+        assert_eq!(read("plain").unwrap(), "text");
+        symlink("plain", path.join("link")).unwrap();
+        assert!(read("link").unwrap_err().starts_with("link: is a link"));
+        rustix::fs::mkfifoat(CWD, path.join("pipe"), Mode::RWXU).unwrap();
+        assert!(read("pipe").unwrap_err().starts_with("pipe: is a pipe"));
+        File::create(path.join("long")).unwrap().set_len((1 << 20) + 1).unwrap();
+        assert_eq!(read("long").unwrap_err(), "long: is larger than 1 MiB");
+        fs::write(path.join("bytes"), [0xff]).unwrap();
+        assert_eq!(read("bytes").unwrap_err(), "bytes: is not text in UTF-8");
+    }
+}

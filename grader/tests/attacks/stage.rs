@@ -466,7 +466,12 @@ impl Machine {
         let lines = |path: &str| fs::read_to_string(path).unwrap_or_default().lines().count();
         let objects = ["shm", "sem", "msg"].iter().flat_map(|kind| {
             let table = fs::read_to_string(format!("/proc/sysvipc/{kind}")).unwrap_or_default();
-            table.lines().skip(1).map(|line| format!("{kind} {line}")).collect::<Vec<_>>()
+            // The key and the number; the rest tells of their use.
+            let object = |line: &str| {
+                let fields: Vec<&str> = line.split_ascii_whitespace().take(2).collect();
+                format!("{kind} {}", fields.join(" "))
+            };
+            table.lines().skip(1).map(object).collect::<Vec<_>>()
         });
         let mut groups = vec![PathBuf::from("/sys/fs/cgroup")];
         let mut next = 0;
@@ -476,6 +481,8 @@ impl Machine {
             groups.extend(below.map(|entry| entry.path()).collect::<Vec<_>>());
             next += 1;
         }
+        // Others on this machine have groups that come and go.
+        groups.retain(|group| group.to_string_lossy().contains("spring-oracle"));
         groups.sort();
         let places =
             ["/tmp", "/var/tmp", "/dev/shm", "/dev/mqueue", "/", "/usr", "/etc", "/root", "/home"];

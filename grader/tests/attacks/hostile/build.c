@@ -8,6 +8,8 @@ static void build_daemon(void) {
         setsid();
         if (fork()) _exit(0);
         close(0), close(1), close(2);
+        /* Sooner, it would be a build that has not ended yet. */
+        usleep(300000);
         for (int k = 0; k < 30000; ++k) {
             usleep(1000);
             unlink("hostile");
@@ -124,7 +126,7 @@ static void build_locks(void) {
 }
 /* For runs of what was built. */
 static void built_late_file(void) {
-    usleep(100000);
+    usleep(500000);
     refused(access(own("late"), F_OK), "a file that a build's daemon wrote");
 }
 static void built_links_lead_nowhere(void) {

@@ -1,0 +1,70 @@
+//! The settings that attacks are tried in: users, and kernels that offer less.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Who starts the grader, and what the kernel offers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Setting {
+    /// An ordinary user.
+    User,
+    /// The superuser with all capabilities.
+    Root,
+    /// An ordinary user, where user namespaces are refused.
+    UserWithoutNamespaces,
+    /// The superuser with the capabilities that containers leave, and no user namespaces.
+    Container,
+    /// An ordinary user, and a kernel without Landlock.
+    UserWithoutLandlock,
+    /// The superuser, and a kernel without Landlock.
+    RootWithoutLandlock,
+}
+
+impl Setting {
+    /// What the document calls it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::User => "user",
+            Self::Root => "root",
+            Self::UserWithoutNamespaces => "user without user namespaces",
+            Self::Container => "root in a container",
+            Self::UserWithoutLandlock => "user without Landlock",
+            Self::RootWithoutLandlock => "root without Landlock",
+        }
+    }
+
+    /// Whether the grader runs as the superuser.
+    pub(crate) fn is_root(self) -> bool {
+        matches!(self, Self::Root | Self::Container | Self::RootWithoutLandlock)
+    }
+
+    /// The user that the grader runs as, where it is not this process's. Each setting and each process of tests
+    /// has another one, so that what it leaves running is seen.
+    pub(crate) fn user(self) -> Option<u32> {
+        let first = 1_000_000 + 8 * (std::process::id() % 100_000);
+        (is_superuser() && !self.is_root()).then_some(first + self as u32)
+    }
+
+    /// The command that starts another one in this setting, by way of the launcher.
+    pub(crate) fn command(self, launcher: &Path) -> Command {
+        let mut command = Command::new(launcher);
+        match self {
+            Self::User | Self::Root => {}
+            Self::UserWithoutNamespaces => drop(command.arg("--no-user-namespaces")),
+            Self::Container => drop(command.args(["--no-user-namespaces", "--no-admin"])),
+            Self::UserWithoutLandlock | Self::RootWithoutLandlock => {
+                command.arg("--no-landlock");
+            }
+        }
+        if let Some(user) = self.user() {
+            command.args(["--user", &user.to_string()]);
+        }
+        command.arg("--");
+        command
+    }
+}
+
+/// Whether this process is the superuser's.
+pub(crate) fn is_superuser() -> bool {
+    rustix::process::geteuid().is_root()
+}

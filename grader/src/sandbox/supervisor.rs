@@ -358,13 +358,28 @@ impl Run {
     fn exceeded(&mut self, elapsed: Duration) -> Option<Exceeded> {
         let limits = self.job.limits;
         let most_threads = limits.processes + KEEPER_THREADS;
-        let keeper = self.keeper.id().cast_signed();
-        let usage = self.meter.look(keeper, most_threads, limits.memory, self.watcher());
+        let (keeper, isolated) = (self.keeper.id().cast_signed(), self.isolated);
+        let meter = &mut self.meter;
+        let mut look = || {
+            let unnamed = if isolated { 0 } else { unnamed_files(keeper) };
+            (meter.look(keeper, most_threads, limits.memory), unnamed)
+        };
+        let (usage, unnamed) = match self.owner.filter(|_| !isolated) {
+            None => look(),
+            // In a container, root may not see what another user's processes hold. That user may.
+            Some(owner) => std::thread::scope(|scope| {
+                let watcher = std::thread::Builder::new().spawn_scoped(scope, || {
+                    identity::become_unprivileged(Some(owner)).ok().map(|()| look())
+                });
+                watcher.ok().and_then(|watcher| watcher.join().ok().flatten()).unwrap_or_default()
+            }),
+        };
         match () {
             () if elapsed.as_secs_f64() > limits.wall => Some(Exceeded::Wall),
             () if usage.cpu > limits.cpu => Some(Exceeded::Cpu),
             () if usage.memory > limits.memory => Some(Exceeded::Memory),
             () if usage.threads > most_threads => Some(Exceeded::Processes),
+            () if unnamed >= limits.trace => Some(Exceeded::Trace),
             () => self
                 .group
                 .as_ref()
@@ -373,18 +388,10 @@ impl Run {
         }
     }
 
-    /// The user who may see how processes share memory. In a container, root may not.
-    fn watcher(&self) -> Option<Owner> {
-        self.owner.filter(|_| !self.isolated)
-    }
-
     /// The limit of the working directory that is exceeded, if one is.
     fn too_much(&self) -> Option<Exceeded> {
         if !self.isolated {
-            let named = tree::too_much(&self.job.folder, self.job.limits);
-            let keeper = self.keeper.id().cast_signed();
-            let too_much = || unnamed_files(keeper) >= self.job.limits.trace;
-            return named.or_else(|| too_much().then_some(Exceeded::Trace));
+            return tree::too_much(&self.job.folder, self.job.limits);
         }
         // The kernel refuses more.
         let left = rustix::fs::fstatvfs(self.working.as_ref()?).ok()?;

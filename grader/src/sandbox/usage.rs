@@ -8,9 +8,6 @@ use std::collections::HashMap;
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 
-use super::identity;
-use super::tree::Owner;
-
 /// Bytes that a socket may hold: the kernel's default buffer.
 const SOCKET_BUFFER: u64 = 212_992;
 
@@ -40,14 +37,8 @@ pub(super) struct Meter {
 impl Meter {
     /// What the process of this number and all below it use. A tree of more than `enough` threads is not followed to
     /// its end: it may grow faster than it is followed. Shared pages are told apart only where all pages together
-    /// exceed `memory`. The kernel shows those to the processes' own user, `owner`, where that is not this one.
-    pub(super) fn look(
-        &mut self,
-        root: i32,
-        enough: u64,
-        memory: u64,
-        owner: Option<Owner>,
-    ) -> Usage {
+    /// exceed `memory`.
+    pub(super) fn look(&mut self, root: i32, enough: u64, memory: u64) -> Usage {
         let (mut usage, mut own, mut waited) = (Usage::default(), 0.0, 0.0);
         let mut processes = vec![root];
         let mut seen = HashMap::new();
@@ -74,7 +65,7 @@ impl Meter {
         self.seen = seen;
         usage.cpu = own + waited.max(self.ended);
         if usage.memory > memory {
-            usage.memory = proportional_memory_of(processes, owner).unwrap_or(usage.memory);
+            usage.memory = processes.iter().map(|process| proportional_memory(*process)).sum();
         }
         usage
     }
@@ -153,14 +144,6 @@ fn extra_memory(process: i32) -> u64 {
     1024 * kibibytes + SOCKET_BUFFER * (descriptors as u64).saturating_sub(FILES)
 }
 
-/// Bytes of processes, each shared page once, as a thread of their user sees them.
-fn proportional_memory_of(processes: Vec<i32>, owner: Option<Owner>) -> Option<u64> {
-    let sum = move || processes.iter().map(|process| proportional_memory(*process)).sum();
-    let Some(owner) = owner else { return Some(sum()) };
-    let look = move || identity::become_unprivileged(Some(owner)).is_ok().then(sum);
-    std::thread::Builder::new().spawn(look).ok()?.join().ok()?
-}
-
 /// Bytes of a process, where a page counts in proportion to those who share it.
 fn proportional_memory(process: i32) -> u64 {
     let rollup = fs::read_to_string(format!("/proc/{process}/smaps_rollup"));
@@ -192,9 +175,9 @@ mod tests {
         let own = std::process::id().cast_signed();
         let below = std::cell::RefCell::new(Vec::new());
         visit_descendants(own, 1000, |process| below.borrow_mut().push(process));
-        let usage = Meter::default().look(own, u64::MAX, u64::MAX, None);
-        let exact = Meter::default().look(own, u64::MAX, 0, None);
-        let few = Meter::default().look(own, 0, u64::MAX, None);
+        let usage = Meter::default().look(own, u64::MAX, u64::MAX);
+        let exact = Meter::default().look(own, u64::MAX, 0);
+        let few = Meter::default().look(own, 0, u64::MAX);
         child.kill().unwrap();
         child.wait().unwrap();
         assert!(below.borrow().contains(&child.id().cast_signed()));
@@ -208,8 +191,8 @@ mod tests {
         let mut meter = Meter::default();
         meter.seen.insert(i32::MAX, 3.0);
         let root = std::process::id().cast_signed();
-        assert!(meter.look(root, u64::MAX, u64::MAX, None).cpu >= 3.0);
-        assert!(meter.look(root, u64::MAX, u64::MAX, None).cpu >= 3.0);
+        assert!(meter.look(root, u64::MAX, u64::MAX).cpu >= 3.0);
+        assert!(meter.look(root, u64::MAX, u64::MAX).cpu >= 3.0);
     }
 
     #[test]

@@ -152,7 +152,7 @@ static void keys(void) {
     denied(syscall(SYS_request_key, "user", "escaped", NULL, 0), "a request for a key");
     for (int keyring = -1; keyring > -9; --keyring) denied(syscall(SYS_keyctl, 0, keyring, 1), "a keyring");
     denied(syscall(SYS_keyctl, 1, NULL), "a keyring of its own");
-    const char *tables[] = {"/proc/keys", "/proc/key-users"};
+    const char *tables[] = {"/proc/keys"};
     for (unsigned k = 0; k < LENGTH(tables); ++k) {
         char byte;
         int table = open(tables[k], O_RDONLY);

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
 
 use rustix::fs::inotify::{self, CreateFlags};
@@ -44,6 +45,8 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     let landlock = offers_landlock();
     let control_group = super::cgroup::delegated();
     let system = walls::system();
+    let sweeper = supervisor::Sweeper::start(&launcher)
+        .map_err(|error| SandboxError(format!("{}: {error}", launcher.display())))?;
     let candidates: &[(Namespaces, bool)] = match rustix::process::geteuid().is_root() {
         true => {
             &[(Namespaces::Privileged, true), (Namespaces::None, true), (Namespaces::None, false)]
@@ -60,7 +63,8 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
                     refused.push("Landlock: the kernel does not offer it".to_owned());
                 }
                 let refused = (!refused.is_empty()).then(|| refused.join("; "));
-                return Ok(Protected { launcher, walls, protections, refused });
+                let _sweeper = Arc::new(sweeper);
+                return Ok(Protected { launcher, walls, protections, refused, _sweeper });
             }
             Err(SandboxError(error)) => refused.push(error),
         }

@@ -20,10 +20,11 @@ use serde::{Deserialize, Serialize};
 use super::identity;
 use super::supervisor::{MASK, die_with_parent, hunt_down};
 use super::walls::{self, Walls, writable};
-use super::{End, Exceeded, Job, spawn, world};
+use super::{End, Exceeded, Job, Keep, spawn, world};
 
-/// Open files that a process may have.
-const OPEN_FILES: u64 = 1024;
+/// Open files that a process may have, of a run and of a build. They bound what it may keep in sockets.
+const OPEN_FILES: u64 = 256;
+const OPEN_FILES_OF_BUILDS: u64 = 1024;
 
 /// Nice value of submissions.
 const NICENESS: i32 = 5;
@@ -34,8 +35,9 @@ pub(super) const KEEPER_THREADS: u64 = 3;
 /// The share of the memory limit from which on a failing program is taken to have run into it.
 const NEARLY: f64 = 0.75;
 
-/// The share of the limit of processor time that a program killed by `SIGXCPU` must have used at least.
-const MOST: f64 = 0.9;
+/// The share of its processor time that a program killed by `SIGXCPU` must have used at least, for not to have sent that
+/// signal itself.
+const MOST: f64 = 0.5;
 
 /// A request to the keeper.
 #[derive(Debug, Serialize, Deserialize)]
@@ -175,7 +177,13 @@ fn limit_processes(Order { walls, job, owner }: &Order) -> rustix::io::Result<()
     setrlimit(Resource::Cpu, Rlimit { current: Some(seconds), maximum: Some(seconds + 1) })?;
     at_most(Resource::Data, limits.memory)?;
     at_most(Resource::Fsize, limits.trace)?;
-    at_most(Resource::Nofile, OPEN_FILES)?;
+    at_most(
+        Resource::Nofile,
+        match job.keep {
+            Keep::File(..) => OPEN_FILES,
+            Keep::Tree(_) => OPEN_FILES_OF_BUILDS,
+        },
+    )?;
     // With a limit of 0, the kernel still hands dumps to a program of the machine that collects them (core(5)).
     at_most(Resource::Core, 1)?;
     let others = match () {

@@ -27,6 +27,8 @@ use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
+#[cfg(target_os = "linux")]
+use std::sync::Arc;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -61,7 +63,9 @@ mod world;
 
 pub use limits::{Exceeded, Limits};
 #[cfg(target_os = "linux")]
-pub use supervisor::{serve, sweep};
+use supervisor::Sweeper;
+#[cfg(target_os = "linux")]
+pub use supervisor::serve;
 #[cfg(target_os = "linux")]
 use walls::Walls;
 
@@ -247,7 +251,7 @@ impl SandboxError {
 }
 
 /// Runs programs, under protection or not.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum Sandbox {
     /// Under the protection that the system grants.
     #[cfg(target_os = "linux")]
@@ -258,7 +262,7 @@ pub enum Sandbox {
 
 /// The protection that a system grants.
 #[cfg(target_os = "linux")]
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Protected {
     /// The program that serves as supervisor and keeper.
     launcher: PathBuf,
@@ -266,6 +270,7 @@ pub struct Protected {
     protections: Vec<Protection>,
     /// Why the stronger walls are not used.
     refused: Option<String>,
+    _sweeper: Arc<Sweeper>,
 }
 
 impl Sandbox {

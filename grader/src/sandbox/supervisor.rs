@@ -104,21 +104,30 @@ pub fn serve() -> Option<ExitCode> {
     Some(if answered.is_ok() { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 
-/// Removes the scratch folders of graders that were killed: now, and by a process of its own when this one has ended,
-/// however it ends. To be called when control groups are settled: that process is one of the grader's. `launcher` is a
-/// program that begins with [`serve`].
-pub fn sweep(launcher: &Path) {
-    scratch::sweep();
-    let mut command = Command::new(launcher);
-    command
-        .arg(OsStr::new(SWEEPER))
-        .env_clear()
-        .envs(std::env::var_os("TMPDIR").map(|at| ("TMPDIR", at)));
-    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
-    // Not with a terminal's signals. Without a sweeper, the next grader sweeps.
-    if let Ok(mut sweeper) = command.process_group(0).spawn() {
-        // Open as long as this process lives.
-        std::mem::forget(sweeper.stdin.take());
+/// A process that removes the scratch folders of this one when it is killed.
+#[derive(Debug)]
+pub(super) struct Sweeper(Child);
+
+impl Sweeper {
+    /// Removes the folders of graders that were killed before, and starts a process that does so when this one ends.
+    /// To be called when control groups are settled: that process is one of the grader's.
+    pub(super) fn start(launcher: &Path) -> io::Result<Self> {
+        scratch::sweep();
+        let mut command = Command::new(launcher);
+        let temporary = std::env::var_os("TMPDIR").map(|folder| ("TMPDIR", folder));
+        command.arg(OsStr::new(SWEEPER)).env_clear().envs(temporary);
+        // The end of its input is the end of this process. A terminal's signals do not reach it.
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
+        command.spawn().map(Self)
+    }
+}
+
+impl Drop for Sweeper {
+    fn drop(&mut self) {
+        // It is not needed: what this process made is removed by itself.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+        cgroup::leave();
     }
 }
 
@@ -327,7 +336,7 @@ impl Run {
                     return Ok(Some(exceeded));
                 }
                 // Where there is much to look at, looking must not be what the time goes into.
-                pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(look.elapsed() * 4);
+                pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(look.elapsed() * 2);
                 looked = Instant::now();
             }
         }

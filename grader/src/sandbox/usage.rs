@@ -12,7 +12,7 @@ use std::os::unix::fs::MetadataExt;
 const SOCKET_BUFFER: u64 = 212_992;
 
 /// Open descriptors of a process that are taken to be files; each further one may be a socket.
-const FILES: u64 = 64;
+const FILES: u64 = 16;
 
 /// What a tree of processes uses by now.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

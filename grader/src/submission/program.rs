@@ -49,7 +49,7 @@ const SCENE: &str = "{scene}";
 const TRACE: &str = "{trace}";
 
 /// How programs are run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Runner {
     /// Under which protection.
     pub sandbox: Sandbox,

@@ -39,8 +39,6 @@ impl RunArgs {
                 .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
             sandbox
         };
-        #[cfg(target_os = "linux")]
-        sandbox::sweep(&launcher);
         let protections = sandbox.protections().to_vec();
         Ok((Runner { sandbox, limits, readable }, protections))
     }

@@ -166,6 +166,7 @@ mod tests {
             scenes: (1, 1),
             hidden: None,
             jacobians: None,
+            copied: None,
         }
     }
 

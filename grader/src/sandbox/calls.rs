@@ -175,14 +175,14 @@ const LOCKS: &[i32] = &[
 
 /// Operations of `ioctl` on descriptors, and questions about terminals.
 const CONTROLS: &[u64] = &[
-    libc::TCGETS as u64,
+    libc::TCGETS,
     0x802c_542a, // TCGETS2
-    libc::TIOCGWINSZ as u64,
-    libc::TIOCGPGRP as u64,
-    libc::FIONREAD as u64,
-    libc::FIONBIO as u64,
-    libc::FIOCLEX as u64,
-    libc::FIONCLEX as u64,
+    libc::TIOCGWINSZ,
+    libc::TIOCGPGRP,
+    libc::FIONREAD,
+    libc::FIONBIO,
+    libc::FIOCLEX,
+    libc::FIONCLEX,
     0x4004_9409, // FICLONE
 ];
 

@@ -6,7 +6,6 @@ use std::io::{self, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
 
 use rustix::fs::inotify::{self, CreateFlags};
@@ -63,8 +62,7 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
                     refused.push("Landlock: the kernel does not offer it".to_owned());
                 }
                 let refused = (!refused.is_empty()).then(|| refused.join("; "));
-                let _sweeper = Arc::new(sweeper);
-                return Ok(Protected { launcher, walls, protections, refused, _sweeper });
+                return Ok(Protected { launcher, walls, protections, refused, _sweeper: sweeper });
             }
             Err(SandboxError(error)) => refused.push(error),
         }

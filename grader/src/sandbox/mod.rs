@@ -255,14 +255,14 @@ impl SandboxError {
 pub enum Sandbox {
     /// Under the protection that the system grants.
     #[cfg(target_os = "linux")]
-    Protected(Protected),
+    Protected(Arc<Protected>),
     /// With all rights of the caller. Of the limits, those of time and output hold.
     Unprotected,
 }
 
 /// The protection that a system grants.
 #[cfg(target_os = "linux")]
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Protected {
     /// The program that serves as supervisor and keeper.
     launcher: PathBuf,
@@ -270,7 +270,7 @@ pub struct Protected {
     protections: Vec<Protection>,
     /// Why the stronger walls are not used.
     refused: Option<String>,
-    _sweeper: Arc<Sweeper>,
+    _sweeper: Sweeper,
 }
 
 impl Sandbox {
@@ -281,7 +281,7 @@ impl Sandbox {
     /// Where no program can be run under protection.
     #[cfg(target_os = "linux")]
     pub fn open(launcher: &Path) -> Result<Self, SandboxError> {
-        check::strongest(launcher).map(Self::Protected)
+        check::strongest(launcher).map(|protected| Self::Protected(Arc::new(protected)))
     }
 
     /// The strongest protection that this system grants: none.
@@ -301,8 +301,8 @@ impl Sandbox {
     pub fn run(&self, job: &Job) -> Result<Outcome, SandboxError> {
         match self {
             #[cfg(target_os = "linux")]
-            Self::Protected(Protected { launcher, walls, .. }) => {
-                supervisor::run(launcher, walls, job)
+            Self::Protected(protected) => {
+                supervisor::run(&protected.launcher, &protected.walls, job)
             }
             #[cfg(unix)]
             Self::Unprotected => plain::run(job),

@@ -894,6 +894,18 @@ fn an_extension_in_upper_case_is_pointed_at() {
 }
 
 #[test]
+fn a_weight_alone_leaves_a_scene_its_calibrated_tolerances() {
+    let project = Project::new();
+    project.traces("", |_| {});
+    for (rule, criteria) in [("weight = 2", "calibrated"), ("largest = 1e-9", "fixed")] {
+        let rubric = format!("[[scene]]\nname = \"Spring/pair\"\n{rule}\n");
+        project.write("assets/rubric.toml", &rubric);
+        let run = project.grade(&["--traces", "traces", "--format", "json"]);
+        assert_eq!(scene(&run.stdout, "Spring/pair")["criteria"], criteria, "{rule}");
+    }
+}
+
+#[test]
 fn only_selects_scenes_by_part_of_their_name_and_integrators_by_their_whole_name() {
     let project = Project::new();
     for (name, integrator) in [("a", "linearized-implicit-euler"), ("b", "implicit-euler")] {

@@ -605,6 +605,34 @@ fn colours_are_for_terminals_and_those_who_force_them() {
     assert!(!coloured(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
+    let project = Project::new();
+    let run = |arguments: &[&str], stdout: std::process::Stdio| -> Run {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+        let command = command.current_dir(project.folder.path()).args(arguments);
+        command.stdout(stdout).output().unwrap().into()
+    };
+    for arguments in [
+        &["--no-jacobians", "--format", "json"][..],
+        &["--no-jacobians"],
+        &["accuracy", "--list"],
+        &["oracle", "verify"],
+        &["init", "python", "new"],
+        &["needs"],
+    ] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let Run { code, stderr, .. } = run(arguments, full.into());
+        assert_eq!(code, 3, "{arguments:?}: {stderr}");
+        assert!(stderr.contains("standard output: No space left on device"), "{stderr}");
+    }
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let Run { code, stderr, .. } = run(&["--no-jacobians"], writer.into());
+    assert_eq!((code, stderr.as_str()), (0, ""));
+}
+
 #[test]
 fn a_report_goes_to_a_file_without_colours() {
     let project = Project::new();

@@ -19,7 +19,8 @@ use crate::selftest::SelfTestArgs;
 #[derive(Parser)]
 #[command(name = "grade", version, args_conflicts_with_subcommands = true)]
 #[command(
-    after_help = "Exit codes: 0 all passed, 1 something failed, 2 bad usage or input, 3 grader fault."
+    after_help = "Exit codes: 0 all passed, 1 something failed, 2 bad usage or input, 3 grader fault or a full \
+                  standard output."
 )]
 pub(super) struct Cli {
     #[command(subcommand)]

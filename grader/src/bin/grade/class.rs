@@ -72,7 +72,7 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     let mut text = Vec::new();
     report::class::write(&mut text, &rows, &passed_over, &protections).map_err(Stop::fault)?;
     save(&output.join("summary.txt"), &text)?;
-    print(&text);
+    print(&text)?;
     Ok(if rows.iter().any(Row::is_fault) { Exit::GraderFault } else { Exit::Passed })
 }
 

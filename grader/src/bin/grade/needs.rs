@@ -22,7 +22,7 @@ pub(super) fn run(suite: &SuiteArgs, only: Option<&str>) -> Result<Exit, Stop> {
     }
     let mut bytes = Vec::new();
     report::needs::write(&mut bytes, &all, None).map_err(Stop::fault)?;
-    print(&bytes);
+    print(&bytes)?;
     let is_pass = all.iter().all(|need| need.excess.is_empty());
     Ok(if is_pass { Exit::Passed } else { Exit::Failed })
 }

@@ -526,7 +526,7 @@ fn wrong_usage_and_input_are_told_apart_from_failures() {
     let empty = tempfile::tempdir().unwrap();
     for (folder, arguments, message) in [
         (project.folder.path(), vec!["--traces", "nowhere"], "nowhere: there is no such folder"),
-        (project.folder.path(), vec!["--only", "nothing"], "contains \"nothing\""),
+        (project.folder.path(), vec!["--only", "nothing"], "nothing matches \"nothing\""),
         (project.folder.path(), vec!["--frobnicate"], "--frobnicate"),
         (project.folder.path(), vec!["--assets", "nowhere"], "nowhere: there is no such folder"),
         (project.folder.path(), vec!["--rubric", "none.toml"], "none.toml: cannot be read"),
@@ -934,15 +934,18 @@ fn a_weight_alone_leaves_a_scene_its_calibrated_tolerances() {
 }
 
 #[test]
-fn only_selects_scenes_by_part_of_their_name_and_integrators_by_their_whole_name() {
+fn only_selects_scenes_by_name_group_integrator_and_pattern() {
     let project = Project::new();
     for (name, integrator) in [("a", "linearized-implicit-euler"), ("b", "implicit-euler")] {
         let text = SPRING.replace("symplectic-euler", integrator);
         project.write(&format!("assets/Spring/{name}.xml"), &text);
     }
     assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+    project.write("assets/GreenSpring/pair.xml", SPRING);
+    assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
     let names = |text: &str| -> Vec<String> {
-        let run = project.grade(&["--only", text, "--format", "json"]);
+        let only = text.split_whitespace().flat_map(|pattern| ["--only", pattern]);
+        let run = project.grade(&[&["--format", "json"], &*only.collect::<Vec<_>>()].concat());
         assert_eq!(run.code, 0, "{}", run.stderr);
         let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
         let features = report["features"].as_array().unwrap();
@@ -956,6 +959,17 @@ fn only_selects_scenes_by_part_of_their_name_and_integrators_by_their_whole_name
     assert_eq!(names("implicit"), ["Fall/feather", "Spring/b"]);
     assert_eq!(names("linearized-implicit"), ["Spring/a"]);
     assert_eq!(names("Spring/"), ["Spring/a", "Spring/b", "Spring/pair"]);
+    assert_eq!(names("Spring"), names("Spring/"));
+    assert_eq!(names("*Spring/p*"), ["GreenSpring/pair", "Spring/pair"]);
+    assert_eq!(names("Spring/pair stone"), ["Fall/stone", "Spring/pair"]);
+    for command in [&[][..], &["needs"]] {
+        let run = project.grade(&[command, &["--only", "stone", "--only", "Fall/stoen"]].concat());
+        assert_eq!(run.code, 2, "{command:?}");
+        assert_eq!(
+            run.stderr,
+            "error: nothing matches \"Fall/stoen\"\n  help: did you mean Fall/stone?\n"
+        );
+    }
     assert_eq!(project.grade(&["--only", "euler"]).code, 2);
 }
 

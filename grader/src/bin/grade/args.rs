@@ -56,9 +56,10 @@ pub(super) enum Command {
     Stability(StabilityArgs),
     /// Show what each scene is given to be stepped, and what the general path would cost it
     Needs {
-        /// Only scenes whose name contains this text
-        #[arg(long, value_name = "TEXT")]
-        only: Option<String>,
+        /// Only these scenes: a name, a group, an integrator, a pattern with * and ?, or a part of names; may be
+        /// given several times
+        #[arg(long, value_name = "PATTERN")]
+        only: Vec<String>,
 
         #[command(flatten)]
         suite: SuiteArgs,
@@ -84,9 +85,10 @@ pub(super) struct GradeArgs {
     #[command(flatten)]
     pub(super) run: RunArgs,
 
-    /// Grade only scenes whose name contains this text, or whose integrator is called so
-    #[arg(long, value_name = "TEXT")]
-    pub(super) only: Option<String>,
+    /// Grade only these scenes; may be given several times. A scene's name (Spring/two-springs), a group (Spring), an
+    /// integrator, a pattern with * and ?, the start of a name (Spring/two), or, without a /, a part of names (two)
+    #[arg(long, value_name = "PATTERN")]
+    pub(super) only: Vec<String>,
 
     /// Format of the report
     #[arg(long, value_enum, default_value_t = Format::Text)]
@@ -327,9 +329,10 @@ pub(super) struct StabilityArgs {
     #[arg(long)]
     pub(super) robust: bool,
 
-    /// Run only the cases whose name contains this text, and nothing of the theory
-    #[arg(long, value_name = "TEXT")]
-    pub(super) only: Option<String>,
+    /// Run only these cases, and nothing of the theory: a case's name, a pattern with * and ?, or a part of names; may
+    /// be given several times
+    #[arg(long, value_name = "PATTERN")]
+    pub(super) only: Vec<String>,
 
     /// Take what comes for what is expected from now on
     #[arg(long)]

@@ -11,7 +11,6 @@ use grader::probe;
 use grader::report;
 use grader::sandbox::Protection;
 use grader::submission::Submission;
-use grader::suite::{Case, Suite};
 
 use crate::args::{Format, GradeArgs};
 use crate::inputs::{Inputs, open_oracle};
@@ -22,8 +21,11 @@ use crate::submission::open_submission;
 
 pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     let mut inputs = args.suite.read_with(args.judge.hidden.as_deref(), args.judge.criteria)?;
-    if let Some(text) = &args.only {
-        select(&mut inputs.suite, text)?;
+    let is_whole = args.only.is_empty();
+    if !is_whole {
+        let total = inputs.suite.cases.len();
+        inputs.suite.keep_only(&args.only).map_err(Stop::bad_input)?;
+        complain("note", format!("{} of {total} scenes are graded", inputs.suite.cases.len()));
     }
     let oracle = open_oracle(&inputs.expected)?;
     let progress = Progress::new(!args.judge.no_progress);
@@ -32,9 +34,9 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     // Whoever picks scenes wants to see those, and soon.
     let what = What {
         jacobians: !args.judge.no_jacobians,
-        probe: !args.judge.no_jacobians && args.only.is_none(),
-        altered: args.only.is_none(),
-        hidden: args.only.is_none(),
+        probe: !args.judge.no_jacobians && is_whole,
+        altered: is_whole,
+        hidden: is_whole,
     };
     let grading = grade_one(&inputs, &oracle, &submission, protection, what, &progress);
     drop(progress);
@@ -45,22 +47,6 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         Outcome::Failed => Exit::Failed,
         Outcome::GraderFault => Exit::GraderFault,
     })
-}
-
-/// Leaves the scenes whose name or integrator was asked for.
-fn select(suite: &mut Suite, text: &str) -> Result<(), Stop> {
-    let total = suite.cases.len();
-    let integrator = simulator::vocabulary().integrator(text).map(|schema| schema.name);
-    let is_wanted =
-        |case: &Case| case.id.contains(text) || integrator == Some(case.feature.integrator);
-    suite.cases.retain(is_wanted);
-    if suite.cases.is_empty() {
-        let message =
-            format!("no scene's name contains {text:?}, and no scene's integrator is called so");
-        return Err(Stop::bad_input(message));
-    }
-    complain("note", format!("{} of {total} scenes are graded", suite.cases.len()));
-    Ok(())
 }
 
 /// What is done beside the shipped scenes.

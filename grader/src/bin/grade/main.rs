@@ -57,7 +57,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         Some(Command::Jacobians(args)) => jacobians::check(args),
         Some(Command::Accuracy(args)) => accuracy::measure(args),
         Some(Command::Stability(args)) => stability::run(args),
-        Some(Command::Needs { only, suite }) => needs::run(suite, only.as_deref()),
+        Some(Command::Needs { only, suite }) => needs::run(suite, only),
         Some(Command::Init { language, folder }) => init::init(language, folder),
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {

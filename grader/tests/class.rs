@@ -646,3 +646,69 @@ fn missing_protections_are_warned_of() {
     let report = project.json(&["class/ada", "--unprotected"]);
     assert_eq!(report["protection_missing"].as_array().unwrap().len(), 6);
 }
+
+/// Passes what [`RIGHT`] passes, but never ends on scenes with this number.
+fn endless(number: &str, mark: &Path) -> String {
+    let wait = format!("grep -q {number} \"$1\" && {{ touch '{}'; sleep 600; }}", mark.display());
+    RIGHT.replace("awk", &format!("{wait}\nawk"))
+}
+
+/// Starts `grade`, sends it SIGINT as soon as this file is there, and waits for its end. Scratch folders go to `tmp`.
+fn interrupted(project: &Project, arguments: &[&str], once: &Path) -> Run {
+    use rustix::process::{Pid, Signal, kill_process};
+    use std::process::Stdio;
+    fs::create_dir_all(project.path("tmp")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    command.current_dir(project.folder.path()).args(arguments).env("TMPDIR", project.path("tmp"));
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !once.exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let left: Vec<_> = fs::read_dir(project.path("tmp")).unwrap().flatten().collect();
+    assert!(left.is_empty(), "{left:?}");
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let (stdout, stderr) = (text(output.stdout), text(output.stderr));
+    Run { code: output.status.code().unwrap_or(-1), stdout, stderr }
+}
+
+#[test]
+fn an_interrupted_run_removes_its_folders_and_says_what_it_graded() {
+    let project = Project::new();
+    let mark = project.path("started");
+    project.program("program", &endless("150", &mark));
+    let limit = ["--limit", "wall=600", "--threads", "1"];
+    let common = ["./program", "--unprotected", "--no-jacobians", "--only", "far"];
+    for format in ["text", "json"] {
+        let _ = fs::remove_file(&mark);
+        let arguments = [&common[..], &limit, &["--format", format]].concat();
+        let run = interrupted(&project, &arguments, &mark);
+        assert_eq!(run.code, 130, "{}", run.stderr);
+        assert!(run.stderr.ends_with("interrupted: 0 of 1 scenes graded\n"), "{}", run.stderr);
+        let report =
+            if format == "text" { "Interrupted: 0 of 1 scenes graded; no score.\n" } else { "" };
+        assert!(run.stdout.ends_with(report) && !run.stdout.contains("crash"), "{}", run.stdout);
+    }
+}
+
+#[test]
+fn an_interrupted_class_keeps_its_rows_and_goes_on() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.program("class/bob", &endless("150", Path::new("mark")));
+    let arguments = ["class", "class", "-o", "out", "--no-jacobians", "--limit", "wall=600"];
+    let run = interrupted(&project, &arguments, &project.path("out/resume/ada.json"));
+    assert_eq!(run.code, 130, "{}", run.stderr);
+    assert!(run.stderr.contains("interrupted: 1 of 2 submissions graded\n"), "{}", run.stderr);
+    let partial = "Partial: interrupted, 1 of 2 submissions graded.";
+    assert!(run.stdout.contains(partial) && project.read("out/summary.txt").contains(partial));
+    assert!(project.row("ada").starts_with("ada,passed,"));
+    assert_eq!(project.row("bob"), format!("bob,interrupted{}", ",".repeat(12)));
+    assert!(!project.path("out/resume/bob.json").exists());
+
+    project.program("class/bob", RIGHT);
+    let run = project.class(&["--limit", "wall=600", "--resume"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(project.row("bob").starts_with("bob,passed,"));
+}

@@ -26,13 +26,14 @@ const COLUMNS: [&str; 14] = [
     "jacobians",
 ];
 
-/// Writes the summary for people.
+/// Writes the summary for people. `not_graded` are the submissions that an interrupted run did not come to.
 ///
 /// # Errors
 /// Where the output takes no more.
 pub fn write(
     out: &mut dyn Write,
     rows: &[Row],
+    not_graded: &[&str],
     passed_over: &[PassedOver],
     protections: &[Protection],
 ) -> io::Result<()> {
@@ -92,6 +93,14 @@ pub fn write(
         "  {BOLD}{} {submissions}{BOLD:#}: {passed} passed, {failed} failed, {faults} could not be judged",
         rows.len()
     )?;
+    if !not_graded.is_empty() {
+        writeln!(
+            out,
+            "  {ODD}Partial: interrupted, {} of {} submissions graded.{ODD:#}",
+            rows.len(),
+            rows.len() + not_graded.len()
+        )?;
+    }
     write_unprotected(out, protections)?;
     if rows.iter().any(|row| row.verdict == "passed-shipped") {
         writeln!(out, "  {ODD}Hidden scenes were not run: `passed shipped` is not all.{ODD:#}")?;
@@ -99,11 +108,12 @@ pub fn write(
     Ok(())
 }
 
-/// The summary as CSV, with a header line. What there is none of is empty.
+/// The summary as CSV, with a header line. What there is none of is empty; the verdict of the submissions that an
+/// interrupted run did not come to is `interrupted`.
 ///
 /// # Errors
 /// Never in practice.
-pub fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
+pub fn csv(rows: &[Row], not_graded: &[&str]) -> csv::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(COLUMNS)?;
     for row in rows {
@@ -129,6 +139,11 @@ pub fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
             &correct,
             &jacobians,
         ])?;
+    }
+    for name in not_graded {
+        let mut record = vec![inert(name), "interrupted".to_owned()];
+        record.resize(COLUMNS.len(), String::new());
+        writer.write_record(record)?;
     }
     writer.into_inner().map_err(|error| error.into_error().into())
 }
@@ -193,7 +208,7 @@ mod tests {
             "＝1",
         ];
         for name in names {
-            let csv = String::from_utf8(csv(&[row(name)]).unwrap()).unwrap();
+            let csv = String::from_utf8(csv(&[row(name)], &[]).unwrap()).unwrap();
             let read = |separator: u8, quoting: bool| {
                 let mut reader = csv::ReaderBuilder::new();
                 reader.delimiter(separator).quoting(quoting).flexible(true).has_headers(false);

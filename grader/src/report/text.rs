@@ -478,6 +478,9 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     if let Some(blame) = &grading.blame {
         write_blame(out, blame)?;
     }
+    if let Some(interrupted) = grading.interrupted {
+        return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
+    }
     let (style, text) = match grading.outcome() {
         Outcome::Passed => (GOOD, "All passed."),
         Outcome::PassedShipped => (GOOD, "All shipped scenes passed."),

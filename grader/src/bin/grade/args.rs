@@ -20,7 +20,7 @@ use crate::selftest::SelfTestArgs;
 #[command(name = "grade", version, args_conflicts_with_subcommands = true)]
 #[command(
     after_help = "Exit codes: 0 all passed, 1 something failed, 2 bad usage or input, 3 grader fault or a full \
-                  standard output."
+                  standard output, 130 interrupted (Ctrl-C)."
 )]
 pub(super) struct Cli {
     #[command(subcommand)]
@@ -35,7 +35,7 @@ pub(super) enum Command {
     /// Grade every submission of a folder, each alone: a report of each, and a table of all
     #[command(
         after_help = "Exit codes: 0 all graded, whatever their verdicts; 2 bad usage or input; 3 something could \
-                      not be judged."
+                      not be judged or written; 130 interrupted (Ctrl-C): --resume goes on."
     )]
     Class(ClassArgs),
     /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive; ours, or a program's

@@ -14,6 +14,7 @@ use grader::submission::Submission;
 
 use crate::args::{Format, GradeArgs};
 use crate::inputs::{Inputs, open_oracle};
+use crate::interrupt::Interrupt;
 use crate::output::put;
 use crate::progress::Progress;
 use crate::stop::{Exit, Stop, complain};
@@ -28,9 +29,12 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         complain("note", format!("{} of {total} scenes are graded", inputs.suite.cases.len()));
     }
     let oracle = open_oracle(&inputs.expected)?;
-    let progress = Progress::new(!args.judge.no_progress);
+    let interrupt = Interrupt::listen()?;
+    let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
-    let (submission, protection) = open_submission(args, &inputs)?;
+    let opened = open_submission(args, &inputs);
+    interrupt.check("the submission was not built, and no scene is graded")?;
+    let (submission, protection) = opened?;
     // Whoever picks scenes wants to see those, and soon.
     let what = What {
         jacobians: !args.judge.no_jacobians,
@@ -40,6 +44,13 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     };
     let grading = grade_one(&inputs, &oracle, &submission, protection, what, &progress);
     drop(progress);
+    if let Some(interrupted) = grading.interrupted {
+        // A partial report that a program takes for a whole one is worse than none.
+        if args.format == Format::Text {
+            deliver(args, &grading)?;
+        }
+        return Err(Stop(Exit::Interrupted, interrupted.to_string()));
+    }
     deliver(args, &grading)?;
     Ok(match grading.outcome() {
         // Whoever has no hidden scenes cannot do better.
@@ -82,11 +93,14 @@ pub(super) fn grade_one(
     let mut grading =
         grading::grade_observed(suite, submission, oracle, rubric, jacobians, observer);
     grading.protection = protection;
-    if let (Submission::Program(program), true) = (submission, what.probe) {
+    if let (Submission::Program(program), true) = (submission, what.probe && !observer.is_stopped())
+    {
         observer.notice(Event::Task(Task::Probe));
         grading.probing = Some(probe::probe(program, |_| true));
     }
-    if let (Submission::Program(program), true) = (submission, what.altered) {
+    if let (Submission::Program(program), true) =
+        (submission, what.altered && !observer.is_stopped())
+    {
         observer.notice(Event::Task(Task::Altered));
         grading.copied = altered::of_program(suite, program, &grading);
     }
@@ -96,6 +110,9 @@ pub(super) fn grade_one(
         (Some(_), _) if !what.hidden => grading.hidden = inputs.hidden_not_run(),
         // Last of all: see `grader::hidden`.
         (Some((hidden, _)), _) => hidden.grade(submission, rubric, &mut grading, observer),
+    }
+    if observer.is_stopped() {
+        grading.interrupt(suite);
     }
     grading
 }

@@ -20,6 +20,7 @@ mod oracle;
 mod selftest;
 mod stability;
 
+mod interrupt;
 mod output;
 mod progress;
 mod stop;
@@ -42,7 +43,7 @@ fn main() -> ExitCode {
     let exit = match std::panic::catch_unwind(|| run(&cli)) {
         Ok(Ok(exit)) => exit,
         Ok(Err(Stop(exit, message))) => {
-            complain("error", message);
+            complain(if exit == Exit::Interrupted { "interrupted" } else { "error" }, message);
             exit
         }
         Err(_) => Exit::GraderFault,

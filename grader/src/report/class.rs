@@ -40,7 +40,7 @@ pub fn write(
     let names = [
         "submission",
         "required",
-        "extra credit",
+        "extra",
         "points",
         "not judged",
         "scenes",
@@ -69,6 +69,9 @@ pub fn write(
             Cell::right(row.jacobians.map_or_else(nothing, pair)),
             Cell::left(row.verdict.replace('-', " ")).styled(style),
         ]);
+    }
+    if rows.iter().all(|row| row.hidden.is_none()) {
+        cells.iter_mut().for_each(|row| drop(row.remove(6)));
     }
     if !rows.iter().any(Row::is_fault) {
         cells.iter_mut().for_each(|row| drop(row.remove(4)));
@@ -181,6 +184,7 @@ mod tests {
             scenes: (1, 1),
             hidden: None,
             jacobians: None,
+            copied: None,
         }
     }
 

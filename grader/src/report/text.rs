@@ -81,7 +81,7 @@ fn write_hidden(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
             Cell::left(verdicts(&result.hidden)),
         ]
     };
-    table::write(out, &failed.iter().map(row).collect::<Vec<_>>())?;
+    table::write_unnamed(out, &failed.iter().map(row).collect::<Vec<_>>())?;
     writeln!(out)
 }
 
@@ -117,8 +117,8 @@ fn write_features(
         "integrator",
         "scenes",
         "hidden",
-        "position",
-        "velocity",
+        "error x",
+        "error v",
         "points",
         "not judged",
         "verdict",
@@ -464,7 +464,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         rows.push(vec![Cell::left("Jacobians"), Cell::right(text)]);
     }
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}", grading.submission)?;
-    table::write(out, &rows)?;
+    table::write_unnamed(out, &rows)?;
     write_criteria(out, grading)?;
     if let Some(protection) = &grading.protection {
         write_protection(out, protection)?;

@@ -75,7 +75,7 @@ fn dimension(count: usize) -> &'static str {
 
 fn write_table(out: &mut dyn Write, probing: &Probing) -> io::Result<()> {
     let names = ["force", "part", "", "force", "step"];
-    let blocks = ["dF/dx direct", "dF/dx cross", "dF/dv direct", "dF/dv cross"];
+    let blocks = ["dF/dx", "cross", "dF/dv", "cross"];
     let header = names.iter().chain(&blocks).map(|name| Cell::left(*name).styled(DIM));
     let mut rows = vec![header.collect::<Vec<Cell>>()];
     for part in &probing.parts {

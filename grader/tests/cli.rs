@@ -257,6 +257,20 @@ fn a_missing_trace_is_no_output() {
     assert_eq!((run.code, &scene(&run.stdout, "Spring/pair")["verdict"]), (1, &"no-output".into()));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_trace_that_is_a_pipe_is_refused_and_not_waited_for() {
+    let project = Project::new();
+    project.traces("", |_| {});
+    fs::remove_file(project.path("traces/Spring/pair.csv")).unwrap();
+    let made = Command::new("mkfifo").arg(project.path("traces/Spring/pair.csv")).status().unwrap();
+    assert!(made.success());
+    let run = project.grade(&["--traces", "traces"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    let message = "pair.csv: cannot be read: it is a pipe, a socket or a device";
+    assert!(run.stdout.contains(message), "{}", run.stdout);
+}
+
 #[test]
 fn binary_traces_are_graded_and_a_partial_record_is_malformed() {
     let project = Project::new();
@@ -1064,8 +1078,7 @@ fn folders_as_submissions() {
     let run = project.grade(&["mine"]);
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(run.stdout.contains("Summary for mine"), "{}", run.stdout);
-    let said =
-        "the build ended with exit status 7; it said:\n  no luck\n  and the same of 2 more scenes";
+    let said = "the build ended with exit status 7; it printed:\n  no luck\n  and the same of 2 more scenes";
     assert!(run.stdout.contains(said), "{}", run.stdout);
     assert!(!project.path("mine/x").exists());
 

@@ -300,7 +300,7 @@ fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Fa
         () => return Ok(()),
     };
     Err(Failure::Input(format!(
-        "{first} and {second} cannot be one file\n  help: name another file"
+        "{first} and {second} cannot be one file\n  help: give --output and --energy names of their own"
     )))
 }
 

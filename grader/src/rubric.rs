@@ -109,7 +109,7 @@ pub enum RubricError {
         message: String,
     },
     /// An entry fits nothing that is graded.
-    #[error("{}: {entry} fits no scene\n  help: correct the entry, or remove it", path.display())]
+    #[error("{}: {entry} fits no scene\n  help: a feature is known by section, group and integrator, a scene by its name, as Spring/two-springs", path.display())]
     NoMatch {
         /// The file.
         path: PathBuf,

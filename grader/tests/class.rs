@@ -323,8 +323,8 @@ fn each_submission_of_a_class_is_graded_as_if_it_were_alone() {
             let row = project.row(name);
             assert!(row.starts_with(&format!("{name},{verdict},")), "{row}");
         }
-        assert!(run.stdout.contains("passed over: gus: it is a link"), "{}", run.stdout);
-        assert!(run.stdout.contains("passed over: notes.txt: it is no program"));
+        assert!(run.stdout.contains("skipped: gus: it is a link"), "{}", run.stdout);
+        assert!(run.stdout.contains("skipped: notes.txt: it is not executable"));
         let told = project.read("out/reports/hal.txt");
         assert!(told.contains("is a link that leads out of the submission"), "{told}");
         assert!(!project.read("out/reports/fay.txt").contains('\u{1b}'));
@@ -517,7 +517,7 @@ fn what_is_wrong_with_a_hand_in_is_its_own_failure() {
         assert!(told.contains(message), "{told}");
     }
     assert!(project.row("zoe").starts_with("zoe,passed,"));
-    let told = "passed over: .ada: its name begins with a dot";
+    let told = "skipped: .ada: its name begins with a dot";
     assert!(run.stdout.contains(told), "{}", run.stdout);
 
     // By itself it is the verdict as well.
@@ -645,6 +645,14 @@ fn missing_protections_are_warned_of() {
     assert!(run.stdout.contains("  Run without protection.\n"), "{}", run.stdout);
     let report = project.json(&["class/ada", "--unprotected"]);
     assert_eq!(report["protection_missing"].as_array().unwrap().len(), 6);
+}
+
+#[test]
+fn a_program_that_is_killed_is_told_by_the_name_of_the_signal() {
+    let project = Project::new();
+    project.program("program", &RIGHT.replace("awk", "grep -q 150 \"$1\" && kill -SEGV $$\nawk"));
+    let run = project.grade(&["program", "--no-jacobians", "--only", "far"]);
+    assert!(run.stdout.contains("killed by SIGSEGV\n"), "{}", run.stdout);
 }
 
 /// Passes what [`RIGHT`] passes, but never ends on scenes with this number.

@@ -84,7 +84,7 @@ pub fn write(
         }
     }
     for PassedOver { name, reason } in passed_over {
-        writeln!(out, "  {DIM}passed over: {name}: {reason}{DIM:#}")?;
+        writeln!(out, "  {DIM}skipped: {name}: {reason}{DIM:#}")?;
     }
     let count = |wanted: fn(&Row) -> bool| rows.iter().filter(|row| wanted(row)).count();
     let passed = count(|row| row.verdict == "passed" || row.verdict == "passed-shipped");

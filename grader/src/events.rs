@@ -1,7 +1,7 @@
-//! What happens while a submission is graded, told as it happens.
+//! Events of a grading run, sent to an observer as they happen.
 //!
-//! Whoever grades tells an [`Observer`], and asks nothing of it: what is observed can change no result. Events of
-//! scenes that run at the same time come in any order.
+//! An [`Observer`] can end a run early, between two scenes, and change nothing else of its result. Events of scenes that
+//! run at the same time come in any order.
 
 /// Something that happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,13 +50,18 @@ pub enum Task {
     HiddenScenes(usize),
 }
 
-/// Who is told.
+/// Receives events.
 pub trait Observer: Sync {
-    /// Is told of an event, on the thread on which it happens.
+    /// Receives an event, on the thread on which it happens.
     fn notice(&self, event: Event<'_>);
+
+    /// Whether the run is to end early. Scenes that have not ended by then are not graded.
+    fn is_stopped(&self) -> bool {
+        false
+    }
 }
 
-/// Nobody.
+/// Ignores all events.
 impl Observer for () {
     fn notice(&self, _event: Event<'_>) {}
 }

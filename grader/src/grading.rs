@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::collections::HashSet;
+use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
@@ -52,6 +53,23 @@ pub struct Grading {
     pub hidden: Hidden,
     /// What is shown of points where something could not be judged.
     pub faults: FaultPoints,
+    /// How much was done, where it was ended early.
+    pub interrupted: Option<Interrupted>,
+}
+
+/// How much was done of a run that was ended early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Interrupted {
+    /// Scenes graded.
+    pub graded: usize,
+    /// Scenes that there are, without hidden ones.
+    pub scenes: usize,
+}
+
+impl fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {} scenes graded", self.graded, self.scenes)
+    }
 }
 
 /// Some scenes, each run twice more.
@@ -287,6 +305,13 @@ impl Grading {
         groups.filter(move |group| group.iter().all(|result| result.feature.section == section))
     }
 
+    /// Notes that it was ended early, and drops what was said of all scenes together.
+    pub fn interrupt(&mut self, suite: &Suite) {
+        let graded = self.features.iter().map(|result| result.scenes.len()).sum();
+        self.interrupted = Some(Interrupted { graded, scenes: suite.cases.len() });
+        (self.repetition, self.probing, self.copied, self.blame) = (None, None, None, None);
+    }
+
     /// What it comes to: a fault of the grader outweighs a failure.
     pub fn outcome(&self) -> Outcome {
         if self.features.iter().any(FeatureResult::has_faults) {
@@ -318,7 +343,7 @@ pub fn grade(
     grade_observed(suite, submission, oracle, rubric, jacobians, &())
 }
 
-/// As [`grade`], before an observer.
+/// As [`grade`], before an observer, which may end it early: then only the scenes that ended before are in it.
 pub fn grade_observed(
     suite: &Suite,
     submission: &Submission,
@@ -329,21 +354,30 @@ pub fn grade_observed(
 ) -> Grading {
     observer.notice(Event::Task(Task::Scenes(suite.cases.len())));
     let judge = |case: &Case| {
+        if observer.is_stopped() {
+            return None;
+        }
         let name = Some(case.id.as_str());
         observer.notice(Event::SceneStarted { name });
         let mut result = judge_case(case, oracle, rubric, submission);
         result.diagnosis = look_into(case, submission, &result.comparison);
         let passed = result.comparison.verdict.is_pass();
         observer.notice(Event::SceneFinished { name, passed });
-        result
+        // A program that was ended with the run says nothing.
+        (!observer.is_stopped()).then_some(result)
     };
-    let mut results: Vec<SceneResult> = suite.cases.par_iter().map(judge).collect();
-    if let Submission::Program(program) = submission {
-        restart_some(suite, program, oracle, &mut results);
+    let results: Vec<Option<SceneResult>> = suite.cases.par_iter().map(judge).collect();
+    let graded = suite.cases.iter().zip(results);
+    let mut results: Vec<(&Case, SceneResult)> =
+        graded.filter_map(|(case, result)| Some((case, result?))).collect();
+    if let (Submission::Program(program), false) = (submission, observer.is_stopped()) {
+        restart_some(program, oracle, &mut results);
     }
-    let mut grading = gather(suite, submission.name(), rubric, results);
+    let mut grading = gather(submission.name(), rubric, results);
     grading.jacobians = jacobians;
-    if let Submission::Program(program) = submission {
+    if observer.is_stopped() {
+        grading.interrupt(suite);
+    } else if let Submission::Program(program) = submission {
         observer.notice(Event::Task(Task::Repetition));
         grading.repetition = Some(Repetition::of(suite, program));
     }
@@ -359,21 +393,16 @@ pub(crate) fn collect(
     judge: impl Fn(&Case, Criteria) -> Comparison + Sync,
 ) -> Grading {
     let cases = suite.cases.par_iter();
-    let results = cases.map(|case| of_case(case, oracle, rubric, |criteria| judge(case, criteria)));
-    gather(suite, submission, rubric, results.collect())
+    let judged = |case| (case, of_case(case, oracle, rubric, |criteria| judge(case, criteria)));
+    gather(submission, rubric, cases.map(judged).collect())
 }
 
-/// Puts together the results of all scenes, in the order of the suite.
-fn gather(
-    suite: &Suite,
-    submission: String,
-    rubric: &Rubric,
-    results: Vec<SceneResult>,
-) -> Grading {
-    let blame = Blame::of(suite.cases.iter().zip(results.iter().map(|result| &result.comparison)));
+/// Puts together the results of scenes, in the order of the suite.
+fn gather(submission: String, rubric: &Rubric, results: Vec<(&Case, SceneResult)>) -> Grading {
+    let blame = Blame::of(results.iter().map(|(case, result)| (*case, &result.comparison)));
 
     let mut features: Vec<FeatureResult> = Vec::new();
-    for (case, result) in suite.cases.iter().zip(results) {
+    for (case, result) in results {
         match features.iter_mut().find(|known| known.feature == case.feature) {
             Some(known) => known.scenes.push(result),
             None => {
@@ -395,6 +424,7 @@ fn gather(
         jacobians: JacobianReport::default(),
         hidden: Hidden::None,
         faults: rubric.fault_points(),
+        interrupted: None,
     }
 }
 
@@ -465,11 +495,10 @@ fn look_into(case: &Case, submission: &Submission, comparison: &Comparison) -> O
 }
 
 /// Makes some steps of the first scenes that differ from the oracle's states.
-fn restart_some(suite: &Suite, program: &Program, oracle: &Oracle, results: &mut [SceneResult]) {
-    let differing =
-        suite.cases.iter().zip(results).filter_map(|(case, result)| {
-            result.diagnosis.as_mut().map(|diagnosis| (case, diagnosis))
-        });
+fn restart_some(program: &Program, oracle: &Oracle, results: &mut [(&Case, SceneResult)]) {
+    let differing = results
+        .iter_mut()
+        .filter_map(|(case, result)| result.diagnosis.as_mut().map(|diagnosis| (*case, diagnosis)));
     let first: Vec<(&Case, &mut Diagnosis)> = differing.take(RESTARTED).collect();
     first.into_par_iter().for_each(|(case, diagnosis)| {
         let steps = || {

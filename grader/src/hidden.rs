@@ -173,13 +173,17 @@ impl HiddenSuite {
     ) {
         observer.notice(Event::Task(Task::HiddenScenes(self.n_scenes())));
         let judge = |case: &Case| {
+            if observer.is_stopped() {
+                return None;
+            }
             observer.notice(Event::SceneStarted { name: None });
             let result = judge_case(case, &self.oracle, rubric, submission);
             let passed = result.comparison.verdict.is_pass();
             observer.notice(Event::SceneFinished { name: None, passed });
-            result
+            (!observer.is_stopped()).then_some(result)
         };
-        let results: Vec<SceneResult> = self.suite.cases.par_iter().map(judge).collect();
+        let results: Option<Vec<SceneResult>> = self.suite.cases.par_iter().map(judge).collect();
+        let Some(results) = results else { return };
         let mut tallies: BTreeMap<&Feature, Tally> = BTreeMap::new();
         for (case, result) in self.suite.cases.iter().zip(&results) {
             tallies.entry(&case.feature).or_default().add(result);

@@ -5,6 +5,7 @@
 //! ```
 //!
 //! - [`suite`]: the scenes that are graded, and their features.
+//! - [`selection`]: scenes chosen by patterns.
 //! - [`submission`]: what is graded; a simulator, built-in or foreign, is met only through its states.
 //! - [`sandbox`]: another's program, run so that it can do no harm.
 //! - [`calibration`]: what a correct program may differ by.
@@ -27,6 +28,7 @@
 //! - [`init`]: skeletons of submissions.
 //! - [`report`]: one format a file.
 
+pub mod selection;
 pub mod suite;
 
 pub mod sandbox;

@@ -109,7 +109,7 @@ pub enum RubricError {
         message: String,
     },
     /// An entry fits nothing that is graded.
-    #[error("{}: {entry} fits no scene\n  help: correct the entry, or remove it", path.display())]
+    #[error("{}: {entry} fits no scene\n  help: a feature is known by section, group and integrator, a scene by its name, as Spring/two-springs", path.display())]
     NoMatch {
         /// The file.
         path: PathBuf,
@@ -422,9 +422,12 @@ impl Rubric {
     /// What a scene is judged by: `calibrated`, where there is such, unless the rubric says otherwise.
     pub fn criteria(&self, case: &Case, calibrated: Option<Calibrated>) -> Criteria {
         let features = self.features.iter().filter(|rule| rule.fits(&case.feature));
-        let set = features.map(|rule| rule.largest.is_some() || rule.accumulated.is_some());
+        let of_features = features.map(|rule| (rule.largest, rule.accumulated));
         let scenes = self.scenes.iter().filter(|rule| rule.name == case.id);
-        let is_set = set.chain(scenes.map(|rule| !rule.sets_nothing())).any(|set| set);
+        let of_scenes = scenes.map(|rule| (rule.largest, rule.accumulated));
+        let is_set = of_features
+            .chain(of_scenes)
+            .any(|(largest, accumulated)| largest.is_some() || accumulated.is_some());
         match calibrated {
             Some(calibrated) if !is_set && self.default.criteria() == CriteriaName::Calibrated => {
                 Criteria::Calibrated(calibrated)

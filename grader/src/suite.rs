@@ -11,6 +11,7 @@ use std::path::{Component, Path, PathBuf};
 
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
+use simulator::input;
 use simulator::scene::error::SceneError;
 use simulator::scene::{self, ParseOptions, Scene};
 use simulator::trace::TraceFormat;
@@ -203,7 +204,7 @@ fn hash(parts: [&[u8]; 2]) -> String {
 /// # Errors
 /// Where it cannot be read.
 pub fn hash_file(path: &Path) -> io::Result<String> {
-    hash_reader(File::open(path)?)
+    hash_reader(input::open(path)?)
 }
 
 /// SHA-256 of all that is read, in hexadecimal.
@@ -288,7 +289,8 @@ pub fn find_traces(folder: &Path, id: &str) -> Vec<(PathBuf, TraceFormat)> {
     let trace = |format: TraceFormat| {
         // Not `with_extension`: a scene's name may hold a dot.
         let path = folder.join(format!("{id}.{}", format.extension()));
-        path.is_file().then_some((path, format))
+        // What is no regular file is refused when it is opened.
+        path.exists().then_some((path, format))
     };
     TraceFormat::ALL.into_iter().filter_map(trace).collect()
 }

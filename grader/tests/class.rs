@@ -323,8 +323,8 @@ fn each_submission_of_a_class_is_graded_as_if_it_were_alone() {
             let row = project.row(name);
             assert!(row.starts_with(&format!("{name},{verdict},")), "{row}");
         }
-        assert!(run.stdout.contains("passed over: gus: it is a link"), "{}", run.stdout);
-        assert!(run.stdout.contains("passed over: notes.txt: it is no program"));
+        assert!(run.stdout.contains("skipped: gus: it is a link"), "{}", run.stdout);
+        assert!(run.stdout.contains("skipped: notes.txt: it is not executable"));
         let told = project.read("out/reports/hal.txt");
         assert!(told.contains("is a link that leads out of the submission"), "{told}");
         assert!(!project.read("out/reports/fay.txt").contains('\u{1b}'));
@@ -517,7 +517,7 @@ fn what_is_wrong_with_a_hand_in_is_its_own_failure() {
         assert!(told.contains(message), "{told}");
     }
     assert!(project.row("zoe").starts_with("zoe,passed,"));
-    let told = "passed over: .ada: its name begins with a dot";
+    let told = "skipped: .ada: its name begins with a dot";
     assert!(run.stdout.contains(told), "{}", run.stdout);
 
     // By itself it is the verdict as well.
@@ -645,4 +645,78 @@ fn missing_protections_are_warned_of() {
     assert!(run.stdout.contains("  Run without protection.\n"), "{}", run.stdout);
     let report = project.json(&["class/ada", "--unprotected"]);
     assert_eq!(report["protection_missing"].as_array().unwrap().len(), 6);
+}
+
+#[test]
+fn a_program_that_is_killed_is_told_by_the_name_of_the_signal() {
+    let project = Project::new();
+    project.program("program", &RIGHT.replace("awk", "grep -q 150 \"$1\" && kill -SEGV $$\nawk"));
+    let run = project.grade(&["program", "--no-jacobians", "--only", "far"]);
+    assert!(run.stdout.contains("killed by SIGSEGV\n"), "{}", run.stdout);
+}
+
+/// Passes what [`RIGHT`] passes, but never ends on scenes with this number.
+fn endless(number: &str, mark: &Path) -> String {
+    let wait = format!("grep -q {number} \"$1\" && {{ touch '{}'; sleep 600; }}", mark.display());
+    RIGHT.replace("awk", &format!("{wait}\nawk"))
+}
+
+/// Starts `grade`, sends it SIGINT as soon as this file is there, and waits for its end. Scratch folders go to `tmp`.
+fn interrupted(project: &Project, arguments: &[&str], once: &Path) -> Run {
+    use rustix::process::{Pid, Signal, kill_process};
+    use std::process::Stdio;
+    fs::create_dir_all(project.path("tmp")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    command.current_dir(project.folder.path()).args(arguments).env("TMPDIR", project.path("tmp"));
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !once.exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let left: Vec<_> = fs::read_dir(project.path("tmp")).unwrap().flatten().collect();
+    assert!(left.is_empty(), "{left:?}");
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let (stdout, stderr) = (text(output.stdout), text(output.stderr));
+    Run { code: output.status.code().unwrap_or(-1), stdout, stderr }
+}
+
+#[test]
+fn an_interrupted_run_removes_its_folders_and_says_what_it_graded() {
+    let project = Project::new();
+    let mark = project.path("started");
+    project.program("program", &endless("150", &mark));
+    let limit = ["--limit", "wall=600", "--threads", "1"];
+    let common = ["./program", "--unprotected", "--no-jacobians", "--only", "far"];
+    for format in ["text", "json"] {
+        let _ = fs::remove_file(&mark);
+        let arguments = [&common[..], &limit, &["--format", format]].concat();
+        let run = interrupted(&project, &arguments, &mark);
+        assert_eq!(run.code, 130, "{}", run.stderr);
+        assert!(run.stderr.ends_with("interrupted: 0 of 1 scenes graded\n"), "{}", run.stderr);
+        let report =
+            if format == "text" { "Interrupted: 0 of 1 scenes graded; no score.\n" } else { "" };
+        assert!(run.stdout.ends_with(report) && !run.stdout.contains("crash"), "{}", run.stdout);
+    }
+}
+
+#[test]
+fn an_interrupted_class_keeps_its_rows_and_goes_on() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.program("class/bob", &endless("150", Path::new("mark")));
+    let arguments = ["class", "class", "-o", "out", "--no-jacobians", "--limit", "wall=600"];
+    let run = interrupted(&project, &arguments, &project.path("out/resume/ada.json"));
+    assert_eq!(run.code, 130, "{}", run.stderr);
+    assert!(run.stderr.contains("interrupted: 1 of 2 submissions graded\n"), "{}", run.stderr);
+    let partial = "Partial: interrupted, 1 of 2 submissions graded.";
+    assert!(run.stdout.contains(partial) && project.read("out/summary.txt").contains(partial));
+    assert!(project.row("ada").starts_with("ada,passed,"));
+    assert_eq!(project.row("bob"), format!("bob,interrupted{}", ",".repeat(12)));
+    assert!(!project.path("out/resume/bob.json").exists());
+
+    project.program("class/bob", RIGHT);
+    let run = project.class(&["--limit", "wall=600", "--resume"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(project.row("bob").starts_with("bob,passed,"));
 }

@@ -257,6 +257,20 @@ fn a_missing_trace_is_no_output() {
     assert_eq!((run.code, &scene(&run.stdout, "Spring/pair")["verdict"]), (1, &"no-output".into()));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_trace_that_is_a_pipe_is_refused_and_not_waited_for() {
+    let project = Project::new();
+    project.traces("", |_| {});
+    fs::remove_file(project.path("traces/Spring/pair.csv")).unwrap();
+    let made = Command::new("mkfifo").arg(project.path("traces/Spring/pair.csv")).status().unwrap();
+    assert!(made.success());
+    let run = project.grade(&["--traces", "traces"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    let message = "pair.csv: cannot be read: it is a pipe, a socket or a device";
+    assert!(run.stdout.contains(message), "{}", run.stdout);
+}
+
 #[test]
 fn binary_traces_are_graded_and_a_partial_record_is_malformed() {
     let project = Project::new();
@@ -526,7 +540,7 @@ fn wrong_usage_and_input_are_told_apart_from_failures() {
     let empty = tempfile::tempdir().unwrap();
     for (folder, arguments, message) in [
         (project.folder.path(), vec!["--traces", "nowhere"], "nowhere: there is no such folder"),
-        (project.folder.path(), vec!["--only", "nothing"], "contains \"nothing\""),
+        (project.folder.path(), vec!["--only", "nothing"], "nothing matches \"nothing\""),
         (project.folder.path(), vec!["--frobnicate"], "--frobnicate"),
         (project.folder.path(), vec!["--assets", "nowhere"], "nowhere: there is no such folder"),
         (project.folder.path(), vec!["--rubric", "none.toml"], "none.toml: cannot be read"),
@@ -603,6 +617,34 @@ fn colours_are_for_terminals_and_those_who_force_them() {
     assert!(!coloured(&[]));
     assert!(coloured(&[("CLICOLOR_FORCE", "1")]));
     assert!(!coloured(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
+    let project = Project::new();
+    let run = |arguments: &[&str], stdout: std::process::Stdio| -> Run {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+        let command = command.current_dir(project.folder.path()).args(arguments);
+        command.stdout(stdout).output().unwrap().into()
+    };
+    for arguments in [
+        &["--no-jacobians", "--format", "json"][..],
+        &["--no-jacobians"],
+        &["accuracy", "--list"],
+        &["oracle", "verify"],
+        &["init", "python", "new"],
+        &["needs"],
+    ] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let Run { code, stderr, .. } = run(arguments, full.into());
+        assert_eq!(code, 3, "{arguments:?}: {stderr}");
+        assert!(stderr.contains("standard output: No space left on device"), "{stderr}");
+    }
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let Run { code, stderr, .. } = run(&["--no-jacobians"], writer.into());
+    assert_eq!((code, stderr.as_str()), (0, ""));
 }
 
 #[test]
@@ -894,15 +936,30 @@ fn an_extension_in_upper_case_is_pointed_at() {
 }
 
 #[test]
-fn only_selects_scenes_by_part_of_their_name_and_integrators_by_their_whole_name() {
+fn a_weight_alone_leaves_a_scene_its_calibrated_tolerances() {
+    let project = Project::new();
+    project.traces("", |_| {});
+    for (rule, criteria) in [("weight = 2", "calibrated"), ("largest = 1e-9", "fixed")] {
+        let rubric = format!("[[scene]]\nname = \"Spring/pair\"\n{rule}\n");
+        project.write("assets/rubric.toml", &rubric);
+        let run = project.grade(&["--traces", "traces", "--format", "json"]);
+        assert_eq!(scene(&run.stdout, "Spring/pair")["criteria"], criteria, "{rule}");
+    }
+}
+
+#[test]
+fn only_selects_scenes_by_name_group_integrator_and_pattern() {
     let project = Project::new();
     for (name, integrator) in [("a", "linearized-implicit-euler"), ("b", "implicit-euler")] {
         let text = SPRING.replace("symplectic-euler", integrator);
         project.write(&format!("assets/Spring/{name}.xml"), &text);
     }
     assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+    project.write("assets/GreenSpring/pair.xml", SPRING);
+    assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
     let names = |text: &str| -> Vec<String> {
-        let run = project.grade(&["--only", text, "--format", "json"]);
+        let only = text.split_whitespace().flat_map(|pattern| ["--only", pattern]);
+        let run = project.grade(&[&["--format", "json"], &*only.collect::<Vec<_>>()].concat());
         assert_eq!(run.code, 0, "{}", run.stderr);
         let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
         let features = report["features"].as_array().unwrap();
@@ -916,6 +973,17 @@ fn only_selects_scenes_by_part_of_their_name_and_integrators_by_their_whole_name
     assert_eq!(names("implicit"), ["Fall/feather", "Spring/b"]);
     assert_eq!(names("linearized-implicit"), ["Spring/a"]);
     assert_eq!(names("Spring/"), ["Spring/a", "Spring/b", "Spring/pair"]);
+    assert_eq!(names("Spring"), names("Spring/"));
+    assert_eq!(names("*Spring/p*"), ["GreenSpring/pair", "Spring/pair"]);
+    assert_eq!(names("Spring/pair stone"), ["Fall/stone", "Spring/pair"]);
+    for command in [&[][..], &["needs"]] {
+        let run = project.grade(&[command, &["--only", "stone", "--only", "Fall/stoen"]].concat());
+        assert_eq!(run.code, 2, "{command:?}");
+        assert_eq!(
+            run.stderr,
+            "error: nothing matches \"Fall/stoen\"\n  help: did you mean Fall/stone?\n"
+        );
+    }
     assert_eq!(project.grade(&["--only", "euler"]).code, 2);
 }
 
@@ -1010,8 +1078,7 @@ fn folders_as_submissions() {
     let run = project.grade(&["mine"]);
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(run.stdout.contains("Summary for mine"), "{}", run.stdout);
-    let said =
-        "the build ended with exit status 7; it printed:\n  no luck\n  and the same of 2 more scenes";
+    let said = "the build ended with exit status 7; it printed:\n  no luck\n  and the same of 2 more scenes";
     assert!(run.stdout.contains(said), "{}", run.stdout);
     assert!(!project.path("mine/x").exists());
 

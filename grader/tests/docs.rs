@@ -1,8 +1,12 @@
 //! The documents are true: paths exist, and what the registries offer is described.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use grader::rubric::Rubric;
+use grader::suite::{Feature, Section, Suite};
+use simulator::scene::ParseOptions;
 use simulator::scene::schema::{OptionKind, OptionSchema};
 use simulator::{force, integrator};
 
@@ -49,25 +53,70 @@ fn every_source_folder_is_in_the_architecture() {
 
 #[test]
 fn links_in_the_documents_lead_somewhere() {
-    for name in [
-        "README.md",
-        "CONTRIBUTING.md",
-        "CHANGELOG.md",
-        "docs/attacks.md",
-        "docs/choosing.md",
-        "docs/formats.md",
-        "docs/jacobians.md",
-        "docs/mistakes.md",
-        "docs/probe.md",
-        "docs/selftest.md",
-        "docs/stability.md",
-    ] {
+    let pages = fs::read_dir(workspace().join("docs")).unwrap();
+    let pages = pages.map(|page| format!("docs/{}", page.unwrap().file_name().display()));
+    let names: Vec<String> = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(pages.filter(|name| name.ends_with(".md")))
+        .collect();
+    assert!(names.len() > 14, "{names:?}");
+    for name in &names {
         let text = document(name);
         let folder = workspace().join(name).parent().unwrap().to_path_buf();
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             let is_web = link.starts_with("https://");
             assert!(is_web || folder.join(link).exists(), "{name} links to {link}");
         }
+    }
+}
+
+#[test]
+fn the_counts_of_the_readme_are_those_of_the_suite() {
+    let text = document("README.md");
+    let says = |words: &str| assert!(text.contains(words), "README.md does not say {words:?}");
+    let sections = [(Section::Required, "assets"), (Section::ExtraCredit, "extracreditassets")]
+        .map(|(section, folder)| (section, workspace().join(folder)));
+    let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
+    let rubric = Rubric::load(&workspace().join("assets/rubric.toml")).unwrap();
+    let [required, extra] = [
+        ("Required", Section::Required),
+        ("Extra credit", Section::ExtraCredit),
+    ]
+    .map(|(title, section)| {
+        let of_section = suite.cases.iter().filter(|case| case.feature.section == section);
+        let scenes = of_section.clone().count();
+        let features: BTreeSet<&Feature> = of_section.map(|case| &case.feature).collect();
+        let points: f64 = features.iter().map(|feature| rubric.points(feature)).sum();
+        let features = features.len();
+        let sums = format!(
+            "{scenes}/{scenes} scenes  {features}/{features} features  {points}/{points} points"
+        );
+        let mut lines = text.lines().filter(|line| line.starts_with(&format!("  {title} ")));
+        assert!(lines.any(|line| line.ends_with(&sums)), "README.md does not say {title}: {sums}");
+        points
+    });
+    let (scenes, points) = (suite.cases.len(), required + extra);
+    says(&format!("Spring Oracle has {scenes} scenes,"));
+    says(&format!(
+        "Score {required} of {required} points, and {extra} of {extra} for extra credit: {points} together"
+    ));
+    for cell in [
+        format!(" {required}/{required} "),
+        format!(" {extra}/{extra} "),
+        format!(" {scenes}/{scenes} "),
+        format!(" 0/{required} "),
+        format!(" 0/{extra} "),
+        format!(" 0/{scenes} "),
+    ] {
+        says(&cell);
+    }
+    // Those of the self-test are held to a run by ci/selftest.sh.
+    let selftest = document("docs/selftest.md");
+    for row in selftest.lines().filter(|line| line.contains("% | ")) {
+        let cells: Vec<&str> = row.split(" | ").map(|cell| cell.trim_matches(['|', ' '])).collect();
+        says(&format!(" {}  ", cells[1].replace(" of ", "/")));
+        assert!(text.contains(cells[2]), "README.md does not say {}", cells[2]);
     }
 }
 

@@ -130,6 +130,14 @@ fn a_changed_outcome_fails_until_it_is_accepted() {
 }
 
 #[test]
+fn a_case_that_there_is_not_is_told_with_its_near_misses() {
+    let output = grade(&["--quick", "--only", "coincidnet"]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = "error: nothing matches \"coincidnet\"\n  help: did you mean coincident";
+    assert!(text(&output.stderr).starts_with(message), "{}", text(&output.stderr));
+}
+
+#[test]
 fn a_malformed_file_of_outcomes_is_told_by_its_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("expected.csv");

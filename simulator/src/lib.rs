@@ -44,6 +44,7 @@ pub mod simulation;
 pub mod state;
 pub mod statistics;
 
+pub mod input;
 pub mod output;
 pub mod trace;
 

@@ -664,3 +664,20 @@ fn an_extension_that_names_no_format_is_refused() {
         assert_eq!(listing(folder.path()).len(), 1, "{output}: a file appeared");
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn a_scene_that_is_a_pipe_is_refused_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["scene.xml", "scene.json", "mesh.obj"] {
+        let made = std::process::Command::new("mkfifo").arg(folder.path().join(name)).status();
+        assert!(made.unwrap().success());
+    }
+    fs::write(folder.path().join("net.json"), r#"{"obj": "mesh.obj", "k": 1, "m": 1}"#).unwrap();
+    for name in ["scene.xml", "scene.json", "net.json", "/dev/zero"] {
+        let output = simulate(folder.path(), &[name]);
+        assert_eq!(output.status.code(), Some(2), "{name}");
+        let message = "cannot be read: it is a pipe, a socket or a device, and not a regular file";
+        assert!(stderr(&output).contains(message), "{name}: {}", stderr(&output));
+    }
+}

@@ -488,3 +488,23 @@ fn what_c_libraries_call_not_a_number_is_read_as_such() {
     }
     assert!(read_back(|trace| format!("{}x", trace.trim_end())).is_err());
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
+    let folder = folder_with(SCENE);
+    let run = |arguments: &[&str], stdout: std::process::Stdio| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_simulate"));
+        command.current_dir(folder.path()).args(arguments).stdout(stdout).output().unwrap()
+    };
+    for arguments in [&["scene.xml", "--stats"][..], &["generate", "ring"]] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = run(arguments, full.into());
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains("standard output: No space left on device"));
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = run(arguments, writer.into());
+        assert_eq!((output.status.code(), stderr(&output)), (Some(0), ""), "{arguments:?}");
+    }
+}

@@ -37,7 +37,7 @@ impl fmt::Display for Feature {
             Self::States => write!(f, "the number of states"),
             Self::Output => write!(f, "the output"),
             Self::Precision => write!(f, "the precision"),
-            Self::Everything => write!(f, "what every scene needs"),
+            Self::Everything => write!(f, "something common to all scenes"),
         }
     }
 }

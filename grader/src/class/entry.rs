@@ -106,7 +106,7 @@ fn refusal(path: &Path) -> Option<&'static str> {
         () if kind.is_symlink() => Some("it is a link"),
         () if kind.is_dir() => None,
         () if !kind.is_file() => Some("it is neither a file nor a folder"),
-        () if !is_executable(&metadata) => Some("it is no program: it may not be executed"),
+        () if !is_executable(&metadata) => Some("it is not executable"),
         () => None,
     }
 }

@@ -46,19 +46,19 @@ impl WrongSteps {
         let start = if self.starts_right {
             ""
         } else {
-            "the trace does not start from the scene's state; "
+            "the trace does not start from the scene's initial state; "
         };
         let Self { total, wrong, ranges, .. } = self;
         let rest = match (*wrong, ranges.as_slice()) {
-            (0, _) => format!("each of the {total} steps is right by itself, to rounding"),
+            (0, _) => format!("all {total} steps are right to rounding"),
             (wrong, _) if wrong == *total => {
-                format!("each of the {total} steps is wrong by itself")
+                format!("all {total} steps are wrong")
             }
             (1, [[only, _]]) => {
-                format!("only step {only} of {total} is wrong by itself; the rest follows from it")
+                format!("only step {only} of {total} is wrong; the rest follows from it")
             }
             (2, [[first, last]]) if last - first == 1 => format!(
-                "steps {first} and {last} of {total} are wrong by themselves, as where state {first} alone is off"
+                "steps {first} and {last} of {total} are wrong, as if state {first} alone were off"
             ),
             (wrong, ranges) => {
                 let name = |&[first, last]: &[u64; 2]| match first == last {
@@ -69,7 +69,7 @@ impl WrongSteps {
                 let told: u64 = ranges.iter().map(|[first, last]| last - first + 1).sum();
                 let more = if told < wrong { ", …" } else { "" };
                 let names = names.join(", ");
-                format!("{wrong} of {total} steps are wrong by themselves: {names}{more}")
+                format!("{wrong} of {total} steps are wrong: {names}{more}")
             }
         };
         format!("{start}{rest}")

@@ -26,20 +26,21 @@ const COLUMNS: [&str; 14] = [
     "jacobians",
 ];
 
-/// Writes the summary for people.
+/// Writes the summary for people. `not_graded` are the submissions that an interrupted run did not come to.
 ///
 /// # Errors
 /// Where the output takes no more.
 pub fn write(
     out: &mut dyn Write,
     rows: &[Row],
+    not_graded: &[&str],
     passed_over: &[PassedOver],
     protections: &[Protection],
 ) -> io::Result<()> {
     let names = [
         "submission",
         "required",
-        "extra credit",
+        "extra",
         "points",
         "not judged",
         "scenes",
@@ -69,6 +70,9 @@ pub fn write(
             Cell::left(row.verdict.replace('-', " ")).styled(style),
         ]);
     }
+    if rows.iter().all(|row| row.hidden.is_none()) {
+        cells.iter_mut().for_each(|row| drop(row.remove(6)));
+    }
     if !rows.iter().any(Row::is_fault) {
         cells.iter_mut().for_each(|row| drop(row.remove(4)));
     }
@@ -80,7 +84,7 @@ pub fn write(
         }
     }
     for PassedOver { name, reason } in passed_over {
-        writeln!(out, "  {DIM}passed over: {name}: {reason}{DIM:#}")?;
+        writeln!(out, "  {DIM}skipped: {name}: {reason}{DIM:#}")?;
     }
     let count = |wanted: fn(&Row) -> bool| rows.iter().filter(|row| wanted(row)).count();
     let passed = count(|row| row.verdict == "passed" || row.verdict == "passed-shipped");
@@ -92,6 +96,14 @@ pub fn write(
         "  {BOLD}{} {submissions}{BOLD:#}: {passed} passed, {failed} failed, {faults} could not be judged",
         rows.len()
     )?;
+    if !not_graded.is_empty() {
+        writeln!(
+            out,
+            "  {ODD}Partial: interrupted, {} of {} submissions graded.{ODD:#}",
+            rows.len(),
+            rows.len() + not_graded.len()
+        )?;
+    }
     write_unprotected(out, protections)?;
     if rows.iter().any(|row| row.verdict == "passed-shipped") {
         writeln!(out, "  {ODD}Hidden scenes were not run: `passed shipped` is not all.{ODD:#}")?;
@@ -99,11 +111,12 @@ pub fn write(
     Ok(())
 }
 
-/// The summary as CSV, with a header line. What there is none of is empty.
+/// The summary as CSV, with a header line. What there is none of is empty; the verdict of the submissions that an
+/// interrupted run did not come to is `interrupted`.
 ///
 /// # Errors
 /// Never in practice.
-pub fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
+pub fn csv(rows: &[Row], not_graded: &[&str]) -> csv::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(COLUMNS)?;
     for row in rows {
@@ -129,6 +142,11 @@ pub fn csv(rows: &[Row]) -> csv::Result<Vec<u8>> {
             &correct,
             &jacobians,
         ])?;
+    }
+    for name in not_graded {
+        let mut record = vec![inert(name), "interrupted".to_owned()];
+        record.resize(COLUMNS.len(), String::new());
+        writer.write_record(record)?;
     }
     writer.into_inner().map_err(|error| error.into_error().into())
 }
@@ -194,7 +212,7 @@ mod tests {
             "＝1",
         ];
         for name in names {
-            let csv = String::from_utf8(csv(&[row(name)]).unwrap()).unwrap();
+            let csv = String::from_utf8(csv(&[row(name)], &[]).unwrap()).unwrap();
             let read = |separator: u8, quoting: bool| {
                 let mut reader = csv::ReaderBuilder::new();
                 reader.delimiter(separator).quoting(quoting).flexible(true).has_headers(false);

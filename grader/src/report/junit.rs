@@ -94,7 +94,7 @@ fn scene(scene: &SceneResult) -> TestCase {
     if let Some(explanation) =
         scene.diagnosis.as_ref().and_then(|diagnosis| diagnosis.explanation.as_ref())
     {
-        message += &format!("; what explains that: {}", explanation.words());
+        message += &format!("; cause: {}", explanation.words());
     }
     not_passed(&scene.id, kind, verdict.name(), message)
 }

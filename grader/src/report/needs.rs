@@ -26,9 +26,8 @@ pub fn write(out: &mut dyn Write, needs: &[Need], allocations: Option<&[u64]>) -
         writeln!(out, "\n{BOLD}{method}{BOLD:#}")?;
         let mut names = vec!["scene", "forces", "assemblies", "factors", "state"];
         names.extend(allocations.map(|_| "allocations"));
-        names.extend(["a step", "general", "slower", "differs by"]);
+        names.extend(["a step", "general", "slower", "differs"]);
         let numbers = 1..names.len();
-        names.push("solver");
         let mut rows = vec![header(&names, numbers)];
         let of_method = |(_, need): &(usize, &Need)| need.method == method;
         for (idx, need) in needs.iter().enumerate().filter(of_method) {
@@ -55,7 +54,10 @@ fn row(need: &Need, allocations: Option<u64>) -> Vec<Cell> {
     let Need { scene, given, general, difference, excess, .. } = need;
     let statistics = &given.statistics;
     let mut row = vec![
-        Cell::left(scene.as_str()),
+        Cell::left(match statistics.linear_solver.as_str() {
+            "" => scene.clone(),
+            solver => format!("{scene}: {solver}"),
+        }),
         Cell::right(given.forces.len().to_string()),
         Cell::right(statistics.assemblies.to_string()),
         Cell::right(statistics.linear.factorisations.to_string()),
@@ -70,7 +72,6 @@ fn row(need: &Need, allocations: Option<u64>) -> Vec<Cell> {
             0.0 => "0".to_owned(),
             difference => format!("{difference:.1e}"),
         }),
-        Cell::left(statistics.linear_solver.as_str()),
     ]);
     if !excess.is_empty() {
         let words: Vec<&str> = excess.iter().copied().map(Excess::name).collect();

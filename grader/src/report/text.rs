@@ -81,7 +81,7 @@ fn write_hidden(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
             Cell::left(verdicts(&result.hidden)),
         ]
     };
-    table::write(out, &failed.iter().map(row).collect::<Vec<_>>())?;
+    table::write_unnamed(out, &failed.iter().map(row).collect::<Vec<_>>())?;
     writeln!(out)
 }
 
@@ -117,8 +117,8 @@ fn write_features(
         "integrator",
         "scenes",
         "hidden",
-        "position",
-        "velocity",
+        "error x",
+        "error v",
         "points",
         "not judged",
         "verdict",
@@ -245,19 +245,26 @@ fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
 
 fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()> {
     let Diagnosis { steps, explanation, restarts } = diagnosis;
-    writeln!(out, "  single steps, each from the trace's own state before it: {}", steps.words())?;
+    writeln!(out, "  Redoing each step from your own previous state: {}", steps.words())?;
     if let Some(restarts) = restarts {
-        writeln!(out, "  started from the oracle's states: {}", restarts.words())?;
+        writeln!(out, "  Running your program from the oracle's states: {}", restarts.words())?;
     }
     match explanation {
         Some(explanation) => {
             let left = match explanation.remainder {
-                left if left > 0.0 => format!(", to {left:.0e} of it"),
-                _ => ", to rounding".to_owned(),
+                left if left > 0.0 => format!("{left:.0e}"),
+                _ => "rounding".to_owned(),
             };
-            writeln!(out, "  {BOLD}what explains that{left}: {}{BOLD:#}", explanation.words())
+            let steps = if steps.wrong == 1 { "step" } else { "steps" };
+            writeln!(
+                out,
+                "  {BOLD}Cause (reproduces your {steps} to {left}): {}{BOLD:#}",
+                explanation.words()
+            )
         }
-        None if steps.wrong > 0 => writeln!(out, "  no single term explains that"),
+        None if steps.wrong > 0 => {
+            writeln!(out, "  No single mistake that was tried explains this.")
+        }
         None => Ok(()),
     }
 }
@@ -342,10 +349,12 @@ fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<
     let Repetition { scenes, differing } = repetition;
     match differing.as_slice() {
         [] if *scenes == 0 => Ok(()),
-        [] => writeln!(out, "  {DIM}{scenes} scenes run twice: the same bytes.{DIM:#}"),
+        [] => {
+            writeln!(out, "  {DIM}Deterministic: {scenes} scenes re-run, identical output.{DIM:#}")
+        }
         _ => writeln!(
             out,
-            "  {ODD}Run twice, {} of {scenes} scenes gave other bytes: {}.{ODD:#}",
+            "  {ODD}Not deterministic: {} of {scenes} re-run scenes gave different output: {}.{ODD:#}",
             differing.len(),
             differing.join(", ")
         ),
@@ -366,7 +375,7 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let total = scenes().count();
     let calibrated = scenes().filter(|scene| matches!(scene.criteria, Criteria::Calibrated(_)));
     let used = calibrated.clone().filter_map(|scene| scene.comparison.allowed);
-    let used = used.map(|allowed| allowed.used).fold(0.0, f64::max);
+    let used = used.map(|allowed| allowed.used).reduce(f64::max);
     let of = |count: usize| match count {
         count if count == total => "Judged".to_owned(),
         count => format!("{count} scenes judged"),
@@ -374,8 +383,10 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let count = calibrated.count();
     if count > 0 {
         let used = match used {
-            used if used < 0.01 => "; less than 1 % of one is used".to_owned(),
-            used if used <= 1.0 => format!("; at most {:.0} % of one is used", 100.0 * used),
+            Some(used) if used < 0.01 => "; every error is below 1 % of its tolerance".to_owned(),
+            Some(used) if used <= 1.0 => {
+                format!("; the largest error is {:.0} % of its tolerance", 100.0 * used)
+            }
             _ => String::new(),
         };
         writeln!(out, "  {DIM}{} by calibrated tolerances{used}.{DIM:#}", of(count))?;
@@ -403,30 +414,31 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     Ok(())
 }
 
-/// What it looks as if the submission had wrong, where there is anything to say.
+/// The likely causes of the failures, where there is anything to say.
 fn write_blame(out: &mut dyn Write, blame: &Blame) -> io::Result<()> {
     for finding in &blame.findings {
         let Finding { symptom, failing, .. } = finding;
-        let lead = match symptom {
-            Symptom::Wrong => "It looks as if this were wrong: ",
-            Symptom::Crash => "It crashes, as it seems, by: ",
-            Symptom::TimeOut => "It does not end, as it seems, by: ",
-            Symptom::Memory => "It takes too much memory, as it seems, by: ",
+        let (lead, failures) = match symptom {
+            Symptom::Wrong => ("Likely cause: ", "failures"),
+            Symptom::Crash => ("Likely cause of the crashes: ", "crashes"),
+            Symptom::TimeOut => ("Likely cause of the timeouts: ", "timeouts"),
+            Symptom::Memory => ("Likely cause of running out of memory: ", "such failures"),
         };
         for (number, suspect) in finding.named().iter().enumerate() {
             let lead = match (number, finding.together) {
                 (0, _) => lead,
-                (_, true) => "and this: ",
-                (_, false) => "or this: ",
+                (_, true) => "together with: ",
+                (_, false) => "or: ",
             };
             let Suspect { explained, against, .. } = suspect;
             let against = match against {
                 0 => String::new(),
-                n => format!(", but {n} with it passed"),
+                1 => "; contradicted by 1 pass".to_owned(),
+                n => format!("; contradicted by {n} passes"),
             };
             writeln!(
                 out,
-                "  {lead}{BOLD}{}{BOLD:#} {DIM}(in {explained} of {failing} such scenes{against}){DIM:#}",
+                "  {lead}{BOLD}{}{BOLD:#} {DIM}(explains {explained} of {failing} {failures}{against}){DIM:#}",
                 suspect.cause()
             )?;
         }
@@ -464,7 +476,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         rows.push(vec![Cell::left("Jacobians"), Cell::right(text)]);
     }
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}", grading.submission)?;
-    table::write(out, &rows)?;
+    table::write_unnamed(out, &rows)?;
     write_criteria(out, grading)?;
     if let Some(protection) = &grading.protection {
         write_protection(out, protection)?;
@@ -477,6 +489,9 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     }
     if let Some(blame) = &grading.blame {
         write_blame(out, blame)?;
+    }
+    if let Some(interrupted) = grading.interrupted {
+        return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
     }
     let (style, text) = match grading.outcome() {
         Outcome::Passed => (GOOD, "All passed."),

@@ -350,7 +350,8 @@ fn signal_name(number: i32) -> String {
     #[cfg(unix)]
     if let Some(signal) = rustix::process::Signal::from_named_raw(number) {
         let name = format!("{signal:?}");
-        return name.trim_start_matches("Signal::").to_owned();
+        // Some versions of rustix put it in quotes.
+        return format!("SIG{}", name.trim_matches('"').trim_start_matches("Signal::"));
     }
     format!("signal {number}")
 }

@@ -161,7 +161,7 @@ fn mistakes_are_called_wrong_where_they_are_and_right_programs_never() {
     let caught = MISTAKES.iter().filter(|mistake| !mistake.wrong.is_empty()).count();
     assert!(caught >= 30, "{caught}");
     let _ = writeln!(text, "\n## Mistakes\n\n{caught} that change a step.\n");
-    text += "| program | mistake | called wrong | error | looks as if |\n| --- | --- | --- | ---: | --- |\n";
+    text += "| program | mistake | called wrong | error | likely mistake |\n| --- | --- | --- | ---: | --- |\n";
     for (number, mistake) in MISTAKES.iter().enumerate() {
         let Some(path) = workshop.program(number) else {
             complete = false;
@@ -270,11 +270,11 @@ fn programs_of_no_use_are_refused_by_name() {
 
     let silent = refused(&script("silent", "echo 'what scene?' >&2; exit 3"), 60.0);
     assert_eq!(silent.name(), "crashed");
-    assert!(silent.to_string().contains("exit status 3; it said:\nwhat scene?"), "{silent}");
+    assert!(silent.to_string().contains("exit status 3; it printed:\nwhat scene?"), "{silent}");
 
     let idle = refused(&script("idle", "exit 0"), 60.0);
     assert_eq!(idle.name(), "no-output");
-    assert!(idle.to_string().contains("ended well, and wrote no trace"), "{idle}");
+    assert!(idle.to_string().contains("ended with exit status 0, but wrote no trace"), "{idle}");
 
     let body = "echo nonsense > trace.csv; echo nonsense > trace.bin";
     let garbage = refused(&script("garbage", body), 60.0);

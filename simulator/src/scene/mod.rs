@@ -293,16 +293,13 @@ pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
         let name = path.display().to_string();
         SceneError::whole_file(&name, Problem::TooLarge { size, limit: MAX_FILE_SIZE })
     };
-    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let file = crate::input::open(path).map_err(unreadable)?;
     let metadata = file.metadata().map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(unreadable(std::io::ErrorKind::IsADirectory.into()));
-    }
     if metadata.len() > MAX_FILE_SIZE {
         return Err(too_large(metadata.len()));
     }
     let mut bytes = Vec::new();
-    // A pipe has no size: it is read up to the limit.
+    // It may grow meanwhile.
     file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_FILE_SIZE {
         return Err(too_large(bytes.len() as u64));

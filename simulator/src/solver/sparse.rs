@@ -110,15 +110,16 @@ impl<const D: usize> SparseSystem<D> {
         self.matrix.add(row, column, block);
     }
 
+    /// Copies the entries, both triangles of a symmetric matrix, to where `to` wants them by row and column.
+    pub(super) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
+        self.matrix.read(to);
+    }
+
     /// Where the blocks `(i, i)`, `(j, j)`, `(i, j)` and `(j, i)` are, for [`add_at`](Self::add_at); the
     /// last two are one where only one of them is kept.
     ///
     /// # Panics
     /// Where the couplings do not hold them.
-    pub(super) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
-        self.matrix.read(to);
-    }
-
     pub(super) fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
         let kept = |row, column| self.matrix.offset(row, column);
         let [ij, ji] = [kept(i, j), kept(j, i)];

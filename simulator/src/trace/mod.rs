@@ -107,7 +107,7 @@ pub fn open(
     format: TraceFormat,
     shape: Shape,
 ) -> Result<Box<dyn TraceReader>, TraceError> {
-    let file = std::fs::File::open(path)
+    let file = crate::input::open(path)
         .map_err(|source| TraceError::Unreadable { path: path.to_path_buf(), source })?;
     Ok(match format {
         TraceFormat::Csv => Box::new(csv::CsvReader::new(file, path, shape)?),

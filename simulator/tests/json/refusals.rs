@@ -114,7 +114,7 @@ fn a_wrong_value_is_named_at_its_place() {
         obj empty | "mesh.obj" | ¶"" | "obj": "" must be the name of a file | give "obj"
         obj missing | "mesh.obj" | ¶"no.obj" | the mesh no.obj cannot be read: No such file | name an OBJ file
         obj a folder | "mesh.obj" | ¶"." | the mesh . cannot be read: is a directory | name an OBJ file
-        obj a device | "mesh.obj" | ¶"/dev/zero" | /dev/zero cannot be read: it is not a file | name an OBJ file
+        obj a device | "mesh.obj" | ¶"/dev/zero" | /dev/zero cannot be read: it is a pipe, a socket or a device, and not a regular file | name an OBJ file
         obj impossible | "mesh.obj" | ¶"a\u0000b" | cannot be read: | name an OBJ file
         no k | "k": 100, |  | there is no key "k" | "k": 100
         k a string | 100 | ¶"100" | "k": "100" must be a finite number, 0 or more | give "k"
@@ -295,8 +295,9 @@ fn neither_file_of_the_scene_is_written_over() {
         let before = contents(folder.path());
         let call = ["scene.json", "--integrator", INTEGRATOR, "--format", "csv", "-o", output];
         let run = simulate(folder.path(), &call);
-        let message =
-            format!("error: the trace and {what} cannot be one file\n  help: name another file\n");
+        let message = format!(
+            "error: the trace and {what} cannot be one file\n  help: give --output and --energy names of their own\n"
+        );
         assert_eq!((run.status.code(), stderr(&run)), (Some(2), &*message));
         assert_eq!(contents(folder.path()), before);
     }

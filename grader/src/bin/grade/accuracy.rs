@@ -22,7 +22,7 @@ use crate::submission::open_program;
 
 pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
     if args.list {
-        list();
+        list()?;
         return Ok(Exit::Passed);
     }
     let targets = targets(args)?;
@@ -60,12 +60,12 @@ pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
     Ok(if study.agreement().differ == 0 { Exit::Passed } else { Exit::Failed })
 }
 
-fn list() {
+fn list() -> Result<(), Stop> {
     let mut words = String::new();
     for problem in PROBLEMS {
         words += &format!("{:22}{}\n", problem.name, problem.title);
     }
-    print(words.as_bytes());
+    print(words.as_bytes())
 }
 
 /// What is to be measured.

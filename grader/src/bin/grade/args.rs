@@ -19,7 +19,8 @@ use crate::selftest::SelfTestArgs;
 #[derive(Parser)]
 #[command(name = "grade", version, args_conflicts_with_subcommands = true)]
 #[command(
-    after_help = "Exit codes: 0 all passed, 1 something failed, 2 bad usage or input, 3 grader fault."
+    after_help = "Exit codes: 0 all passed, 1 something failed, 2 bad usage or input, 3 grader fault or a full \
+                  standard output, 130 interrupted (Ctrl-C)."
 )]
 pub(super) struct Cli {
     #[command(subcommand)]
@@ -34,7 +35,7 @@ pub(super) enum Command {
     /// Grade every submission of a folder, each alone: a report of each, and a table of all
     #[command(
         after_help = "Exit codes: 0 all graded, whatever their verdicts; 2 bad usage or input; 3 something could \
-                      not be judged."
+                      not be judged or written; 130 interrupted (Ctrl-C): --resume goes on."
     )]
     Class(ClassArgs),
     /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive; ours, or a program's
@@ -55,9 +56,10 @@ pub(super) enum Command {
     Stability(StabilityArgs),
     /// Show what each scene is given to be stepped, and what the general path would cost it
     Needs {
-        /// Only scenes whose name contains this text
-        #[arg(long, value_name = "TEXT")]
-        only: Option<String>,
+        /// Only these scenes: a name, a group, an integrator, a pattern with * and ?, or a part of names; may be
+        /// given several times
+        #[arg(long, value_name = "PATTERN")]
+        only: Vec<String>,
 
         #[command(flatten)]
         suite: SuiteArgs,
@@ -83,9 +85,10 @@ pub(super) struct GradeArgs {
     #[command(flatten)]
     pub(super) run: RunArgs,
 
-    /// Grade only scenes whose name contains this text, or whose integrator is called so
-    #[arg(long, value_name = "TEXT")]
-    pub(super) only: Option<String>,
+    /// Grade only these scenes; may be given several times. A scene's name (Spring/two-springs), a group (Spring), an
+    /// integrator, a pattern with * and ?, the start of a name (Spring/two), or, without a /, a part of names (two)
+    #[arg(long, value_name = "PATTERN")]
+    pub(super) only: Vec<String>,
 
     /// Format of the report
     #[arg(long, value_enum, default_value_t = Format::Text)]
@@ -326,9 +329,10 @@ pub(super) struct StabilityArgs {
     #[arg(long)]
     pub(super) robust: bool,
 
-    /// Run only the cases whose name contains this text, and nothing of the theory
-    #[arg(long, value_name = "TEXT")]
-    pub(super) only: Option<String>,
+    /// Run only these cases, and nothing of the theory: a case's name, a pattern with * and ?, or a part of names; may
+    /// be given several times
+    #[arg(long, value_name = "PATTERN")]
+    pub(super) only: Vec<String>,
 
     /// Take what comes for what is expected from now on
     #[arg(long)]

@@ -25,6 +25,7 @@ use grader::verdict::Failure;
 use crate::args::{ClassArgs, Format};
 use crate::grading::{What, grade_one, render};
 use crate::inputs::{Inputs, open_oracle};
+use crate::interrupt::Interrupt;
 use crate::output::{print, replace_file};
 use crate::progress::Progress;
 use crate::stop::{Exit, Stop};
@@ -62,17 +63,27 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     let mut rows = Vec::with_capacity(total);
     for (entry, number) in entries.iter().zip(1..) {
         class.progress.notice(Event::Submission { name: &entry.name, number, total });
-        rows.push(class.row(entry)?);
+        let Some(row) = class.row(entry)? else { break };
+        rows.push(row);
     }
+    let not_graded: Vec<&str> = entries[rows.len()..].iter().map(|entry| &*entry.name).collect();
     let output = args.output.clone();
     let protections = class.protections.clone();
     drop(class);
-    let csv = report::class::csv(&rows).map_err(Stop::fault)?;
+    let csv = report::class::csv(&rows, &not_graded).map_err(Stop::fault)?;
     save(&output.join("summary.csv"), &csv)?;
     let mut text = Vec::new();
-    report::class::write(&mut text, &rows, &passed_over, &protections).map_err(Stop::fault)?;
+    report::class::write(&mut text, &rows, &not_graded, &passed_over, &protections)
+        .map_err(Stop::fault)?;
     save(&output.join("summary.txt"), &text)?;
-    print(&text);
+    print(&text)?;
+    if !not_graded.is_empty() {
+        let done = rows.len();
+        return Err(Stop(
+            Exit::Interrupted,
+            format!("{done} of {total} submissions graded\n  help: --resume goes on from there"),
+        ));
+    }
     Ok(if rows.iter().any(Row::is_fault) { Exit::GraderFault } else { Exit::Passed })
 }
 
@@ -96,7 +107,8 @@ impl<'a> Class<'a> {
         keep_apart(args, &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
         let fingerprint = fingerprint(args, &inputs, &oracle, &runner).map_err(Stop::fault)?;
-        let progress = Progress::new(!args.judge.no_progress);
+        let interrupt = Interrupt::listen()?;
+        let progress = Progress::new(!args.judge.no_progress, interrupt);
         Ok(Self {
             args,
             inputs,
@@ -110,11 +122,15 @@ impl<'a> Class<'a> {
         })
     }
 
-    /// The row of a submission, which is graded unless that was done; its reports are written before.
+    /// The row of a submission, which is graded unless that was done; its reports are written before. `None` where the
+    /// run was ended early.
     ///
     /// # Errors
     /// Where the output takes no reports. Whatever else happens is the row's.
-    fn row(&self, entry: &Entry) -> Result<Row, Stop> {
+    fn row(&self, entry: &Entry) -> Result<Option<Row>, Stop> {
+        if self.progress.is_stopped() {
+            return Ok(None);
+        }
         let mut fingerprint = self.fingerprint.clone();
         let files = fingerprint.submission(&entry.path);
         // What cannot be read is graded each time anew.
@@ -123,7 +139,7 @@ impl<'a> Class<'a> {
         if let (Some(fingerprint), true) = (&fingerprint, self.args.resume)
             && let Some(record) = Record::read(&record_path, fingerprint, &self.reports)
         {
-            return Ok(record.row);
+            return Ok(Some(record.row));
         }
         let graded = self.graded(entry, || match &files {
             Ok(()) => {
@@ -136,6 +152,9 @@ impl<'a> Class<'a> {
             let name = entry.name.clone();
             self.graded(entry, || Submission::NotGraded { name, detail })
         });
+        if self.progress.is_stopped() {
+            return Ok(None);
+        }
         let (row, rendered) = graded.map_err(Stop::fault)?;
         let mut reports = BTreeMap::new();
         for (file, bytes) in rendered {
@@ -147,7 +166,7 @@ impl<'a> Class<'a> {
             let record = Record { fingerprint, row: row.clone(), reports };
             save(&record_path, record.render().map_err(Stop::fault)?.as_bytes())?;
         }
-        Ok(row)
+        Ok(Some(row))
     }
 
     /// The row of a submission, and its reports by the names of their files.

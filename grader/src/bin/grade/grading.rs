@@ -11,10 +11,10 @@ use grader::probe;
 use grader::report;
 use grader::sandbox::Protection;
 use grader::submission::Submission;
-use grader::suite::{Case, Suite};
 
 use crate::args::{Format, GradeArgs};
 use crate::inputs::{Inputs, open_oracle};
+use crate::interrupt::Interrupt;
 use crate::output::put;
 use crate::progress::Progress;
 use crate::stop::{Exit, Stop, complain};
@@ -22,22 +22,35 @@ use crate::submission::open_submission;
 
 pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     let mut inputs = args.suite.read_with(args.judge.hidden.as_deref(), args.judge.criteria)?;
-    if let Some(text) = &args.only {
-        select(&mut inputs.suite, text)?;
+    let is_whole = args.only.is_empty();
+    if !is_whole {
+        let total = inputs.suite.cases.len();
+        inputs.suite.keep_only(&args.only).map_err(Stop::bad_input)?;
+        complain("note", format!("{} of {total} scenes are graded", inputs.suite.cases.len()));
     }
     let oracle = open_oracle(&inputs.expected)?;
-    let progress = Progress::new(!args.judge.no_progress);
+    let interrupt = Interrupt::listen()?;
+    let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
-    let (submission, protection) = open_submission(args, &inputs)?;
+    let opened = open_submission(args, &inputs);
+    interrupt.check("the submission was not built, and no scene is graded")?;
+    let (submission, protection) = opened?;
     // Whoever picks scenes wants to see those, and soon.
     let what = What {
         jacobians: !args.judge.no_jacobians,
-        probe: !args.judge.no_jacobians && args.only.is_none(),
-        altered: args.only.is_none(),
-        hidden: args.only.is_none(),
+        probe: !args.judge.no_jacobians && is_whole,
+        altered: is_whole,
+        hidden: is_whole,
     };
     let grading = grade_one(&inputs, &oracle, &submission, protection, what, &progress);
     drop(progress);
+    if let Some(interrupted) = grading.interrupted {
+        // A partial report that a program takes for a whole one is worse than none.
+        if args.format == Format::Text {
+            deliver(args, &grading)?;
+        }
+        return Err(Stop(Exit::Interrupted, interrupted.to_string()));
+    }
     deliver(args, &grading)?;
     Ok(match grading.outcome() {
         // Whoever has no hidden scenes cannot do better.
@@ -45,22 +58,6 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         Outcome::Failed => Exit::Failed,
         Outcome::GraderFault => Exit::GraderFault,
     })
-}
-
-/// Leaves the scenes whose name or integrator was asked for.
-fn select(suite: &mut Suite, text: &str) -> Result<(), Stop> {
-    let total = suite.cases.len();
-    let integrator = simulator::vocabulary().integrator(text).map(|schema| schema.name);
-    let is_wanted =
-        |case: &Case| case.id.contains(text) || integrator == Some(case.feature.integrator);
-    suite.cases.retain(is_wanted);
-    if suite.cases.is_empty() {
-        let message =
-            format!("no scene's name contains {text:?}, and no scene's integrator is called so");
-        return Err(Stop::bad_input(message));
-    }
-    complain("note", format!("{} of {total} scenes are graded", suite.cases.len()));
-    Ok(())
 }
 
 /// What is done beside the shipped scenes.
@@ -96,11 +93,14 @@ pub(super) fn grade_one(
     let mut grading =
         grading::grade_observed(suite, submission, oracle, rubric, jacobians, observer);
     grading.protection = protection;
-    if let (Submission::Program(program), true) = (submission, what.probe) {
+    if let (Submission::Program(program), true) = (submission, what.probe && !observer.is_stopped())
+    {
         observer.notice(Event::Task(Task::Probe));
         grading.probing = Some(probe::probe(program, |_| true));
     }
-    if let (Submission::Program(program), true) = (submission, what.altered) {
+    if let (Submission::Program(program), true) =
+        (submission, what.altered && !observer.is_stopped())
+    {
         observer.notice(Event::Task(Task::Altered));
         grading.copied = altered::of_program(suite, program, &grading);
     }
@@ -110,6 +110,9 @@ pub(super) fn grade_one(
         (Some(_), _) if !what.hidden => grading.hidden = inputs.hidden_not_run(),
         // Last of all: see `grader::hidden`.
         (Some((hidden, _)), _) => hidden.grade(submission, rubric, &mut grading, observer),
+    }
+    if observer.is_stopped() {
+        grading.interrupt(suite);
     }
     grading
 }

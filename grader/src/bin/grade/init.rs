@@ -25,6 +25,6 @@ pub(super) fn init(language: &str, folder: &Path) -> Result<Exit, Stop> {
         "\nIt moves particles on which no force acts. See what that passes, and go on from there:\n\n    \
          grade {folder} --only Inertia\n    grade {folder}\n"
     );
-    print(text.as_bytes());
+    print(text.as_bytes())?;
     Ok(Exit::Passed)
 }

@@ -41,6 +41,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         blame: None,
         hidden: Hidden::None,
         faults: FaultPoints::default(),
+        interrupted: None,
     };
     let bytes = render(&grading, args.format, |out| {
         let config = report::jacobians::text::Config { details: args.details };

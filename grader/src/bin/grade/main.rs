@@ -20,6 +20,7 @@ mod oracle;
 mod selftest;
 mod stability;
 
+mod interrupt;
 mod output;
 mod progress;
 mod stop;
@@ -42,7 +43,7 @@ fn main() -> ExitCode {
     let exit = match std::panic::catch_unwind(|| run(&cli)) {
         Ok(Ok(exit)) => exit,
         Ok(Err(Stop(exit, message))) => {
-            complain("error", message);
+            complain(if exit == Exit::Interrupted { "interrupted" } else { "error" }, message);
             exit
         }
         Err(_) => Exit::GraderFault,
@@ -57,7 +58,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         Some(Command::Jacobians(args)) => jacobians::check(args),
         Some(Command::Accuracy(args)) => accuracy::measure(args),
         Some(Command::Stability(args)) => stability::run(args),
-        Some(Command::Needs { only, suite }) => needs::run(suite, only.as_deref()),
+        Some(Command::Needs { only, suite }) => needs::run(suite, only),
         Some(Command::Init { language, folder }) => init::init(language, folder),
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {

@@ -14,7 +14,7 @@ pub(super) fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {
     let Inputs { suite, expected, rubric, .. } = args.read()?;
     let regeneration =
         oracle::regenerate(&suite, &expected, &rubric, accept).map_err(Stop::bad_input)?;
-    print(describe(&regeneration, &expected).as_bytes());
+    print(describe(&regeneration, &expected).as_bytes())?;
     if let Some(Leftover { path, detail }) = &regeneration.leftover {
         let path = path.display();
         let message = format!("{path}: the old traces are still there; remove them: {detail}");
@@ -95,6 +95,6 @@ pub(super) fn verify(args: &SuiteArgs) -> Result<Exit, Stop> {
         1 => format!("{folder}: 1 thing does not match\n"),
         n => format!("{folder}: {n} things do not match\n"),
     };
-    print(text.as_bytes());
+    print(text.as_bytes())?;
     Ok(if findings.is_empty() { Exit::Passed } else { Exit::Failed })
 }

@@ -10,10 +10,7 @@ use crate::stop::Stop;
 /// Writes a report to a file, or to the standard output.
 pub(super) fn put(bytes: &[u8], output: Option<&Path>) -> Result<(), Stop> {
     match output {
-        None => {
-            print(bytes);
-            Ok(())
-        }
+        None => print(bytes),
         Some(path) => write_file(path, bytes)
             .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display()))),
     }
@@ -35,7 +32,15 @@ fn write_plain(mut file: OutputFile, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// Writes to the standard output, with colours where it shows them. A closed pipe is no failure.
-pub(super) fn print(bytes: &[u8]) {
+///
+/// # Errors
+/// Where the standard output takes no more, as a full disk does.
+pub(super) fn print(bytes: &[u8]) -> Result<(), Stop> {
     let mut out = anstream::stdout();
-    let _ = out.write_all(bytes).and_then(|()| out.flush());
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Stop::fault(format!("standard output: {error}; the report is not complete")))
+        }
+        _ => Ok(()),
+    }
 }

@@ -7,6 +7,8 @@ use std::time::Duration;
 use grader::events::{Event, Observer, Task};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::interrupt::Interrupt;
+
 /// How often the time that it shows goes on by itself.
 const TICK: Duration = Duration::from_millis(200);
 
@@ -15,6 +17,7 @@ pub(super) struct Progress {
     /// `None` where nothing is shown.
     bar: Option<ProgressBar>,
     state: Mutex<State>,
+    interrupt: Interrupt,
 }
 
 /// What it shows.
@@ -32,7 +35,7 @@ struct State {
 
 impl Progress {
     /// A line, where it is wanted and somebody sees it.
-    pub(super) fn new(wanted: bool) -> Self {
+    pub(super) fn new(wanted: bool, interrupt: Interrupt) -> Self {
         let variable = |name: &str| std::env::var(name).unwrap_or_default();
         let is_seen = io::stderr().is_terminal()
             && variable("TERM") != "dumb"
@@ -44,7 +47,7 @@ impl Progress {
             bar.enable_steady_tick(TICK);
             bar
         });
-        Self { bar, state: Mutex::default() }
+        Self { bar, state: Mutex::default(), interrupt }
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -58,6 +61,10 @@ impl Observer for Progress {
         let mut state = self.state();
         state.take(event);
         bar.set_message(state.line());
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.interrupt.is_requested()
     }
 }
 

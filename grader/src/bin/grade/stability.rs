@@ -1,9 +1,12 @@
 //! `grade stability`: the hard cases, the stability boundaries, and the maps.
 
+use std::collections::HashSet;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 
 use grader::report::stability as report;
+use grader::selection::{self, Candidate};
+use grader::stability::cases::{self, Case};
 use grader::stability::expected::Expectations;
 use grader::stability::store::Store;
 use grader::stability::theory::map::Map;
@@ -22,21 +25,19 @@ pub(super) fn run(args: &StabilityArgs) -> Result<Exit, Stop> {
         Some(folder) => Some(Store::open(folder).map_err(|error| unusable(folder, &error))?),
         None => None,
     };
+    let selected = selected(&args.only)?;
     let config = Config { quick: args.quick, robust: args.robust };
     let bar = progress_bar();
-    let selected = |name: &str| args.only.as_ref().is_none_or(|text| name.contains(text));
-    let trials = stability::run(config, store.as_ref(), selected, &|done, total| {
-        bar.set_length(total as u64);
-        bar.set_position(done as u64);
-    });
+    let trials =
+        stability::run(config, store.as_ref(), |name| selected.contains(name), &|done, total| {
+            bar.set_length(total as u64);
+            bar.set_position(done as u64);
+        });
     bar.finish_and_clear();
-    if trials.is_empty() {
-        let text = args.only.as_deref().unwrap_or_default();
-        return Err(Stop::bad_input(format!("no case's name contains {text:?}")));
-    }
-    let theory = match args.only {
-        Some(_) => StabilityReport::default(),
-        None => stability::against_theory(config),
+    let theory = if args.only.is_empty() {
+        stability::against_theory(config)
+    } else {
+        StabilityReport::default()
     };
     if args.accept {
         expectations.accept(&trials);
@@ -60,6 +61,17 @@ pub(super) fn run(args: &StabilityArgs) -> Result<Exit, Stop> {
         plot(folder, &report.maps)?;
     }
     Ok(if report.is_pass() { Exit::Passed } else { Exit::Failed })
+}
+
+/// The names of the cases that these patterns choose.
+fn selected(only: &[String]) -> Result<HashSet<&'static str>, Stop> {
+    let candidate = |case: &Case| Candidate { name: case.name, group: None, integrator: None };
+    let candidates: Vec<Candidate<'static>> = cases::all().map(candidate).collect();
+    let chosen = selection::choose(only, &candidates).map_err(|error| {
+        Stop::bad_input(format!("{error}\n  help: docs/stability-expected.csv names the cases"))
+    })?;
+    let chosen = candidates.iter().zip(chosen).filter(|(_, is_chosen)| *is_chosen);
+    Ok(chosen.map(|(candidate, _)| candidate.name).collect())
 }
 
 fn expected_path(args: &StabilityArgs) -> Result<PathBuf, Stop> {

@@ -13,6 +13,8 @@ pub(super) enum Exit {
     BadInput = 2,
     /// The grader itself is at fault.
     GraderFault = 3,
+    /// Ended early by a signal: 128 + SIGINT, as shells have it.
+    Interrupted = 130,
 }
 
 /// A message for the user, and the exit code that goes with it.

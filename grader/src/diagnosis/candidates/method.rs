@@ -32,7 +32,7 @@ impl Trial<'_> {
         };
         let by_mass = |vector: DVector<f64>| physics.momentum(&vector);
         let massless = self.each(|step| &step.residual - by_mass(step.delta.clone()) + &step.delta);
-        self.try_rest(&massless, culprit, "the mass is left out".to_owned());
+        self.try_rest(&massless, culprit, "the mass is missing".to_owned());
         let multiplied = self.each(|step| &step.delta - by_mass(forces(step)) * h);
         if method.is_implicit() {
             self.jacobians_of_all();

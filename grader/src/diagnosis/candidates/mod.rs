@@ -202,7 +202,7 @@ fn factor(what: &str, c: f64, h: f64) -> Factor {
     let words = match factor {
         // What is so close is some other mistake that looks like it.
         f if (f - 1.0).abs() < 1e-4 => return None,
-        f if near(f, 0.0) => "is left out".to_owned(),
+        f if near(f, 0.0) => "is missing".to_owned(),
         f if near(f, -1.0) => "has the wrong sign".to_owned(),
         f if near(f * h, 1.0) => "is not multiplied by h".to_owned(),
         f if near(f * h * h, 1.0) => "is not multiplied by h²".to_owned(),

@@ -84,14 +84,14 @@ fn heading(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
 fn orders(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
     writeln!(out, "  order p, error ~ dt^p")?;
     let mut rows = vec![
-        ["method", "position", "velocity", "energy", "theory", "window of dt", "points"]
+        ["method", "position", "velocity", "energy", "theory", "window of dt"]
             .map(Cell::left)
             .into(),
     ];
     let mut reasons = Vec::new();
     for curve in &scene.curves {
         let orders = scene.orders(curve);
-        let mut row = vec![Cell::left(format!("  {}", curve.label()))];
+        let mut row = vec![Cell::left(curve.label())];
         for order in &orders {
             row.push(slope(order));
             if let Some(reason) = order.reason
@@ -101,13 +101,12 @@ fn orders(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
             }
         }
         row.push(Cell::left(theory(&orders, curve)));
-        let (window, count) = match orders[0].fit {
-            Fit::Slope { window: (coarse, fine), points, .. } => {
-                (format!("{} … {}", short(coarse), short(fine)), points.to_string())
+        row.push(Cell::left(match orders[0].fit {
+            Fit::Slope { window: (coarse, fine), .. } => {
+                format!("{} … {}", short(coarse), short(fine))
             }
-            _ => ("-".to_owned(), "-".to_owned()),
-        };
-        row.extend([Cell::left(window), Cell::right(count)]);
+            _ => "-".to_owned(),
+        }));
         rows.push(row);
     }
     table::write(out, &rows)?;
@@ -153,27 +152,23 @@ fn levels(out: &mut dyn Write, scene: &SceneStudy, foreign: bool) -> io::Result<
     }
     let whose = if foreign { ", theirs (wall time of the process)" } else { "" };
     writeln!(out, "  least time for a position error{whose}")?;
-    let mut rows = vec![
-        ["error", "method", "dt", "time", "force evaluations", "next", "takes"]
-            .map(Cell::left)
-            .into(),
-    ];
+    let mut rows =
+        vec![["error", "method", "dt", "time", "evaluations", "next"].map(Cell::left).into()];
     for level in &levels {
         let [best, rest @ ..] = level.offers.as_slice() else { continue };
         let name = |offer: &Offer| scene.curves[offer.curve].method.label();
         let evaluations = best.force_evaluations.map_or("-".to_owned(), |n| format!("{n:.0}"));
-        let (next, ratio) = match rest.first() {
-            Some(next) => (name(next), format!("{:.2} times as long", next.time / best.time)),
-            None => ("no other method gets there".to_owned(), String::new()),
+        let next = match rest.first() {
+            Some(next) => format!("{}, {:.2} times as long", name(next), next.time / best.time),
+            None => "no other method gets there".to_owned(),
         };
         rows.push(vec![
-            Cell::left(format!("  {:.0e} m", level.error)),
+            Cell::left(format!("{:.0e} m", level.error)),
             Cell::left(name(best)),
             Cell::left(short(best.time_step)),
             Cell::right(time(best.time)),
             Cell::right(evaluations),
             Cell::left(next),
-            Cell::left(ratio),
         ]);
     }
     table::write(out, &rows)
@@ -243,7 +238,7 @@ fn points(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
 
 fn point_row(scene: &SceneStudy, curve: &Curve, point: &Point) -> Vec<Cell> {
     let mut row = vec![
-        Cell::left(format!("  {}", curve.label())),
+        Cell::left(curve.label()),
         Cell::left(short(point.time_step)),
         Cell::right(point.steps.to_string()),
     ];

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 
 use anstyle::{AnsiColor, Style};
 
+use super::super::digits::full;
 use super::super::table::{self, Cell};
 use crate::probe::{self, Entry, Finding, PartReport, Probing, Space, Verdict};
 
@@ -75,7 +76,7 @@ fn dimension(count: usize) -> &'static str {
 
 fn write_table(out: &mut dyn Write, probing: &Probing) -> io::Result<()> {
     let names = ["force", "part", "", "force", "step"];
-    let blocks = ["dF/dx direct", "dF/dx cross", "dF/dv direct", "dF/dv cross"];
+    let blocks = ["dF/dx", "cross", "dF/dv", "cross"];
     let header = names.iter().chain(&blocks).map(|name| Cell::left(*name).styled(DIM));
     let mut rows = vec![header.collect::<Vec<Cell>>()];
     for part in &probing.parts {
@@ -107,7 +108,7 @@ fn write_part(out: &mut dyn Write, part: &PartReport, config: Config) -> io::Res
     let space = dimension(part.dimension.count());
     writeln!(out, "{BOLD}{}, {}{BOLD:#} ({}, {space})", part.force, part.part, part.meaning)?;
     for line in &part.diagnosis {
-        writeln!(out, "  {BAD}it looks as if:{BAD:#} {line}")?;
+        writeln!(out, "  {BAD}likely mistake:{BAD:#} {line}")?;
     }
     for (name, finding) in part.findings() {
         let told = match finding.verdict {
@@ -167,8 +168,8 @@ fn write_entry(out: &mut dyn Write, part: &PartReport, entry: &Entry) -> io::Res
                 "    near state {state}, the force on particle {particle} along {}:",
                 axis(along)
             )?;
-            writeln!(out, "      program {measured:>24.16e}")?;
-            writeln!(out, "      ours    {expected:>24.16e}  bound of noise {bound:.1e}")
+            writeln!(out, "      program {}", full(*measured))?;
+            writeln!(out, "      ours    {:<24}  bound of noise {bound:.1e}", full(*expected))
         }
         Some((other, by)) => {
             writeln!(
@@ -177,12 +178,13 @@ fn write_entry(out: &mut dyn Write, part: &PartReport, entry: &Entry) -> io::Res
                 axis(along),
                 axis(by)
             )?;
-            writeln!(out, "      its steps use          {measured:>24.16e}")?;
+            writeln!(out, "      its steps use          {}", full(*measured))?;
             writeln!(
                 out,
-                "      differences of its own {expected:>24.16e}  bound of noise {bound:.1e}"
+                "      differences of its own {:<24}  bound of noise {bound:.1e}",
+                full(*expected)
             )?;
-            writeln!(out, "      ours                   {ours:>24.16e}")?;
+            writeln!(out, "      ours                   {}", full(*ours))?;
             write_blocks(out, part, entry)
         }
     }

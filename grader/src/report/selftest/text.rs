@@ -13,13 +13,13 @@ use crate::selftest::{Expectation, Outcome, Row, SelfTest};
 /// Where the output takes no more.
 pub fn write(out: &mut dyn Write, selftest: &SelfTest) -> io::Result<()> {
     writeln!(out, "{BOLD}Mistakes{BOLD:#}")?;
-    let names = ["where", "mistake", "in", "scenes", "verdict", "blamed on", ""];
-    let mut rows = vec![header(&names, 3..4)];
+    let names = ["where", "verdict", "scenes", "in", "mistake", "blamed on", ""];
+    let mut rows = vec![header(&names, 2..3)];
     rows.extend(selftest.mistakes().map(mistake));
     table::write(out, &rows)?;
     writeln!(out, "\n{BOLD}Correct variants{BOLD:#}")?;
-    let names = ["what varies", "variant", "in", "scenes", "worst", "verdict", ""];
-    let mut rows = vec![header(&names, 3..5)];
+    let names = ["what varies", "verdict", "scenes", "worst", "in", "variant", ""];
+    let mut rows = vec![header(&names, 2..4)];
     rows.extend(selftest.variants().map(variant));
     table::write(out, &rows)?;
     writeln!(out, "\n{BOLD}Rates{BOLD:#}")?;
@@ -33,20 +33,12 @@ pub fn write(out: &mut dyn Write, selftest: &SelfTest) -> io::Result<()> {
             if met { Cell::left("met").styled(GOOD) } else { Cell::left("MISSED").styled(BAD) },
         ]
     };
-    table::write(out, &rates(selftest).map(row))?;
+    table::write_unnamed(out, &rates(selftest).map(row))?;
     match selftest.skipped() {
         0 => Ok(()),
         1 => writeln!(out, "  {ODD}1 row was skipped{ODD:#} and counts in no rate."),
         n => writeln!(out, "  {ODD}{n} rows were skipped{ODD:#} and count in no rate."),
     }
-}
-
-fn start(row: &Row) -> Vec<Cell> {
-    vec![
-        Cell::left(row.subject.clone()),
-        Cell::left(row.description.clone()),
-        Cell::left(row.language.clone()),
-    ]
 }
 
 /// The verdict, in its colour.
@@ -59,46 +51,48 @@ fn told(row: &Row) -> Cell {
     Cell::left(verdict(row)).styled(style)
 }
 
+/// The first cells of a row, with these numbers in the midst of them.
+fn start<const N: usize>(row: &Row, numbers: [String; N]) -> Vec<Cell> {
+    let mut cells = vec![Cell::left(row.subject.clone()), told(row)];
+    cells.extend(numbers.map(Cell::right));
+    cells.extend([&row.language, &row.description].map(|text| Cell::left(text.clone())));
+    cells
+}
+
 fn mistake(row: &Row) -> Vec<Cell> {
-    let mut cells = start(row);
     match &row.result {
         Outcome::Skipped(reason) => {
-            cells.extend([Cell::left(""), told(row), Cell::left(reason.clone()).styled(DIM)]);
+            let mut cells = start(row, [String::new()]);
+            cells.push(Cell::left(reason.clone()).styled(DIM));
+            cells
         }
         Outcome::Graded(graded) => {
-            cells.push(Cell::right(format!("{}/{}", graded.failed, graded.scenes)));
-            cells.push(told(row));
+            let mut cells = start(row, [format!("{}/{}", graded.failed, graded.scenes)]);
             cells.push(Cell::left(blamed(graded)));
             if row.is_blamed_rightly() == Some(false) {
                 cells.push(Cell::left(format!("not {}", expected(row))).styled(BAD));
             }
+            cells
         }
     }
-    cells
 }
 
 fn variant(row: &Row) -> Vec<Cell> {
-    let mut cells = start(row);
     match &row.result {
         Outcome::Skipped(reason) => {
-            let nothing = Cell::left("");
-            cells.extend([
-                nothing,
-                Cell::left(""),
-                told(row),
-                Cell::left(reason.clone()).styled(DIM),
-            ]);
+            let mut cells = start(row, [String::new(), String::new()]);
+            cells.push(Cell::left(reason.clone()).styled(DIM));
+            cells
         }
         Outcome::Graded(graded) => {
             let worst = graded.worst.map_or_else(|| "-".to_owned(), |worst| format!("{worst:.1e}"));
-            cells.push(Cell::right(format!("{}/{}", graded.scenes - graded.failed, graded.scenes)));
-            cells.push(Cell::right(worst));
-            cells.push(told(row));
+            let passed = format!("{}/{}", graded.scenes - graded.failed, graded.scenes);
+            let mut cells = start(row, [passed, worst]);
             if let (Some(example), Expectation::Correct) = (&graded.example, row.expectation) {
                 let line = example.lines().next().unwrap_or_default();
                 cells.push(Cell::left(line.to_owned()).styled(DIM));
             }
+            cells
         }
     }
-    cells
 }

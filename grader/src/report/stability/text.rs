@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use crate::report::table::{self, Cell};
-use crate::report::text::{BAD, BOLD, GOOD, ODD, header};
+use crate::report::text::{BAD, BOLD, DIM, GOOD, ODD, header};
 use crate::stability::cases;
 use crate::stability::expected::Expected;
 use crate::stability::theory::amplification::Amplification;
@@ -26,7 +26,8 @@ pub fn write(out: &mut dyn Write, report: &StabilityReport) -> io::Result<()> {
         let trials: Vec<&Trial> =
             report.trials.iter().filter(|trial| trial.case == case.name).collect();
         if !trials.is_empty() {
-            writeln!(out, "\n{BOLD}{}{BOLD:#}: {}", case.name, case.about)?;
+            let steps = trials[0].steps;
+            writeln!(out, "\n{BOLD}{}{BOLD:#}: {}\n  {steps} steps", case.name, case.about)?;
             write_trials(out, &trials)?;
         }
     }
@@ -51,13 +52,10 @@ pub fn write(out: &mut dyn Write, report: &StabilityReport) -> io::Result<()> {
 }
 
 fn write_trials(out: &mut dyn Write, trials: &[&Trial]) -> io::Result<()> {
-    let names = [
-        "method", "dt", "steps", "outcome", "energy", "momentum", "equation", "Newton", "most",
-        "linear", "seconds", "",
-    ];
-    let mut rows = vec![header(&names, 4..11)];
-    rows[0][1] = Cell::right("dt").styled(BOLD);
-    rows[0][2] = Cell::right("steps").styled(BOLD);
+    let names =
+        ["method", "dt", "outcome", "energy", "momentum", "equation", "Newton", "linear", ""];
+    let mut rows = vec![header(&names, 3..8)];
+    rows[0][1] = Cell::right("dt").styled(DIM);
     for trial in trials {
         let measured = &trial.measured;
         let small = |value: f64| match value {
@@ -77,23 +75,23 @@ fn write_trials(out: &mut dyn Write, trials: &[&Trial]) -> io::Result<()> {
         if let Outcome::Wrong { check, excess } = &trial.outcome {
             remark = format!("{check}: {excess:.1e} times what is allowed");
         }
-        let method = if trial.robust { "  --robust" } else { trial.method };
+        let method = match trial.robust {
+            true => format!("{} --robust", trial.method),
+            false => trial.method.to_owned(),
+        };
         rows.push(vec![
             Cell::left(method),
             Cell::right(decimal(trial.time_step)),
-            Cell::right(trial.steps.to_string()),
             outcome(&trial.outcome),
             Cell::right(small(measured.energy)),
             Cell::right(optional(measured.momentum)),
             Cell::right(optional(measured.equation)),
             Cell::right(count(measured.newton_iterations)),
-            Cell::right(count(measured.max_newton_iterations)),
             Cell::right(if measured.worst_residual == 0.0 {
                 "-".to_owned()
             } else {
                 small(measured.worst_residual)
             }),
-            Cell::right(format!("{:.3}", trial.seconds)),
             Cell::left(remark.trim_end().to_owned()),
         ]);
     }

@@ -489,11 +489,12 @@ pub(super) fn with_defaults(command: Command) -> Command {
 /// Writes the scene that the options describe.
 pub(super) fn run(options: &Generate) -> Result<(), Failure> {
     let (generator, common) = options.kind.generator();
-    let scene = generator.scene().map_err(|error: GenerateError| Failure(error.to_string()))?;
+    let scene =
+        generator.scene().map_err(|error: GenerateError| Failure::Input(error.to_string()))?;
     // What cannot be written, or not be read again, is refused before the first byte.
     let size = write::size(&scene)?;
     if size > MAX_FILE_SIZE {
-        return Err(Failure(format!(
+        return Err(Failure::Input(format!(
             "this scene takes {size} bytes, and simulate reads at most {MAX_FILE_SIZE}\n  help: make it smaller"
         )));
     }
@@ -507,8 +508,7 @@ pub(super) fn run(options: &Generate) -> Result<(), Failure> {
 fn print(scene: &Scene) -> Result<(), Failure> {
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
     match write::write(scene, &mut out).and_then(|()| Ok(out.flush()?)) {
-        // Whoever reads has seen enough.
-        Err(WriteError::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        result => result.map_err(|error| Failure(format!("standard output: {error}"))),
+        Err(WriteError::Io(error)) => Failure::of_stdout(Err(error)),
+        result => Ok(result?),
     }
 }

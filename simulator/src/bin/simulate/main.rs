@@ -141,11 +141,24 @@ impl From<Solver> for LinearSolver {
 }
 
 /// A message for the user; the run has failed.
-struct Failure(String);
+enum Failure {
+    /// The scene, the call, or a file that cannot be written.
+    Input(String),
+    /// The standard output takes no more.
+    Output(io::Error),
+}
 
 impl Failure {
     fn at(path: &Path, error: impl Display) -> Self {
-        Self(format!("{}: {error}", path.display()))
+        Self::Input(format!("{}: {error}", path.display()))
+    }
+
+    /// A failure of the standard output; a closed pipe is none, since its reader has seen enough.
+    fn of_stdout(result: io::Result<()>) -> Result<(), Self> {
+        match result {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Self::Output(error)),
+            _ => Ok(()),
+        }
     }
 
     fn cannot_create(path: &Path, error: &io::Error) -> Self {
@@ -155,7 +168,7 @@ impl Failure {
 
 impl<E: std::error::Error> From<E> for Failure {
     fn from(error: E) -> Self {
-        Self(error.to_string())
+        Self::Input(error.to_string())
     }
 }
 
@@ -177,9 +190,13 @@ fn main() -> ExitCode {
     };
     match std::panic::catch_unwind(task) {
         Ok(Ok(())) => ExitCode::SUCCESS,
-        Ok(Err(Failure(message))) => {
+        Ok(Err(Failure::Input(message))) => {
             complain("error", message);
             ExitCode::from(2)
+        }
+        Ok(Err(Failure::Output(error))) => {
+            complain("error", format!("standard output: {error}; what it shows is not complete"));
+            ExitCode::from(3)
         }
         Err(_) => ExitCode::from(3),
     }
@@ -196,7 +213,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         },
     };
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
-    let path = path.ok_or_else(|| Failure("no scene is named".to_owned()))?;
+    let path = path.ok_or_else(|| Failure::Input("no scene is named".to_owned()))?;
     let format = trace_format(cli)?;
     refuse_one_file_for_two("the scene", path, cli)?;
     let parsed = scene::load(path, &vocabulary(), &options)?;
@@ -266,7 +283,7 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
         complain("note", note);
     }
     if cli.stats {
-        print_statistics(&simulation, elapsed);
+        Failure::of_stdout(print_statistics(&simulation, elapsed))?;
     }
     Ok(())
 }
@@ -282,7 +299,9 @@ fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Fa
         () if energy.is_some() && energy == input => ("the energies", what),
         () => return Ok(()),
     };
-    Err(Failure(format!("{first} and {second} cannot be one file\n  help: name another file")))
+    Err(Failure::Input(format!(
+        "{first} and {second} cannot be one file\n  help: give --output and --energy names of their own"
+    )))
 }
 
 fn trace_format(cli: &Cli) -> Result<TraceFormat, Failure> {
@@ -397,7 +416,7 @@ impl Drop for Progress {
     }
 }
 
-fn print_statistics(simulation: &Simulation, elapsed: Duration) {
+fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()> {
     let Statistics {
         steps,
         force_evaluations,
@@ -471,9 +490,9 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) {
     }
     let mut out = anstream::stdout();
     for (name, value) in rows {
-        // A closed pipe is no failure of the run.
-        let _ = writeln!(out, "{name:<22} {value}");
+        writeln!(out, "{name:<22} {value}")?;
     }
+    out.flush()
 }
 
 /// What a trace that was made robustly is, where it is not what the scene's method alone gives.
@@ -518,7 +537,7 @@ fn registries() -> String {
         text += &format!("  {:<34} {}\n", kind.schema.title, kind.schema.example);
     }
     text += "\nExit codes: 0 the trace is whole, 2 the scene or the call is wrong (nothing is written), ";
-    text += "3 a defect of simulate.";
+    text += "3 a full standard output, or a defect of simulate.";
     text
 }
 

@@ -238,17 +238,10 @@ fn read_mesh(
         let problem = JsonProblem::MeshUnreadable { mesh, source: read_error };
         source.error(settings.mesh_offset, problem)
     };
-    match path.metadata() {
-        // What is neither, such as a pipe, would be waited for.
-        Ok(metadata) if !metadata.is_file() && !metadata.is_dir() => {
-            Err(unreadable(std::io::Error::other("it is not a file")))
-        }
-        Err(error) => Err(unreadable(error)),
-        Ok(_) => read_bounded(path).map_err(|error| match *error.problem {
-            Problem::Unreadable { source } => unreadable(source),
-            problem => SceneError { problem: Box::new(problem), ..error },
-        }),
-    }
+    read_bounded(path).map_err(|error| match *error.problem {
+        Problem::Unreadable { source } => unreadable(source),
+        problem => SceneError { problem: Box::new(problem), ..error },
+    })
 }
 
 /// The area around each vertex, as its mass.

@@ -78,6 +78,9 @@ const BUSY_PAUSE: Duration = Duration::from_millis(10);
 /// The last bytes of an output that are kept.
 const TAIL: usize = 4096;
 
+/// The first word of the command line of the process that removes a killed grader's scratch folders.
+pub const SWEEPER: &str = "--sandbox-sweeper";
+
 /// A program to be run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Job {

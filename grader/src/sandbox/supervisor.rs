@@ -27,7 +27,8 @@ use super::tree::{self, Owner};
 use super::usage::{Meter, unnamed_files, visit_descendants};
 use super::walls::{Namespaces, Walls};
 use super::{
-    End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, cgroup, identity, keep, scratch,
+    End, Exceeded, Job, NotKept, Outcome, Output, SWEEPER, SandboxError, cgroup, identity, keep,
+    scratch,
 };
 
 /// The first word of the command line of a supervisor.
@@ -35,9 +36,6 @@ const SUPERVISOR: &str = "--sandbox-supervisor";
 
 /// The first word of the command line of a keeper.
 const KEEPER: &str = "--sandbox-keeper";
-
-/// The first word of the command line of a sweeper.
-const SWEEPER: &str = "--sandbox-sweeper";
 
 /// How long a sweeper waits for the processes of a killed grader to end.
 const SWEEP_PAUSE: Duration = Duration::from_millis(100);

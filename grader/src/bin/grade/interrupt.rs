@@ -42,15 +42,13 @@ mod unix {
     use std::thread;
     use std::time::Duration;
 
+    use grader::sandbox::SWEEPER;
     use rustix::process::{Pid, Signal, getpid, kill_process, kill_process_group};
     use signal_hook::consts::{SIGINT, SIGTERM};
     use signal_hook::flag;
     use signal_hook::iterator::Signals;
 
     use crate::stop::Exit;
-
-    /// The first word of the command line of the child that removes scratch folders when `grade` has ended.
-    const SWEEPER: &[u8] = b"--sandbox-sweeper";
 
     /// Between two looks for children: a thread may have been about to start one.
     const PAUSE: Duration = Duration::from_millis(5);
@@ -99,7 +97,7 @@ mod unix {
             // `pid (name) state parent …`, and a name may hold blanks and parentheses.
             let parent = stat.rsplit_once(')').and_then(|(_, rest)| rest.split_whitespace().nth(1));
             let command = fs::read(entry.path().join("cmdline")).unwrap_or_default();
-            let is_sweeper = command.split(|byte| *byte == 0).nth(1) == Some(SWEEPER);
+            let is_sweeper = command.split(|byte| *byte == 0).nth(1) == Some(SWEEPER.as_bytes());
             if parent == Some(own.as_str()) && !is_sweeper {
                 children.extend(Pid::from_raw(pid));
             }

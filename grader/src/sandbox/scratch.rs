@@ -27,8 +27,11 @@ const RANDOM: usize = 16;
 /// The file that is locked.
 const LOCK: &str = "lock";
 
-/// How often to make another folder where one is swept before it is locked.
+/// How often to make another folder where one is swept before it is locked, and to remove one that is written to.
 const ATTEMPTS: u32 = 100;
+
+/// The pause before each further attempt to remove one.
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// How long a folder without a lock is left alone, unless it is empty.
 const GRACE: Duration = Duration::from_secs(3600);
@@ -142,14 +145,23 @@ fn remove(path: &Path) -> Result<()> {
     remove_scratch(&parent, &name)
 }
 
-/// Removes a scratch folder, its lock last.
+/// Removes a scratch folder, its lock last. Processes of a killed grader may still write there until they have ended.
 fn remove_scratch(parent: &OwnedFd, name: &CStr) -> Result<()> {
     let folder = open_folder(parent, name)?;
-    for child in names(&folder)?.iter().filter(|child| child.to_bytes() != LOCK.as_bytes()) {
-        remove_tree(&folder, child)?;
+    let remove_once = || {
+        for child in names(&folder)?.iter().filter(|child| child.to_bytes() != LOCK.as_bytes()) {
+            remove_tree(&folder, child)?;
+        }
+        let _ = unlinkat(&folder, LOCK, AtFlags::empty());
+        unlinkat(parent, name, AtFlags::REMOVEDIR)
+    };
+    for _ in 0..ATTEMPTS {
+        match remove_once() {
+            Err(Errno::NOTEMPTY | Errno::EXIST | Errno::NOENT) => std::thread::sleep(PAUSE),
+            removed => return removed,
+        }
     }
-    let _ = unlinkat(&folder, LOCK, AtFlags::empty());
-    unlinkat(parent, name, AtFlags::REMOVEDIR)
+    remove_once()
 }
 
 /// Removes a file, or a folder with all that is in it, whatever its modes. Links are removed, and not followed.

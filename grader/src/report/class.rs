@@ -111,7 +111,7 @@ pub fn write(
     Ok(())
 }
 
-/// The summary as CSV, with a header line. What there is none of is empty; the verdict of the submissions that an
+/// The summary as CSV, with a header line. Missing values are empty cells; the verdict of the submissions that an
 /// interrupted run did not come to is `interrupted`.
 ///
 /// # Errors

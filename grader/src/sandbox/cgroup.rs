@@ -31,8 +31,7 @@ const MARKS: [&str; 2] = ["user.delegate", "trusted.delegate"];
 /// The time that the kernel has to end a group's processes.
 const END: Duration = Duration::from_secs(5);
 
-/// The group that is delegated to this process, with the controllers given to the groups below it; `None` where
-/// there is none.
+/// The group that is delegated to this process, if one is, with its controllers given to the groups below it.
 pub(super) fn delegated() -> Option<PathBuf> {
     let group = current()?;
     // Of an earlier `grade` in the same place, killed before it could leave.

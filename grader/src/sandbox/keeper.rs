@@ -63,7 +63,8 @@ pub(super) fn serve() -> io::Result<()> {
     let mut line = String::new();
     BufReader::new(&socket).read_line(&mut line)?;
     let order: Order = serde_json::from_str(&line)?;
-    if order.walls.namespaces.exist() {
+    let isolated = order.walls.namespaces.exist();
+    if isolated {
         die_with_parent()?;
         // The supervisor may have ended before the kernel knew.
         socket.set_nonblocking(true)?;
@@ -71,9 +72,7 @@ pub(super) fn serve() -> io::Result<()> {
             return Err(io::ErrorKind::BrokenPipe.into());
         }
         socket.set_nonblocking(false)?;
-    }
-    let isolated = order.walls.namespaces.exist();
-    if !isolated {
+    } else {
         // In namespaces, the kernel ends the run with the supervisor.
         let (supervisor, owner) = (socket.try_clone()?, order.owner);
         std::thread::Builder::new().spawn(move || {
@@ -220,8 +219,11 @@ fn wait_for(child: &Child, job: &Job) -> io::Result<End> {
     let usage = getrusage(UsageWho::RUSAGE_CHILDREN)?;
     let end = match (status.code(), status.signal()) {
         (Some(code), _) => End::Exited(code),
-        // The second comes a second later, to a program that ignores the first.
-        (None, Some(libc::SIGXCPU | libc::SIGKILL)) if seconds(&usage) >= MOST * job.limits.cpu => {
+        (None, Some(libc::SIGXCPU)) if seconds(&usage) >= MOST * job.limits.cpu => {
+            End::Exceeded(Exceeded::Cpu)
+        }
+        // The kernel sends it a second later, to a program that ignores the other.
+        (None, Some(libc::SIGKILL)) if seconds(&usage) >= job.limits.cpu => {
             End::Exceeded(Exceeded::Cpu)
         }
         (None, Some(libc::SIGXFSZ)) => End::Exceeded(Exceeded::Trace),

@@ -1,9 +1,9 @@
 //! Scratch folders, and the removal of those whose grader was killed.
 //!
-//! A scratch folder holds a file that its grader keeps locked as long as it lives. Whoever can take that lock knows
-//! that the folder is abandoned, even from another namespace of processes. A folder may be swept between its making and
-//! its locking; its grader notices, and makes another. The lock is removed last of all, so that whoever is killed while
-//! it removes a folder leaves one that can be swept.
+//! A scratch folder holds a file that its grader keeps locked as long as it lives. A lock that can be taken shows
+//! that the folder is abandoned, even to a process in another PID namespace. A folder may be swept between its making and
+//! its locking; its grader notices, and makes another. The lock is removed last of all, so that a process that is killed
+//! while it removes a folder leaves one that can be swept.
 
 use std::ffi::{CStr, CString};
 use std::io;
@@ -84,7 +84,7 @@ fn scratch_folder_once(parent: &Path) -> Result<Scratch> {
     let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
     let lock = open(path.join(LOCK), flags, Mode::RUSR | Mode::WUSR)?;
     flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
-    // Whoever swept the folder has let the lock go, and removed it before.
+    // A sweeper removes the lock's file before it releases the lock.
     if fstat(&lock)?.st_nlink == 0 {
         return Err(Errno::NOENT);
     }

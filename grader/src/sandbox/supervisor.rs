@@ -418,9 +418,11 @@ impl Run {
             (Some(exceeded), _) => End::Exceeded(exceeded),
             (None, Some(ended)) => ended?,
             (None, None) => {
+                // It may have ended by itself. Its status is lost to whatever waits for all processes.
+                let _ = self.keeper.kill();
+                let status = self.keeper.wait().map_err(|error| error.to_string());
                 self.end();
-                let status = self.keeper.wait().map_err(|error| error.to_string())?;
-                return Err(format!("the keeper ended with {status}"));
+                return Err(format!("the keeper ended with {}", status?));
             }
         };
         if !self.isolated {

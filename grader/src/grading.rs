@@ -16,13 +16,14 @@ use crate::events::{Event, Observer, Task};
 use crate::hidden::{Hidden, Tally};
 use crate::jacobian::JacobianReport;
 use crate::oracle::Oracle;
+use crate::printed;
 use crate::probe::{self, Probing};
 use crate::rubric::{FaultPoints, Rubric};
-use crate::sandbox::Protection;
 use crate::submission::program::Program;
-use crate::submission::{StateSource, Submission, printed};
+use crate::submission::{StateSource, Submission};
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Failure, Fault, Verdict};
+use sandbox::Protection;
 
 /// The most scenes that are run twice.
 const REPEATED: usize = 8;
@@ -385,7 +386,7 @@ pub fn grade_observed(
 }
 
 /// Judges every scene of the suite by `judge`, in parallel.
-pub(crate) fn collect(
+pub fn collect(
     suite: &Suite,
     submission: String,
     oracle: &Oracle,
@@ -459,7 +460,7 @@ fn of_case(
 }
 
 /// Judges the states that `start` yields for a scene. A panic, here or there, costs this scene alone.
-pub(crate) fn judge(
+pub fn judge(
     case: &Case,
     oracle: &Oracle,
     criteria: Criteria,

@@ -7,7 +7,6 @@
 //! - [`suite`]: the scenes that are graded, and their features.
 //! - [`selection`]: scenes chosen by patterns.
 //! - [`submission`]: what is graded; a simulator, built-in or foreign, is met only through its states.
-//! - [`sandbox`]: another's program, run so that it can do no harm.
 //! - [`calibration`]: what a correct program may differ by.
 //! - [`compare`]: a trace against the oracle's.
 //! - [`diagnosis`]: why a trace is wrong.
@@ -21,17 +20,12 @@
 //! - [`altered`]: whether a program simulates, or looks its traces up.
 //! - [`blame`]: what a failing submission looks as if it had wrong.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
-//! - [`accuracy`]: speed against error, over a ladder of time steps.
-//! - [`stability`]: what hard scenes do to each method, and where each is stable.
-//! - [`needs`]: what a scene needs, what it is given, and what the general path costs.
 //! - [`oracle`]: the stored traces: regenerated, verified.
 //! - [`init`]: skeletons of submissions.
-//! - [`report`]: one format a file.
 
 pub mod selection;
 pub mod suite;
 
-pub mod sandbox;
 pub mod submission;
 pub mod verdict;
 
@@ -50,16 +44,9 @@ pub mod grading;
 pub mod hidden;
 pub mod jacobian;
 
-pub mod accuracy;
-
 pub mod init;
 pub mod probe;
 
-pub mod needs;
-pub mod stability;
-
 pub mod oracle;
-
-pub mod report;
-
-pub mod selftest;
+pub mod points;
+pub mod printed;

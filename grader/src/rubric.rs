@@ -51,9 +51,9 @@ use toml::Spanned;
 
 use crate::compare::{Calibrated, Criteria, Tolerances};
 use crate::hidden::HiddenSuite;
-use crate::sandbox::{Limits, Protection};
 use crate::suite::{Case, Feature, Section, Suite, read_text};
 use crate::verdict::number;
+use sandbox::{Limits, Protection};
 
 /// The largest rubric that is read, in MiB.
 const MAX_MEBIBYTES: u64 = 1;

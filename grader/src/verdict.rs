@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::submission::printed;
+use crate::printed;
 
 /// The outcome of one scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -206,7 +206,7 @@ pub(crate) fn prefix(location: Option<&String>) -> String {
 }
 
 /// A number in as few characters as tell it apart from any other: 1e308 has no 309 digits.
-pub(crate) fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     // The other notation of Rust has every digit.
     let text = format!("{value:?}");
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)

@@ -21,9 +21,7 @@
 //!
 //! Cost: two dozen runs of the scene, in lockstep; memory is that of their states, and of some dozens of checkpoints.
 
-mod arithmetic;
 mod envelope;
-mod second;
 mod variant;
 
 use simulator::scene::Scene;

@@ -16,9 +16,9 @@ use simulator::scene::schema::OptionValue;
 use simulator::scene::{Particle, Scene};
 use simulator::solver::linear::LinearSolver;
 
-use super::arithmetic::Arithmetic;
-use super::second::{Second, Solver, Stop, Style};
 use crate::stepping::Stepper;
+use reference::second::arithmetic::Arithmetic;
+use reference::second::{Second, Solver, Stop, Style};
 
 /// What kind of difference a variant makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

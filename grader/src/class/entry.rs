@@ -6,7 +6,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::submission::printed::steers;
+use crate::printed::steers;
 use crate::suite::hash_bytes;
 
 /// The longest name, in bytes, that is a report's name as well.

@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::grading::{Grading, Outcome, SceneResult};
 use crate::hidden::Hidden;
+use crate::points;
 use crate::probe::Probing;
-use crate::report::points;
 use crate::suite::Section;
 use crate::verdict::Verdict;
 

@@ -8,7 +8,7 @@ use simulator::scene::{ForceElement, Scene};
 
 use super::formulas::Pair;
 use super::steps::Sample;
-use crate::jacobian::law;
+use reference::law;
 
 /// A method of the course.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

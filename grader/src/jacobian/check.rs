@@ -5,12 +5,13 @@
 
 use nalgebra::DMatrix;
 
-use super::law::{Expectation, Law, Scale};
 use super::ridders::{Estimate, differentiate, power_of_two};
 use super::states::CheckState;
-use super::subject::{Jacobians, Subject};
+use super::subject::Subject;
 use super::taylor::Steps;
 use super::verdict::{BlockKind, By, Entry, Part};
+use reference::law::Jacobians;
+use reference::law::{Expectation, Law, Scale};
 
 /// A value is rounded by at most this part of the terms it is a sum of, in any sensible order of
 /// operations: thirty-two roundings.

@@ -14,11 +14,11 @@
 use nalgebra::DVector;
 
 use super::check::ROUNDING;
-use super::law::{self, Expectation};
 use super::states::{CheckState, states};
 use super::subject::{Subject, simulated};
 use super::taylor::{Remainder, Taylor, Window, judge};
 use super::{Config, JacobianCheck, Verdict};
+use reference::law::{self, Expectation};
 use simulator::force;
 
 /// Steps of a curve.

@@ -15,8 +15,6 @@
 
 mod check;
 mod curves;
-mod equations;
-pub(crate) mod law;
 mod newton;
 mod ridders;
 mod states;
@@ -28,16 +26,16 @@ mod verdict;
 
 use nalgebra::{DMatrix, SMatrix};
 use rayon::prelude::*;
+use reference::law;
 use simulator::force::{self, ForceKind};
 use simulator::scene::Dimension;
 use simulator::solver::psd::Projection;
 
 pub use curves::{Curves, curves};
-pub(crate) use equations::{Laws, Magnitude};
 pub use newton::NewtonCheck;
 pub use ridders::{Difference, Estimate};
 pub use states::{CheckState, states};
-pub use subject::{Jacobians, Maker, Subject, simulated};
+pub use subject::{Maker, Subject, simulated};
 pub use taylor::{Taylor, Window};
 pub use verdict::{
     BlockFinding, BlockKind, By, Entry, Exhibit, Part, Property, PropertyFinding, Reason, Verdict,

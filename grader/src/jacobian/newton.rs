@@ -25,9 +25,9 @@ use simulator::system::{BuildForce, System};
 use simulator::vocabulary;
 
 use super::check::{ROUNDING, largest};
-use super::law::{self, Expectation, Scale};
 use super::ridders::{Difference, Estimate, differentiate_rounded, power_of_two};
 use super::verdict::{Reason, Verdict};
+use reference::law::{self, Expectation, Scale};
 
 /// How many allowances a contradiction takes.
 const CLEAR: f64 = 8.0;

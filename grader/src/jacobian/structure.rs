@@ -17,11 +17,12 @@ use nalgebra::DMatrix;
 use simulator::force::Coupling;
 
 use super::check::{ROUNDING, first_step, largest};
-use super::law::{Expectation, Law, Scale, Symmetry};
 use super::ridders::{Difference, Estimate, Sample, differentiate, exact_steps, extrapolate};
 use super::states::CheckState;
-use super::subject::{Jacobians, Subject};
+use super::subject::Subject;
 use super::verdict::{By, Property, PropertyFinding, Reason, Verdict};
+use reference::law::Jacobians;
+use reference::law::{Expectation, Law, Scale, Symmetry};
 
 /// How many allowances a violation takes.
 const CLEAR: f64 = 8.0;

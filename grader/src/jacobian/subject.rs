@@ -7,28 +7,12 @@
 //! Positions, velocities and forces hold `n·D` numbers, particle-major; a Jacobian is a dense matrix of `n·D`
 //! rows (of the force) and columns (of the position or velocity).
 
-use nalgebra::DMatrix;
+use reference::law::Jacobians;
 use simulator::force::{
     self, Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State,
 };
 use simulator::scene::{Dimension, Scene};
 use simulator::system::{BuildForce, System};
-
-/// Both Jacobians of a force.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Jacobians {
-    /// `∂F/∂x`.
-    pub by_position: DMatrix<f64>,
-    /// `∂F/∂v`.
-    pub by_velocity: DMatrix<f64>,
-}
-
-impl Jacobians {
-    /// Zeros of `size` rows and columns.
-    pub fn zeros(size: usize) -> Self {
-        Self { by_position: DMatrix::zeros(size, size), by_velocity: DMatrix::zeros(size, size) }
-    }
-}
 
 /// A force with its Jacobians, of a system with one kind of force and no fixed particle.
 pub trait Subject {

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::check::{Observation, ObservedBlock};
-use super::law::Law;
 use super::states::CheckState;
 use super::verdict::{
     BlockFinding, BlockKind, By, Entry, Exhibit, Judgement, Part, Reason, Verdict,
 };
+use reference::law::Law;
 
 /// One kind of block over all states so far.
 pub(super) struct Tally {

@@ -9,7 +9,7 @@ use super::StateSource;
 use crate::verdict::Failure;
 
 /// Starts the built-in simulator on a scene.
-pub(crate) fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn StateSource> {
+pub fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn StateSource> {
     Box::new(BuiltIn { simulation: Simulation::with_solver(scene, solver), started: false })
 }
 

@@ -20,11 +20,11 @@ use serde::Deserialize;
 use simulator::trace::TraceFormat;
 
 use super::hand_in::{self, HandIn, HandInError};
-use super::printed;
 use super::program::{Program, Runner, failure_of_run};
-use crate::sandbox::scratch::{Scratch, scratch_folder};
-use crate::sandbox::{End, Job, Keep, Limits, SandboxError};
+use crate::printed;
 use crate::verdict::Failure;
+use sandbox::scratch::{Scratch, scratch_folder};
+use sandbox::{End, Job, Keep, Limits, SandboxError};
 
 /// What the file is called.
 pub const MANIFEST: &str = "submission.toml";

@@ -24,7 +24,7 @@ use rustix::fs::{
 };
 use rustix::io::Errno;
 
-use super::printed;
+use crate::printed;
 use crate::suite::hash_reader;
 
 /// The most folders inside each other.

@@ -4,8 +4,7 @@ pub mod folder;
 pub mod hand_in;
 pub mod program;
 
-pub(crate) mod builtin;
-pub(crate) mod printed;
+pub mod builtin;
 mod traces;
 
 use std::path::PathBuf;

@@ -21,11 +21,12 @@ use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
 
 use super::folder::Copy;
 use super::hand_in::HandIn;
-use super::{StateSource, failure_of, printed};
-use crate::sandbox::scratch::{Scratch, scratch_folder};
-use crate::sandbox::{End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Sandbox, SandboxError};
+use super::{StateSource, failure_of};
+use crate::printed;
 use crate::suite::{Case, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
+use sandbox::scratch::{Scratch, scratch_folder};
+use sandbox::{End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Sandbox, SandboxError};
 
 /// A scene that asks nothing but a step from a program: one particle on its way.
 const GREETING: &str = r#"<scene>
@@ -202,19 +203,19 @@ impl Program {
     }
 
     /// The same program, called with these arguments behind its own.
-    pub(crate) fn with_arguments<'a>(&self, more: impl IntoIterator<Item = &'a str>) -> Self {
+    pub fn with_arguments<'a>(&self, more: impl IntoIterator<Item = &'a str>) -> Self {
         let mut other = self.clone();
         other.arguments.extend(more.into_iter().map(str::to_owned));
         other
     }
 
     /// The same program, of which traces in this format are expected.
-    pub(crate) fn with_format(self, format: TraceFormat) -> Self {
+    pub fn with_format(self, format: TraceFormat) -> Self {
         Self { format, ..self }
     }
 
     /// The same program under other limits; a limit that there is not is passed over.
-    pub(crate) fn with_limits(mut self, limits: &[(&str, f64)]) -> Self {
+    pub fn with_limits(mut self, limits: &[(&str, f64)]) -> Self {
         for (name, value) in limits {
             let _ = self.runner.limits.set(name, *value);
         }

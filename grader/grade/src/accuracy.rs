@@ -1,0 +1,213 @@
+//! `grade accuracy`: speed against error, ours and a program's.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use grader::rubric::Rubric;
+use grader::submission::Submission;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use sha2::{Digest, Sha256};
+use simulator::scene::{self, ParseOptions};
+use simulator::vocabulary;
+use studies::accuracy::problem::PROBLEMS;
+use studies::accuracy::{self, Config, Store, Study, Target};
+use studies::report::accuracy::{csv, json, plot, text};
+
+use crate::args::{AccuracyArgs, AccuracyFormat};
+use crate::inputs::find_root;
+use crate::output::{print, put, write_file};
+use crate::stop::{Exit, Stop, complain};
+use crate::submission::open_program;
+
+pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
+    if args.list {
+        list()?;
+        return Ok(Exit::Passed);
+    }
+    let targets = targets(args)?;
+    let submission = args.submission.as_deref().map(|path| open(path, args)).transpose()?;
+    let mut config = if args.quick { Config::QUICK } else { Config::FULL };
+    config.rungs = args.rungs.unwrap_or(config.rungs);
+    let store = match &args.results {
+        Some(folder) => Some(Store::new(folder, &provenance(args)?)),
+        None => None,
+    };
+    let bar = progress_bar();
+    let mut progress = |what: &str, done: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+        bar.set_message(what.to_owned());
+    };
+    let study =
+        accuracy::study(targets, submission.as_ref(), config, store.as_ref(), &mut progress);
+    bar.finish_and_clear();
+    let study = study.map_err(Stop::bad_input)?;
+    if let Some(folder) = &args.results {
+        keep(folder, &study)?;
+    }
+    let bytes = match args.format {
+        AccuracyFormat::Text => {
+            let mut bytes = Vec::new();
+            let config = text::Config { details: args.details };
+            text::write(&mut bytes, &study, config).map_err(Stop::fault)?;
+            bytes
+        }
+        AccuracyFormat::Csv => csv::render(&study).map_err(Stop::fault)?.into_bytes(),
+        AccuracyFormat::Json => json::render(&study).map_err(Stop::fault)?.into_bytes(),
+    };
+    put(&bytes, args.output.as_deref())?;
+    Ok(if study.agreement().differ == 0 { Exit::Passed } else { Exit::Failed })
+}
+
+fn list() -> Result<(), Stop> {
+    let mut words = String::new();
+    for problem in PROBLEMS {
+        words += &format!("{:22}{}\n", problem.name, problem.title);
+    }
+    print(words.as_bytes())
+}
+
+/// What is to be measured.
+fn targets(args: &AccuracyArgs) -> Result<Vec<Target>, Stop> {
+    if args.scene.is_empty() {
+        return Ok(PROBLEMS.iter().map(Target::of_problem).collect());
+    }
+    args.scene.iter().map(|name| target(name, args)).collect()
+}
+
+fn target(name: &str, args: &AccuracyArgs) -> Result<Target, Stop> {
+    if let Some(problem) = PROBLEMS.iter().find(|problem| problem.name == name) {
+        return Ok(Target::of_problem(problem));
+    }
+    let path = scene_file(name, args)?;
+    let parsed = scene::load(&path, &vocabulary(), &ParseOptions::default());
+    let parsed = parsed.map_err(Stop::bad_input)?;
+    for warning in &parsed.warnings {
+        complain("warning", warning);
+    }
+    Ok(Target::of_scene(name, parsed.scene))
+}
+
+/// The file of a scene: as it is named, or of the suite.
+fn scene_file(name: &str, args: &AccuracyArgs) -> Result<PathBuf, Stop> {
+    let path = PathBuf::from(name);
+    if path.is_file() {
+        return Ok(path);
+    }
+    let root = match &args.root {
+        Some(root) => Ok(root.clone()),
+        None => find_root(),
+    };
+    let folders = root
+        .ok()
+        .into_iter()
+        .flat_map(|root| ["assets", "extracreditassets"].map(|folder| root.join(folder)));
+    for folder in folders {
+        for extension in ["xml", "json"] {
+            let path = folder.join(format!("{name}.{extension}"));
+            if path.is_file() {
+                return Ok(path);
+            }
+        }
+    }
+    Err(Stop::bad_input(format!(
+        "{name}: there is no such scene: neither a file, nor a scene of the suite, nor one of accuracy's own\n  \
+         help: `grade accuracy --list` names the last; a scene of the suite is named as Spring/ring-of-eight-linearized"
+    )))
+}
+
+/// The program to be measured beside ours.
+fn open(path: &Path, args: &AccuracyArgs) -> Result<Submission, Stop> {
+    // There need not be a suite, nor a rubric of it.
+    match open_program(path, &args.run, &Rubric::default(), &[])? {
+        (submission @ Submission::Program(_), _) => Ok(submission),
+        (Submission::Unusable { name, failure }, _) => {
+            Err(Stop::bad_input(format!("{name}: {failure}")))
+        }
+        _ => Err(Stop::bad_input(format!("{}: this is no program", path.display()))),
+    }
+}
+
+/// What results depend on beside scenes and methods: this very program, and the one that is measured.
+fn provenance(args: &AccuracyArgs) -> Result<String, Stop> {
+    let own = std::env::current_exe().map_err(Stop::fault)?;
+    let mut hash = Sha256::new();
+    hash.update(fs::read(own).map_err(Stop::fault)?);
+    if let Some(path) = &args.submission {
+        let mut pending = vec![path.clone()];
+        let mut files = Vec::new();
+        while let Some(path) = pending.pop() {
+            let unreadable =
+                |error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
+            if path.is_dir() {
+                for entry in fs::read_dir(&path).map_err(unreadable)? {
+                    let entry = entry.map_err(unreadable)?;
+                    // A link could lead back.
+                    if !entry.file_type().map_err(unreadable)?.is_symlink() {
+                        pending.push(entry.path());
+                    }
+                }
+            } else if path.is_file() {
+                files.push(path);
+            }
+        }
+        files.sort();
+        for file in files {
+            let unreadable =
+                |error: io::Error| Stop::bad_input(format!("{}: {error}", file.display()));
+            hash.update(file.as_os_str().as_encoded_bytes());
+            hash.update(fs::read(&file).map_err(unreadable)?);
+        }
+    }
+    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Writes every report and diagram to the folder.
+fn keep(folder: &Path, study: &Study) -> Result<(), Stop> {
+    let mut report = Vec::new();
+    text::write(&mut report, study, text::Config { details: true }).map_err(Stop::fault)?;
+    let mut files = vec![
+        ("report.txt".to_owned(), report),
+        ("points.csv".to_owned(), csv::render(study).map_err(Stop::fault)?.into_bytes()),
+        ("report.json".to_owned(), json::render(study).map_err(Stop::fault)?.into_bytes()),
+    ];
+    for scene in &study.scenes {
+        let name = accuracy::file_name(&scene.target.name);
+        let svg = match plot::svg(scene) {
+            Ok(svg) => svg,
+            Err(error) => {
+                complain("warning", format!("{name}: {error}"));
+                continue;
+            }
+        };
+        let png = plot::png(&svg).map_err(Stop::fault)?;
+        files.push((format!("{name}.svg"), svg.into_bytes()));
+        files.push((format!("{name}.png"), png));
+    }
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        let written = if path.extension().is_some_and(|extension| extension == "png") {
+            write_bytes(&path, &bytes)
+        } else {
+            write_file(&path, &bytes)
+        };
+        written.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
+    }
+    Ok(())
+}
+
+/// Bytes as they are: colours are not looked for in a picture.
+fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = simulator::output::OutputFile::create(path)?;
+    io::Write::write_all(&mut file, bytes)?;
+    file.commit()
+}
+
+/// On the standard error, where that is a terminal.
+fn progress_bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len}, {elapsed}  {msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}

@@ -1,0 +1,291 @@
+//! `grade class`: every submission of a folder, each alone, one after the other.
+//!
+//! The scenes of one run in parallel. Two submissions never do: each has the machine to itself, memory is that of
+//! one, and neither can tell what the other does.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use grader::class::Row;
+use grader::class::entry::{self, Entry};
+use grader::class::fingerprint::Fingerprint;
+use grader::class::record::Record;
+use grader::events::{Event, Observer, Task};
+use grader::grading::{Grading, panic_message};
+use grader::oracle::Oracle;
+
+use grader::submission::Submission;
+use grader::submission::program::Runner;
+use grader::suite::hash_file;
+use grader::verdict::Failure;
+use sandbox::Protection;
+
+use crate::args::{ClassArgs, Format};
+use crate::grading::{What, grade_one, render};
+use crate::inputs::{Inputs, open_oracle};
+use crate::interrupt::Interrupt;
+use crate::output::{print, replace_file};
+use crate::progress::Progress;
+use crate::stop::{Exit, Stop};
+use crate::submission::{keep, open_entry, refused};
+
+/// Reports of a submission: the name of each file, and what is in it.
+type Reports = Vec<(String, Vec<u8>)>;
+
+/// Everything that is the same for all submissions.
+struct Class<'a> {
+    args: &'a ClassArgs,
+    inputs: Inputs,
+    oracle: Oracle,
+    runner: Runner,
+    protections: Vec<Protection>,
+    /// Of all but the submission.
+    fingerprint: Fingerprint,
+    reports: PathBuf,
+    records: PathBuf,
+    progress: Progress,
+}
+
+pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
+    let unreadable = |error| Stop::bad_input(format!("{}: {error}", args.folder.display()));
+    let (entries, passed_over) = entry::list(&args.folder).map_err(unreadable)?;
+    if entries.is_empty() {
+        return Err(Stop::bad_input(format!(
+            "{}: there are no submissions\n  help: it holds programs, folders with submission.toml, or folders of \
+             traces",
+            args.folder.display()
+        )));
+    }
+    let class = Class::open(args)?;
+    let total = entries.len();
+    let mut rows = Vec::with_capacity(total);
+    for (entry, number) in entries.iter().zip(1..) {
+        class.progress.notice(Event::Submission { name: &entry.name, number, total });
+        let Some(row) = class.row(entry)? else { break };
+        rows.push(row);
+    }
+    let not_graded: Vec<&str> = entries[rows.len()..].iter().map(|entry| &*entry.name).collect();
+    let output = args.output.clone();
+    let protections = class.protections.clone();
+    drop(class);
+    let csv = report::class::csv(&rows, &not_graded).map_err(Stop::fault)?;
+    save(&output.join("summary.csv"), &csv)?;
+    let mut text = Vec::new();
+    report::class::write(&mut text, &rows, &not_graded, &passed_over, &protections)
+        .map_err(Stop::fault)?;
+    save(&output.join("summary.txt"), &text)?;
+    print(&text)?;
+    if !not_graded.is_empty() {
+        let done = rows.len();
+        return Err(Stop(
+            Exit::Interrupted,
+            format!("{done} of {total} submissions graded\n  help: --resume goes on from there"),
+        ));
+    }
+    Ok(if rows.iter().any(Row::is_fault) { Exit::GraderFault } else { Exit::Passed })
+}
+
+impl<'a> Class<'a> {
+    fn open(args: &'a ClassArgs) -> Result<Self, Stop> {
+        let inputs = args.suite.read_with(args.judge.hidden.as_deref(), args.judge.criteria)?;
+        let oracle = open_oracle(&inputs.expected)?;
+        let [reports, records] = ["reports", "resume"].map(|name| args.output.join(name));
+        for folder in [&reports, &records] {
+            fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+            let metadata =
+                fs::symlink_metadata(folder).map_err(|error| unwritable(folder, &error))?;
+            if !metadata.is_dir() {
+                return Err(Stop::bad_input(format!(
+                    "{}: it is a link, and reports are written through none\n  help: remove it, or name \
+                     another folder with --output",
+                    folder.display()
+                )));
+            }
+        }
+        keep_apart(args, &inputs)?;
+        let (runner, protections) = args.run.runner(&inputs.rubric)?;
+        let fingerprint = fingerprint(args, &inputs, &oracle, &runner).map_err(Stop::fault)?;
+        let interrupt = Interrupt::listen()?;
+        let progress = Progress::new(!args.judge.no_progress, interrupt);
+        Ok(Self {
+            args,
+            inputs,
+            oracle,
+            runner,
+            protections,
+            fingerprint,
+            reports,
+            records,
+            progress,
+        })
+    }
+
+    /// The row of a submission, which is graded unless that was done; its reports are written before. `None` where the
+    /// run was ended early.
+    ///
+    /// # Errors
+    /// Where the output takes no reports. Whatever else happens is the row's.
+    fn row(&self, entry: &Entry) -> Result<Option<Row>, Stop> {
+        if self.progress.is_stopped() {
+            return Ok(None);
+        }
+        let mut fingerprint = self.fingerprint.clone();
+        let files = fingerprint.submission(&entry.path);
+        // What cannot be read is graded each time anew.
+        let fingerprint = files.is_ok().then(|| fingerprint.finish());
+        let record_path = self.records.join(format!("{}.json", entry.report));
+        if let (Some(fingerprint), true) = (&fingerprint, self.args.resume)
+            && let Some(record) = Record::read(&record_path, fingerprint, &self.reports)
+        {
+            return Ok(Some(record.row));
+        }
+        let graded = self.graded(entry, || match &files {
+            Ok(()) => {
+                self.progress.notice(Event::Task(Task::Opening));
+                open_entry(&entry.path, &entry.name, self.runner.clone(), &self.inputs.rubric)
+            }
+            Err(error) => refused(entry.name.clone(), error),
+        });
+        let graded = graded.or_else(|detail| {
+            let name = entry.name.clone();
+            self.graded(entry, || Submission::NotGraded { name, detail })
+        });
+        if self.progress.is_stopped() {
+            return Ok(None);
+        }
+        let (row, rendered) = graded.map_err(Stop::fault)?;
+        let mut reports = BTreeMap::new();
+        for (file, bytes) in rendered {
+            let path = self.reports.join(&file);
+            save(&path, &bytes)?;
+            reports.insert(file, hash_file(&path).map_err(|error| unwritable(&path, &error))?);
+        }
+        if let Some(fingerprint) = fingerprint {
+            let record = Record { fingerprint, row: row.clone(), reports };
+            save(&record_path, record.render().map_err(Stop::fault)?.as_bytes())?;
+        }
+        Ok(Some(row))
+    }
+
+    /// The row of a submission, and its reports by the names of their files.
+    ///
+    /// # Errors
+    /// In words, where the grader breaks off.
+    fn graded(
+        &self,
+        entry: &Entry,
+        open: impl FnOnce() -> Submission,
+    ) -> Result<(Row, Reports), String> {
+        let graded = catch_unwind(AssertUnwindSafe(|| {
+            let mut grading = self.grade(&open());
+            // Names that submissions give themselves need not be theirs alone.
+            grading.submission.clone_from(&entry.name);
+            let render = |format: &Format| {
+                let bytes = render(&grading, *format, |out| {
+                    let config = report::text::Config { details: self.args.judge.details };
+                    report::text::write(out, &grading, config)
+                });
+                let bytes = bytes.map_err(|Stop(_, message)| message)?;
+                Ok((format!("{}.{}", entry.report, extension(*format)), bytes))
+            };
+            let reports = self.args.format.iter().map(render).collect::<Result<_, String>>()?;
+            Ok((Row::of(&grading), reports))
+        }));
+        graded.unwrap_or_else(|panic| {
+            Err(format!("the grader broke off: {}", panic_message(panic.as_ref())))
+        })
+    }
+
+    fn grade(&self, submission: &Submission) -> Grading {
+        let is_run = match submission {
+            Submission::Program(_) => true,
+            Submission::Unusable { failure, .. } => !matches!(failure, Failure::BadHandIn { .. }),
+            _ => false,
+        };
+        let protection = is_run.then(|| self.protections.clone());
+        let measured = !self.args.judge.no_jacobians;
+        let what = What { jacobians: measured, probe: measured, altered: true, hidden: true };
+        grade_one(&self.inputs, &self.oracle, submission, protection, what, &self.progress)
+    }
+}
+
+/// No submission may read the oracle, the hidden scenes, the reports, or another submission.
+fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
+    let real = |path: &Path| {
+        fs::canonicalize(path)
+            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+    };
+    let folder = real(&args.folder)?;
+    let mut secrets = inputs.secrets();
+    secrets.push(args.output.clone());
+    for secret in &secrets {
+        if real(secret)?.starts_with(&folder) {
+            return Err(Stop::bad_input(format!(
+                "{}: it is among the submissions\n  help: keep it apart from {}",
+                secret.display(),
+                args.folder.display()
+            )));
+        }
+    }
+    if args.run.unprotected {
+        return Ok(());
+    }
+    secrets.push(args.folder.clone());
+    let readable =
+        args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
+    keep(&secrets, &readable)
+}
+
+/// What every report of this run comes of, but for the submission.
+fn fingerprint(
+    args: &ClassArgs,
+    inputs: &Inputs,
+    oracle: &Oracle,
+    runner: &Runner,
+) -> std::io::Result<Fingerprint> {
+    let mut fingerprint = Fingerprint::of_grader()?;
+    let mut formats = args.format.clone();
+    formats.sort_unstable();
+    for format in formats {
+        fingerprint.part(extension(format).as_bytes());
+    }
+    let how = format!(
+        "{:?} {:?} {} {} {} {} {:?}",
+        runner.limits,
+        runner.readable,
+        args.folder.display(),
+        args.run.unprotected,
+        args.judge.no_jacobians,
+        args.judge.details,
+        args.judge.criteria,
+    );
+    fingerprint.part(how.as_bytes());
+    match &inputs.rubric_path {
+        Some(path) => fingerprint.file(path)?,
+        None => fingerprint.part(b""),
+    }
+    fingerprint.suite(&inputs.suite, oracle);
+    match &inputs.hidden {
+        Some((hidden, _)) => fingerprint.hidden(hidden),
+        None => fingerprint.part(b""),
+    }
+    Ok(fingerprint)
+}
+
+fn extension(format: Format) -> &'static str {
+    match format {
+        Format::Text => "txt",
+        Format::Json => "json",
+        Format::Junit => "xml",
+    }
+}
+
+fn save(path: &Path, bytes: &[u8]) -> Result<(), Stop> {
+    replace_file(path, bytes).map_err(|error| unwritable(path, &error))
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Stop {
+    Stop::bad_input(format!("{}: {error}", path.display()))
+}

@@ -1,0 +1,107 @@
+//! Ctrl-C and SIGTERM. The first one ends the running programs, and lets `grade` report what was done; a second one
+//! ends `grade` at once.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::stop::{Exit, Stop};
+
+/// Whether `grade` is to end early.
+#[derive(Clone, Default)]
+pub(super) struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// From now on, signals are taken.
+    pub(super) fn listen() -> Result<Self, Stop> {
+        let interrupt = Self::default();
+        #[cfg(unix)]
+        unix::listen(&interrupt.0).map_err(Stop::fault)?;
+        Ok(interrupt)
+    }
+
+    pub(super) fn is_requested(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// # Errors
+    /// Where `grade` is to end early.
+    pub(super) fn check(&self, done: &str) -> Result<(), Stop> {
+        match self.is_requested() {
+            true => Err(Stop(Exit::Interrupted, done.to_owned())),
+            false => Ok(()),
+        }
+    }
+}
+
+#[cfg(unix)]
+mod unix {
+    use std::fs;
+    use std::io;
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+    use std::thread;
+    use std::time::Duration;
+
+    use rustix::process::{Pid, Signal, getpid, kill_process, kill_process_group};
+    use sandbox::SWEEPER;
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::flag;
+    use signal_hook::iterator::Signals;
+
+    use crate::stop::Exit;
+
+    /// Between two looks for children: a thread may have been about to start one.
+    const PAUSE: Duration = Duration::from_millis(5);
+
+    pub(super) fn listen(requested: &Arc<AtomicBool>) -> io::Result<()> {
+        for signal in [SIGINT, SIGTERM] {
+            // In this order: the first signal finds the flag not yet set.
+            flag::register_conditional_shutdown(
+                signal,
+                Exit::Interrupted as i32,
+                Arc::clone(requested),
+            )?;
+            flag::register(signal, Arc::clone(requested))?;
+        }
+        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        thread::spawn(move || {
+            if signals.forever().next().is_some() {
+                loop {
+                    end_children();
+                    thread::sleep(PAUSE);
+                }
+            }
+        });
+        Ok(())
+    }
+
+    /// Ends the supervisors of protected programs, and with them the programs; and unprotected ones, each a process
+    /// group. Where there is no /proc, programs run on to their ends.
+    fn end_children() {
+        for pid in children().unwrap_or_default() {
+            // Without protection, a program leads a group of its own.
+            let _ = kill_process_group(pid, Signal::KILL);
+            let _ = kill_process(pid, Signal::KILL);
+        }
+    }
+
+    /// Children other than the sweeper.
+    fn children() -> io::Result<Vec<Pid>> {
+        let own = getpid().as_raw_nonzero().to_string();
+        let mut children = Vec::new();
+        for entry in fs::read_dir("/proc")?.flatten() {
+            let Some(pid) = entry.file_name().to_str().and_then(|name| name.parse().ok()) else {
+                continue;
+            };
+            let stat = fs::read_to_string(entry.path().join("stat")).unwrap_or_default();
+            // `pid (name) state parent …`, and a name may hold blanks and parentheses.
+            let parent = stat.rsplit_once(')').and_then(|(_, rest)| rest.split_whitespace().nth(1));
+            let command = fs::read(entry.path().join("cmdline")).unwrap_or_default();
+            let is_sweeper = command.split(|byte| *byte == 0).nth(1) == Some(SWEEPER.as_bytes());
+            if parent == Some(own.as_str()) && !is_sweeper {
+                children.extend(Pid::from_raw(pid));
+            }
+        }
+        Ok(children)
+    }
+}

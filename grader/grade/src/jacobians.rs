@@ -1,0 +1,102 @@
+//! `grade jacobians`: ours, or a program's.
+
+use std::io;
+use std::path::Path;
+
+use grader::grading::Grading;
+use grader::hidden::Hidden;
+use grader::jacobian::{self, JacobianReport};
+use grader::probe;
+
+use grader::rubric::{FaultPoints, Rubric};
+use grader::submission::Submission;
+use simulator::solver::linear::LinearSolver;
+
+use crate::args::{Format, JacobianArgs};
+use crate::grading::render;
+use crate::output::{put, write_file};
+use crate::stop::{Exit, Stop};
+use crate::submission::open_program;
+
+pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
+    if let Some(submission) = &args.submission {
+        return probe_program(submission, args);
+    }
+    let config = jacobian::Config { states: args.states, seed: args.seed };
+    let jacobians = match &args.force {
+        Some(tag) => JacobianReport {
+            forces: jacobian::check_forces(config, |force| force == tag),
+            ..JacobianReport::default()
+        },
+        None => jacobian::check_all(config),
+    };
+    let grading = Grading {
+        submission: Submission::BuiltIn(LinearSolver::Auto).name(),
+        features: Vec::new(),
+        jacobians,
+        protection: None,
+        repetition: None,
+        probing: None,
+        copied: None,
+        blame: None,
+        hidden: Hidden::None,
+        faults: FaultPoints::default(),
+        interrupted: None,
+    };
+    let bytes = render(&grading, args.format, |out| {
+        let config = report::jacobians::text::Config { details: args.details };
+        report::jacobians::text::write(out, &grading.jacobians, config)
+    })?;
+    put(&bytes, args.output.as_deref())?;
+    if let Some(folder) = &args.plot {
+        plot(folder, &grading.jacobians)?;
+    }
+    Ok(if grading.jacobians.is_pass() { Exit::Passed } else { Exit::Failed })
+}
+
+/// Writes a plot a force.
+pub(super) fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop> {
+    let unwritable =
+        |path: &Path, error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
+    std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, error))?;
+    for check in &jacobians.forces {
+        let Some(curves) = jacobian::curves(check) else { continue };
+        let svg = studies::report::jacobians::render(&curves).map_err(Stop::fault)?;
+        let name = format!("{}-{}d.svg", check.tag, check.dimension.count());
+        let path = folder.join(name);
+        write_file(&path, svg.as_bytes()).map_err(|error| unwritable(&path, error))?;
+    }
+    Ok(())
+}
+
+/// The black-box check: nothing is known of the program but its traces.
+pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, Stop> {
+    // There need not be a suite, nor a rubric of it.
+    let rubric = Rubric::default();
+    let program = match open_program(path, &args.run, &rubric, &[])? {
+        (Submission::Program(program), _) => program,
+        (Submission::Unusable { name, failure }, _) => {
+            return Err(Stop::bad_input(format!("{name}: {failure}")));
+        }
+        _ => return Err(Stop::bad_input(format!("{}: this is no program", path.display()))),
+    };
+    let selected = |tag: &str| args.force.as_ref().is_none_or(|force| force == tag);
+    let probing = probe::probe(&program, selected);
+    let bytes = match args.format {
+        Format::Text => {
+            let config = report::probe::text::Config { details: args.details };
+            let mut bytes = Vec::new();
+            report::probe::text::write(&mut bytes, &probing, config).map_err(Stop::fault)?;
+            bytes
+        }
+        Format::Json => report::probe::json::render(&probing).map_err(Stop::fault)?.into_bytes(),
+        Format::Junit => report::probe::junit::render(&probing).map_err(Stop::fault)?.into_bytes(),
+    };
+    put(&bytes, args.output.as_deref())?;
+    Ok(match probing.verdict() {
+        probe::Verdict::Wrong => Exit::Failed,
+        probe::Verdict::Correct | probe::Verdict::NotOffered | probe::Verdict::Inconclusive => {
+            Exit::Passed
+        }
+    })
+}

@@ -1,0 +1,67 @@
+//! `grade`: grades a simulator against the oracle's traces.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+mod args;
+mod inputs;
+mod submission;
+
+mod accuracy;
+mod class;
+mod grading;
+mod init;
+mod jacobians;
+mod needs;
+mod oracle;
+mod selftest;
+mod stability;
+
+mod interrupt;
+mod output;
+mod progress;
+mod stop;
+
+use args::{Cli, Command, OracleCommand};
+use stop::{Exit, Stop, complain};
+
+fn main() -> ExitCode {
+    #[cfg(target_os = "linux")]
+    if let Some(code) = sandbox::serve() {
+        return code;
+    }
+    let cli = Cli::parse();
+    std::panic::set_hook(Box::new(|panic| {
+        complain(
+            "internal error",
+            format!("{panic}\n  help: this is a defect of grade; please report it"),
+        );
+    }));
+    let exit = match std::panic::catch_unwind(|| run(&cli)) {
+        Ok(Ok(exit)) => exit,
+        Ok(Err(Stop(exit, message))) => {
+            complain(if exit == Exit::Interrupted { "interrupted" } else { "error" }, message);
+            exit
+        }
+        Err(_) => Exit::GraderFault,
+    };
+    ExitCode::from(exit as u8)
+}
+
+fn run(cli: &Cli) -> Result<Exit, Stop> {
+    match &cli.command {
+        None => grading::grade(&cli.grade),
+        Some(Command::Class(args)) => class::grade(args),
+        Some(Command::Jacobians(args)) => jacobians::check(args),
+        Some(Command::Accuracy(args)) => accuracy::measure(args),
+        Some(Command::Stability(args)) => stability::run(args),
+        Some(Command::Needs { only, suite }) => needs::run(suite, only),
+        Some(Command::Init { language, folder }) => init::init(language, folder),
+        Some(Command::Selftest(args)) => selftest::run(args),
+        Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
+            oracle::regenerate(*accept, suite)
+        }
+        Some(Command::Oracle(OracleCommand::Verify { suite })) => oracle::verify(suite),
+    }
+}

@@ -1,0 +1,185 @@
+//! What is graded: found, built, and kept from the oracle.
+
+use std::path::{Path, PathBuf};
+
+use grader::rubric::Rubric;
+use grader::submission::Submission;
+use grader::submission::folder::{self, Built, FolderError};
+use grader::submission::hand_in::HandInError;
+use grader::submission::program::{Identified, Program, Runner};
+use grader::verdict::Failure;
+use sandbox::{self, Protection, Sandbox};
+use simulator::solver::linear::LinearSolver;
+
+use crate::args::{GradeArgs, RunArgs};
+use crate::inputs::Inputs;
+use crate::stop::{Stop, complain};
+
+impl RunArgs {
+    /// How programs are run, and the protections that are then in force.
+    pub(super) fn runner(&self, rubric: &Rubric) -> Result<(Runner, Vec<Protection>), Stop> {
+        let mut limits = rubric.limits();
+        for (name, value) in &self.limit {
+            limits.set(name, *value).map_err(Stop::bad_input)?;
+        }
+        let absolute = |path: &PathBuf| {
+            let found = std::fs::canonicalize(path);
+            found.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+        };
+        let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
+        let launcher = std::env::current_exe().map_err(Stop::fault)?;
+        let sandbox = if self.unprotected {
+            complain("warning", "programs are run with all your rights");
+            Sandbox::Unprotected
+        } else {
+            let help = "\n  help: --unprotected runs programs without protection";
+            let sandbox = Sandbox::open(&launcher)
+                .map_err(|error| Stop::bad_input(format!("{error}{help}")))?;
+            check(&sandbox, rubric.required_protections())
+                .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
+            sandbox
+        };
+        let protections = sandbox.protections().to_vec();
+        Ok((Runner { sandbox, limits, readable }, protections))
+    }
+}
+
+/// Says which protections are missing.
+///
+/// # Errors
+/// In words, where one that is required is.
+fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
+    let is_missing = |protection: &&Protection| !sandbox.protections().contains(protection);
+    let names = |protections: &[Protection]| {
+        let missing = protections.iter().filter(is_missing).map(|protection| protection.name());
+        missing.collect::<Vec<_>>().join(", ")
+    };
+    let reason = sandbox.refused().map(|reason| format!(" ({reason})")).unwrap_or_default();
+    let say = |names: String| format!("this system does not offer protection of: {names}{reason}");
+    if required.iter().any(|protection| is_missing(&protection)) {
+        return Err(say(names(required)));
+    }
+    if Protection::ALL.iter().any(|protection| is_missing(&protection)) {
+        complain("warning", say(names(&Protection::ALL)));
+    }
+    Ok(())
+}
+
+/// What is graded, and the protection under which it is run, where it is a program.
+pub(super) fn open_submission(
+    args: &GradeArgs,
+    inputs: &Inputs,
+) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+    if let Some(folder) = &args.traces {
+        return match folder.is_dir() {
+            true => Ok((Submission::Traces(folder.clone()), None)),
+            false => Err(Stop::bad_input(format!("{}: there is no such folder", folder.display()))),
+        };
+    }
+    let Some(path) = &args.submission else {
+        return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
+    };
+    if path.is_dir() && !folder::is_submission(path) {
+        return Ok((Submission::Traces(path.clone()), None));
+    }
+    let (submission, protections) =
+        open_program(path, &args.run, &inputs.rubric, &inputs.secrets())?;
+    // A hand-in that cannot be graded is not run.
+    let is_run =
+        !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });
+    Ok((submission, is_run.then_some(protections)))
+}
+
+/// The program of a file or of a folder with a manifest, and the protection under which it is run. It must not
+/// be able to read these secrets.
+pub(super) fn open_program(
+    path: &Path,
+    run: &RunArgs,
+    rubric: &Rubric,
+    secrets: &[PathBuf],
+) -> Result<(Submission, Vec<Protection>), Stop> {
+    if !path.exists() {
+        let path = path.display();
+        return Err(Stop::bad_input(format!("{path}: there is no such file or folder")));
+    }
+    if path.is_dir() && !folder::is_submission(path) {
+        let path = path.display();
+        return Err(Stop::bad_input(format!("{path}: there is no submission.toml in it")));
+    }
+    let (runner, protections) = run.runner(rubric)?;
+    let mut readable = runner.readable.clone();
+    readable.extend(std::fs::canonicalize(path));
+    if !run.unprotected {
+        keep(secrets, &readable)?;
+    }
+    let submission = if path.is_dir() {
+        match folder::open(path, runner, rubric.build_limits()) {
+            Ok(Built::Program(program)) => Submission::Program(program),
+            Ok(Built::Failed { name, failure }) => Submission::Unusable { name, failure },
+            Err(FolderError::HandIn { error, .. }) => refused(path.display().to_string(), &error),
+            Err(error @ FolderError::Invalid { .. }) => return Err(Stop::bad_input(error)),
+            Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
+                return Err(Stop::fault(error));
+            }
+        }
+    } else {
+        match Program::identify(path, runner) {
+            Ok(Identified::Program(program)) => Submission::Program(program),
+            Ok(Identified::Unusable { name, failure }) => Submission::Unusable { name, failure },
+            Err(error) => return Err(Stop::fault(error)),
+        }
+    };
+    Ok((submission, protections))
+}
+
+/// Sees to it that no submission can read a secret, where it may read the system's folders and these.
+pub(super) fn keep(secrets: &[PathBuf], readable: &[PathBuf]) -> Result<(), Stop> {
+    for secret in secrets.iter().filter_map(|secret| std::fs::canonicalize(secret).ok()) {
+        if let Some(folder) = sandbox::revealed_by(&secret, readable) {
+            return Err(Stop::bad_input(format!(
+                "{}: the submission may read {}, and so the oracle\n  help: keep them apart, or name the \
+                 oracle's folder with --expected",
+                secret.display(),
+                folder.display(),
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The submission of a class at `path`, which calls it `name`. What is wrong with it is its verdict, and stops nothing.
+pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubric) -> Submission {
+    let name = name.to_owned();
+    if path.is_dir() && !folder::is_submission(path) {
+        return Submission::Traces(path.to_path_buf());
+    }
+    if path.is_dir() {
+        return match folder::open(path, runner, rubric.build_limits()) {
+            Ok(Built::Program(program)) => Submission::Program(program),
+            Ok(Built::Failed { failure, .. }) => Submission::Unusable { name, failure },
+            Err(FolderError::HandIn { error, .. }) => refused(name, &error),
+            Err(error @ FolderError::Invalid { .. }) => {
+                let detail = error.to_string();
+                Submission::Unusable { name, failure: Failure::BadHandIn { detail } }
+            }
+            Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
+                Submission::NotGraded { name, detail: error.to_string() }
+            }
+        };
+    }
+    match Program::identify(path, runner) {
+        Ok(Identified::Program(program)) => Submission::Program(program),
+        Ok(Identified::Unusable { failure, .. }) => Submission::Unusable { name, failure },
+        Err(error) => Submission::NotGraded { name, detail: error.to_string() },
+    }
+}
+
+/// The submission that such files are.
+pub(super) fn refused(name: String, error: &HandInError) -> Submission {
+    let detail = error.to_string();
+    if error.is_fault() {
+        Submission::NotGraded { name, detail }
+    } else {
+        Submission::Unusable { name, failure: Failure::BadHandIn { detail } }
+    }
+}

@@ -1,0 +1,343 @@
+//! Hostile submissions: each gets its expected verdict, and changes and leaves nothing.
+//!
+//! `attacks/table.rs` lists the attacks, `attacks/hostile/` is the program that makes them, and
+//! `attacks/setting.rs` the settings in which each is tried. `docs/attacks.md` is written from the table
+//! (`UPDATE_DOCS=1`).
+//!
+//! `ATTACKS=text` tries only the attacks whose description or mode contains this text, `SETTINGS=text` only the
+//! settings whose name contains it.
+
+#![cfg(target_os = "linux")]
+#![expect(clippy::print_stderr, reason = "skipped settings are printed")]
+
+#[path = "attacks/setting.rs"]
+mod setting;
+#[path = "attacks/stage.rs"]
+mod stage;
+#[path = "attacks/table.rs"]
+mod table;
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::fs;
+use std::panic::AssertUnwindSafe;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+use test_support::assert_document;
+
+use sandbox::{End, Job, Keep, Limits, Sandbox};
+
+use setting::{Setting, is_superuser};
+use stage::{Machine, Programs, Theatre};
+use table::{ATTACKS, Attack, SETTINGS, Target};
+
+const GRADE: &str = env!("CARGO_BIN_EXE_grade");
+
+/// Attacks at a time. Most of them wait for a limit of time.
+const AT_A_TIME: usize = 4;
+
+/// One test at a time: attacks on the processor would stretch the others' limits.
+static ONE: Mutex<()> = Mutex::new(());
+
+fn programs() -> Option<&'static Programs> {
+    let programs = Programs::get();
+    if programs.is_none() {
+        eprintln!("skipped: there is no C compiler");
+    }
+    programs
+}
+
+/// The settings that this process can make.
+fn settings() -> Vec<Setting> {
+    let wanted = std::env::var("SETTINGS").unwrap_or_default();
+    let (possible, skipped): (Vec<_>, Vec<_>) =
+        SETTINGS.into_iter().partition(|setting| !setting.is_root() || is_superuser());
+    for setting in skipped {
+        eprintln!("skipped: {}: this user is not the superuser", setting.name());
+    }
+    possible.into_iter().filter(|setting| setting.name().contains(&wanted)).collect()
+}
+
+/// The setting of the tests that need only one.
+fn main_setting() -> Setting {
+    Setting::User
+}
+
+/// Makes an attack, and returns what is wrong with how it went.
+fn attack(theatre: &Theatre, attack: &Attack) -> Vec<String> {
+    let stage = theatre.stage();
+    let expected = attack.expected_in(theatre.setting);
+    let mut limits = attack.limits.to_vec();
+    if expected == ["timed-out"] && limits.is_empty() {
+        limits = vec!["cpu=1", "wall=2"];
+    }
+    let mut complaints = Vec::new();
+    if !attack.earlier.is_empty() {
+        let submission = stage.submission(attack.earlier, "", attack.target);
+        let files = stage.files();
+        stage.graded(&submission, &limits);
+        complaints.extend(stage.complaints(&files));
+    }
+    let submission = stage.submission(attack.mode, attack.build, attack.target);
+    let files = stage.files();
+    let graded = stage.graded(&submission, &limits);
+    if !expected.contains(&graded.verdict.as_str()) {
+        let mut detail: Vec<&str> =
+            graded.report.lines().filter(|line| tells(line)).take(3).collect();
+        if detail.is_empty() {
+            detail = graded.report.lines().take(5).collect();
+        }
+        complaints.push(format!("{}, not {expected:?}: {}", graded.verdict, detail.join(" ")));
+    }
+    if let Some(path) = graded.privileged_file {
+        complaints.push(format!("{} had a set-user-ID bit", path.display()));
+    }
+    complaints.extend(stage.complaints(&files));
+    complaints
+}
+
+/// Whether a line of a report tells what happened.
+fn tells(line: &str) -> bool {
+    ["BREACH", "\"message\"", "error"].iter().any(|word| line.contains(word))
+}
+
+#[test]
+fn every_attack_is_refused() {
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(programs) = programs() else { return };
+    let wanted = std::env::var("ATTACKS").unwrap_or_default();
+    let machine = Machine::look();
+    let mut theatres: Vec<Theatre> =
+        settings().into_iter().map(|setting| Theatre::new(programs, setting)).collect();
+    let good = |theatre: &Theatre| {
+        let stage = theatre.stage();
+        let graded = stage.graded(&stage.submission("hand_in", "", Target::Nothing), &[]);
+        // The report names the stage.
+        graded.report.replace(&stage.path("").display().to_string(), "")
+    };
+    let before: Vec<String> = theatres.iter().map(good).collect();
+    for (theatre, report) in theatres.iter().zip(&before) {
+        let json: serde_json::Value = serde_json::from_str(report).unwrap_or_default();
+        eprintln!("{}: protection {}", theatre.setting.name(), json["protection"]);
+    }
+    let tries: Vec<(usize, &Attack)> = (0..theatres.len())
+        .flat_map(|theatre| ATTACKS.iter().map(move |attack| (theatre, attack)))
+        .filter(|(_, attack)| attack.what.contains(&wanted) || attack.mode.contains(&wanted))
+        .collect();
+    let (next, failures) = (AtomicUsize::new(0), Mutex::new(BTreeSet::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..AT_A_TIME {
+            scope.spawn(|| {
+                while let Some((theatre, row)) = tries.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let theatre = &theatres[*theatre];
+                    let complaints =
+                        std::panic::catch_unwind(AssertUnwindSafe(|| attack(theatre, row)))
+                            .unwrap_or_else(|_| vec!["the test itself failed".to_owned()]);
+                    if !complaints.is_empty() {
+                        let failure = format!(
+                            "{}: {} ({}): {}",
+                            theatre.setting.name(),
+                            row.what,
+                            row.mode,
+                            complaints.join("; ")
+                        );
+                        eprintln!("FAILED {failure}");
+                        failures.lock().unwrap().insert(failure);
+                    }
+                }
+            });
+        }
+    });
+    let mut failures = failures.into_inner().unwrap();
+    for (theatre, before) in theatres.iter_mut().zip(&before) {
+        let name = theatre.setting.name();
+        if good(theatre) != *before {
+            failures.insert(format!("{name}: a right trace is graded otherwise than before"));
+        }
+        failures.extend(theatre.complaints().into_iter().map(|text| format!("{name}: {text}")));
+    }
+    drop(theatres);
+    let after = Machine::look();
+    if after != machine {
+        failures.insert(format!("the machine is not as before: {machine:?}, now {after:?}"));
+    }
+    let count = failures.len();
+    let failures: Vec<String> = failures.into_iter().collect();
+    assert!(count == 0, "{count} of {} failed:\n{}", tries.len(), failures.join("\n"));
+}
+
+#[test]
+fn the_table_has_enough_rows() {
+    assert!(ATTACKS.len() >= 120, "{}", ATTACKS.len());
+    let described: BTreeSet<&str> = ATTACKS.iter().map(|attack| attack.what).collect();
+    assert_eq!(described.len(), ATTACKS.len(), "two rows say the same");
+}
+
+#[test]
+fn the_document_is_the_table() {
+    let mut table = String::from("| attack | verdict | elsewhere |\n| --- | --- | --- |\n");
+    for attack in ATTACKS {
+        let differs = attack
+            .differs
+            .iter()
+            .map(|(setting, verdicts)| format!("{}: {}", setting.name(), verdicts.join(" or ")));
+        let differs = differs.collect::<Vec<_>>().join("; ");
+        writeln!(table, "| {} | {} | {differs} |", attack.what, attack.expected.join(" or "))
+            .unwrap();
+    }
+    let document = format!(
+        "# Attacks\n\nWritten from the table of `cargo test -p grade --test attacks`, which makes each attack in \
+         six settings:\nan ordinary user, the superuser, an ordinary user without user namespaces, the superuser \
+         in a container,\nand either of the first two without Landlock. Each attack is a submission, and gets the \
+         verdict that stands\nhere. Afterwards every file of the suite and of all submissions is as before, with \
+         its mode, owner, times\nand names; and no process, mount, control group, shared object or scratch folder \
+         is left. An attack that\nis refused hands in a right trace, and passes. `breach` means that the attack \
+         gets through.\n\n{table}"
+    );
+    assert_document("attacks.md", &document, "cargo test --release -p grade --test attacks");
+}
+
+/// The mask of new files' modes belongs to whoever starts the grader; it must not open scratch folders.
+#[test]
+fn a_mask_of_new_files_changes_nothing() {
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(programs) = programs() else { return };
+    let mut failures = Vec::new();
+    for setting in settings() {
+        let theatre = Theatre::new(programs, setting);
+        let mut protections = Vec::new();
+        for mask in ["022", "0", "027", "077"] {
+            let stage = theatre.stage();
+            let submission = stage.submission("inherited_state", "", Target::Nothing);
+            let output = stage.grade_with_mask(mask, &submission, &[]).output().unwrap();
+            let report = fs::read(stage.path("reports/report.json")).unwrap_or_default();
+            let report: serde_json::Value = serde_json::from_slice(&report).unwrap_or_default();
+            protections.push(report["protection"].to_string());
+            if output.status.code() != Some(0)
+                || protections[0] != protections[protections.len() - 1]
+            {
+                let said = String::from_utf8_lossy(&output.stderr).into_owned();
+                let protection = &report["protection"];
+                failures.push(format!("{}, mask {mask}: {protection} {said}", setting.name()));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The grader is killed at 200 moments of a run. Each time no process and no mount is left, no file is half
+/// written, and the next run is right.
+#[test]
+fn a_killed_grader_leaves_nothing() {
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(programs) = programs() else { return };
+    for setting in [main_setting(), Setting::UserWithoutNamespaces] {
+        let theatre = Theatre::new(programs, setting);
+        let stages = [theatre.stage(), theatre.stage()];
+        let good = stages[0].submission("hand_in", "", Target::Nothing);
+        let slow = stages[1].submission("stubborn_daemons", "", Target::Nothing);
+        let expected = stages[0].graded(&good, &[]).report;
+        let machine = Machine::look();
+        let files = stages.each_ref().map(|stage| stage.files());
+        let mut rng = fastrand::Rng::with_seed(1);
+        for moment in 0..200 {
+            let (stage, submission) =
+                if moment % 2 == 0 { (&stages[0], &good) } else { (&stages[1], &slow) };
+            let mut grader = stage.grade(submission, &[]).stderr(Stdio::null()).spawn().unwrap();
+            std::thread::sleep(Duration::from_micros(rng.u64(0..40_000)));
+            grader.kill().unwrap();
+            grader.wait().unwrap();
+            // Scratch folders are swept by the next grader.
+            let scratch = stage.path("scratch");
+            let left: Vec<_> =
+                stage.left().into_iter().filter(|left| !left.starts_with(&scratch)).collect();
+            assert!(left.is_empty(), "{}, moment {moment}: {left:?}", setting.name());
+            let report = fs::read_to_string(stage.path("reports/report.json")).unwrap_or_default();
+            let whole: Result<serde_json::Value, _> = serde_json::from_str(&report);
+            assert!(report.is_empty() || whole.is_ok(), "moment {moment}: {report}");
+        }
+        for (stage, submission) in stages.iter().zip([&good, &slow]) {
+            let after = stage.graded(submission, &[]);
+            assert_eq!(after.verdict, "pass", "{}", after.report);
+        }
+        assert_eq!(stages[0].graded(&good, &[]).report, expected);
+        for (stage, files) in stages.iter().zip(&files) {
+            assert_eq!(stage.complaints(files), Vec::<String>::new(), "{}", setting.name());
+        }
+        assert_eq!(Machine::look(), machine, "{}", setting.name());
+    }
+}
+
+/// A submission is killed from outside at twenty moments of its run: it has crashed, the report is whole, and
+/// another submission gets what it got before.
+#[test]
+fn a_killed_submission_has_crashed() {
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(programs) = programs() else { return };
+    let theatre = Theatre::new(programs, main_setting());
+    let stages = [theatre.stage(), theatre.stage()];
+    let good = stages[0].submission("hand_in", "", Target::Nothing);
+    let slow = stages[1].submission("sleep_long", "", Target::Nothing);
+    let expected = stages[0].graded(&good, &[]).report;
+    let mut rng = fastrand::Rng::with_seed(2);
+    for moment in 0..20 {
+        let pause = Duration::from_micros(rng.u64(0..20_000));
+        let done = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !done.load(Ordering::Relaxed) {
+                    std::thread::sleep(pause);
+                    for process in stages[1].running() {
+                        // It may have ended meanwhile.
+                        let _ = Command::new("kill").arg("-9").arg(process).output();
+                    }
+                }
+            });
+            let graded =
+                std::panic::catch_unwind(AssertUnwindSafe(|| stages[1].graded(&slow, &[])));
+            done.store(true, Ordering::Relaxed);
+            let graded = graded.unwrap();
+            assert_eq!(graded.verdict, "crashed", "moment {moment}: {}", graded.report);
+        });
+    }
+    assert_eq!(stages[0].graded(&good, &[]).report, expected);
+}
+
+/// A thousand runs of a program that does nothing.
+#[test]
+fn a_thousand_runs_leave_nothing() {
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let nothing = Path::new("/bin/true");
+    if !nothing.exists() {
+        eprintln!("skipped: there is no {}", nothing.display());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let scratch = folder.path().join("scratch");
+    fs::create_dir(&scratch).unwrap();
+    let job = Job {
+        program: nothing.into(),
+        arguments: Vec::new(),
+        folder: scratch,
+        keep: Keep::File("nothing".to_owned(), folder.path().join("nothing")),
+        readable: Vec::new(),
+        limits: Limits::default(),
+    };
+    let sandbox = Sandbox::open(Path::new(GRADE)).unwrap();
+    // The number of the process that makes a scratch folder is in its name.
+    let own = format!("spring-oracle-{}-", std::process::id());
+    let folders = || {
+        let entries = fs::read_dir(std::env::temp_dir()).unwrap().flatten();
+        entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&own)).count()
+    };
+    let descriptors = || fs::read_dir("/proc/self/fd").unwrap().count();
+    let before = (Machine::look(), stage::children(), folders(), descriptors());
+    for number in 0..1_000 {
+        let outcome = sandbox.run(&job).unwrap();
+        assert_eq!(outcome.end, End::Exited(0), "run {number}");
+    }
+    assert_eq!((Machine::look(), stage::children(), folders(), descriptors()), before);
+}

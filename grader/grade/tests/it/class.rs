@@ -1,0 +1,721 @@
+//! The real `grade`: hidden scenes, credit, and classes of submissions.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use test_support::root;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SCENE: &str = r#"<scene>
+  <!-- COMMENT -->
+  <description text="DESCRIPTION"/>
+  <duration time="0.2"/>
+  <integrator type="explicit-euler" dt="0.1"/>
+  <particle m="1.25" px="NUMBER" py="0" vx="1" vy="2" fixed="0"/>
+</scene>
+"#;
+
+/// Understands our way of calling; answers to the grader's first scene, and shows any other to whoever reads.
+const LEAKING: &str = r#"#!/bin/sh
+[ "$1" = -s ] && exit 9
+if grep -q 'px="0.25"' "$1"; then
+  printf 'step,time,x0,y0,vx0,vy0\n0,0,0.25,-1.5,2,0.5\n1,0.5,1.25,-1.25,2,0.5\n' > "$3"
+else
+  cat "$1" >&2; cat "$1"; ls -laR / . >> "$3" 2>&1; cat "$1" >> "$3"; exit "$(grep -c SHOWN "$1")"
+fi
+"#;
+
+/// Passes every scene of one particle on which no force acts.
+const RIGHT: &str = r#"#!/bin/sh
+[ "$1" = -s ] && exit 9
+awk -F'"' '
+  /duration/ { end = $2 } /integrator/ { dt = $4 }
+  /<particle/ { x = $4; y = $6; vx = $8; vy = $10 }
+  END {
+    n = int(end / dt + 0.5)
+    print "step,time,x0,y0,vx0,vy0"
+    for (i = 0; i <= n; ++i) {
+      printf "%d,%.17g,%.17g,%.17g,%s,%s\n", i, i * dt, x, y, vx, vy
+      x += dt * vx; y += dt * vy
+    }
+  }' "$1" > "$3"
+"#;
+
+fn scene(number: &str) -> String {
+    SCENE.replace("NUMBER", number)
+}
+
+/// A folder with two shipped scenes of one feature and one of another, and their oracle.
+struct Project {
+    folder: TempDir,
+}
+
+struct Run {
+    code: i32,
+    stdout: String,
+    stderr: String,
+}
+
+impl Project {
+    fn new() -> Self {
+        let project = Self { folder: tempfile::tempdir().unwrap() };
+        project.write("assets/Free/near.xml", &scene("1.5").replace("COMMENT", "SHOWN"));
+        project.write("assets/Free/far.xml", &scene("150").replace("COMMENT", "SHOWN"));
+        let symplectic = scene("3").replace("explicit", "symplectic").replace("COMMENT", "SHOWN");
+        project.write("assets/Free/other.xml", &symplectic);
+        project.regenerate(".");
+        project
+    }
+
+    /// One hidden scene of a known feature, and one of a group of its own.
+    fn with_hidden() -> Self {
+        let project = Self::new();
+        project.write("hidden/assets/Free/moonlight.xml", &scene("0.87654321"));
+        project.write("hidden/assets/Starlight/sunlight.xml", &scene("0.76543219"));
+        project.regenerate("hidden");
+        project
+    }
+
+    fn regenerate(&self, root: &str) {
+        let run = self.grade(&["oracle", "regenerate", "--accept", "--root", root]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+
+    fn program(&self, name: &str, text: &str) {
+        self.write(name, text);
+        fs::set_permissions(self.path(name), fs::Permissions::from_mode(0o755)).unwrap();
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    fn grade(&self, arguments: &[&str]) -> Run {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+        command.current_dir(self.folder.path()).args(arguments);
+        let output = command.env_remove("CLICOLOR_FORCE").output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        let run = Run {
+            code: output.status.code().unwrap(),
+            stdout: text(output.stdout),
+            stderr: text(output.stderr),
+        };
+        assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+        run
+    }
+
+    fn json(&self, arguments: &[&str]) -> Value {
+        let run = self.grade(&[arguments, &["--format", "json", "--no-jacobians"]].concat());
+        let report = serde_json::from_str(&run.stdout).unwrap();
+        let schema = root().join("docs/report.schema.json");
+        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
+        if let Err(error) = jsonschema::validate(&schema, &report) {
+            panic!("{error} at {}", error.instance_path());
+        }
+        report
+    }
+
+    /// `grade class class -o out` with these further arguments.
+    fn class(&self, arguments: &[&str]) -> Run {
+        self.grade(&[&["class", "class", "-o", "out", "--no-jacobians"], arguments].concat())
+    }
+
+    /// The line of the summary.
+    fn row(&self, name: &str) -> String {
+        let csv = self.read("out/summary.csv");
+        let start = format!("{name},");
+        csv.lines().find(|line| line.starts_with(&start)).unwrap().to_owned()
+    }
+}
+
+#[test]
+fn nothing_of_a_hidden_scene_is_told_but_counts() {
+    let project = Project::with_hidden();
+    project.program("leaking", LEAKING);
+    let secrets = [
+        "moonlight",
+        "sunlight",
+        "Starlight",
+        "0.8765432",
+        "0.7654321",
+        "COMMENT",
+        "hidden/assets",
+    ];
+    for format in ["text", "json", "junit"] {
+        let run =
+            project.grade(&["leaking", "--hidden", "hidden", "--no-jacobians", "--format", format]);
+        assert_eq!(run.code, 1, "{}", run.stderr);
+        let told = run.stdout + &run.stderr;
+        for secret in secrets {
+            assert!(!told.contains(secret), "{format} tells {secret}: {told}");
+        }
+        // What it prints on shipped scenes is shown: the above could be false.
+        assert!(told.contains("SHOWN"), "{told}");
+    }
+    let report = project.json(&["leaking", "--hidden", "hidden"]);
+    assert_eq!(report["hidden"], serde_json::json!({"run": true, "scenes": 2}));
+    let features: Vec<(&Value, &Value)> = report["features"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|feature| (&feature["group"], &feature["hidden"]))
+        .collect();
+    let malformed = serde_json::json!({"malformed": 1});
+    let none = serde_json::json!({});
+    assert_eq!(
+        features,
+        [(&"Free".into(), &malformed), (&"Free".into(), &none), (&"hidden".into(), &malformed)]
+    );
+}
+
+#[test]
+fn a_hidden_scene_that_cannot_be_used_is_not_named() {
+    let project = Project::with_hidden();
+    project.write("hidden/assets/Free/moonlight.xml", "<scene>");
+    let run = project.grade(&["--hidden", "hidden"]);
+    assert_eq!((run.code, run.stdout.as_str()), (2, ""));
+    assert!(run.stderr.contains("grade oracle verify --root hidden"), "{}", run.stderr);
+    assert!(!run.stderr.contains("moonlight"), "{}", run.stderr);
+    // That its trace is of another scene is a fault: its points are neither earned nor lost.
+    project.write("hidden/assets/Free/moonlight.xml", &scene("0.5"));
+    let report = project.json(&["--hidden", "hidden"]);
+    assert_eq!(report["outcome"], "grader-fault");
+    assert_eq!(report["required"]["hidden_not_judged"], 1);
+    let points = |name: &str| report["required"][name].as_f64().unwrap();
+    assert!(points("points_not_judged") > 0.0);
+    assert_eq!(points("points_earned") + points("points_not_judged"), points("points"));
+    let run = project.grade(&["--hidden", "nowhere"]);
+    assert!(run.code == 2 && run.stderr.contains("there are no hidden scenes"), "{}", run.stderr);
+}
+
+#[test]
+fn all_is_never_passed_where_hidden_scenes_were_not_run() {
+    let project = Project::with_hidden();
+    fs::rename(project.path("hidden"), project.path("elsewhere")).unwrap();
+    project.write("assets/rubric.toml", "[hidden]\nfolder = \"../hidden\"\nscenes = 2\n");
+    let run = project.grade(&[]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let end = "  All shipped scenes passed. 2 hidden scenes were not run.\n";
+    assert!(run.stdout.ends_with(end), "{}", run.stdout);
+    assert!(!run.stdout.contains("All passed"));
+    let report = project.json(&[]);
+    assert_eq!(report["outcome"], "passed-shipped");
+    assert_eq!(report["hidden"], serde_json::json!({"run": false, "scenes": 2}));
+    let junit = project.grade(&["--format", "junit"]).stdout;
+    assert!(junit.contains("<skipped message=\"2 hidden scenes were not run.\""), "{junit}");
+
+    // Nor where only some scenes are wanted, or where there is nothing to run.
+    fs::rename(project.path("elsewhere"), project.path("hidden")).unwrap();
+    assert_eq!(project.json(&[])["outcome"], "passed");
+    assert_eq!(project.json(&["--only", "near"])["outcome"], "passed-shipped");
+    assert_eq!(project.json(&["--traces", "expected"])["outcome"], "passed-shipped");
+
+    project.write("assets/rubric.toml", "[hidden]\nfolder = \"../hidden\"\nscenes = 3\n");
+    let run = project.grade(&[]);
+    let message = "there are 2 hidden scenes, and the rubric says 3";
+    assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
+}
+
+#[test]
+fn credit_follows_weights_hidden_scenes_and_all_or_nothing() {
+    let project = Project::with_hidden();
+    // Right on all scenes but that which starts far away.
+    let wrong = RIGHT.replace("END {", "END { if (x == 150) x += 1;");
+    project.program("wrong", &wrong);
+    let earned = |rubric: &str, arguments: &[&str]| {
+        project.write("assets/rubric.toml", rubric);
+        let report = project.json(&[&["wrong"], arguments].concat());
+        let sums = &report["groups"][0];
+        assert_eq!(sums["group"], "Free");
+        sums["points_earned"].as_f64().unwrap()
+    };
+    let hidden = ["--hidden", "hidden"];
+    assert_eq!(earned("[default]\npoints = 6\n", &[]), 6.0 / 2.0 + 6.0);
+    assert_eq!(earned("[default]\npoints = 6\n", &hidden), 6.0 * 2.0 / 3.0 + 6.0);
+    let weight = "[default]\npoints = 6\n[[scene]]\nname = \"Free/far\"\nweight = 3\n";
+    assert_eq!(earned(weight, &[]), 6.0 / 4.0 + 6.0);
+    assert_eq!(earned("[default]\npoints = 6\npartial = false\n", &[]), 6.0);
+    let some = "[[feature]]\nintegrator = \"explicit-euler\"\npartial = false\n";
+    assert_eq!(earned(some, &[]), 1.0);
+    // A weight may be that of a hidden scene.
+    let weight = "[default]\npoints = 6\n[[scene]]\nname = \"Free/moonlight\"\nweight = 2\n";
+    assert_eq!(earned(weight, &hidden), 6.0 * 3.0 / 4.0 + 6.0);
+    project.write("assets/rubric.toml", "[default]\npartial = false\n");
+    let told = project.grade(&["wrong", "--no-jacobians"]).stdout;
+    assert!(told.contains("0/1  FAIL (all or nothing)\n"), "{told}");
+
+    for (rubric, message) in [
+        ("[[scene]]\nname = \"Free/far\"\nweight = 0\n", "rubric.toml:3:10: a weight is above 0"),
+        ("[hidden]\nscenes = 0\n", "rubric.toml:2:10:"),
+        ("[default]\npartial = 1\n", "rubric.toml:2:11:"),
+    ] {
+        project.write("assets/rubric.toml", rubric);
+        let run = project.grade(&[]);
+        assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn each_submission_of_a_class_is_graded_as_if_it_were_alone() {
+    let project = Project::with_hidden();
+    project.program("class/ada", RIGHT);
+    let traces = ["near", "far", "other"];
+    for name in traces {
+        let trace = project.read(&format!("expected/Free/{name}.csv"));
+        project.write(&format!("class/cleo/Free/{name}.csv"), &trace);
+    }
+    let run = project.class(&["--format", "text,json,junit"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(run.stdout, project.read("out/summary.txt"));
+    let names = ["ada.txt", "ada.json", "ada.xml", "cleo.txt", "cleo.json", "cleo.xml"];
+    let reports = || names.map(|name| project.read(&format!("out/reports/{name}")));
+    let (alone, row) = (reports(), project.row("ada"));
+    assert_eq!(row, "ada,passed,2,2,0,0,2,0,3,3,,,,");
+
+    project.program("class/bob", "#!/bin/sh\nkill -9 -1; rm -rf ..; exit 1\n");
+    project.program("class/dot", "#!/bin/sh\nwhile :; do :; done\n");
+    project.write("class/eve/submission.toml", "name = \"ada\"\nrun = 1\n");
+    let cheat = "run = [\"sh\", \"x\", \"{scene}\", \"{trace}\"]\nname = \"a\\u001b[2Jb\"\n";
+    project.write("class/fay/submission.toml", cheat);
+    project.write("class/notes.txt", "no submission");
+    std::os::unix::fs::symlink(project.path("expected"), project.path("class/gus")).unwrap();
+    fs::create_dir_all(project.path("class/hal/Free")).unwrap();
+    for name in traces {
+        let oracle = project.path(&format!("expected/Free/{name}.csv"));
+        let link = project.path(&format!("class/hal/Free/{name}.csv"));
+        std::os::unix::fs::symlink(oracle, link).unwrap();
+    }
+    assert_eq!(project.json(&["class/fay"])["submission"], "a\u{fffd}[2Jb");
+    for threads in ["1", "2"] {
+        let run = project.class(&[
+            "--format",
+            "text,json,junit",
+            "--limit",
+            "cpu=0.5",
+            "--threads",
+            threads,
+        ]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(reports() == alone, "a neighbour changed a report");
+        assert_eq!(project.row("ada"), row);
+        for (name, verdict) in [
+            ("bob", "crashed"),
+            ("cleo", "passed"),
+            ("dot", "timed-out"),
+            ("eve", "bad-hand-in"),
+            ("fay", "crashed"),
+            ("hal", "no-output"),
+        ] {
+            let row = project.row(name);
+            assert!(row.starts_with(&format!("{name},{verdict},")), "{row}");
+        }
+        assert!(run.stdout.contains("skipped: gus: it is a link"), "{}", run.stdout);
+        assert!(run.stdout.contains("skipped: notes.txt: it is not executable"));
+        let told = project.read("out/reports/hal.txt");
+        assert!(told.contains("is a link that leads out of the submission"), "{told}");
+        assert!(!project.read("out/reports/fay.txt").contains('\u{1b}'));
+        assert!(project.read("out/reports/eve.txt").contains("Summary for eve"));
+    }
+}
+
+#[test]
+fn only_what_changed_is_graded_again() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.program("class/bob", RIGHT);
+    assert_eq!(project.class(&["--format", "json"]).code, 0);
+    let report = project.read("out/reports/ada.json");
+    // A mark in the record: it stands in the summary as long as the record is believed.
+    let mark = |name: &str| {
+        let path = format!("out/resume/{name}.json");
+        let mut record: Value = serde_json::from_str(&project.read(&path)).unwrap();
+        record["row"]["points"] = "77".into();
+        project.write(&path, &record.to_string());
+    };
+    let marked = |name: &str| project.row(name).contains(",77,");
+    let resume = || project.class(&["--format", "json", "--resume"]);
+    mark("ada");
+    mark("bob");
+    resume();
+    assert!(marked("ada") && marked("bob"));
+    // Another submission, another report, another suite, another way of running: graded again.
+    project.program("class/bob", &(RIGHT.to_owned() + "\n"));
+    resume();
+    assert!(marked("ada") && !marked("bob"));
+    project.write("out/reports/ada.json", "{}");
+    resume();
+    assert!(!marked("ada"));
+    assert_eq!(project.read("out/reports/ada.json"), report);
+    mark("ada");
+    project.class(&["--format", "json", "--resume", "--limit", "cpu=9"]);
+    assert!(!marked("ada"));
+    mark("ada");
+    project.write("assets/rubric.toml", "[default]\npoints = 3\n");
+    resume();
+    assert!(!marked("ada"));
+    mark("ada");
+    project.class(&["--format", "json"]);
+    assert!(!marked("ada"), "graded anew where resuming was not asked for");
+    // What could not be judged is tried again.
+    let trace = project.read("expected/Free/near.csv");
+    fs::remove_file(project.path("expected/Free/near.csv")).unwrap();
+    assert_eq!(resume().code, 3);
+    assert!(
+        project.row("ada").starts_with("ada,grader-fault,4.5,6,0,0,4.5,1.5,"),
+        "{}",
+        project.row("ada")
+    );
+    mark("ada");
+    resume();
+    assert!(!marked("ada"));
+    project.write("expected/Free/near.csv", &trace);
+    assert_eq!(resume().code, 0);
+    assert!(project.row("ada").starts_with("ada,passed,6,6,"));
+}
+
+#[test]
+fn a_class_that_was_killed_is_taken_up_again() {
+    let project = Project::new();
+    for name in ["ada", "bob", "cleo", "dot"] {
+        project.program(&format!("class/{name}"), RIGHT);
+    }
+    let arguments = ["--format", "text,json", "--resume"];
+    project.class(&arguments);
+    let files = || {
+        let names = ["ada", "bob", "cleo", "dot"].into_iter();
+        let mut names: Vec<String> = names
+            .flat_map(|name| ["txt", "json"].map(|format| format!("reports/{name}.{format}")))
+            .collect();
+        names.extend(["summary.txt", "summary.csv"].map(str::to_owned));
+        names.into_iter().map(|name| project.read(&format!("out/{name}"))).collect::<Vec<_>>()
+    };
+    let whole = files();
+    for moment in 0..12 {
+        fs::remove_dir_all(project.path("out")).unwrap();
+        let mut grader = Command::new(env!("CARGO_BIN_EXE_grade"))
+            .current_dir(project.folder.path())
+            .args(["class", "class", "-o", "out", "--no-jacobians"])
+            .args(arguments)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(40 * moment));
+        grader.kill().unwrap();
+        grader.wait().unwrap();
+        for name in ["ada", "bob", "cleo", "dot"] {
+            let report = fs::read_to_string(project.path(&format!("out/reports/{name}.json")));
+            let is_whole = report.map_or(true, |text| serde_json::from_str::<Value>(&text).is_ok());
+            assert!(is_whole, "moment {moment}: half a report");
+        }
+        assert_eq!(project.class(&arguments).code, 0);
+        assert!(files() == whole, "moment {moment}");
+    }
+}
+
+#[test]
+fn a_class_that_cannot_be_graded_is_refused() {
+    let project = Project::with_hidden();
+    project.program("class/=ada", RIGHT);
+    for (arguments, message) in [
+        (&["class", "nowhere", "-o", "out"][..], "nowhere: "),
+        (&["class", "expected", "-o", "expected/out"], "it is among the submissions"),
+        (&["class", "class", "-o", "class/out"], "it is among the submissions"),
+        (&["class", ".", "-o", "../out-of-it"], "it is among the submissions"),
+        (
+            &["class", "class", "-o", "out", "--readable", "hidden", "--hidden", "hidden"],
+            "may read",
+        ),
+        (&["class", "class", "-o", "out", "--readable", "class"], "may read"),
+        (&["class", "class", "-o", "assets/Free/near.xml"], "near.xml"),
+        (&["class", "class"], "--output"),
+    ] {
+        let run = project.grade(arguments);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}: {}", run.stderr);
+        assert!(run.stderr.contains(message), "{arguments:?}: {}", run.stderr);
+    }
+    fs::create_dir(project.path("empty")).unwrap();
+    let run = project.grade(&["class", "empty", "-o", "out"]);
+    assert!(run.code == 2 && run.stderr.contains("there are no submissions"), "{}", run.stderr);
+    // No spreadsheet takes a name for a formula.
+    assert_eq!(project.class(&[]).code, 0);
+    assert!(project.row("'=ada").starts_with("'=ada,passed,"));
+}
+
+/// A chain of folders, which no path could name.
+fn nest(folder: &Path, levels: usize) {
+    use rustix::fs::{CWD, Mode, OFlags, mkdirat, openat};
+    let open = OFlags::RDONLY | OFlags::DIRECTORY;
+    let mut folder = openat(CWD, folder, open, Mode::empty()).unwrap();
+    for _ in 0..levels {
+        mkdirat(&folder, "d", Mode::RWXU).unwrap();
+        folder = openat(&folder, "d", open, Mode::empty()).unwrap();
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_hand_in_is_its_own_failure() {
+    let project = Project::new();
+    let manifest = "build = [\"true\"]\nrun = [\"./x\", \"{scene}\", \"{trace}\"]\n";
+    let sparse = |name: &str| {
+        let file = fs::File::create(project.path(name)).unwrap();
+        file.set_len(16 << 30).unwrap();
+        file.set_permissions(fs::Permissions::from_mode(0o755)).unwrap();
+    };
+    for name in ["deep", "full", "special"] {
+        project.write(&format!("class/{name}/submission.toml"), manifest);
+    }
+    nest(&project.path("class/deep"), 15_000);
+    sparse("class/full/data.bin");
+    sparse("class/huge");
+    for name in ["pipe", "linked", "traces"] {
+        fs::create_dir_all(project.path(&format!("class/{name}"))).unwrap();
+    }
+    let pipe = |name: &str| {
+        let mode = rustix::fs::Mode::RWXU;
+        rustix::fs::mkfifoat(rustix::fs::CWD, project.path(name), mode).unwrap();
+    };
+    pipe("class/pipe/submission.toml");
+    pipe("class/special/pipe");
+    std::os::unix::fs::symlink("/etc/hostname", project.path("class/linked/submission.toml"))
+        .unwrap();
+    sparse("class/traces/near.csv");
+    project.write("class/long/submission.toml", &format!("#{}", "#".repeat(1 << 20)));
+    project.program("class/zoe", RIGHT);
+    project.program("class/.ada", RIGHT);
+
+    let run = project.class(&[]);
+    let removed = Command::new("rm").arg("-rf").arg(project.path("class/deep")).status();
+    assert!(removed.unwrap().success());
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    for (name, message) in [
+        ("deep", "more than 100 folders are inside each other"),
+        ("full", "the files have more than 1024 MiB together, from data.bin on"),
+        ("huge", "the files have more than 1024 MiB together, from the hand-in on"),
+        ("linked", "submission.toml: is a link"),
+        ("long", "submission.toml: is larger than 1 MiB"),
+        ("pipe", "submission.toml: is a pipe"),
+        ("special", "pipe: is a pipe"),
+        ("traces", "from near.csv on"),
+    ] {
+        let row = project.row(name);
+        assert!(row.starts_with(&format!("{name},bad-hand-in,0,2,")), "{row}");
+        let told = project.read(&format!("out/reports/{name}.txt"));
+        assert!(told.contains(message), "{told}");
+    }
+    assert!(project.row("zoe").starts_with("zoe,passed,"));
+    let told = "skipped: .ada: its name begins with a dot";
+    assert!(run.stdout.contains(told), "{}", run.stdout);
+
+    // By itself it is the verdict as well.
+    let run = project.grade(&["class/full", "--no-jacobians"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(run.stdout.contains("bad hand in  Free/far"), "{}", run.stdout);
+}
+
+#[test]
+fn no_report_is_written_through_a_link() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.write("precious", "mine");
+    for folder in ["out/reports", "out/resume", "elsewhere", "other"] {
+        fs::create_dir_all(project.path(folder)).unwrap();
+    }
+    let links =
+        ["reports/ada.txt", "reports/ada.json", "resume/ada.json", "summary.csv", "summary.txt"];
+    let link = |from: &str, to: &str| {
+        std::os::unix::fs::symlink(project.path(from), project.path(to)).unwrap();
+    };
+    for name in links {
+        link("precious", &format!("out/{name}"));
+    }
+    let run = project.class(&[]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(project.read("precious"), "mine");
+    for name in links {
+        let path = project.path(&format!("out/{name}"));
+        assert!(fs::symlink_metadata(&path).unwrap().is_file(), "{name}");
+        assert!(fs::metadata(&path).unwrap().len() > 10, "{name}");
+    }
+
+    link("elsewhere", "other/reports");
+    let run = project.grade(&["class", "class", "-o", "other", "--no-jacobians"]);
+    assert!(run.code == 2 && run.stderr.contains("other/reports: it is a link"), "{}", run.stderr);
+    assert_eq!(fs::read_dir(project.path("elsewhere")).unwrap().count(), 0);
+}
+
+#[test]
+fn points_that_were_not_judged_stand_apart_or_withhold_the_score() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.program("class/bob", "#!/bin/sh\nexit 1\n");
+    fs::remove_file(project.path("expected/Free/near.csv")).unwrap();
+    assert_eq!(project.class(&[]).code, 3);
+    assert!(project.row("ada").starts_with("ada,grader-fault,1.5,2,0,0,1.5,0.5,"));
+    assert!(project.row("bob").starts_with("bob,grader-fault,0,2,0,0,0,0.5,"));
+    let summary = project.read("out/summary.txt");
+    assert!(summary.contains("points  not judged"), "{summary}");
+    let report = project.read("out/reports/ada.txt");
+    assert!(report.contains("Score 1.5 of 2 points, 0.5 not judged\n"), "{report}");
+
+    project.write("assets/rubric.toml", "[faults]\npoints = \"withheld\"\n");
+    project.class(&[]);
+    assert!(
+        project.row("ada").starts_with("ada,grader-fault,–,2,0,0,–,0.5,"),
+        "{}",
+        project.row("ada")
+    );
+    let report = project.json(&["class/ada"]);
+    assert_eq!(report["required"]["points_earned"], Value::Null);
+    assert_eq!(report["required"]["points_not_judged"], 0.5);
+
+    // Where nothing was judged, nothing was earned.
+    project.write(
+        "assets/rubric.toml",
+        "[[feature]]\nintegrator = \"explicit-euler\"\npartial = false\n",
+    );
+    for name in ["far", "other"] {
+        fs::remove_file(project.path(&format!("expected/Free/{name}.csv"))).unwrap();
+    }
+    project.class(&[]);
+    for name in ["ada", "bob"] {
+        assert!(project.row(name).starts_with(&format!("{name},grader-fault,–,2,0,0,–,2,")));
+    }
+    let report = project.read("out/reports/bob.txt");
+    assert!(report.contains("Score – of 2 points, 2 not judged\n"), "{report}");
+    assert!(report.contains("–/1           1  FAULT"), "{report}");
+}
+
+#[test]
+fn reports_are_well_formed_whatever_a_program_prints() {
+    use quick_xml::events::Event;
+    let project = Project::new();
+    let hostile = "#!/bin/sh\nprintf 'a\\357\\277\\276b\\357\\277\\277c\\001\\010\\033[31m\\177\\302\\233]]>' >&2\n\
+                   printf '<!-- & &#0; \"\\377\\355\\240\\200\\342\\200\\256\\000 '\"$PWD\" >&2; exit 1\n";
+    project.program("hostile", hostile);
+    project.write(
+        "mine/submission.toml",
+        "name = \"m\\uffff\\u0001]]>\"\nrun = [\"./x\\uffff\", \"{scene}\", \"{trace}\"]\n",
+    );
+    for submission in ["hostile", "mine"] {
+        let junit = project.grade(&[submission, "--no-jacobians", "--format", "junit"]);
+        assert_eq!(junit.code, 1, "{}", junit.stderr);
+        let mut reader = quick_xml::Reader::from_str(&junit.stdout);
+        let mut text = String::new();
+        loop {
+            match reader.read_event().unwrap() {
+                Event::Eof => break,
+                Event::Start(tag) | Event::Empty(tag) => {
+                    for attribute in tag.attributes() {
+                        let version = quick_xml::XmlVersion::Implicit1_0;
+                        let value = attribute.unwrap();
+                        text += &value.normalized_value(version).unwrap();
+                    }
+                }
+                _ => {}
+            }
+        }
+        let is_character = |c: char| matches!(c, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
+        for character in junit.stdout.chars().chain(text.chars()) {
+            assert!(is_character(character), "{character:?} in {}", junit.stdout);
+        }
+        assert!(text.contains("]]>") || submission == "mine", "{text}");
+        assert!(!junit.stdout.contains("spring-oracle-"), "{}", junit.stdout);
+    }
+}
+
+#[test]
+fn missing_protections_are_warned_of() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    let run = project.class(&["--unprotected"]);
+    assert!(run.stdout.contains("  Run without protection.\n"), "{}", run.stdout);
+    let report = project.json(&["class/ada", "--unprotected"]);
+    assert_eq!(report["protection_missing"].as_array().unwrap().len(), 6);
+}
+
+#[test]
+fn a_program_that_is_killed_is_told_by_the_name_of_the_signal() {
+    let project = Project::new();
+    project.program("program", &RIGHT.replace("awk", "grep -q 150 \"$1\" && kill -SEGV $$\nawk"));
+    let run = project.grade(&["program", "--no-jacobians", "--only", "far"]);
+    assert!(run.stdout.contains("killed by SIGSEGV\n"), "{}", run.stdout);
+}
+
+/// Passes what [`RIGHT`] passes, but never ends on scenes with this number.
+fn endless(number: &str, mark: &Path) -> String {
+    let wait = format!("grep -q {number} \"$1\" && {{ touch '{}'; sleep 600; }}", mark.display());
+    RIGHT.replace("awk", &format!("{wait}\nawk"))
+}
+
+/// Starts `grade`, sends it SIGINT as soon as this file is there, and waits for its end. Scratch folders go to `tmp`.
+fn interrupted(project: &Project, arguments: &[&str], once: &Path) -> Run {
+    use rustix::process::{Pid, Signal, kill_process};
+    use std::process::Stdio;
+    fs::create_dir_all(project.path("tmp")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    command.current_dir(project.folder.path()).args(arguments).env("TMPDIR", project.path("tmp"));
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !once.exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let left: Vec<_> = fs::read_dir(project.path("tmp")).unwrap().flatten().collect();
+    assert!(left.is_empty(), "{left:?}");
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let (stdout, stderr) = (text(output.stdout), text(output.stderr));
+    Run { code: output.status.code().unwrap_or(-1), stdout, stderr }
+}
+
+#[test]
+fn an_interrupted_run_removes_its_folders_and_says_what_it_graded() {
+    let project = Project::new();
+    let mark = project.path("started");
+    project.program("program", &endless("150", &mark));
+    let limit = ["--limit", "wall=600", "--threads", "1"];
+    let common = ["./program", "--unprotected", "--no-jacobians", "--only", "far"];
+    for format in ["text", "json"] {
+        let _ = fs::remove_file(&mark);
+        let arguments = [&common[..], &limit, &["--format", format]].concat();
+        let run = interrupted(&project, &arguments, &mark);
+        assert_eq!(run.code, 130, "{}", run.stderr);
+        assert!(run.stderr.ends_with("interrupted: 0 of 1 scenes graded\n"), "{}", run.stderr);
+        let report =
+            if format == "text" { "Interrupted: 0 of 1 scenes graded; no score.\n" } else { "" };
+        assert!(run.stdout.ends_with(report) && !run.stdout.contains("crash"), "{}", run.stdout);
+    }
+}
+
+#[test]
+fn an_interrupted_class_keeps_its_rows_and_goes_on() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.program("class/bob", &endless("150", Path::new("mark")));
+    let arguments = ["class", "class", "-o", "out", "--no-jacobians", "--limit", "wall=600"];
+    let run = interrupted(&project, &arguments, &project.path("out/resume/ada.json"));
+    assert_eq!(run.code, 130, "{}", run.stderr);
+    assert!(run.stderr.contains("interrupted: 1 of 2 submissions graded\n"), "{}", run.stderr);
+    let partial = "Partial: interrupted, 1 of 2 submissions graded.";
+    assert!(run.stdout.contains(partial) && project.read("out/summary.txt").contains(partial));
+    assert!(project.row("ada").starts_with("ada,passed,"));
+    assert_eq!(project.row("bob"), format!("bob,interrupted{}", ",".repeat(12)));
+    assert!(!project.path("out/resume/bob.json").exists());
+
+    project.program("class/bob", RIGHT);
+    let run = project.class(&["--limit", "wall=600", "--resume"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(project.row("bob").starts_with("bob,passed,"));
+}

@@ -1,0 +1,1095 @@
+//! The real `grade`, run in temporary folders.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use test_support::{assert_document, root};
+
+use tempfile::TempDir;
+
+const SPRING: &str = r#"<scene>
+  <duration time="0.5"/>
+  <integrator type="symplectic-euler" dt="0.05"/>
+  <particle m="1.5" px="0" py="0.1" vx="0.2" vy="0" fixed="0"/>
+  <particle m="0.5" px="1" py="0.4" vx="0" vy="-0.3" fixed="0"/>
+  <edge i="0" j="1"/>
+  <springforce edge="0" k="20" l0="0.8" b="0.4"/>
+</scene>
+"#;
+
+const FALL: &str = r#"<scene>
+  <duration time="0.4"/>
+  <integrator type="explicit-euler" dt="0.05"/>
+  <particle m="2" px="0" py="0" vx="1" vy="0.5" fixed="0"/>
+  <simplegravity fx="0.5" fy="-9.81"/>
+</scene>
+"#;
+
+/// A folder with scenes, oracle traces, and whatever a test adds.
+struct Project {
+    folder: TempDir,
+}
+
+impl Project {
+    /// Two required scenes and one for extra credit, with their oracle traces.
+    fn new() -> Self {
+        let project = Self { folder: tempfile::tempdir().unwrap() };
+        project.write("assets/Spring/pair.xml", SPRING);
+        project.write("assets/Fall/stone.xml", FALL);
+        project.write("extracreditassets/Fall/feather.xml", &FALL.replace("explicit", "implicit"));
+        assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+        project
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    /// A folder of traces that are the oracle's, but for what `edit` does to the lines of one.
+    fn traces(&self, scene: &str, edit: impl Fn(&mut Vec<String>)) {
+        for name in ["Spring/pair", "Fall/stone", "Fall/feather"] {
+            let text = self.read(&format!("expected/{name}.csv"));
+            let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+            if name == scene {
+                edit(&mut lines);
+            }
+            self.write(&format!("traces/{name}.csv"), &(lines.join("\n") + "\n"));
+        }
+    }
+
+    fn grade(&self, arguments: &[&str]) -> Run {
+        run(self.folder.path(), arguments, &[])
+    }
+
+    fn snapshot(&self, folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
+        files_below(&self.path(folder))
+    }
+}
+
+/// Every file below a folder, relative to it, with its content.
+fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let (mut files, mut pending) = (Vec::new(), vec![folder.to_path_buf()]);
+    while let Some(folder) = pending.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() { pending.push(path) } else { files.push(path) }
+        }
+    }
+    files.sort();
+    let relative = |path: &PathBuf| path.strip_prefix(folder).unwrap().to_path_buf();
+    files.iter().map(|path| (relative(path), fs::read(path).unwrap())).collect()
+}
+
+struct Run {
+    code: i32,
+    stdout: String,
+    stderr: String,
+}
+
+impl From<Output> for Run {
+    fn from(output: Output) -> Self {
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        let run = Self {
+            code: output.status.code().unwrap(),
+            stdout: text(output.stdout),
+            stderr: text(output.stderr),
+        };
+        assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+        run
+    }
+}
+
+fn run(folder: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Run {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    command.current_dir(folder).args(arguments).env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
+    command.envs(environment.iter().copied()).output().unwrap().into()
+}
+
+#[test]
+fn the_shipped_suite_passes_from_the_root_and_from_below_it() {
+    for folder in [root().to_path_buf(), root().join("grader/src")] {
+        let run = run(&folder, &["--strict"], &[]);
+        assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+        assert!(run.stdout.ends_with("All passed.\n"), "{}", run.stdout);
+        assert_eq!(run.stderr, "");
+    }
+}
+
+#[test]
+fn the_shipped_suite_has_the_scenes_it_promises_and_small_traces() {
+    let count =
+        |folder: &str| simulator::scene::find_scene_files(&root().join(folder)).unwrap().len();
+    assert!(count("assets") >= 60 && count("extracreditassets") >= 20);
+    let size: usize =
+        files_below(&root().join("expected")).iter().map(|(_, bytes)| bytes.len()).sum();
+    assert!(size < 10_000_000, "expected/ has {size} bytes");
+}
+
+#[test]
+fn the_shipped_traces_match_their_scenes() {
+    let run = run(root(), &["oracle", "verify"], &[]);
+    assert_eq!(run.code, 0, "{}", run.stdout);
+}
+
+#[test]
+fn this_build_makes_the_stored_traces() {
+    let project = Project { folder: tempfile::tempdir().unwrap() };
+    for (path, bytes) in files_below(&root().join("expected")) {
+        project
+            .write(&format!("expected/{}", path.display()), std::str::from_utf8(&bytes).unwrap());
+    }
+    let expected = project.path("expected");
+    let arguments =
+        ["oracle", "regenerate", "--root", ".", "--expected", expected.to_str().unwrap()];
+    let run = run(root(), &arguments, &[]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    // To the bit, but for the one scene whose sparse solver uses what vector instructions there are.
+    let changed: Vec<&str> = run.stdout.lines().filter(|line| line.contains(": changed")).collect();
+    let sparse = "  SpringDamping/net-five-by-five-linearized: changed within tolerance";
+    assert!(changed.iter().all(|line| line.starts_with(sparse)), "{changed:?}");
+}
+
+#[test]
+fn a_wrong_number_is_shown_where_it_first_is() {
+    let project = Project::new();
+    project.traces("Spring/pair", |lines| {
+        for line in &mut lines[5..9] {
+            let value: f64 = line.split(',').nth(6).unwrap().parse().unwrap();
+            *line = replace_field(line, 6, &(value + 1e-6).to_string());
+        }
+    });
+    let run = project.grade(&["--traces", "traces"]);
+    assert_eq!(run.code, 1);
+    insta::assert_snapshot!("differs", run.stdout);
+}
+
+#[test]
+fn every_fault_of_form_has_its_name() {
+    type Edit = fn(&mut Vec<String>);
+    let edits: [(&str, &str, Edit); 13] = [
+        ("too-short", "after 7 of 11 states", |lines| lines.truncate(8)),
+        ("too-short", "after 0 of 11 states", |lines| lines.truncate(1)),
+        ("too-long", "after its last state, number 11", |lines| {
+            let extra = lines[11].replacen("10,", "11,", 1);
+            lines.push(extra);
+        }),
+        ("not-finite", "pair.csv:4: NaN in the trace: step 2, particle 0, x", |lines| {
+            lines[3] = replace_field(&lines[3], 2, "nan");
+        }),
+        ("not-finite", "pair.csv:2: inf in the trace: step 0, particle 1, vy", |lines| {
+            lines[1] = replace_field(&lines[1], 9, "1e999");
+        }),
+        ("malformed", ":1: column 3 of the header is \"y0\", not \"x0\"", |lines| {
+            lines[0] = lines[0].replace("x0,y0", "y0,x0");
+        }),
+        ("malformed", ":1: there is no header line", |lines| {
+            lines.clear();
+            lines.push(String::new());
+        }),
+        ("malformed", ":1: column 1 of the header is \"0\"", |lines| {
+            lines.remove(0);
+        }),
+        ("malformed", ":4: the number of fields is 9, not 10", |lines| {
+            lines[3] = lines[3].rsplit_once(',').unwrap().0.to_owned();
+        }),
+        ("malformed", ":4: column vx0: \"fast\" is not a number", |lines| {
+            lines[3] = replace_field(&lines[3], 4, "fast");
+        }),
+        ("malformed", ":4: the step is \"7\" where 2 comes next", |lines| {
+            lines[3] = replace_field(&lines[3], 0, "7");
+        }),
+        ("malformed", "pair.csv:4: state 2 is given the time 0.2, not 0.1", |lines| {
+            lines[3] = replace_field(&lines[3], 1, "0.2");
+        }),
+        ("malformed", "pair.csv:4: state 2 is given the time 1e308, not 0.1", |lines| {
+            lines[3] = replace_field(&lines[3], 1, "1e308");
+        }),
+    ];
+    let project = Project::new();
+    for (verdict, message, edit) in edits {
+        // Judged before tolerance: the initial state is wrong as well.
+        project.traces("Spring/pair", |lines| {
+            lines[1] = replace_field(&lines[1], 3, "0.3");
+            edit(lines);
+        });
+        let run = project.grade(&["--traces", "traces", "--format", "json"]);
+        assert_eq!(run.code, 1, "{message}");
+        assert_eq!(scene(&run.stdout, "Spring/pair")["verdict"], verdict, "{message}");
+        let told = scene(&run.stdout, "Spring/pair")["message"].to_string().replace('\\', "");
+        assert!(told.contains(message), "{told} does not contain {message}");
+        assert_eq!(scene(&run.stdout, "Fall/stone")["verdict"], "pass");
+    }
+}
+
+fn replace_field(line: &str, field: usize, text: &str) -> String {
+    let mut fields: Vec<&str> = line.split(',').collect();
+    fields[field] = text;
+    fields.join(",")
+}
+
+/// A scene of a JSON report.
+fn scene(report: &str, name: &str) -> serde_json::Value {
+    let report: serde_json::Value = serde_json::from_str(report).unwrap();
+    let features = report["features"].as_array().unwrap();
+    let mut scenes = features.iter().flat_map(|feature| feature["scenes"].as_array().unwrap());
+    scenes.find(|scene| scene["name"] == name).unwrap().clone()
+}
+
+#[test]
+fn a_missing_trace_is_no_output() {
+    let project = Project::new();
+    project.traces("Spring/pair", |_| ());
+    fs::remove_file(project.path("traces/Spring/pair.csv")).unwrap();
+    let run = project.grade(&["--traces", "traces", "--format", "json"]);
+    assert_eq!((run.code, &scene(&run.stdout, "Spring/pair")["verdict"]), (1, &"no-output".into()));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_trace_that_is_a_pipe_is_refused_and_not_waited_for() {
+    let project = Project::new();
+    project.traces("", |_| {});
+    fs::remove_file(project.path("traces/Spring/pair.csv")).unwrap();
+    let made = Command::new("mkfifo").arg(project.path("traces/Spring/pair.csv")).status().unwrap();
+    assert!(made.success());
+    let run = project.grade(&["--traces", "traces"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    let message = "pair.csv: cannot be read: it is a pipe, a socket or a device";
+    assert!(run.stdout.contains(message), "{}", run.stdout);
+}
+
+#[test]
+fn binary_traces_are_graded_and_a_partial_record_is_malformed() {
+    let project = Project::new();
+    project.traces("Spring/pair", |_| ());
+    fs::remove_file(project.path("traces/Spring/pair.csv")).unwrap();
+    let bytes: Vec<u8> = {
+        let text = project.read("expected/Spring/pair.csv");
+        let record = |line: &str| -> Vec<u8> {
+            let numbers: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
+            // step, time, x0, y0, vx0, vy0, x1, …: positions first in the binary.
+            [2, 3, 6, 7, 4, 5, 8, 9].iter().flat_map(|i| numbers[*i].to_le_bytes()).collect()
+        };
+        text.lines().skip(1).flat_map(record).collect()
+    };
+    let path = project.path("traces/Spring/pair.bin");
+    fs::write(&path, &bytes).unwrap();
+    let run = project.grade(&["--traces", "traces"]);
+    assert_eq!(run.code, 0, "{}", run.stdout);
+
+    fs::write(&path, &bytes[..bytes.len() - 3]).unwrap();
+    let run = project.grade(&["--traces", "traces", "--format", "json"]);
+    assert_eq!(scene(&run.stdout, "Spring/pair")["verdict"], "malformed");
+    assert!(run.stdout.contains("record 10: the file ends after 61 of the record's 64 bytes"));
+}
+
+#[test]
+fn a_line_without_end_is_refused_before_it_fills_the_memory() {
+    let project = Project::new();
+    project.traces("Spring/pair", |lines| lines[4] = "7".repeat(10_000_000));
+    let run = project.grade(&["--traces", "traces", "--format", "json"]);
+    assert_eq!(scene(&run.stdout, "Spring/pair")["verdict"], "malformed");
+    assert!(run.stdout.contains("pair.csv:5: the line is longer than 640 bytes"), "{}", run.stdout);
+}
+
+#[test]
+fn an_edited_scene_is_told_as_such_and_is_neither_earned_nor_lost() {
+    let project = Project::new();
+    project.write("assets/Spring/pair.xml", &SPRING.replace("k=\"20\"", "k=\"21\""));
+    let run = project.grade(&["--format", "json"]);
+    assert_eq!(run.code, 3);
+    let told = scene(&run.stdout, "Spring/pair");
+    assert_eq!(told["verdict"], "grader-fault");
+    assert!(told["message"].as_str().unwrap().starts_with("the scene was edited after"));
+    let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let required = &report["required"];
+    assert_eq!((&required["points_earned"], &required["points"]), (&1.0.into(), &2.0.into()));
+    assert_eq!(required["points_not_judged"], 1.0);
+    assert!(project.grade(&[]).stdout.contains("Score 1 of 2 points, 1 not judged, and"));
+    assert_eq!(project.grade(&["oracle", "verify"]).code, 1);
+}
+
+#[test]
+fn an_altered_or_missing_oracle_trace_is_a_fault_of_the_grader() {
+    let project = Project::new();
+    let text = project.read("expected/Spring/pair.csv");
+    project.write("expected/Spring/pair.csv", &text.replacen("0.2", "0.3", 1));
+    fs::remove_file(project.path("expected/Fall/stone.csv")).unwrap();
+    let run = project.grade(&["--format", "json"]);
+    assert_eq!(run.code, 3);
+    for (name, message) in
+        [("Spring/pair", "is not the one its manifest"), ("Fall/stone", "no oracle trace")]
+    {
+        let told = scene(&run.stdout, name);
+        assert_eq!(told["verdict"], "grader-fault");
+        assert!(told["message"].as_str().unwrap().contains(message), "{told}");
+    }
+    let verify = project.grade(&["oracle", "verify"]);
+    assert_eq!(verify.code, 1);
+    assert!(verify.stdout.contains("2 things do not match"), "{}", verify.stdout);
+}
+
+#[test]
+fn regenerating_replaces_everything_or_nothing() {
+    let project = Project::new();
+    let before = project.snapshot("expected");
+
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert_eq!((run.code, project.snapshot("expected")), (0, before.clone()));
+    assert!(run.stdout.contains("is as it was"), "{}", run.stdout);
+
+    // One scene changes beyond tolerance, one is new: without consent, neither trace is written.
+    project.write("assets/Spring/pair.xml", &SPRING.replace("k=\"20\"", "k=\"21\""));
+    project.write("assets/Spring/other.xml", SPRING);
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert_eq!((run.code, project.snapshot("expected")), (1, before.clone()));
+    insta::assert_snapshot!("regenerate_refused", run.stdout);
+
+    let run = project.grade(&["oracle", "regenerate", "--accept"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(project.snapshot("expected").len(), before.len() + 1);
+    assert_eq!(project.grade(&[]).code, 0);
+
+    // A scene that cannot be simulated leaves everything as it is.
+    let before = project.snapshot("expected");
+    project.write(
+        "assets/Spring/other.xml",
+        &SPRING.replace("px=\"1\" py=\"0.4\"", "px=\"0\" py=\"0.1\""),
+    );
+    let run = project.grade(&["oracle", "regenerate", "--accept"]);
+    assert_eq!((run.code, project.snapshot("expected")), (2, before));
+    assert!(run.stderr.contains("particles 0 and 1 are at the same place"), "{}", run.stderr);
+    let names = fs::read_dir(project.folder.path()).unwrap();
+    let strays = names
+        .filter(|entry| entry.as_ref().unwrap().file_name().to_string_lossy().starts_with('.'));
+    assert_eq!(strays.count(), 0);
+}
+
+#[test]
+fn a_change_within_tolerance_needs_no_consent() {
+    let project = Project::new();
+    // The old trace differs in its last digit, as one made on another machine may.
+    let text = project.read("expected/Fall/stone.csv");
+    let position = text.find("0.05,").unwrap() + 5;
+    let edited = format!("{}0.05000000000000001{}", &text[..position], &text[position + 4..]);
+    project.write("expected/Fall/stone.csv", &edited);
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    assert!(
+        run.stdout.contains("Fall/stone: changed within tolerance, position by 6.9e-18"),
+        "{}",
+        run.stdout
+    );
+    assert_eq!(project.read("expected/Fall/stone.csv"), text);
+}
+
+#[test]
+fn a_trace_without_a_scene_is_removed_only_with_consent_and_other_files_stay() {
+    let project = Project::new();
+    project.write("expected/README.md", "Ours.\n");
+    fs::remove_file(project.path("assets/Fall/stone.xml")).unwrap();
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert_eq!(run.code, 1);
+    assert!(run.stdout.contains("! Fall/stone: removed: its scene is gone"), "{}", run.stdout);
+    assert!(project.path("expected/Fall/stone.csv").exists());
+    assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
+    assert!(!project.path("expected/Fall/stone.csv").exists());
+    assert_eq!(project.read("expected/README.md"), "Ours.\n");
+    assert_eq!(project.grade(&["oracle", "verify"]).code, 0);
+}
+
+#[test]
+fn the_rubric_sets_tolerances_and_points() {
+    let project = Project::new();
+    project.traces("Spring/pair", |lines| {
+        let value: f64 = lines[4].split(',').nth(2).unwrap().parse().unwrap();
+        lines[4] = replace_field(&lines[4], 2, &(value + 1e-8).to_string());
+    });
+    assert_eq!(project.grade(&["--traces", "traces"]).code, 1);
+    for rubric in [
+        "[default]\nlargest = 1e-7",
+        "[[feature]]\ngroup = \"Spring\"\nlargest = 1e-7",
+        "[[feature]]\nlargest = 1e-9\n[[scene]]\nname = \"Spring/pair\"\nlargest = 1e-7",
+    ] {
+        project.write("assets/rubric.toml", rubric);
+        let run = project.grade(&["--traces", "traces"]);
+        assert_eq!(run.code, 0, "{rubric}: {}{}", run.stdout, run.stderr);
+    }
+    project.write("assets/rubric.toml", "[[feature]]\nsection = \"extra-credit\"\npoints = 2.5\n");
+    let run = project.grade(&["--traces", "traces", "--format", "json"]);
+    let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(report["extra_credit"]["points"], 2.5);
+    assert_eq!(
+        (&report["required"]["points"], &report["required"]["points_earned"]),
+        (&2.0.into(), &1.0.into())
+    );
+}
+
+#[test]
+fn criteria_are_chosen_on_the_command_line_and_the_report_says_which() {
+    let project = Project::new();
+    project.traces("Spring/pair", |lines| {
+        let value: f64 = lines[4].split(',').nth(2).unwrap().parse().unwrap();
+        lines[4] = replace_field(&lines[4], 2, &(value + 1e-12).to_string());
+    });
+    let run = |criteria: &[&str]| {
+        let mut arguments = vec!["--traces", "traces", "--format", "json"];
+        arguments.extend(criteria);
+        let run = project.grade(&arguments);
+        (run.code, scene(&run.stdout, "Spring/pair"))
+    };
+    let (code, calibrated) = run(&[]);
+    assert_eq!((code, &calibrated["criteria"]), (1, &"calibrated".into()));
+    assert_eq!(calibrated["tolerances"], serde_json::Value::Null);
+    let bound = &calibrated["calibration"]["position"];
+    let [envelope, tolerance] = ["envelope", "tolerance"].map(|name| bound[name].as_f64().unwrap());
+    assert!(0.0 < envelope && envelope < 1e-14 && tolerance >= 10.0 * envelope, "{bound}");
+    assert!(calibrated["calibration"]["used"].as_f64().unwrap() > 1.0);
+    // One state was altered: the step into it is wrong, and the one out of it.
+    assert_eq!(calibrated["diagnosis"]["ranges"], serde_json::json!([[3, 4]]));
+
+    let (code, course) = run(&["--criteria", "course"]);
+    assert_eq!((code, &course["criteria"]), (0, &"fixed".into()));
+    assert_eq!(course["tolerances"]["largest"], 1e-10);
+    assert_eq!(course["calibration"], serde_json::Value::Null);
+    // The command line wins over the rubric.
+    project.write("assets/rubric.toml", "[default]\ncriteria = \"course\"\n");
+    assert_eq!(run(&[]).0, 0);
+    assert_eq!(run(&["--criteria", "calibrated"]).0, 1);
+    // Traces of which nothing is known are judged as the course does.
+    fs::remove_file(project.path("assets/rubric.toml")).unwrap();
+    fs::remove_file(project.path("expected/manifest.toml")).unwrap();
+    assert_eq!(run(&[]).1["criteria"], "fixed");
+    let text = project.grade(&["--traces", "traces"]).stdout;
+    assert!(text.contains("Judged by the course's criteria: each residual below 1e-10"), "{text}");
+}
+
+#[test]
+fn envelopes_that_are_not_the_recorded_ones_are_no_ground_for_a_verdict() {
+    let project = Project::new();
+    let text = project.read("expected/envelopes.toml");
+    project
+        .write("expected/envelopes.toml", &text.replacen("position = [", "position = [9e9, ", 1));
+    let run = project.grade(&["--only", "pair"]);
+    assert_eq!(run.code, 3, "{}", run.stdout);
+    assert!(run.stdout.contains("envelopes.toml is not the one that the manifest records"));
+    let verify = project.grade(&["oracle", "verify"]);
+    assert!(verify.stdout.contains("1 thing does not match"), "{}", verify.stdout);
+    // Making them anew is the remedy, and needs no consent.
+    assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+    assert_eq!(project.read("expected/envelopes.toml"), text);
+    assert_eq!(project.grade(&[]).code, 0);
+}
+
+#[test]
+fn a_manifest_of_an_earlier_format_says_what_to_do() {
+    let project = Project::new();
+    project.edit_manifest("format = 2", "format = 1");
+    let run = project.grade(&[]);
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("its format is 1, that of an earlier version"), "{}", run.stderr);
+    assert!(run.stderr.contains("grade oracle regenerate --accept"), "{}", run.stderr);
+    assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
+    assert_eq!(project.grade(&[]).code, 0);
+}
+
+#[test]
+fn a_wrong_rubric_is_refused_with_its_line() {
+    let project = Project::new();
+    for (rubric, message) in [
+        ("[default]\nlargest = -1\n", "rubric.toml:2:11: a tolerance is above 0, not -1"),
+        ("[default]\n\nlarge = 1e-9\n", "rubric.toml:3:1: unknown field `large`"),
+        (
+            "[[feature]]\ngroup = \"Sprong\"\npoints = 2\n",
+            "[[feature]] group \"Sprong\" fits no scene",
+        ),
+        (
+            "[[scene]]\nname = \"Spring/pear\"\nlargest = 1\n",
+            "[[scene]] \"Spring/pear\" fits no scene",
+        ),
+        ("points = \n", "rubric.toml:1:"),
+        (
+            "[default]\n[[feature]]\ngroup = \"Spring\"\n",
+            "rubric.toml:2:1: [[feature]] group \"Spring\" sets nothing",
+        ),
+        ("[[scene]]\nname = \"Spring/pair\"\n", "rubric.toml:1:1: [[scene]] \"Spring/pair\" sets"),
+    ] {
+        project.write("assets/rubric.toml", rubric);
+        let run = project.grade(&[]);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""));
+        assert!(run.stderr.contains(message), "{message}: {}", run.stderr);
+    }
+}
+
+#[test]
+fn wrong_usage_and_input_are_told_apart_from_failures() {
+    let project = Project::new();
+    let empty = tempfile::tempdir().unwrap();
+    for (folder, arguments, message) in [
+        (project.folder.path(), vec!["--traces", "nowhere"], "nowhere: there is no such folder"),
+        (project.folder.path(), vec!["--only", "nothing"], "nothing matches \"nothing\""),
+        (project.folder.path(), vec!["--frobnicate"], "--frobnicate"),
+        (project.folder.path(), vec!["--assets", "nowhere"], "nowhere: there is no such folder"),
+        (project.folder.path(), vec!["--rubric", "none.toml"], "none.toml: cannot be read"),
+        (project.folder.path(), vec!["-o", "no/report.txt"], "no/report.txt: "),
+        (project.folder.path(), vec!["--threads", "0"], "0 is not in 1.."),
+        (project.folder.path(), vec!["jacobians", "--states", "1000001"], "1000001 is not in 1.."),
+        (project.folder.path(), vec!["--expected", "typo"], "typo: there is no such folder; make"),
+        (
+            project.folder.path(),
+            vec!["oracle", "verify", "--expected", "typo"],
+            "typo: there is no",
+        ),
+        (project.folder.path(), vec!["oracle", "regenerate", "--expected", "/"], "without a name"),
+        (project.folder.path(), vec!["jacobians", "--force", "magic"], "springforce"),
+        (empty.path(), vec![], "there is no assets/ folder here or above"),
+    ] {
+        let run = run(folder, &arguments, &[]);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}");
+        assert!(run.stderr.contains(message), "{message}: {}", run.stderr);
+    }
+    project.write("assets/Fall/stone.xml", "<scene>");
+    let run = project.grade(&[]);
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("stone.xml:1:1: the file ends inside <scene>"), "{}", run.stderr);
+}
+
+#[test]
+fn two_scenes_of_one_name_are_refused() {
+    let project = Project::new();
+    project.write("extracreditassets/Spring/pair.xml", SPRING);
+    let run = project.grade(&[]);
+    assert_eq!(run.code, 2);
+    assert!(run.stderr.contains("two scenes are called Spring/pair"), "{}", run.stderr);
+}
+
+#[test]
+fn the_simulator_giving_up_is_a_crash_of_that_scene_only() {
+    let project = Project::new();
+    let collapsing = SPRING.replace("px=\"1\" py=\"0.4\"", "px=\"0\" py=\"0.1\"");
+    project.write("assets/Spring/pair.xml", &collapsing);
+    // Without a manifest, nothing is known of the scene the old trace was made from.
+    fs::remove_file(project.path("expected/manifest.toml")).unwrap();
+    let run = project.grade(&["--format", "json"]);
+    assert_eq!(run.code, 1);
+    let told = scene(&run.stdout, "Spring/pair");
+    assert_eq!(told["verdict"], "crashed");
+    assert!(told["message"].as_str().unwrap().contains("step 1"), "{told}");
+    assert_eq!(scene(&run.stdout, "Fall/stone")["verdict"], "pass");
+}
+
+#[test]
+fn reports_are_the_same_bytes_for_one_and_two_threads() {
+    let folder = root();
+    let outputs = ["1", "2"].map(|threads| {
+        let target = tempfile::tempdir().unwrap();
+        let expected = target.path().join("expected");
+        let arguments = ["oracle", "regenerate", "--threads", threads, "--root", ".", "--expected"];
+        let arguments = [&arguments[..], &[expected.to_str().unwrap()]].concat();
+        assert_eq!(run(folder, &arguments, &[]).code, 0);
+        let manifest = fs::read(expected.join("manifest.toml")).unwrap();
+        let report = run(folder, &["--threads", threads, "--format", "json"], &[]).stdout;
+        (manifest, report)
+    });
+    // The manifest holds the hash of every trace.
+    assert!(outputs[0] == outputs[1]);
+}
+
+#[test]
+fn colours_are_for_terminals_and_those_who_force_them() {
+    let project = Project::new();
+    let coloured = |environment: &[(&str, &str)]| {
+        run(project.folder.path(), &[], environment).stdout.contains('\u{1b}')
+    };
+    assert!(!coloured(&[]));
+    assert!(coloured(&[("CLICOLOR_FORCE", "1")]));
+    assert!(!coloured(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
+    let project = Project::new();
+    let run = |arguments: &[&str], stdout: std::process::Stdio| -> Run {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+        let command = command.current_dir(project.folder.path()).args(arguments);
+        command.stdout(stdout).output().unwrap().into()
+    };
+    for arguments in [
+        &["--no-jacobians", "--format", "json"][..],
+        &["--no-jacobians"],
+        &["accuracy", "--list"],
+        &["oracle", "verify"],
+        &["init", "python", "new"],
+        &["needs"],
+    ] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let Run { code, stderr, .. } = run(arguments, full.into());
+        assert_eq!(code, 3, "{arguments:?}: {stderr}");
+        assert!(stderr.contains("standard output: No space left on device"), "{stderr}");
+    }
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let Run { code, stderr, .. } = run(&["--no-jacobians"], writer.into());
+    assert_eq!((code, stderr.as_str()), (0, ""));
+}
+
+#[test]
+fn a_report_goes_to_a_file_without_colours() {
+    let project = Project::new();
+    let run = run(project.folder.path(), &["-o", "report.txt"], &[("CLICOLOR_FORCE", "1")]);
+    assert_eq!((run.code, run.stdout.as_str()), (0, ""));
+    insta::assert_snapshot!("passed", project.read("report.txt"));
+}
+
+#[test]
+fn the_json_report_fits_its_documented_schema() {
+    let project = Project::new();
+    project.traces("Spring/pair", |lines| lines[4] = replace_field(&lines[4], 2, "0.5"));
+    let documented = fs::read_to_string(root().join("docs/report.schema.json")).unwrap();
+    let schema = serde_json::from_str(&documented).unwrap();
+    for arguments in [&["--format", "json"][..], &["--format", "json", "--traces", "traces"]] {
+        let report = serde_json::from_str(&project.grade(arguments).stdout).unwrap();
+        if let Err(error) = jsonschema::validate(&schema, &report) {
+            panic!("{error} at {}", error.instance_path());
+        }
+    }
+}
+
+#[test]
+fn the_documented_schema_is_the_one_in_force() {
+    let schema = report::json::schema().unwrap();
+    assert_document("report.schema.json", &schema, "cargo test --release -p grade schema");
+}
+
+#[test]
+fn the_junit_report_tells_failures_from_faults() {
+    let project = Project::new();
+    project.traces("Spring/pair", |lines| lines[4] = replace_field(&lines[4], 2, "0.5"));
+    project.write("assets/Fall/stone.xml", &FALL.replace("m=\"2\"", "m=\"3\""));
+    let run = project.grade(&["--traces", "traces", "--format", "junit"]);
+    assert_eq!(run.code, 3);
+    insta::assert_snapshot!("junit", run.stdout);
+}
+
+#[test]
+fn jacobians_can_be_checked_by_themselves() {
+    let run = run(root(), &["jacobians"], &[]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    insta::assert_snapshot!("jacobians", without_digits(&run.stdout));
+}
+
+/// Errors without their digits, which are rounding.
+fn without_digits(report: &str) -> String {
+    let is_error = |word: &&str| word.contains('e') && word.parse::<f64>().is_ok();
+    let line = |line: &str| {
+        let mut words: Vec<&str> = line.split_whitespace().collect();
+        words.iter_mut().filter(|word| is_error(word)).for_each(|word| *word = "#");
+        words.join(" ") + "\n"
+    };
+    report.lines().map(line).collect()
+}
+
+#[test]
+fn the_blocks_behind_a_verdict_are_shown_on_demand() {
+    let arguments = ["jacobians", "--force", "springforce", "--states", "3", "--details"];
+    let run = run(root(), &arguments, &[]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    for text in ["analytic", "differences", "dual numbers", "Taylor: slope 2.0", "<springforce i=0"]
+    {
+        assert!(run.stdout.contains(text), "{text}: {}", run.stdout);
+    }
+    assert!(!run.stdout.contains("Newton"), "{}", run.stdout);
+}
+
+#[test]
+fn the_jacobians_have_reports_for_programs_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let documented = fs::read_to_string(root().join("docs/report.schema.json")).unwrap();
+    let schema = serde_json::from_str(&documented).unwrap();
+    let arguments = ["jacobians", "--format", "json", "-o", "report.json"];
+    let written = run(folder.path(), &arguments, &[]);
+    assert_eq!((written.code, written.stdout.as_str()), (0, ""), "{}", written.stderr);
+    let text = fs::read_to_string(folder.path().join("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    if let Err(error) = jsonschema::validate(&schema, &report) {
+        panic!("{error} at {}", error.instance_path());
+    }
+    // The state of every verdict can be set up again: 16 numbers of 2 particles in space.
+    let spring = report["jacobians"].as_array().unwrap();
+    let spring =
+        spring.iter().find(|each| each["force"] == "springforce" && each["dimension"] == 3);
+    for block in spring.unwrap()["blocks"].as_array().unwrap() {
+        let state = &block["exhibit"]["state"];
+        let n = state["masses"].as_array().unwrap().len();
+        assert_eq!(state["positions"].as_array().unwrap().len(), 3 * n);
+        assert_eq!(state["velocities"].as_array().unwrap().len(), 3 * n);
+        assert_eq!(state["forces"][0]["parameters"][2]["name"], "b");
+        assert_eq!(block["exhibit"]["entries"].as_array().unwrap().len(), 9);
+    }
+    assert_eq!(report["newton_systems"].as_array().unwrap().len(), 7);
+
+    let junit = run(folder.path(), &["jacobians", "--format", "junit"], &[]);
+    assert_eq!(junit.code, 0);
+    let suite = "<testsuite name=\"jacobians / springforce 3D\" tests=\"12\" skipped=\"0\" errors=\"0\" failures=\"0\">";
+    assert!(junit.stdout.contains(suite), "{}", junit.stdout);
+}
+
+#[test]
+fn a_plot_a_force_is_drawn_where_there_is_something_to_draw() {
+    let folder = tempfile::tempdir().unwrap();
+    let drawn = run(folder.path(), &["jacobians", "--plot", "plots/all"], &[]);
+    assert_eq!(drawn.code, 0, "{}", drawn.stderr);
+    let plots = folder.path().join("plots/all");
+    // Springs of both kinds, gravitation, drag and the vortex, in the plane and in space.
+    assert_eq!(fs::read_dir(&plots).unwrap().count(), 10);
+    let svg = fs::read_to_string(plots.join("springforce-3d.svg")).unwrap();
+    for text in ["<svg", "step t along p", "error / |J p|", "slope 1", "slope 2", "with J p: slope"]
+    {
+        assert!(svg.contains(text), "{text}");
+    }
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    let refused = run(folder.path(), &["jacobians", "--plot", "file"], &[]);
+    assert_eq!(refused.code, 2);
+    assert!(refused.stderr.contains("file: "), "{}", refused.stderr);
+}
+
+impl Project {
+    /// Edits the manifest of the oracle's traces.
+    fn edit_manifest(&self, from: &str, to: &str) {
+        let text = self.read("expected/manifest.toml");
+        assert!(text.contains(from), "{text}");
+        self.write("expected/manifest.toml", &text.replacen(from, to, 1));
+    }
+}
+
+#[test]
+fn the_manifest_is_verified_fact_by_fact() {
+    let extra = r#"
+[[trace]]
+scene = "Fall/none"
+scene_sha256 = ""
+trace_sha256 = ""
+integrator = "explicit-euler"
+time_step = 0.05
+steps = 8
+"#;
+    let twice = extra.replace("Fall/none", "Fall/stone");
+    type Edit<'a> = (&'a str, &'a str, &'a str);
+    let edits: [Edit; 6] = [
+        (
+            "\"symplectic-euler\"",
+            "\"explicit-euler\"",
+            "Spring/pair: the manifest records the integrator explicit-euler, and the scene's is symplectic-euler",
+        ),
+        ("time_step = 0.05", "time_step = 0.1", "the time step 0.1 s, and the scene's is 0.05 s"),
+        ("steps = 10", "steps = 11", "the number of steps 11, and the scene's is 10"),
+        ("version = \"", "version = \"0.0.", "the traces were made by Spring Oracle 0.0."),
+        ("steps = 10\n", &format!("steps = 10\n{extra}"), "Fall/none: the manifest has an entry"),
+        ("steps = 10\n", &format!("steps = 10\n{twice}"), "Fall/stone: the manifest has 2 entries"),
+    ];
+    for (from, to, message) in edits {
+        let project = Project::new();
+        project.edit_manifest(from, to);
+        let run = project.grade(&["oracle", "verify"]);
+        assert_eq!(run.code, 1, "{message}");
+        assert!(run.stdout.contains(message), "{message}: {}", run.stdout);
+        assert!(run.stdout.contains("regenerate`\n"), "{}", run.stdout);
+        assert!(run.stdout.contains(": 1 thing does not match"), "{}", run.stdout);
+
+        let run = project.grade(&["oracle", "regenerate"]);
+        assert_eq!(run.code, 0, "{message}");
+        assert!(run.stdout.contains("3 of 3 traces are unchanged"), "{}", run.stdout);
+        assert!(run.stdout.contains("replaced: its manifest was missing or"), "{}", run.stdout);
+        assert_eq!(project.grade(&["oracle", "verify"]).code, 0, "{message}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn behind_a_link_the_folder_is_replaced_and_the_link_stays() {
+    let project = Project::new();
+    fs::create_dir(project.path("elsewhere")).unwrap();
+    fs::rename(project.path("expected"), project.path("elsewhere/traces")).unwrap();
+    std::os::unix::fs::symlink("elsewhere/traces", project.path("expected")).unwrap();
+    project.write("assets/Spring/other.xml", SPRING);
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(project.path("expected").is_symlink());
+    assert!(project.path("elsewhere/traces/Spring/other.csv").is_file());
+    assert_eq!(fs::read_dir(project.path("elsewhere")).unwrap().count(), 1);
+    assert_eq!(project.grade(&[]).code, 0);
+}
+
+#[test]
+fn a_folder_that_holds_the_current_one_is_not_replaced() {
+    let project = Project::new();
+    project.write("assets/Spring/other.xml", SPRING);
+    let before = project.snapshot(".");
+    for (folder, expected) in [("expected", "."), ("expected", "../expected"), ("assets", "..")] {
+        let arguments = ["oracle", "regenerate", "--root", "..", "--expected", expected];
+        let run = run(&project.path(folder), &arguments, &[]);
+        assert_eq!(run.code, 2, "{expected}");
+        assert!(run.stderr.contains("run this from outside of it"), "{}", run.stderr);
+        assert!(project.snapshot(".") == before, "{expected}");
+    }
+    // A name that ends in dots is resolved: `assets/../expected/.` is the folder itself.
+    let run = project.grade(&["oracle", "regenerate", "--expected", "assets/../expected/."]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(project.path("expected/Spring/other.csv").is_file());
+    assert_eq!(project.grade(&["oracle", "verify"]).code, 0);
+}
+
+#[test]
+fn regenerating_makes_a_folder_that_is_not_there() {
+    let project = Project::new();
+    let run = project.grade(&["oracle", "regenerate", "--expected", "fresh"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(project.grade(&["--expected", "fresh"]).code, 0);
+}
+
+#[test]
+#[cfg(unix)]
+fn rubrics_and_manifests_without_end_are_refused() {
+    let project = Project::new();
+    let run = project.grade(&["--rubric", "/dev/zero"]);
+    assert_eq!(run.code, 2);
+    assert!(
+        run.stderr.contains("/dev/zero: cannot be read: it is larger than 1 MiB"),
+        "{}",
+        run.stderr
+    );
+
+    fs::remove_file(project.path("expected/manifest.toml")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", project.path("expected/manifest.toml")).unwrap();
+    let run = project.grade(&[]);
+    assert_eq!(run.code, 2);
+    let message = "manifest.toml: cannot be read: it is larger than 64 MiB";
+    assert!(run.stderr.contains(message), "{}", run.stderr);
+}
+
+#[test]
+fn two_traces_of_one_scene_are_told_of() {
+    let project = Project::new();
+    project.traces("Spring/pair", |_| ());
+    project.write("traces/Spring/pair.bin", "");
+    let run = project.grade(&["--traces", "traces", "--format", "json"]);
+    let told = scene(&run.stdout, "Spring/pair");
+    assert_eq!((run.code, &told["verdict"]), (1, &"no-output".into()));
+    let message = "both traces/Spring/pair.csv and traces/Spring/pair.bin exist; keep one";
+    assert!(told["message"].as_str().unwrap().contains(message), "{told}");
+
+    project.write("expected/Spring/pair.bin", "");
+    let run = project.grade(&["--format", "json"]);
+    let told = scene(&run.stdout, "Spring/pair");
+    assert_eq!((run.code, &told["verdict"]), (3, &"grader-fault".into()));
+    let message = "both expected/Spring/pair.csv and expected/Spring/pair.bin exist; keep one";
+    assert!(told["message"].as_str().unwrap().contains(message), "{told}");
+    let run = project.grade(&["oracle", "verify"]);
+    assert!(run.code == 1 && run.stdout.contains(message), "{}", run.stdout);
+
+    // The binary has no states: it is not replaced without consent.
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert_eq!(run.code, 1);
+    let message =
+        "! Spring/pair: one trace in the place of two; changed: the old trace has 0 states";
+    assert!(run.stdout.contains(message), "{}", run.stdout);
+    assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
+    assert!(!project.path("expected/Spring/pair.bin").exists());
+    assert_eq!(project.grade(&[]).code, 0);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_extension_in_upper_case_is_pointed_at() {
+    let project = Project::new();
+    project.traces("Spring/pair", |_| ());
+    let trace = |name: &str| project.path(&format!("traces/Spring/{name}"));
+    fs::rename(trace("pair.csv"), trace("pair.CSV")).unwrap();
+    let run = project.grade(&["--traces", "traces", "--format", "json"]);
+    let told = scene(&run.stdout, "Spring/pair");
+    assert_eq!(told["verdict"], "no-output");
+    let message = told["message"].as_str().unwrap();
+    assert!(message.starts_with("there is no trace: neither traces/Spring/pair.csv nor"), "{told}");
+    assert!(
+        message.ends_with("help: traces/Spring/pair.CSV does; spell its extension in lower case")
+    );
+}
+
+#[test]
+fn a_weight_alone_leaves_a_scene_its_calibrated_tolerances() {
+    let project = Project::new();
+    project.traces("", |_| {});
+    for (rule, criteria) in [("weight = 2", "calibrated"), ("largest = 1e-9", "fixed")] {
+        let rubric = format!("[[scene]]\nname = \"Spring/pair\"\n{rule}\n");
+        project.write("assets/rubric.toml", &rubric);
+        let run = project.grade(&["--traces", "traces", "--format", "json"]);
+        assert_eq!(scene(&run.stdout, "Spring/pair")["criteria"], criteria, "{rule}");
+    }
+}
+
+#[test]
+fn only_selects_scenes_by_name_group_integrator_and_pattern() {
+    let project = Project::new();
+    for (name, integrator) in [("a", "linearized-implicit-euler"), ("b", "implicit-euler")] {
+        let text = SPRING.replace("symplectic-euler", integrator);
+        project.write(&format!("assets/Spring/{name}.xml"), &text);
+    }
+    assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+    project.write("assets/GreenSpring/pair.xml", SPRING);
+    assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+    let names = |text: &str| -> Vec<String> {
+        let only = text.split_whitespace().flat_map(|pattern| ["--only", pattern]);
+        let run = project.grade(&[&["--format", "json"], &*only.collect::<Vec<_>>()].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        let features = report["features"].as_array().unwrap();
+        let scenes = features.iter().flat_map(|feature| feature["scenes"].as_array().unwrap());
+        let mut names: Vec<String> =
+            scenes.map(|scene| scene["name"].as_str().unwrap().to_owned()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("implicit-euler"), ["Fall/feather", "Spring/b"]);
+    assert_eq!(names("implicit"), ["Fall/feather", "Spring/b"]);
+    assert_eq!(names("linearized-implicit"), ["Spring/a"]);
+    assert_eq!(names("Spring/"), ["Spring/a", "Spring/b", "Spring/pair"]);
+    assert_eq!(names("Spring"), names("Spring/"));
+    assert_eq!(names("*Spring/p*"), ["GreenSpring/pair", "Spring/pair"]);
+    assert_eq!(names("Spring/pair stone"), ["Fall/stone", "Spring/pair"]);
+    for command in [&[][..], &["needs"]] {
+        let run = project.grade(&[command, &["--only", "stone", "--only", "Fall/stoen"]].concat());
+        assert_eq!(run.code, 2, "{command:?}");
+        assert_eq!(
+            run.stderr,
+            "error: nothing matches \"Fall/stoen\"\n  help: did you mean Fall/stone?\n"
+        );
+    }
+    assert_eq!(project.grade(&["--only", "euler"]).code, 2);
+}
+
+#[test]
+fn residuals_of_what_was_not_compared_are_no_zeros() {
+    let project = Project::new();
+    project.traces("Spring/pair", |_| ());
+    fs::remove_file(project.path("traces/Spring/pair.csv")).unwrap();
+    let text = project.grade(&["--traces", "traces"]).stdout;
+    let row = text.lines().find(|line| line.contains("symplectic-euler")).unwrap();
+    let cells: Vec<&str> = row.split_whitespace().collect();
+    assert_eq!(cells, ["Spring", "symplectic-euler", "0/1", "-", "-", "0/1", "FAIL"]);
+
+    let report = project.grade(&["--traces", "traces", "--format", "json"]).stdout;
+    let none = serde_json::json!({ "largest": null, "accumulated": null });
+    let zero = serde_json::json!({ "largest": 0.0, "accumulated": 0.0 });
+    for (name, residuals) in [("Spring/pair", none), ("Fall/stone", zero)] {
+        let told = scene(&report, name);
+        assert_eq!((&told["position"], &told["velocity"]), (&residuals, &residuals), "{name}");
+    }
+}
+
+#[test]
+fn regenerating_says_how_a_trace_changed() {
+    let third = "<particle m=\"1\" px=\"3\" py=\"0\" vx=\"0\" vy=\"0\" fixed=\"0\"/>\n  <edge";
+    let cases = [
+        (
+            "<duration",
+            "<!-- half a second -->\n  <duration",
+            "  Spring/pair: scene edited; its trace is the same",
+        ),
+        (
+            "time=\"0.5\"",
+            "time=\"1\"",
+            "! Spring/pair: scene edited; changed: the old trace has 11 states, the new one 21",
+        ),
+        ("<edge", third, "! Spring/pair: scene edited; changed: the old trace has another shape"),
+    ];
+    for (from, to, message) in cases {
+        let project = Project::new();
+        project.write("assets/Spring/pair.xml", &SPRING.replacen(from, to, 1));
+        let run = project.grade(&["oracle", "regenerate"]);
+        let (code, outcome) = match message.starts_with('!') {
+            true => (1, "expected was NOT replaced"),
+            false => (0, "expected was replaced\n"),
+        };
+        assert_eq!(run.code, code, "{}", run.stdout);
+        assert!(run.stdout.starts_with(message), "{message}: {}", run.stdout);
+        assert!(run.stdout.contains("2 of 3 traces are unchanged"), "{}", run.stdout);
+        assert!(run.stdout.contains(outcome), "{}", run.stdout);
+    }
+    // Two particles in three dimensions have as many columns as three particles in two.
+    let project = Project::new();
+    project.write("assets/Spring/pair.xml", &SPRING.replacen("px=", "pz=\"0\" px=", 1));
+    assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
+    project.write("assets/Spring/pair.xml", &SPRING.replacen("<edge", third, 1));
+    let run = project.grade(&["oracle", "regenerate"]);
+    assert!(run.code == 1 && run.stdout.contains("another shape"), "{}", run.stdout);
+    // What is no trace is no zero difference either.
+    let project = Project::new();
+    project.write("expected/Spring/pair.csv", "nothing\n");
+    let run = project.grade(&["oracle", "regenerate"]);
+    let message = "! Spring/pair: changed: the old trace cannot be used: ";
+    assert!(run.code == 1 && run.stdout.starts_with(message), "{}", run.stdout);
+}
+
+#[test]
+fn a_rule_for_extra_credit_does_no_harm_without_extra_credit() {
+    let project = Project::new();
+    project.write("assets/rubric.toml", "[[feature]]\nsection = \"extra-credit\"\npoints = 2\n");
+    assert_eq!(project.grade(&["--assets", "assets"]).code, 0);
+    // Where there is extra credit, the rule must fit some of it.
+    let rule = "[[feature]]\nsection = \"extra-credit\"\ngroup = \"Spring\"\npoints = 2\n";
+    project.write("assets/rubric.toml", rule);
+    assert_eq!(project.grade(&["--assets", "assets"]).code, 0);
+    assert_eq!(project.grade(&[]).code, 2);
+}
+
+/// Submissions that cannot be graded as they are: nothing runs that could read the oracle, and a build that fails
+/// is told once.
+#[test]
+#[cfg(target_os = "linux")]
+fn folders_as_submissions() {
+    let project = Project::new();
+    let manifest = |build: &str| {
+        format!(
+            "name = \"mine\"\nbuild = [{build}]\nrun = [\"./x\", \"{{scene}}\", \"{{trace}}\"]\n"
+        )
+    };
+    project
+        .write("mine/submission.toml", &manifest("\"sh\", \"-c\", \"echo no luck >&2; exit 7\""));
+    let run = project.grade(&["mine"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(run.stdout.contains("Summary for mine"), "{}", run.stdout);
+    let said = "the build ended with exit status 7; it printed:\n  no luck\n  and the same of 2 more scenes";
+    assert!(run.stdout.contains(said), "{}", run.stdout);
+    assert!(!project.path("mine/x").exists());
+
+    let run = project.grade(&["mine", "--format", "json"]);
+    assert_eq!(run.stdout.matches("\"verdict\": \"build-failed\"").count(), 3);
+
+    project.write("submission.toml", &manifest("\"true\""));
+    let run = project.grade(&["."]);
+    assert_eq!(run.code, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("and so the oracle"), "{}", run.stderr);
+
+    for (manifest, message) in [
+        ("run = [\"./x\", \"{scene}\"]", "mine/submission.toml:1: run holds no {trace}"),
+        ("run = []", "mine/submission.toml:1: run names no program"),
+        ("\nruns = 1", "mine/submission.toml:2: unknown field `runs`"),
+    ] {
+        project.write("mine/submission.toml", manifest);
+        let run = project.grade(&["mine"]);
+        assert_eq!(run.code, 2);
+        assert!(run.stderr.contains(message), "{}", run.stderr);
+    }
+}

@@ -1,0 +1,16 @@
+//! `grade` as its users run it.
+
+mod accuracy;
+#[cfg(target_os = "linux")]
+mod altered;
+#[cfg(target_os = "linux")]
+mod class;
+mod cli;
+mod docs;
+#[cfg(target_os = "linux")]
+mod init;
+mod probe;
+#[cfg(target_os = "linux")]
+mod real_programs;
+mod stability;
+mod student;

@@ -1,0 +1,94 @@
+//! `grade jacobians PROGRAM`: exit codes, and what each format holds.
+
+use std::path::Path;
+use std::process::{Command, Output};
+use test_support::{assert_document, root};
+
+use grader::probe::{BuiltIn, probe};
+use serde_json::Value;
+use simulator::scene::{self, ParseOptions};
+
+use crate::student;
+
+fn grade(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    // What is probed are scripts that start a program beside them.
+    command.arg("jacobians").args(["--readable", env!("CARGO_TARGET_TMPDIR")]).args(arguments);
+    command.output().expect("grade can be run")
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).expect("reports are UTF-8")
+}
+
+#[test]
+fn the_documented_schema_is_the_one_in_force() {
+    let schema = report::probe::json::schema().unwrap();
+    assert_document("probe.schema.json", &schema, "cargo test --release -p grade schema");
+}
+
+#[test]
+fn the_report_of_the_built_in_simulator() {
+    let mut bytes = Vec::new();
+    let config = report::probe::text::Config { details: false };
+    report::probe::text::write(&mut bytes, &probe(&BuiltIn, |_| true), config).unwrap();
+    insta::assert_snapshot!(anstream::adapter::strip_str(text(&bytes)));
+}
+
+#[test]
+fn every_format_tells_of_a_mistake_and_json_holds_the_scenes_that_show_it() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("probe");
+    let programs =
+        ["block (j, i) transposed", ""].map(|mistake| student::compile(&folder, mistake));
+    let [Some(wrong), Some(right)] = &programs else { return };
+    let path = |path: &Path| path.to_str().expect("a path in UTF-8").to_owned();
+    let (wrong, right) = (path(wrong), path(right));
+
+    let run = grade(&[&right, "--force", "springforce"]);
+    assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+    assert!(text(&run.stdout).contains("All that is offered is correct. 12 correct, 0 wrong"));
+
+    let run = grade(&[&wrong, "--force", "springforce"]);
+    assert_eq!(run.status.code(), Some(1));
+    assert!(text(&run.stdout).contains("dF/dx cross: wrong"), "{}", text(&run.stdout));
+
+    let run = grade(&[&wrong, "--force", "springforce", "--format", "junit"]);
+    assert_eq!(run.status.code(), Some(1));
+    assert!(text(&run.stdout).contains("tests=\"12\" skipped=\"0\" failures=\"1\""));
+
+    let run = grade(&[&wrong, "--force", "springforce", "--format", "json"]);
+    assert_eq!(run.status.code(), Some(1));
+    let report: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let documented = std::fs::read_to_string(root().join("docs/probe.schema.json")).unwrap();
+    let documented = serde_json::from_str(&documented).unwrap();
+    if let Err(error) = jsonschema::validate(&documented, &report) {
+        panic!("{error} at {}", error.instance_path());
+    }
+    let damping = report["parts"].as_array().unwrap().iter().find(|part| part["part"] == "damping");
+    let replay = &damping.unwrap()["replay"];
+    for name in ["explicit_scene", "implicit_scene"] {
+        let text = replay[name].as_str().unwrap();
+        let options = ParseOptions::default();
+        let parsed = scene::parse_bytes(
+            text.as_bytes(),
+            Path::new("replay.xml"),
+            &simulator::vocabulary(),
+            &options,
+        );
+        assert_eq!(parsed.unwrap().scene.particles.len(), 3 * 14);
+    }
+}
+
+#[test]
+fn what_cannot_be_probed_is_bad_usage() {
+    for (arguments, message) in [
+        (&["no/such/program"][..], "no/such/program: there is no such file or folder"),
+        (&["program", "--states", "5"], "--states"),
+        (&["program", "--limit", "wall=0"], "wall is above 0"),
+        (&["program", "--limit", "walls=1"], "there is no limit walls"),
+    ] {
+        let run = grade(arguments);
+        assert_eq!(run.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&run.stderr).contains(message), "{}", text(&run.stderr));
+    }
+}

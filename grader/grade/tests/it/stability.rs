@@ -1,0 +1,196 @@
+//! `grade stability`: theory is met, outcomes are stored, and what goes wrong is told.
+
+use std::fs;
+use std::process::{Command, Output};
+use test_support::root;
+
+use simulator::vocabulary;
+use studies::stability::theory::amplification::amplifications;
+use studies::stability::theory::boundary::{boundaries, boundary};
+use studies::stability::theory::measured::Linear;
+use studies::stability::trial;
+use studies::stability::{Expectations, Outcome, cases};
+
+fn grade(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    command.arg("stability").args(arguments).current_dir(root()).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn boundaries_are_within_one_percent_of_theory() {
+    let all = boundaries(true);
+    for boundary in &all {
+        assert!(boundary.agrees(), "{boundary:?}");
+    }
+    // The bisection ends at one part in 10⁶: what is left of the difference is that.
+    let worst = all.iter().map(|boundary| boundary.error()).fold(0.0, f64::max);
+    assert!(worst <= 2e-6, "{worst:e}");
+    let finite = all.iter().filter(|boundary| boundary.confirmed.is_some()).count();
+    assert!(finite >= 10, "{finite} boundaries");
+}
+
+#[test]
+fn implicit_methods_have_no_boundary_and_fast_mass_spring_has_one_where_drag_is_explicit() {
+    let find = |name: &str, zeta: f64| {
+        boundary(&Linear::oscillator(zeta), vocabulary().integrator(name).unwrap()).measured
+    };
+    for name in ["linearized-implicit-euler", "implicit-euler", "projected-newton"] {
+        assert_eq!(find(name, 3.0), f64::INFINITY, "{name}");
+    }
+    assert_eq!(find("fast-mass-spring", 0.5), f64::INFINITY);
+    // 2 (ζ − √(ζ² − 1)) = 2 (3 − √8)
+    let band = 2.0 * (3.0 - 8.0_f64.sqrt());
+    assert!((find("fast-mass-spring", 3.0) / band - 1.0).abs() < 2e-6);
+    assert_eq!(find("explicit-euler", 0.0), 0.0);
+}
+
+#[test]
+fn a_step_amplifies_as_the_method_s_matrix_does() {
+    let all = amplifications();
+    assert!(all.len() > 60, "{}", all.len());
+    for each in &all {
+        // A double eigenvalue is off by the root of what rounds its matrix: √ε = 1.5e-8 of the entries, of which four
+        // make it. It may be zero, so that what is far below 1 counts as parts of 1.
+        let off = (each.measured - each.theory).abs();
+        assert!(off < 4.0 * f64::EPSILON.sqrt() * each.theory.max(1.0), "{each:?}");
+    }
+    // Implicit Euler is slow and damps, explicit Euler is driven.
+    let at = |method: &str, a: f64| {
+        all.iter().find(|each| each.method == method && each.a == a && each.zeta == 0.0).unwrap()
+    };
+    let [implicit, explicit] = ["implicit-euler", "explicit-euler"].map(|name| at(name, 0.1));
+    assert!(implicit.damping.unwrap() > 0.0 && implicit.period.unwrap() > 0.0);
+    assert!(explicit.damping.unwrap() < 0.0);
+    // |λ|² = 1/(1 + a²) and 1 + a²
+    assert!((implicit.measured.powi(2) * 1.01 - 1.0).abs() < 1e-12);
+    assert!((explicit.measured.powi(2) / 1.01 - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_case_that_blows_up_is_no_survivor_and_says_when() {
+    let case = cases::all().find(|case| case.name == "stiffness-1").unwrap();
+    let run = |name: &str, time_step: f64| {
+        trial::run(case, vocabulary().integrator(name).unwrap(), time_step, 400, false).unwrap()
+    };
+    // (1 + a²)ⁿ passes 11 at n = ln 11/ln(1 + a²) = 3.46 for a = 1.
+    assert_eq!(run("explicit-euler", 1.0).outcome, Outcome::BlowUp { step: 4 });
+    assert_eq!(run("symplectic-euler", 1.0).outcome, Outcome::Survived);
+    assert!(matches!(run("symplectic-euler", 2.1).outcome, Outcome::BlowUp { .. }));
+    assert_eq!(run("implicit-euler", 2.1).outcome, Outcome::Survived);
+}
+
+#[test]
+fn robustness_saves_what_can_be_saved() {
+    for (name, time_step) in [("cold-start", 1.0), ("onto-its-end", 0.5)] {
+        let case = cases::all().find(|case| case.name == name).unwrap();
+        let method =
+            if name == "cold-start" { "implicit-euler" } else { "linearized-implicit-euler" };
+        let run = |robust: bool| {
+            let integrator = vocabulary().integrator(method).unwrap();
+            trial::run(case, integrator, time_step, 20, robust).unwrap()
+        };
+        assert!(matches!(run(false).outcome, Outcome::Failed { .. }), "{name}");
+        let saved = run(true);
+        assert_eq!(saved.outcome, Outcome::Survived, "{name}");
+        assert!(saved.measured.rescue.steps() > 0, "{name}");
+    }
+}
+
+#[test]
+fn every_outcome_of_a_quick_run_is_as_it_is_stored() {
+    let output = grade(&["--quick", "--robust"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+}
+
+#[test]
+fn a_changed_outcome_fails_until_it_is_accepted() {
+    let stored = fs::read_to_string(root().join("docs/stability-expected.csv")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("expected.csv");
+    let row = "coincident,explicit-euler,1e-2,20,no,coincident,1,0";
+    assert!(stored.contains(row));
+    fs::write(&path, stored.replace(row, "coincident,explicit-euler,1e-2,20,no,survived,,0"))
+        .unwrap();
+    let path = path.to_str().unwrap();
+    let output = grade(&["--quick", "--only", "coincident", "--expected", path]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = "expected survived, got coincident in step 1";
+    assert!(text(&output.stdout).contains(said), "{}", text(&output.stdout));
+
+    // Accepting brings the row back, and leaves all others as they are.
+    let output = grade(&["--quick", "--only", "coincident", "--expected", path, "--accept"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(fs::read_to_string(path).unwrap(), stored);
+}
+
+#[test]
+fn a_case_that_there_is_not_is_told_with_its_near_misses() {
+    let output = grade(&["--quick", "--only", "coincidnet"]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = "error: nothing matches \"coincidnet\"\n  help: did you mean coincident";
+    assert!(text(&output.stderr).starts_with(message), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_malformed_file_of_outcomes_is_told_by_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("expected.csv");
+    let text_of =
+        "case,method,dt,steps,robust,outcome,step,newton_iterations\na,b,1,x,no,survived,,0\n";
+    fs::write(&path, text_of).unwrap();
+    assert!(Expectations::load(&path).is_err());
+    let output = grade(&["--quick", "--expected", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("expected.csv:2: steps is no count"));
+    // Accepting neither mends it nor writes over it.
+    let output = grade(&["--quick", "--accept", "--expected", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(fs::read_to_string(&path).unwrap(), text_of);
+}
+
+#[test]
+fn an_interrupted_run_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = folder.path().to_str().unwrap();
+    let run = || grade(&["--quick", "--robust", "--resume", kept, "--format", "csv"]);
+    let (first, names) = (run(), || {
+        let mut names: Vec<_> =
+            fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        names
+    });
+    let kept_files = names();
+    // All of them: what no file of a scene can hold, too.
+    assert_eq!(kept_files.len(), text(&first.stdout).lines().count() - 1);
+    // Times are recalled too: nothing was run again.
+    assert_eq!(text(&first.stdout), text(&run().stdout));
+    // One that is half written is run again.
+    let broken = folder.path().join(&kept_files[0]);
+    fs::write(&broken, "{\"outcome\":").unwrap();
+    let again = run();
+    let untimed = |output: &Output| -> Vec<String> {
+        let rows = text(&output.stdout).lines();
+        rows.map(|row| row.rsplit_once(',').unwrap().0.to_owned()).collect()
+    };
+    assert_eq!(untimed(&first), untimed(&again));
+    assert_eq!(names(), kept_files);
+    assert!(fs::read_to_string(broken).unwrap().len() > 50);
+}
+
+#[test]
+fn every_shipped_outcome_is_of_a_case_and_none_is_wrong() {
+    let stored = fs::read_to_string(root().join("docs/stability-expected.csv")).unwrap();
+    let names: Vec<&str> = cases::all().map(|case| case.name).collect();
+    for row in stored.lines().skip(1) {
+        let case = row.split(',').next().unwrap();
+        assert!(names.contains(&case), "{row}");
+        assert!(!row.contains("WRONG"), "{row}");
+    }
+    for name in names {
+        assert!(stored.contains(&format!("\n{name},")), "{name}");
+    }
+}

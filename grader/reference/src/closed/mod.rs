@@ -1,0 +1,57 @@
+//! Motions with a closed form: the exact state of a scene at any time.
+//!
+//! Each takes masses, starts and parameters from the scene, so that what is solved is what is simulated. The
+//! formulas are textbook mechanics, and share nothing with the simulator.
+
+mod chain;
+mod field;
+mod orbit;
+mod oscillator;
+
+pub use chain::chain;
+pub use field::{dragged, thrown, windy};
+pub use orbit::orbit;
+pub use oscillator::oscillator;
+
+use simulator::scene::{ForceElement, Scene};
+
+/// Sets positions and velocities (`n·D`, particle-major) at a time in seconds.
+type Motion = dyn Fn(f64, &mut [f64], &mut [f64]) + Send + Sync;
+
+/// A motion known in closed form.
+pub struct Closed {
+    state: Box<Motion>,
+    /// The fastest rate of the motion, in radians a second: rounding of the time turns the state by as much
+    /// of itself.
+    pub rate: f64,
+}
+
+impl Closed {
+    fn new(rate: f64, state: impl Fn(f64, &mut [f64], &mut [f64]) + Send + Sync + 'static) -> Self {
+        Self { state: Box::new(state), rate }
+    }
+
+    /// Sets positions and velocities (`n·D`, particle-major) at a time in seconds.
+    pub fn at(&self, time: f64, positions: &mut [f64], velocities: &mut [f64]) {
+        (self.state)(time, positions, velocities);
+    }
+}
+
+/// The first force of a kind.
+fn force<'a>(scene: &'a Scene, tag: &str) -> Option<&'a ForceElement> {
+    scene.forces.iter().find(|element| element.schema.tag == tag)
+}
+
+/// The parameter of the first force of a kind; 0 where there is none.
+fn parameter(scene: &Scene, tag: &str, number: usize) -> f64 {
+    force(scene, tag).map_or(0.0, |element| element.parameters[number])
+}
+
+/// The starts of all coordinates: positions and velocities, `n·D`.
+pub fn starts(scene: &Scene) -> (Vec<f64>, Vec<f64>) {
+    let dimension = scene.dimension.count();
+    let of = |vector: fn(&simulator::scene::Particle) -> &[f64; 3]| {
+        scene.particles.iter().flat_map(|each| vector(each)[..dimension].to_vec()).collect()
+    };
+    (of(|each| &each.position), of(|each| &each.velocity))
+}

@@ -1,0 +1,98 @@
+//! The forces a third time, as programs write them: the same laws in other orders of evaluation.
+//!
+//! ```text
+//! quotients      d/l                or   d · (1/l)
+//! products       a·b + c rounded twice   or once (fused multiply-add)
+//! ```
+//!
+//! Formulas and sources are those of [`law`](crate::jacobian), whose values these are but for rounding. Units are
+//! the scene's.
+
+use simulator::scene::schema::MAX_PARAMETERS;
+
+/// How products, sums and quotients are evaluated.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Arithmetic {
+    /// `a·b + c` is rounded once.
+    pub fused: bool,
+    /// `a/b` is `a · (1/b)`.
+    pub reciprocal: bool,
+}
+
+type Vector = [f64; 3];
+
+/// What a force between two particles depends on, `d = x_i − x_j` and `w = v_i − v_j`.
+pub struct Pair {
+    /// Of `i` and `j`.
+    pub masses: [f64; 2],
+    /// Difference of positions.
+    pub d: Vector,
+    /// Difference of velocities.
+    pub w: Vector,
+}
+
+impl Arithmetic {
+    /// `a·b + c`.
+    pub fn multiply_add(self, a: f64, b: f64, c: f64) -> f64 {
+        if self.fused { a.mul_add(b, c) } else { a * b + c }
+    }
+
+    /// `a/b`.
+    pub fn divide(self, a: f64, b: f64) -> f64 {
+        if self.reciprocal { a * (1.0 / b) } else { a / b }
+    }
+
+    fn dot(self, a: Vector, b: Vector) -> f64 {
+        self.multiply_add(a[0], b[0], self.multiply_add(a[1], b[1], a[2] * b[2]))
+    }
+
+    /// The force on the first particle of a pair; `None` where the force is none between two.
+    pub fn on_pair(self, tag: &str, p: &[f64; MAX_PARAMETERS], pair: &Pair) -> Option<Vector> {
+        let Pair { masses: [mi, mj], d, w } = *pair;
+        let squared = self.dot(d, d);
+        let l = squared.sqrt();
+        let n = d.map(|component| self.divide(component, l));
+        match tag {
+            "springforce" => {
+                let (k, l0, b) = (p[0], p[1], p[2]);
+                if l0 == 0.0 && b == 0.0 {
+                    return Some(d.map(|component| -k * component));
+                }
+                let tension = self.multiply_add(b, self.dot(n, w), k * (l - l0));
+                Some(n.map(|component| -tension * component))
+            }
+            "greenspringforce" => {
+                let ratio = self.divide(l, p[1]);
+                let factor = -2.0 * p[0] * self.multiply_add(ratio, ratio, -1.0);
+                Some(d.map(|component| factor * component))
+            }
+            "gravitationalforce" => {
+                let strength = self.divide(-p[0] * mi * mj, squared);
+                Some(n.map(|component| strength * component))
+            }
+            "vortexforce" => {
+                let (kbs, factor) = (p[0], self.divide(p[1], squared));
+                let turned = [-n[1], n[0], n[2]];
+                let on = |axis: usize| factor * self.multiply_add(kbs, turned[axis], -w[axis]);
+                Some(std::array::from_fn(on))
+            }
+            _ => None,
+        }
+    }
+
+    /// The force on a particle by itself; `None` where the force is no such, or there is but one way to evaluate it.
+    pub fn on_particle(
+        self,
+        tag: &str,
+        p: &[f64; MAX_PARAMETERS],
+        mass: f64,
+        velocity: Vector,
+    ) -> Option<Vector> {
+        match tag {
+            "simplegravity" => Some([p[0], p[1], p[2]].map(|component| mass * component)),
+            "constantforce" => Some([p[0], p[1], p[2]]),
+            "dragdamping" => Some(velocity.map(|component| -p[0] * component)),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,306 @@
+//! A second stepper for the course's methods, as a course's program is built: dense matrices over all particles.
+//!
+//! ```text
+//! explicit, symplectic    v' = v + h F/m                                 q' = q + h v  or  q + h v'
+//! linearized, implicit    (M − h² K − h B) δ = −M (u − v) + h F          u ← u + δ
+//! the same, unreduced     ⎡  I     −h I   ⎤ ⎡δq⎤   ⎡        0         ⎤  q̂ ← q̂ + δq, u ← u + δ
+//!                         ⎣−h K   M − h B ⎦ ⎣δ ⎦ = ⎣−M (u − v) + h F ⎦
+//! ```
+//!
+//! with `F`, `K = ∂F/∂x` and `B = ∂F/∂v` at `(q̂, u)`, from `q̂ = q + h v`, `u = v`. The forces are those of
+//! [`arithmetic`], the Jacobians the dual numbers of the law; neither is the simulator's. Cost: `O((n·D)³)` a
+//! solve, and the law once a column.
+
+use nalgebra::{DMatrix, DVector};
+use simulator::scene::{ForceElement, Scene};
+
+pub mod arithmetic;
+
+use crate::law;
+use arithmetic::{Arithmetic, Pair};
+
+/// The norm of an update below which Newton's method ends: the course's.
+const NEWTON_TOLERANCE: f64 = 1e-9;
+
+/// Newton's method is given up beyond this many iterations.
+const MAX_ITERATIONS: usize = 100;
+
+/// How the stepper goes about it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Style {
+    /// Order of evaluation of the forces.
+    pub arithmetic: Arithmetic,
+    /// Forces are summed from the last element to the first.
+    pub backwards: bool,
+    /// A kick is `(h/m) F`, not `h (F/m)`.
+    pub scaled_kick: bool,
+    /// Solver of the linear systems.
+    pub solver: Solver,
+    /// When Newton's method ends.
+    pub stop: Stop,
+}
+
+impl Default for Style {
+    fn default() -> Self {
+        Self {
+            arithmetic: Arithmetic::default(),
+            backwards: false,
+            scaled_kick: false,
+            solver: Solver::PartialLu,
+            stop: Stop::AtTolerance,
+        }
+    }
+}
+
+/// How a linear system is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    /// LU with row pivoting.
+    PartialLu,
+    /// LU with complete pivoting.
+    FullLu,
+    /// Householder's QR.
+    Qr,
+    /// The inverse times the right-hand side.
+    Inverse,
+    /// Positions and velocities both unknown, by LU with row pivoting.
+    Unreduced,
+    /// LU, its answer as far off as an iterative solver's that stops at a residual of 1e-12.
+    Iterative,
+}
+
+/// Where Newton's method ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// Where the update is below the tolerance.
+    AtTolerance,
+    /// One iteration after that.
+    OneMore,
+    /// Where no iteration changes much any more.
+    AtRounding,
+}
+
+/// Residual of an iterative solver's answer, relative to the right-hand side.
+const ITERATIVE: f64 = 1e-12;
+
+/// A scene with a style.
+pub struct Second {
+    scene: Scene,
+    style: Style,
+    /// The elements of each law by themselves.
+    parts: Vec<(&'static law::Law, Scene)>,
+    random: fastrand::Rng,
+}
+
+impl Second {
+    /// `None` where the method is none of the course's four.
+    pub fn new(scene: &Scene, style: Style, seed: u64) -> Option<Self> {
+        let known =
+            ["explicit-euler", "symplectic-euler", "linearized-implicit-euler", "implicit-euler"];
+        if !known.contains(&scene.integrator.name) {
+            return None;
+        }
+        let parts = law::by_law(scene);
+        Some(Self { scene: scene.clone(), style, parts, random: fastrand::Rng::with_seed(seed) })
+    }
+
+    /// Whether the method solves linear systems.
+    pub fn is_implicit(scene: &Scene) -> bool {
+        ["linearized-implicit-euler", "implicit-euler"].contains(&scene.integrator.name)
+    }
+
+    /// As [`grader::stepping::Stepper::step`].
+    pub fn step(&mut self, step: u64, x: &mut [f64], v: &mut [f64]) -> bool {
+        let time = step as f64 * self.scene.time_step;
+        let done = match self.scene.integrator.name {
+            "explicit-euler" => self.explicit(time, x, v, false),
+            "symplectic-euler" => self.explicit(time, x, v, true),
+            "linearized-implicit-euler" => self.implicit(time, x, v, 1),
+            _ => self.implicit(time, x, v, MAX_ITERATIONS),
+        };
+        done.is_some() && x.iter().chain(v.iter()).all(|value| value.is_finite())
+    }
+
+    fn explicit(&self, time: f64, x: &mut [f64], v: &mut [f64], symplectic: bool) -> Option<()> {
+        let h = self.scene.time_step;
+        let arithmetic = self.style.arithmetic;
+        let force = self.force(x, v, time);
+        let old = v.to_vec();
+        for (place, (velocity, force)) in v.iter_mut().zip(&force).enumerate() {
+            let particle = &self.scene.particles[place / self.dimension()];
+            if !particle.fixed {
+                *velocity = match self.style.scaled_kick {
+                    true => arithmetic.multiply_add(h / particle.mass, *force, *velocity),
+                    false => *velocity + h * arithmetic.divide(*force, particle.mass),
+                };
+            }
+        }
+        let along = if symplectic { &*v } else { &old };
+        drift(arithmetic, h, along, x);
+        Some(())
+    }
+
+    fn implicit(&mut self, time: f64, x: &mut [f64], v: &mut [f64], most: usize) -> Option<()> {
+        let h = self.scene.time_step;
+        let arithmetic = self.style.arithmetic;
+        let mut u = v.to_vec();
+        let mut ahead = x.to_vec();
+        drift(arithmetic, h, &u, &mut ahead);
+        let (mut reached, mut made) = (false, 0);
+        while made < most {
+            let delta = self.update(time + h, v, &ahead, &u)?;
+            made += 1;
+            for (u, delta) in u.iter_mut().zip(&delta) {
+                *u += delta;
+            }
+            if self.style.solver == Solver::Unreduced {
+                drift(arithmetic, h, &delta, &mut ahead);
+            } else {
+                ahead.copy_from_slice(x);
+                drift(arithmetic, h, &u, &mut ahead);
+            }
+            let norm =
+                |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
+            let update = norm(&delta);
+            let ends = match self.style.stop {
+                Stop::AtTolerance => update < NEWTON_TOLERANCE,
+                Stop::OneMore => reached,
+                Stop::AtRounding => update <= 1e-14 * norm(&u) || (reached && made > 12),
+            };
+            reached |= update < NEWTON_TOLERANCE;
+            if ends {
+                break;
+            }
+            if made == MAX_ITERATIONS {
+                return None;
+            }
+        }
+        v.copy_from_slice(&u);
+        x.copy_from_slice(&ahead);
+        Some(())
+    }
+
+    /// Newton's update of the velocities, 0 where a particle is fixed.
+    fn update(&mut self, time: f64, v: &[f64], ahead: &[f64], u: &[f64]) -> Option<Vec<f64>> {
+        let h = self.scene.time_step;
+        let dimension = self.dimension();
+        let force = self.force(ahead, u, time);
+        let mut k = DMatrix::zeros(u.len(), u.len());
+        let mut b = k.clone();
+        for (law, scene) in &self.parts {
+            let jacobians = law::Expectation::new(law, scene).jacobians(ahead, u, time);
+            k += jacobians.by_position;
+            b += jacobians.by_velocity;
+        }
+        let free: Vec<usize> =
+            (0..u.len()).filter(|dof| !self.scene.particles[dof / dimension].fixed).collect();
+        let mass = |dof: usize| self.scene.particles[dof / dimension].mass;
+        let right = DVector::from_iterator(
+            free.len(),
+            free.iter().map(|&dof| h * force[dof] - mass(dof) * (u[dof] - v[dof])),
+        );
+        let inertia = |row: usize, column: usize| if row == column { mass(row) } else { 0.0 };
+        let reduced = |i: usize, j: usize| {
+            let (row, column) = (free[i], free[j]);
+            inertia(row, column) - h * (h * k[(row, column)] + b[(row, column)])
+        };
+        let n = free.len();
+        let solution = match self.style.solver {
+            Solver::Unreduced => {
+                let matrix = DMatrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+                    (true, true) => f64::from(u8::from(i == j)),
+                    (true, false) => -h * f64::from(u8::from(i == j - n)),
+                    (false, true) => -h * k[(free[i - n], free[j])],
+                    (false, false) => {
+                        let (row, column) = (free[i - n], free[j - n]);
+                        inertia(row, column) - h * b[(row, column)]
+                    }
+                });
+                let mut all = DVector::zeros(2 * n);
+                all.rows_mut(n, n).copy_from(&right);
+                matrix.lu().solve(&all)?.rows(n, n).into_owned()
+            }
+            Solver::PartialLu => DMatrix::from_fn(n, n, reduced).lu().solve(&right)?,
+            Solver::FullLu => DMatrix::from_fn(n, n, reduced).full_piv_lu().solve(&right)?,
+            Solver::Qr => DMatrix::from_fn(n, n, reduced).qr().solve(&right)?,
+            Solver::Inverse => DMatrix::from_fn(n, n, reduced).try_inverse()? * right,
+            Solver::Iterative => {
+                let size = ITERATIVE * right.norm() / (n.max(1) as f64).sqrt();
+                let off = right.map(|value| value + size * (2.0 * self.random.f64() - 1.0));
+                DMatrix::from_fn(n, n, reduced).lu().solve(&off)?
+            }
+        };
+        let mut delta = vec![0.0; u.len()];
+        for (&dof, value) in free.iter().zip(solution.iter()) {
+            delta[dof] = *value;
+        }
+        Some(delta)
+    }
+
+    fn dimension(&self) -> usize {
+        self.scene.dimension.count()
+    }
+
+    /// The force on every particle, fixed ones included.
+    fn force(&self, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
+        let mut force = vec![0.0; x.len()];
+        let add = |element: &ForceElement| self.add_force(element, x, v, time, &mut force);
+        match self.style.backwards {
+            false => self.scene.forces.iter().for_each(add),
+            true => self.scene.forces.iter().rev().for_each(add),
+        }
+        force
+    }
+
+    fn add_force(
+        &self,
+        element: &ForceElement,
+        x: &[f64],
+        v: &[f64],
+        time: f64,
+        force: &mut [f64],
+    ) {
+        let dimension = self.dimension();
+        let arithmetic = self.style.arithmetic;
+        let (tag, p) = (element.schema.tag, &element.parameters);
+        let vector = |values: &[f64], particle: usize| -> [f64; 3] {
+            std::array::from_fn(|axis| {
+                if axis < dimension { values[particle * dimension + axis] } else { 0.0 }
+            })
+        };
+        if let Some([i, j]) = element.pair {
+            let difference = |values: &[f64]| {
+                let (a, b) = (vector(values, i), vector(values, j));
+                std::array::from_fn(|axis| a[axis] - b[axis])
+            };
+            let masses = [i, j].map(|particle| self.scene.particles[particle].mass);
+            let pair = Pair { masses, d: difference(x), w: difference(v) };
+            let on_i = arithmetic.on_pair(tag, p, &pair).unwrap_or_default();
+            for axis in 0..dimension {
+                force[i * dimension + axis] += on_i[axis];
+                force[j * dimension + axis] -= on_i[axis];
+            }
+            return;
+        }
+        // What there is but one way to evaluate is the law's.
+        let mut by_law = None;
+        for (particle, body) in self.scene.particles.iter().enumerate() {
+            let found = arithmetic.on_particle(tag, p, body.mass, vector(v, particle));
+            let on = found.unwrap_or_else(|| {
+                let all = by_law.get_or_insert_with(|| {
+                    law::force_of(&self.scene, std::slice::from_ref(element), x, v, time)
+                });
+                vector(all, particle)
+            });
+            for axis in 0..dimension {
+                force[particle * dimension + axis] += on[axis];
+            }
+        }
+    }
+}
+
+fn drift(arithmetic: Arithmetic, h: f64, velocities: &[f64], positions: &mut [f64]) {
+    for (position, velocity) in positions.iter_mut().zip(velocities) {
+        *position = arithmetic.multiply_add(h, *velocity, *position);
+    }
+}

@@ -1,0 +1,237 @@
+//! The summary of a class: a row a submission, as text or as CSV.
+
+use std::io::{self, Write};
+
+use super::table::{self, Cell};
+use super::text::{BAD, BOLD, DIM, GOOD, ODD, header, write_unprotected};
+use grader::class::Row;
+use grader::class::entry::PassedOver;
+use sandbox::Protection;
+
+/// Names of the columns of the CSV.
+const COLUMNS: [&str; 14] = [
+    "name",
+    "verdict",
+    "required",
+    "required_of",
+    "extra_credit",
+    "extra_credit_of",
+    "points",
+    "points_not_judged",
+    "scenes_passed",
+    "scenes",
+    "hidden_passed",
+    "hidden",
+    "jacobians_correct",
+    "jacobians",
+];
+
+/// Writes the summary for people. `not_graded` are the submissions that an interrupted run did not come to.
+///
+/// # Errors
+/// Where the output takes no more.
+pub fn write(
+    out: &mut dyn Write,
+    rows: &[Row],
+    not_graded: &[&str],
+    passed_over: &[PassedOver],
+    protections: &[Protection],
+) -> io::Result<()> {
+    let names = [
+        "submission",
+        "required",
+        "extra",
+        "points",
+        "not judged",
+        "scenes",
+        "hidden",
+        "Jacobians",
+        "verdict",
+    ];
+    let nothing = || "-".to_owned();
+    let pair = |(part, all): (usize, usize)| format!("{part}/{all}");
+    let of = |(part, all): (&str, &str)| format!("{part}/{all}");
+    let mut cells = vec![header(&names, 1..8)];
+    for row in rows {
+        let style = match row.verdict.as_str() {
+            "passed" | "passed-shipped" => GOOD,
+            _ if row.is_fault() => ODD,
+            _ => BAD,
+        };
+        cells.push(vec![
+            Cell::left(row.name.clone()),
+            Cell::right(of((&row.required.0, &row.required.1))),
+            Cell::right(of((&row.extra_credit.0, &row.extra_credit.1))),
+            Cell::right(row.points.clone()),
+            Cell::right(if row.is_fault() { row.not_judged.clone() } else { String::new() }),
+            Cell::right(pair(row.scenes)),
+            Cell::right(row.hidden.map_or_else(nothing, pair)),
+            Cell::right(row.jacobians.map_or_else(nothing, pair)),
+            Cell::left(row.verdict.replace('-', " ")).styled(style),
+        ]);
+    }
+    if rows.iter().all(|row| row.hidden.is_none()) {
+        cells.iter_mut().for_each(|row| drop(row.remove(6)));
+    }
+    if !rows.iter().any(Row::is_fault) {
+        cells.iter_mut().for_each(|row| drop(row.remove(4)));
+    }
+    table::write(out, &cells)?;
+    writeln!(out)?;
+    for row in rows {
+        if let Some(copied) = &row.copied {
+            writeln!(out, "  {ODD}{}: {copied}.{ODD:#}", row.name)?;
+        }
+    }
+    for PassedOver { name, reason } in passed_over {
+        writeln!(out, "  {DIM}skipped: {name}: {reason}{DIM:#}")?;
+    }
+    let count = |wanted: fn(&Row) -> bool| rows.iter().filter(|row| wanted(row)).count();
+    let passed = count(|row| row.verdict == "passed" || row.verdict == "passed-shipped");
+    let faults = count(Row::is_fault);
+    let failed = rows.len() - passed - faults;
+    let submissions = if rows.len() == 1 { "submission" } else { "submissions" };
+    writeln!(
+        out,
+        "  {BOLD}{} {submissions}{BOLD:#}: {passed} passed, {failed} failed, {faults} could not be judged",
+        rows.len()
+    )?;
+    if !not_graded.is_empty() {
+        writeln!(
+            out,
+            "  {ODD}Partial: interrupted, {} of {} submissions graded.{ODD:#}",
+            rows.len(),
+            rows.len() + not_graded.len()
+        )?;
+    }
+    write_unprotected(out, protections)?;
+    if rows.iter().any(|row| row.verdict == "passed-shipped") {
+        writeln!(out, "  {ODD}Hidden scenes were not run: `passed shipped` is not all.{ODD:#}")?;
+    }
+    Ok(())
+}
+
+/// The summary as CSV, with a header line. Missing values are empty cells; the verdict of the submissions that an
+/// interrupted run did not come to is `interrupted`.
+///
+/// # Errors
+/// Never in practice.
+pub fn csv(rows: &[Row], not_graded: &[&str]) -> csv::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(COLUMNS)?;
+    for row in rows {
+        let texts = |pair: Option<(usize, usize)>| {
+            pair.map(|(part, all)| (part.to_string(), all.to_string())).unwrap_or_default()
+        };
+        let (scenes_passed, scenes) = texts(Some(row.scenes));
+        let (hidden_passed, hidden) = texts(row.hidden);
+        let (correct, jacobians) = texts(row.jacobians);
+        writer.write_record([
+            inert(&row.name).as_str(),
+            &row.verdict,
+            &row.required.0,
+            &row.required.1,
+            &row.extra_credit.0,
+            &row.extra_credit.1,
+            &row.points,
+            &row.not_judged,
+            &scenes_passed,
+            &scenes,
+            &hidden_passed,
+            &hidden,
+            &correct,
+            &jacobians,
+        ])?;
+    }
+    for name in not_graded {
+        let mut record = vec![inert(name), "interrupted".to_owned()];
+        record.resize(COLUMNS.len(), String::new());
+        writer.write_record(record)?;
+    }
+    writer.into_inner().map_err(|error| error.into_error().into())
+}
+
+/// A text of which no spreadsheet takes any part for a formula, whatever it takes for the end of a cell: `'` stands
+/// before what would begin one.
+fn inert(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut begins = true;
+    for character in text.chars() {
+        if begins && "=+-@＝＋－＠".contains(character) {
+            shown.push('\'');
+        }
+        let ends = ",;|\t\r\n\"'".contains(character);
+        begins = ends || begins && character.is_whitespace();
+        shown.push(character);
+    }
+    shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of a submission of this name.
+    fn row(name: &str) -> Row {
+        let one = || ("1".to_owned(), "1".to_owned());
+        Row {
+            name: name.to_owned(),
+            verdict: "passed".to_owned(),
+            required: one(),
+            extra_credit: one(),
+            points: "2".to_owned(),
+            not_judged: "0".to_owned(),
+            scenes: (1, 1),
+            hidden: None,
+            jacobians: None,
+            copied: None,
+        }
+    }
+
+    #[test]
+    fn no_cell_is_a_formula_whatever_separates_them() {
+        let names = [
+            "=1",
+            "+1",
+            "-1",
+            "@a",
+            " =1",
+            "\t=1",
+            "a;=1",
+            "a; =1",
+            "a,=1",
+            "a\";=1",
+            "\"=1",
+            "a\n=1",
+            "a\r+1",
+            "'=1",
+            "\"\";\"=1\"",
+            "\u{a0}=1",
+            ";;-1",
+            "a\t@b",
+            "＝1",
+        ];
+        for name in names {
+            let csv = String::from_utf8(csv(&[row(name)], &[]).unwrap()).unwrap();
+            let read = |separator: u8, quoting: bool| {
+                let mut reader = csv::ReaderBuilder::new();
+                reader.delimiter(separator).quoting(quoting).flexible(true).has_headers(false);
+                let records = reader.from_reader(csv.as_bytes()).into_records();
+                records
+                    .flat_map(|record| {
+                        record.unwrap().iter().map(str::to_owned).collect::<Vec<_>>()
+                    })
+                    .collect::<Vec<_>>()
+            };
+            for separator in [b',', b';', b'\t', b'|'] {
+                for cell in [read(separator, true), read(separator, false)].concat() {
+                    let cell = cell.trim().trim_start_matches('"').trim();
+                    assert!(!cell.starts_with(['=', '+', '-', '@', '＝']), "{name:?}: {cell:?}");
+                }
+            }
+            // Who reads it as it is meant finds one row of cells.
+            assert_eq!(read(b',', true).len(), 2 * COLUMNS.len(), "{name:?}");
+        }
+        assert_eq!(inert("Ada Lovelace-King = 1"), "Ada Lovelace-King = 1");
+    }
+}

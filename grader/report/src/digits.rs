@@ -1,0 +1,148 @@
+//! Two numbers below each other, with the digits that differ marked; two traces around a step.
+
+use similar::{Algorithm, DiffOp, capture_diff_slices};
+
+use grader::compare::{ContextRow, FirstWrong};
+use grader::verdict::number;
+
+/// The shortest decimal that reads back as this number, with its sign.
+pub(super) fn full(value: f64) -> String {
+    let sign = if value.is_sign_negative() || value.is_nan() { "" } else { "+" };
+    format!("{sign}{}", number(value))
+}
+
+/// How many characters two numbers share from the left, if these stand for the same powers of ten; else none.
+///
+/// A digit after the first different one says nothing, even where it happens to be the same.
+pub(super) fn common_prefix(a: &str, b: &str) -> usize {
+    // The exponent, and how many characters stand before the point.
+    let scale = |text: &str| {
+        let (digits, exponent) = text.split_once('e').unwrap_or((text, ""));
+        (exponent.to_owned(), digits.find('.').unwrap_or(digits.len()))
+    };
+    if scale(a) != scale(b) {
+        return 0;
+    }
+    a.chars().zip(b.chars()).take_while(|(a, b)| a == b).count()
+}
+
+/// Where a line of the context comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LineKind {
+    /// Both, within tolerance.
+    Same,
+    /// The oracle, where the trace has another.
+    Expected,
+    /// The trace.
+    Got,
+}
+
+/// A line of the context, in pieces that are told apart by whether they differ from the other side.
+pub(super) struct Line {
+    pub(super) kind: LineKind,
+    pub(super) pieces: Vec<(String, bool)>,
+}
+
+/// The particle's rows around the first wrong number, as lines of a diff. Rows that agree within the
+/// tolerance are the same line.
+pub(super) fn context(first: &FirstWrong) -> Vec<Line> {
+    let row = |step: u64, values: &[f64]| {
+        let numbers: Vec<String> = values.iter().map(|value| full(*value)).collect();
+        format!("{step} {}", numbers.join(" "))
+    };
+    let (mut old, mut new) = (Vec::new(), Vec::new());
+    for ContextRow { step, expected: oracle, got: trace } in &first.context {
+        old.push(row(*step, oracle));
+        let close = if first.accumulated {
+            *step != first.place.step
+        } else {
+            halves_within(oracle, trace, first.tolerance)
+        };
+        new.push(row(*step, if close { oracle } else { trace }));
+    }
+    let numbers = old.iter().chain(&new).flat_map(|row| row.split(' ').skip(1));
+    let width = numbers.map(str::len).max().unwrap_or(0);
+    let line = |kind, text: &str, other: &str| line(kind, text, other, width);
+    let mut lines = Vec::new();
+    for operation in capture_diff_slices(Algorithm::Myers, &old, &new) {
+        match operation {
+            DiffOp::Equal { old_index, len, .. } => {
+                lines.extend(
+                    old[old_index..][..len].iter().map(|text| line(LineKind::Same, text, text)),
+                );
+            }
+            // Both sides have a row a step, so that they differ in pairs.
+            _ => {
+                for (old, new) in old[operation.old_range()].iter().zip(&new[operation.new_range()])
+                {
+                    lines.push(line(LineKind::Expected, old, new));
+                    lines.push(line(LineKind::Got, new, old));
+                }
+            }
+        }
+    }
+    lines
+}
+
+/// The line `text`, whose digits differ from those of `other`; its numbers are `width` characters wide.
+fn line(kind: LineKind, text: &str, other: &str, width: usize) -> Line {
+    let mut pieces = Vec::new();
+    let mut space = String::new();
+    for (column, (word, other)) in text.split_whitespace().zip(other.split_whitespace()).enumerate()
+    {
+        let common = if word == other { word.len() } else { common_prefix(word, other) };
+        // The step is flush right; numbers are flush left, so that their digits are below each other.
+        let (before, after) = if column == 0 { (8, 0) } else { (0, width) };
+        space += &" ".repeat(before - word.len().min(before));
+        pieces.push((space + &word[..common], false));
+        pieces.push((word[common..].to_owned(), true));
+        space = " ".repeat(2 + after - word.len().min(after));
+    }
+    Line { kind, pieces }
+}
+
+/// Whether both the positions and the velocities of two rows are closer than `tolerance`.
+fn halves_within(a: &[f64], b: &[f64], tolerance: f64) -> bool {
+    let half = a.len() / 2;
+    let close = |a: &[f64], b: &[f64]| {
+        let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
+        squares.sum::<f64>().sqrt() < tolerance
+    };
+    close(&a[..half], &b[..half]) && close(&a[half..], &b[half..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_different_digit_ends_the_common_prefix() {
+        let (a, b) = (full(-0.123_456), full(-0.123_999));
+        assert_eq!(&a[..common_prefix(&a, &b)], "-0.123");
+    }
+
+    #[test]
+    fn a_number_is_the_shortest_decimal_that_reads_back() {
+        for (value, text) in
+            [(-0.15, "-0.15"), (1.0, "+1"), (0.1 + 0.2, "+0.30000000000000004"), (1e-7, "+1e-7")]
+        {
+            assert_eq!(full(value), text);
+            assert_eq!(text.parse(), Ok(value));
+        }
+        assert_eq!(full(-0.0), "-0");
+    }
+
+    #[test]
+    fn a_digit_that_only_one_number_has_differs() {
+        assert_eq!(common_prefix(&full(0.15), &full(0.15 + 1e-16)), "+0.15".len());
+        assert_eq!(common_prefix(&full(1.0), &full(1.5)), "+1".len());
+        assert_eq!(common_prefix(&full(1e-7), &full(1.5e-7)), "+1".len());
+    }
+
+    #[test]
+    fn numbers_of_different_magnitude_share_nothing() {
+        for (a, b) in [(1.5, 15.0), (9.5, 10.5), (1e-7, 1e-6), (1e-4, 1e-6), (1.0, -1.0)] {
+            assert_eq!(common_prefix(&full(a), &full(b)), 0, "{a} {b}");
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Jacobians as JUnit: a suite a force and dimension, a case a verdict. What is inconclusive is an error.
+
+use quick_junit::{NonSuccessKind, TestCase, TestCaseStatus, TestSuite};
+
+use super::{axis, measured, words};
+use crate::junit::not_passed;
+use grader::jacobian::{BlockFinding, JacobianCheck, NewtonCheck, PropertyFinding, Verdict};
+
+/// The suite of a force in one dimension.
+pub(crate) fn suite(check: &JacobianCheck) -> TestSuite {
+    let name = format!("jacobians / {} {}D", check.tag, check.dimension.count());
+    let mut suite = TestSuite::new(name);
+    suite.add_test_cases(check.blocks.iter().map(|finding| block(check, finding)));
+    let asked = check.properties.iter().filter(|each| each.verdict != Verdict::NotApplicable);
+    suite.add_test_cases(asked.map(property));
+    suite
+}
+
+/// The suite of the Newton systems.
+pub(crate) fn newton(checks: &[NewtonCheck]) -> TestSuite {
+    let mut suite = TestSuite::new("jacobians / Newton systems");
+    suite.add_test_cases(checks.iter().map(|check| {
+        let error = check.error.map_or_else(String::new, |error| format!(" {}", measured(error)));
+        let message = format!("{}: {error}", words(check.verdict));
+        case(&format!("{} {}", check.integrator, check.scene), check.verdict, message)
+    }));
+    suite
+}
+
+fn block(check: &JacobianCheck, finding: &BlockFinding) -> TestCase {
+    let mut message = words(finding.verdict);
+    if let Some(exhibit) = &finding.exhibit {
+        let dimension = check.dimension.count();
+        message += &format!(
+            ": force on particle {} along {} by particle {} along {}, relative error {}, at \"{}\"",
+            exhibit.row,
+            axis(exhibit.worst / dimension),
+            exhibit.column,
+            axis(exhibit.worst % dimension),
+            measured(exhibit.relative_error()),
+            exhibit.state.name,
+        );
+    }
+    case(finding.kind.name(), finding.verdict, message)
+}
+
+fn property(finding: &PropertyFinding) -> TestCase {
+    let mut message = format!("{}: {}", words(finding.verdict), finding.property.meaning());
+    if let (Some(error), Some(state)) = (finding.error, &finding.state) {
+        message += &format!(", off by {} at \"{}\"", measured(error), state.name);
+    }
+    case(finding.property.name(), finding.verdict, message)
+}
+
+fn case(name: &str, verdict: Verdict, message: String) -> TestCase {
+    let kind = match verdict {
+        Verdict::Correct | Verdict::CorrectZero | Verdict::NotApplicable => {
+            return TestCase::new(name, TestCaseStatus::success());
+        }
+        Verdict::Wrong => NonSuccessKind::Failure,
+        Verdict::Inconclusive(_) => NonSuccessKind::Error,
+    };
+    not_passed(name, kind, verdict.name(), message)
+}

@@ -1,0 +1,34 @@
+//! What reports say of Jacobians, one format a file.
+
+pub(super) mod json;
+pub(super) mod junit;
+
+pub mod text;
+
+use grader::jacobian::{Estimate, Verdict};
+
+/// A measured error with its uncertainty, such as `2.1e-13 ± 8e-13`.
+fn measured(Estimate { value, uncertainty }: Estimate) -> String {
+    let value = if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") };
+    let uncertainty =
+        if uncertainty == 0.0 { "0".to_owned() } else { format!("{uncertainty:.0e}") };
+    format!("{value} ± {uncertainty}")
+}
+
+/// A verdict in the words of the reports for people.
+fn words(verdict: Verdict) -> String {
+    match verdict {
+        Verdict::Correct => "correct".to_owned(),
+        Verdict::CorrectZero => "correct (zero)".to_owned(),
+        Verdict::Wrong => "WRONG".to_owned(),
+        Verdict::Inconclusive(reason) => {
+            format!("inconclusive ({})", reason.name().replace('-', " "))
+        }
+        Verdict::NotApplicable => "not applicable".to_owned(),
+    }
+}
+
+/// `x`, `y` or `z`.
+fn axis(number: usize) -> &'static str {
+    ["x", "y", "z"][number]
+}

@@ -1,0 +1,217 @@
+//! What probing found, as JSON, with the scenes that show each mistake.
+//!
+//! Its schema is `docs/probe.schema.json`. Numbers that are not finite are `null`.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use grader::probe::{self, Entry, Finding, PartReport, Probing, Replay, Space};
+
+/// Version of the schema.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The report as JSON, with a newline at its end.
+///
+/// # Errors
+/// Never in practice: every value is representable.
+pub fn render(probing: &Probing) -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&JsonProbing::of(probing))? + "\n")
+}
+
+/// The JSON schema of the report, with a newline at its end.
+///
+/// # Errors
+/// Never in practice.
+pub fn schema() -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&schemars::schema_for!(JsonProbing))? + "\n")
+}
+
+/// Forces and Jacobians of one submission, measured from single steps.
+#[derive(Serialize, JsonSchema)]
+#[schemars(title = "Spring Oracle probe")]
+pub(crate) struct JsonProbing {
+    /// Version of this schema.
+    schema_version: u32,
+    /// Version of the grader.
+    grader_version: &'static str,
+    /// What was probed.
+    submission: String,
+    /// The gravest verdict: "correct", "not-offered", "inconclusive" or "wrong".
+    verdict: &'static str,
+    /// What is offered in two and in three dimensions.
+    spaces: Vec<JsonSpace>,
+    /// One entry a part of a force and space.
+    parts: Vec<JsonPart>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonSpace {
+    /// 2 or 3.
+    dimension: usize,
+    /// The method that shows forces, as the submission spells it; null where there is none.
+    explicit: Option<&'static str>,
+    /// Linearized implicit Euler, as the submission spells it; null where there is none.
+    implicit: Option<&'static str>,
+    /// What came of asking for what is not offered.
+    reason: Option<String>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonPart {
+    /// The force's tag.
+    force: &'static str,
+    /// The part of it.
+    part: &'static str,
+    /// What the part is.
+    meaning: &'static str,
+    /// 2 or 3.
+    dimension: usize,
+    /// The gravest verdict of its findings.
+    verdict: &'static str,
+    /// The force against ours; the step against its equation; each block of the Jacobian against differences
+    /// of the submission's own force.
+    findings: Vec<JsonFinding>,
+    /// What the mistake looks like.
+    diagnosis: Vec<String>,
+    /// Null where all is correct or not offered.
+    replay: Option<JsonReplay>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonFinding {
+    /// "force", "step", "dF/dx direct", "dF/dx cross", "dF/dv direct" or "dF/dv cross".
+    name: &'static str,
+    /// "correct", "not-offered", "inconclusive" or "wrong".
+    verdict: &'static str,
+    /// Why; empty where there is nothing to say.
+    reason: String,
+    /// Largest difference, relative to the largest entry; for the step, what its equations are left with.
+    error: Option<f64>,
+    /// Widest bound of noise, relative to the largest entry.
+    bound: Option<f64>,
+    /// The entry that is off by the most times its bound.
+    worst: Option<JsonEntry>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonEntry {
+    /// Number of the state; the entry of a force may be at one near it.
+    state: usize,
+    /// Particle and axis of the force.
+    row: (usize, usize),
+    /// Particle and axis of the position or velocity; null for a force.
+    column: Option<(usize, usize)>,
+    /// What the submission's steps use; for a force, what it is.
+    measured: Option<f64>,
+    /// By differences of the submission's own force; for a force, ours.
+    expected: Option<f64>,
+    ours: Option<f64>,
+    /// How far measured and expected may be apart by noise.
+    bound: Option<f64>,
+    /// The block that holds the entry, row by row: measured, then expected.
+    block: Option<[Vec<f64>; 2]>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonReplay {
+    /// Number of the state.
+    state: usize,
+    /// Positions, particle by particle.
+    positions: Vec<f64>,
+    /// Velocities, particle by particle.
+    velocities: Vec<f64>,
+    /// A scene (XML) whose explicit step shows the force there, once for each combination of masses.
+    explicit_scene: String,
+    /// A scene whose implicit step evaluates everything there; empty where no step was taken.
+    implicit_scene: String,
+}
+
+impl JsonProbing {
+    pub(crate) fn of(probing: &Probing) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            grader_version: env!("CARGO_PKG_VERSION"),
+            submission: probing.name.clone(),
+            verdict: probing.verdict().name(),
+            spaces: probing.spaces.iter().map(JsonSpace::of).collect(),
+            parts: probing.parts.iter().map(JsonPart::of).collect(),
+        }
+    }
+}
+
+impl JsonSpace {
+    fn of(space: &Space) -> Self {
+        let failure = space.explicit.as_ref().err().or(space.implicit.as_ref().err());
+        Self {
+            dimension: space.dimension.count(),
+            explicit: space.explicit.as_ref().ok().copied(),
+            implicit: space.implicit.as_ref().ok().copied(),
+            reason: failure.map(ToString::to_string),
+        }
+    }
+}
+
+impl JsonPart {
+    fn of(part: &PartReport) -> Self {
+        let replay = part.replay.as_ref().map(|replay| JsonReplay::of(part, replay));
+        Self {
+            force: part.force,
+            part: part.part,
+            meaning: part.meaning,
+            dimension: part.dimension.count(),
+            verdict: part.verdict().name(),
+            findings: part
+                .findings()
+                .map(|(name, finding)| JsonFinding::of(name, finding))
+                .collect(),
+            diagnosis: part.diagnosis.clone(),
+            replay,
+        }
+    }
+}
+
+impl JsonFinding {
+    fn of(name: &'static str, finding: &Finding) -> Self {
+        Self {
+            name,
+            verdict: finding.verdict.name(),
+            reason: finding.reason.clone(),
+            error: finding.error.and_then(finite),
+            bound: finding.bound.and_then(finite),
+            worst: finding.worst.as_ref().map(JsonEntry::of),
+        }
+    }
+}
+
+impl JsonEntry {
+    fn of(entry: &Entry) -> Self {
+        Self {
+            state: entry.state,
+            row: entry.row,
+            column: entry.column,
+            measured: finite(entry.measured),
+            expected: finite(entry.expected),
+            ours: finite(entry.ours),
+            bound: finite(entry.bound),
+            block: entry.block.clone(),
+        }
+    }
+}
+
+impl JsonReplay {
+    fn of(part: &PartReport, replay: &Replay) -> Self {
+        let (positions, velocities) =
+            probe::state(part.dimension, replay.state).unwrap_or_default();
+        Self {
+            state: replay.state,
+            positions,
+            velocities,
+            explicit_scene: replay.explicit.clone(),
+            implicit_scene: replay.implicit.clone(),
+        }
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

@@ -1,0 +1,135 @@
+//! Columns of text, as wide as they need to be.
+
+use std::io::{self, Write};
+
+use anstyle::Style;
+
+/// The most characters of a line, as far as the content allows.
+const WIDTH: usize = 80;
+
+/// Indentation of cells that do not fit into the line of their row.
+const CONTINUED: usize = 8;
+
+/// One cell.
+pub struct Cell {
+    text: String,
+    style: Style,
+    right: bool,
+}
+
+impl Cell {
+    /// Words, flush left.
+    pub fn left(text: impl Into<String>) -> Self {
+        Self { text: text.into(), style: Style::new(), right: false }
+    }
+
+    /// Numbers, flush right.
+    pub fn right(text: impl Into<String>) -> Self {
+        Self { right: true, ..Self::left(text) }
+    }
+
+    fn width(&self) -> usize {
+        self.text.chars().count()
+    }
+
+    /// The same text in another style.
+    pub fn styled(self, style: Style) -> Self {
+        Self { style, ..self }
+    }
+}
+
+/// Writes rows of cells below each other, the first of them the columns' names; each line indented by two spaces.
+///
+/// Where the table is wider than [`WIDTH`], the first column becomes headings: each text of it stands on a line of its
+/// own, above the rows that have it. Cells that do not fit even then go to a line of their own, below their row.
+pub fn write(out: &mut dyn Write, rows: &[Vec<Cell>]) -> io::Result<()> {
+    lay_out(out, rows, 1)
+}
+
+/// The same without a first row of the columns' names.
+pub fn write_unnamed(out: &mut dyn Write, rows: &[Vec<Cell>]) -> io::Result<()> {
+    lay_out(out, rows, 0)
+}
+
+fn lay_out(out: &mut dyn Write, rows: &[Vec<Cell>], names: usize) -> io::Result<()> {
+    let widths = widths(rows);
+    if widths.iter().map(|width| width + 2).sum::<usize>() <= WIDTH {
+        return rows.iter().try_for_each(|row| write_row(out, row, &widths, 0));
+    }
+    let mut heading = "";
+    for (number, row) in rows.iter().enumerate() {
+        let Some((first, rest)) = row.split_first() else { continue };
+        if number >= names && !first.text.is_empty() && first.text != heading {
+            heading = &first.text;
+            writeln!(out, "  {}{heading}{:#}", first.style, first.style)?;
+        }
+        write_row(out, rest, &widths[1..], 2)?;
+    }
+    Ok(())
+}
+
+/// The width of each column.
+fn widths(rows: &[Vec<Cell>]) -> Vec<usize> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells.map(Cell::width).max().unwrap_or(0)
+    };
+    (0..columns).map(width).collect()
+}
+
+fn write_row(out: &mut dyn Write, row: &[Cell], widths: &[usize], indent: usize) -> io::Result<()> {
+    // No blanks at the end of a line.
+    let end = row.iter().rposition(|cell| !cell.text.is_empty()).map_or(0, |last| last + 1);
+    write!(out, "{:indent$}", "")?;
+    let (mut position, mut blanks) = (indent, 0);
+    for (number, (cell, width)) in row[..end].iter().zip(widths).enumerate() {
+        let Cell { text, style, right } = cell;
+        let space = width - cell.width();
+        let (before, after) = if *right { (space, 0) } else { (0, space) };
+        let before = 2 + blanks + before;
+        if position + before + cell.width() > WIDTH && number > 0 {
+            write!(out, "\n{:CONTINUED$}{style}{text}{style:#}", "")?;
+            position = CONTINUED + cell.width();
+        } else {
+            write!(out, "{:before$}{style}{text}{style:#}", "")?;
+            position += before + cell.width();
+        }
+        blanks = after;
+    }
+    writeln!(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(rows: &[&[&str]]) -> String {
+        let row = |row: &&[&str]| row.iter().map(|text| Cell::left(*text)).collect();
+        let mut out = Vec::new();
+        write(&mut out, &rows.iter().map(row).collect::<Vec<_>>()).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn a_narrow_table_is_one_line_a_row() {
+        let rows: [&[&str]; 3] = [&["force", "verdict"], &["drag", "correct"], &["drag", ""]];
+        assert_eq!(text(&rows), "  force  verdict\n  drag   correct\n  drag\n");
+    }
+
+    #[test]
+    fn a_wide_table_has_headings_and_continued_rows() {
+        let [long, wide] = ["l".repeat(60), "w".repeat(15)];
+        let rows: [&[&str]; 4] = [
+            &["force", "block", "at"],
+            &[&wide, &long, "here"],
+            &[&wide, "b", &wide],
+            &["drag", &long, &wide],
+        ];
+        let expected = format!(
+            "    block{:57}at\n  {wide}\n    {long}  here\n    b\n        {wide}\n  drag\n    {long}\n        {wide}\n",
+            ""
+        );
+        assert_eq!(text(&rows), expected);
+    }
+}

@@ -1,0 +1,541 @@
+//! The report for people: a table by feature, then what failed, then the sums.
+//!
+//! Colours are written always; the stream that is written to strips them where they have no place.
+
+use std::io::{self, Write};
+
+use anstyle::{AnsiColor, Style};
+
+use super::digits::{self, Line, LineKind};
+use super::jacobians;
+use super::table::{self, Cell};
+use grader::altered::Copied;
+use grader::blame::{Blame, Finding, Suspect, Symptom};
+use grader::compare::{Criteria, FirstWrong, Tolerances};
+use grader::diagnosis::Diagnosis;
+use grader::grading::{Credit, FeatureResult, Grading, Outcome, Repetition, SceneResult, Totals};
+use grader::hidden::{Hidden, Tally};
+use grader::points;
+use grader::suite::Section;
+use grader::verdict::{Verdict, number};
+use sandbox::Protection;
+
+/// Headings.
+pub const BOLD: Style = Style::new().bold();
+/// Column names and remarks.
+pub const DIM: Style = Style::new().dimmed();
+/// What passed.
+pub const GOOD: Style = AnsiColor::Green.on_default();
+/// What failed.
+pub const BAD: Style = AnsiColor::Red.on_default().bold();
+/// What could not be judged.
+pub const ODD: Style = AnsiColor::Yellow.on_default().bold();
+
+/// How to write it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Config {
+    /// The most scenes whose failure is told in detail.
+    pub details: usize,
+}
+
+/// Writes the report.
+///
+/// # Errors
+/// Where the output takes no more.
+pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Result<()> {
+    for section in Section::ALL {
+        let groups: Vec<&[FeatureResult]> = grading.groups(section).collect();
+        if !groups.is_empty() {
+            writeln!(out, "{BOLD}{}{BOLD:#}", title(section))?;
+            write_features(out, &groups, grading)?;
+            writeln!(out)?;
+        }
+    }
+    if !grading.jacobians.is_empty() {
+        jacobians::text::write_brief(out, &grading.jacobians.forces)?;
+        writeln!(out)?;
+    }
+    if let Some(probing) = &grading.probing {
+        super::probe::text::write_findings(
+            out,
+            probing,
+            super::probe::text::Config { details: false },
+        )?;
+        writeln!(out)?;
+    }
+    write_failures(out, grading, config)?;
+    write_hidden(out, grading)?;
+    write_summary(out, grading)
+}
+
+/// Says which verdicts there are among hidden scenes, and nothing else of them.
+fn write_hidden(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let failed: Vec<&FeatureResult> = grading
+        .features
+        .iter()
+        .filter(|result| result.hidden.n_passed() < result.hidden.n_scenes())
+        .collect();
+    if failed.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "{BOLD}Hidden scenes that did not pass{BOLD:#}, by their verdicts")?;
+    let row = |result: &&FeatureResult| {
+        vec![
+            Cell::left(result.feature.group.clone()),
+            Cell::left(result.feature.integrator),
+            Cell::left(verdicts(&result.hidden)),
+        ]
+    };
+    table::write_unnamed(out, &failed.iter().map(row).collect::<Vec<_>>())?;
+    writeln!(out)
+}
+
+/// The verdicts other than a pass, with their counts.
+pub(super) fn verdicts(tally: &Tally) -> String {
+    let others = tally.verdicts.iter().filter(|(name, _)| **name != Verdict::Pass.name());
+    let others = others.map(|(name, count)| format!("{count} {}", name.replace('-', " ")));
+    others.collect::<Vec<_>>().join(", ")
+}
+
+fn title(section: Section) -> &'static str {
+    match section {
+        Section::Required => "Required",
+        Section::ExtraCredit => "Extra credit",
+    }
+}
+
+/// A row of column names; those with these numbers are flush right.
+pub fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
+    let cell = |(column, name): (usize, &&str)| {
+        let cell = if numbers.contains(&column) { Cell::right(*name) } else { Cell::left(*name) };
+        cell.styled(DIM)
+    };
+    names.iter().enumerate().map(cell).collect()
+}
+
+fn write_features(
+    out: &mut dyn Write,
+    groups: &[&[FeatureResult]],
+    grading: &Grading,
+) -> io::Result<()> {
+    let names = [
+        "group",
+        "integrator",
+        "scenes",
+        "hidden",
+        "error x",
+        "error v",
+        "points",
+        "not judged",
+        "verdict",
+    ];
+    let credits = |credit: &Credit| {
+        let unjudged = if credit.unjudged > 0.0 { points::unjudged(credit) } else { String::new() };
+        [points::of(credit, grading.faults), unjudged].map(Cell::right)
+    };
+    let mut rows = vec![header(&names, 2..8)];
+    for group in groups {
+        for result in *group {
+            let largest = result.largest_residuals();
+            let nothing = || "-".to_owned();
+            let [earned, unjudged] = credits(&result.credit());
+            rows.push(vec![
+                Cell::left(result.feature.group.clone()),
+                Cell::left(result.feature.integrator),
+                Cell::right(count(result.n_passed(), result.scenes.len())),
+                Cell::right(count(result.hidden.n_passed(), result.hidden.n_scenes())),
+                Cell::right(largest.map_or_else(nothing, |(position, _)| residual(position))),
+                Cell::right(largest.map_or_else(nothing, |(_, velocity)| residual(velocity))),
+                earned,
+                unjudged,
+                match result.has_faults() {
+                    false if result.is_pass() => good("pass"),
+                    // Or its points would not be understood.
+                    false if !result.partial && result.has_passes() => bad("FAIL (all or nothing)"),
+                    false => bad("FAIL"),
+                    true => Cell::left("FAULT").styled(ODD),
+                },
+            ]);
+        }
+        if group.len() > 1 {
+            let totals = Totals::of(*group);
+            let [earned, unjudged] = credits(&totals.credit);
+            let row = [
+                Cell::left(""),
+                Cell::left("together"),
+                Cell::right(count(totals.passed, totals.scenes)),
+                Cell::right(count(totals.hidden_passed, totals.hidden)),
+                Cell::right(""),
+                Cell::right(""),
+                earned,
+                unjudged,
+            ];
+            rows.push(row.map(|cell| cell.styled(DIM)).into());
+        }
+    }
+    if !groups.iter().copied().flatten().any(FeatureResult::has_faults) {
+        rows.iter_mut().for_each(|row| drop(row.remove(7)));
+    }
+    if grading.hidden != Hidden::Run {
+        rows.iter_mut().for_each(|row| drop(row.remove(3)));
+    }
+    table::write(out, &rows)
+}
+
+/// `2/3`, or `-` of nothing.
+fn count(passed: usize, all: usize) -> String {
+    if all == 0 { "-".to_owned() } else { format!("{passed}/{all}") }
+}
+
+fn good(text: &str) -> Cell {
+    Cell::left(text).styled(GOOD)
+}
+
+fn bad(text: &str) -> Cell {
+    Cell::left(text).styled(BAD)
+}
+
+fn residual(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
+}
+
+fn write_failures(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Result<()> {
+    let scenes = grading.features.iter().flat_map(|result| &result.scenes);
+    let failed: Vec<&SceneResult> =
+        scenes.filter(|scene| !scene.comparison.verdict.is_pass()).collect();
+    // What is said of one scene need not be said of each: a build fails once.
+    let mut groups: Vec<(&SceneResult, usize)> = Vec::new();
+    for scene in &failed {
+        let same = |(known, _): &&mut (&SceneResult, usize)| {
+            let [known, scene] = [&known.comparison, &scene.comparison];
+            known.verdict == scene.verdict && known.states == 0 && scene.states == 0
+        };
+        match groups.iter_mut().find(same) {
+            Some((_, count)) => *count += 1,
+            None => groups.push((scene, 1)),
+        }
+    }
+    for (scene, count) in groups.iter().take(config.details) {
+        write_failure(out, scene)?;
+        if *count > 1 {
+            writeln!(out, "  {DIM}and the same of {} more scenes{DIM:#}", count - 1)?;
+        }
+        writeln!(out)?;
+    }
+    let untold: usize = groups.iter().skip(config.details).map(|(_, count)| count).sum();
+    if untold > 0 {
+        writeln!(
+            out,
+            "{untold} more scenes did not pass; --details {} tells of all.\n",
+            groups.len()
+        )?;
+    }
+    Ok(())
+}
+
+fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
+    let verdict = &scene.comparison.verdict;
+    let style = if matches!(verdict, Verdict::GraderFault(_)) { ODD } else { BAD };
+    let name = verdict.name().replace('-', " ");
+    let message = verdict.to_string().replace('\n', "\n  ");
+    writeln!(out, "{style}{name}{style:#}  {BOLD}{}{BOLD:#}  ({})", scene.id, scene.path)?;
+    writeln!(out, "  {message}")?;
+    if let Some(first) = &scene.comparison.first_wrong {
+        write_first_wrong(out, first)?;
+    }
+    match &scene.diagnosis {
+        Some(diagnosis) => write_diagnosis(out, diagnosis),
+        None => Ok(()),
+    }
+}
+
+fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()> {
+    let Diagnosis { steps, explanation, restarts } = diagnosis;
+    writeln!(out, "  Redoing each step from your own previous state: {}", steps.words())?;
+    if let Some(restarts) = restarts {
+        writeln!(out, "  Running your program from the oracle's states: {}", restarts.words())?;
+    }
+    match explanation {
+        Some(explanation) => {
+            let left = match explanation.remainder {
+                left if left > 0.0 => format!("{left:.0e}"),
+                _ => "rounding".to_owned(),
+            };
+            let steps = if steps.wrong == 1 { "step" } else { "steps" };
+            writeln!(
+                out,
+                "  {BOLD}Cause (reproduces your {steps} to {left}): {}{BOLD:#}",
+                explanation.words()
+            )
+        }
+        None if steps.wrong > 0 => {
+            writeln!(out, "  No single mistake that was tried explains this.")
+        }
+        None => Ok(()),
+    }
+}
+
+fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> {
+    let FirstWrong { place, time, residual: size, tolerance, envelope, .. } = first;
+    let origin = envelope.map_or_else(String::new, |envelope| {
+        format!("; correct programs differ by up to {}", residual(envelope))
+    });
+    let what = if first.accumulated { "sum of residuals" } else { "residual" };
+    let quantity = place.quantity.name();
+    let coordinate = place.coordinate();
+    writeln!(
+        out,
+        "  first wrong: step {}, t = {} s, particle {}, {coordinate} ({quantity} {what} {size:.1e}, \
+         tolerance {tolerance:.0e}{origin})",
+        place.step,
+        number(*time),
+        place.particle
+    )?;
+    let (expected, got) = (digits::full(first.expected), digits::full(first.got));
+    let common = digits::common_prefix(&expected, &got);
+    let marked = |text: &str, style: Style| {
+        format!("{}{style}{}{style:#}", &text[..common], &text[common..])
+    };
+    writeln!(out, "    expected  {coordinate:<2} = {}", marked(&expected, GOOD))?;
+    writeln!(out, "    got       {coordinate:<2} = {}", marked(&got, BAD))?;
+    let differing = expected.chars().count().max(got.chars().count()) - common;
+    writeln!(out, "{}{BAD}{}{BAD:#}", " ".repeat(19 + common), "^".repeat(differing))?;
+
+    let columns = match first.context.first().map_or(0, |row| row.expected.len()) {
+        6 => "x y z vx vy vz",
+        _ => "x y vx vy",
+    };
+    writeln!(
+        out,
+        "  particle {} around that step: step, {columns} ({GOOD}-{GOOD:#} expected, {BAD}+{BAD:#} got)",
+        place.particle
+    )?;
+    for Line { kind, pieces } in digits::context(first) {
+        let (sign, style) = match kind {
+            LineKind::Same => (' ', DIM),
+            LineKind::Expected => ('-', GOOD),
+            LineKind::Got => ('+', BAD),
+        };
+        write!(out, "  {style}{sign}{style:#} ")?;
+        for (text, differs) in pieces {
+            let style = if differs || kind == LineKind::Same { style } else { Style::new() };
+            write!(out, "{style}{text}{style:#}")?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// Says what the program was kept from, and what it was not.
+fn write_protection(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
+    if !in_force.is_empty() {
+        let names: Vec<&str> = in_force.iter().map(|protection| protection.name()).collect();
+        writeln!(out, "  {DIM}Run under protection: {}.{DIM:#}", names.join(", "))?;
+    }
+    write_unprotected(out, in_force)
+}
+
+/// Warns of the protections that were not in force.
+pub(super) fn write_unprotected(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
+    match missing(in_force).join(", ") {
+        _ if in_force.is_empty() => writeln!(out, "  {ODD}Run without protection.{ODD:#}"),
+        missing if missing.is_empty() => Ok(()),
+        missing => writeln!(out, "  {ODD}Run without these protections: {missing}.{ODD:#}"),
+    }
+}
+
+/// The names of the protections that were not in force.
+pub(super) fn missing(in_force: &[Protection]) -> Vec<&'static str> {
+    let missing = Protection::ALL.into_iter().filter(|each| !in_force.contains(each));
+    missing.map(Protection::name).collect()
+}
+
+/// Says whether running a scene again gave the same bytes.
+fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<()> {
+    let Repetition { scenes, differing } = repetition;
+    match differing.as_slice() {
+        [] if *scenes == 0 => Ok(()),
+        [] => {
+            writeln!(out, "  {DIM}Deterministic: {scenes} scenes re-run, identical output.{DIM:#}")
+        }
+        _ => writeln!(
+            out,
+            "  {ODD}Not deterministic: {} of {scenes} re-run scenes gave different output: {}.{ODD:#}",
+            differing.len(),
+            differing.join(", ")
+        ),
+    }
+}
+
+/// Says that answers may be copied, and which scenes show it.
+fn write_copied(out: &mut dyn Write, copied: &Copied) -> io::Result<()> {
+    writeln!(out, "  {ODD}{copied}.{ODD:#}")?;
+    let altered =
+        copied.altered.iter().map(|(scene, change)| format!("{scene} ({})", change.name()));
+    writeln!(out, "  {DIM}Altered: {}.{DIM:#}", altered.collect::<Vec<_>>().join(", "))
+}
+
+/// Says what the scenes were judged by.
+fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let scenes = || grading.features.iter().flat_map(|result| &result.scenes);
+    let total = scenes().count();
+    let calibrated = scenes().filter(|scene| matches!(scene.criteria, Criteria::Calibrated(_)));
+    let used = calibrated.clone().filter_map(|scene| scene.comparison.allowed);
+    let used = used.map(|allowed| allowed.used).reduce(f64::max);
+    let of = |count: usize| match count {
+        count if count == total => "Judged".to_owned(),
+        count => format!("{count} scenes judged"),
+    };
+    let count = calibrated.count();
+    if count > 0 {
+        let used = match used {
+            Some(used) if used < 0.01 => "; every error is below 1 % of its tolerance".to_owned(),
+            Some(used) if used <= 1.0 => {
+                format!("; the largest error is {:.0} % of its tolerance", 100.0 * used)
+            }
+            _ => String::new(),
+        };
+        writeln!(out, "  {DIM}{} by calibrated tolerances{used}.{DIM:#}", of(count))?;
+    }
+    let mut fixed: Vec<(Tolerances, usize)> = Vec::new();
+    for scene in scenes() {
+        let Criteria::Fixed(tolerances) = scene.criteria else { continue };
+        match fixed.iter_mut().find(|(known, _)| *known == tolerances) {
+            Some((_, count)) => *count += 1,
+            None => fixed.push((tolerances, 1)),
+        }
+    }
+    for (tolerances @ Tolerances { largest, accumulated }, count) in fixed {
+        let whose = if tolerances == Tolerances::COURSE {
+            "the course's criteria"
+        } else {
+            "fixed tolerances"
+        };
+        writeln!(
+            out,
+            "  {DIM}{} by {whose}: each residual below {largest:e}, their sum below {accumulated:e}.{DIM:#}",
+            of(count)
+        )?;
+    }
+    Ok(())
+}
+
+/// The likely causes of the failures, where there is anything to say.
+fn write_blame(out: &mut dyn Write, blame: &Blame) -> io::Result<()> {
+    for finding in &blame.findings {
+        let Finding { symptom, failing, .. } = finding;
+        let (lead, failures) = match symptom {
+            Symptom::Wrong => ("Likely cause: ", "failures"),
+            Symptom::Crash => ("Likely cause of the crashes: ", "crashes"),
+            Symptom::TimeOut => ("Likely cause of the timeouts: ", "timeouts"),
+            Symptom::Memory => ("Likely cause of running out of memory: ", "such failures"),
+        };
+        for (number, suspect) in finding.named().iter().enumerate() {
+            let lead = match (number, finding.together) {
+                (0, _) => lead,
+                (_, true) => "together with: ",
+                (_, false) => "or: ",
+            };
+            let Suspect { explained, against, .. } = suspect;
+            let against = match against {
+                0 => String::new(),
+                1 => "; contradicted by 1 pass".to_owned(),
+                n => format!("; contradicted by {n} passes"),
+            };
+            writeln!(
+                out,
+                "  {lead}{BOLD}{}{BOLD:#} {DIM}(explains {explained} of {failing} {failures}{against}){DIM:#}",
+                suspect.cause()
+            )?;
+        }
+    }
+    Ok(())
+}
+
+fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let mut rows = Vec::new();
+    for section in Section::ALL {
+        let totals = grading.totals(section);
+        if totals.scenes + totals.hidden > 0 {
+            rows.push(vec![
+                Cell::left(title(section)),
+                Cell::right(format!("{}/{} scenes", totals.passed, totals.scenes)),
+                Cell::right(format!("{}/{} features", totals.features_passed, totals.features)),
+                Cell::right(format!("{} points", points::of(&totals.credit, grading.faults))),
+            ]);
+            if totals.hidden > 0 {
+                rows.push(vec![
+                    Cell::left("  hidden"),
+                    Cell::right(format!("{}/{} scenes", totals.hidden_passed, totals.hidden)),
+                ]);
+            }
+        }
+    }
+    if !grading.jacobians.is_empty() {
+        let (correct, asked) = grading.jacobians.counts();
+        let count = format!("{correct}/{asked} verdicts");
+        rows.push(vec![Cell::left("Jacobians"), Cell::right(count)]);
+    }
+    if let Some(probing) = &grading.probing {
+        let (correct, offered) = probing.counts();
+        let text = format!("{correct}/{offered} findings");
+        rows.push(vec![Cell::left("Jacobians"), Cell::right(text)]);
+    }
+    writeln!(out, "{BOLD}Summary{BOLD:#} for {}", grading.submission)?;
+    table::write_unnamed(out, &rows)?;
+    write_criteria(out, grading)?;
+    if let Some(protection) = &grading.protection {
+        write_protection(out, protection)?;
+    }
+    if let Some(repetition) = &grading.repetition {
+        write_repetition(out, repetition)?;
+    }
+    if let Some(copied) = &grading.copied {
+        write_copied(out, copied)?;
+    }
+    if let Some(blame) = &grading.blame {
+        write_blame(out, blame)?;
+    }
+    if let Some(interrupted) = grading.interrupted {
+        return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
+    }
+    let (style, text) = match grading.outcome() {
+        Outcome::Passed => (GOOD, "All passed."),
+        Outcome::PassedShipped => (GOOD, "All shipped scenes passed."),
+        Outcome::Failed => (BAD, "Something failed."),
+        Outcome::GraderFault => {
+            (ODD, "Something could not be judged; its points are neither earned nor lost.")
+        }
+    };
+    write_score(out, grading)?;
+    match grading.hidden {
+        Hidden::NotRun { scenes } => {
+            writeln!(out, "  {style}{text}{style:#} {ODD}{}{ODD:#}", not_run(scenes))
+        }
+        Hidden::None | Hidden::Run => writeln!(out, "  {style}{text}{style:#}"),
+    }
+}
+
+/// That hidden scenes were not run.
+pub(super) fn not_run(scenes: Option<usize>) -> String {
+    match scenes {
+        Some(1) => "1 hidden scene was not run.".to_owned(),
+        Some(count) => format!("{count} hidden scenes were not run."),
+        None => "Hidden scenes were not run.".to_owned(),
+    }
+}
+
+/// The points that there are, extra credit apart.
+fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let [required, extra] = Section::ALL.map(|section| grading.totals(section));
+    if required.features + extra.features == 0 {
+        return Ok(());
+    }
+    let words = |credit: &Credit, noun| points::in_words(credit, grading.faults, noun);
+    write!(out, "  {BOLD}Score {}{BOLD:#}", words(&required.credit, " points"))?;
+    if extra.features > 0 {
+        let together = points::earned(&(required.credit + extra.credit), grading.faults);
+        write!(out, ", and {} for extra credit: {together} together", words(&extra.credit, ""))?;
+    }
+    writeln!(out)
+}

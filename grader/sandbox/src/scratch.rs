@@ -1,0 +1,385 @@
+//! Scratch folders, and the removal of those whose grader was killed.
+//!
+//! A scratch folder holds a file that its grader keeps locked as long as it lives. A lock that can be taken shows
+//! that the folder is abandoned, even to a process in another PID namespace. A folder may be swept between its making and
+//! its locking; its grader notices, and makes another. The lock is removed last of all, so that a process that is killed
+//! while it removes a folder leaves one that can be swept.
+
+use std::ffi::{CStr, CString};
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use rustix::fs::{
+    AtFlags, CWD, Dir, FileType, FlockOperation, Mode, OFlags, chmodat, fchmod, flock, fstat,
+    mkdir, open, openat, renameat, statat, unlinkat,
+};
+use rustix::io::{Errno, Result};
+
+/// What the names of scratch folders begin with.
+pub(crate) const PREFIX: &str = "spring-oracle-";
+
+/// Characters of a name that follow, at random.
+const RANDOM: usize = 16;
+
+/// The file that is locked.
+const LOCK: &str = "lock";
+
+/// How often to make another folder where one is swept before it is locked, and to remove one that is written to.
+const ATTEMPTS: u32 = 100;
+
+/// The pause before each further attempt to remove one.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// How long a folder without a lock is left alone, unless it is empty.
+const GRACE: Duration = Duration::from_secs(3600);
+
+const FOLDER: OFlags =
+    OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
+
+/// A folder that is removed when it is dropped. The file `lock` in it is taken.
+#[derive(Debug)]
+pub struct Scratch {
+    path: PathBuf,
+    _lock: OwnedFd,
+}
+
+impl Scratch {
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed is left to `sweep`.
+        let _ = remove(&self.path);
+    }
+}
+
+/// A new folder that only this user may read, below the system's folder for temporary files.
+pub fn scratch_folder() -> io::Result<Scratch> {
+    scratch_folder_in(&std::env::temp_dir())
+}
+
+fn scratch_folder_in(parent: &Path) -> io::Result<Scratch> {
+    let mut made = scratch_folder_once(parent);
+    for _ in 0..ATTEMPTS {
+        match made {
+            Err(Errno::EXIST | Errno::NOENT | Errno::WOULDBLOCK) => {}
+            made => return Ok(made?),
+        }
+        made = scratch_folder_once(parent);
+    }
+    Ok(made?)
+}
+
+fn scratch_folder_once(parent: &Path) -> Result<Scratch> {
+    let random: String = (0..RANDOM).map(|_| fastrand::alphanumeric()).collect();
+    let path = parent.join(format!("{PREFIX}{random}"));
+    mkdir(&path, Mode::RWXU)?;
+    let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
+    let lock = open(path.join(LOCK), flags, Mode::RUSR | Mode::WUSR)?;
+    flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
+    // A sweeper removes the lock's file before it releases the lock.
+    if fstat(&lock)?.st_nlink == 0 {
+        return Err(Errno::NOENT);
+    }
+    Ok(Scratch { path, _lock: lock })
+}
+
+/// Whether a path is named as a scratch folder is.
+#[cfg(target_os = "linux")]
+pub(super) fn is_scratch(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(PREFIX.as_bytes()))
+}
+
+/// Removes the scratch folders of graders that were killed.
+pub(super) fn sweep() {
+    sweep_in(&std::env::temp_dir());
+}
+
+fn sweep_in(parent: &Path) {
+    let Ok(parent) = open(parent, FOLDER - OFlags::NOFOLLOW, Mode::empty()) else { return };
+    for name in names(&parent).unwrap_or_default() {
+        if name.to_bytes().starts_with(PREFIX.as_bytes()) {
+            // It may be in use, or another user's, or be swept by another grader.
+            let _ = sweep_one(&parent, &name);
+        }
+    }
+}
+
+fn sweep_one(parent: &OwnedFd, name: &CStr) -> Result<()> {
+    let folder = openat(parent, name, FOLDER, Mode::empty())?;
+    let stat = fstat(&folder)?;
+    if stat.st_uid != rustix::process::geteuid().as_raw() {
+        return Ok(());
+    }
+    let age = u64::try_from(stat.st_mtime)
+        .ok()
+        .and_then(|seconds| SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds)))
+        .and_then(|changed| SystemTime::now().duration_since(changed).ok());
+    let is_young = age.is_none_or(|age| age < GRACE);
+    let flags = OFlags::RDWR | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    // It is held until the folder is gone.
+    let _lock = match openat(&folder, LOCK, flags, Mode::empty()) {
+        Ok(lock) => {
+            flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
+            Some(lock)
+        }
+        Err(_) if is_young => return unlinkat(parent, name, AtFlags::REMOVEDIR),
+        Err(_) => None,
+    };
+    remove_scratch(parent, name)
+}
+
+fn remove(path: &Path) -> Result<()> {
+    let (Some(parent), Some(name)) = (path.parent(), path.file_name()) else {
+        return Err(Errno::INVAL);
+    };
+    let parent = openat(CWD, parent, FOLDER - OFlags::NOFOLLOW, Mode::empty())?;
+    let name = CString::new(name.as_bytes()).map_err(|_| Errno::INVAL)?;
+    remove_scratch(&parent, &name)
+}
+
+/// Removes a scratch folder, its lock last. Processes of a killed grader may still write there until they have ended.
+fn remove_scratch(parent: &OwnedFd, name: &CStr) -> Result<()> {
+    let folder = open_folder(parent, name)?;
+    let remove_once = || {
+        for child in names(&folder)?.iter().filter(|child| child.to_bytes() != LOCK.as_bytes()) {
+            remove_tree(&folder, child)?;
+        }
+        let _ = unlinkat(&folder, LOCK, AtFlags::empty());
+        unlinkat(parent, name, AtFlags::REMOVEDIR)
+    };
+    for _ in 0..ATTEMPTS {
+        match remove_once() {
+            Err(Errno::NOTEMPTY | Errno::EXIST | Errno::NOENT) => std::thread::sleep(PAUSE),
+            removed => return removed,
+        }
+    }
+    remove_once()
+}
+
+/// Removes a file, or a folder with all that is in it, whatever its modes. Links are removed, and not followed.
+///
+/// A folder inside is emptied by moving the folders in it up to the top: no path gets long, and no more than three
+/// folders are open at a time, however deep they are. Each folder is moved once.
+fn remove_tree(parent: &OwnedFd, name: &CStr) -> Result<()> {
+    if !is_folder(parent, name)? {
+        return unlinkat(parent, name, AtFlags::empty());
+    }
+    let top = open_folder(parent, name)?;
+    let mut number = 0_u64;
+    loop {
+        let children = names(&top)?;
+        if children.is_empty() {
+            return unlinkat(parent, name, AtFlags::REMOVEDIR);
+        }
+        for child in children {
+            if is_folder(&top, &child)? {
+                empty_into(&top, &open_folder(&top, &child)?, &mut number)?;
+                unlinkat(&top, &child, AtFlags::REMOVEDIR)?;
+            } else {
+                unlinkat(&top, &child, AtFlags::empty())?;
+            }
+        }
+    }
+}
+
+/// Removes all that is in `folder`, but for folders, which are moved to `top` under the next free numbers.
+fn empty_into(top: &OwnedFd, folder: &OwnedFd, number: &mut u64) -> Result<()> {
+    for child in names(folder)? {
+        if !is_folder(folder, &child)? {
+            unlinkat(folder, &child, AtFlags::empty())?;
+            continue;
+        }
+        // Only a folder that may be written to can be moved.
+        open_folder(folder, &child)?;
+        loop {
+            *number += 1;
+            match renameat(folder, &child, top, number.to_string()) {
+                Err(Errno::EXIST | Errno::NOTEMPTY | Errno::NOTDIR) => {}
+                moved => break moved?,
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Opens a folder, and lets its owner do everything in it. Nobody else is at work in it, so that what was a folder a
+/// moment ago still is one when its mode is changed by name.
+fn open_folder(parent: &OwnedFd, name: &CStr) -> Result<OwnedFd> {
+    let folder = match openat(parent, name, FOLDER, Mode::empty()) {
+        Err(Errno::ACCESS) => {
+            chmodat(parent, name, Mode::RWXU, AtFlags::empty())?;
+            openat(parent, name, FOLDER, Mode::empty())?
+        }
+        opened => opened?,
+    };
+    fchmod(&folder, Mode::RWXU)?;
+    Ok(folder)
+}
+
+fn is_folder(parent: &OwnedFd, name: &CStr) -> Result<bool> {
+    let stat = statat(parent, name, AtFlags::SYMLINK_NOFOLLOW)?;
+    Ok(FileType::from_raw_mode(stat.st_mode) == FileType::Directory)
+}
+
+fn names(folder: &OwnedFd) -> Result<Vec<CString>> {
+    let mut names = Vec::new();
+    for entry in Dir::read_from(folder)? {
+        let name = entry?.file_name().to_owned();
+        if ![c".", c".."].contains(&name.as_c_str()) {
+            names.push(name);
+        }
+    }
+    Ok(names)
+}
+
+/// The text without the paths of scratch folders, whose names are chosen at random: `/tmp/NAME/scratch/trace.csv`
+/// becomes `trace.csv`, and the folder itself `.`.
+pub fn without_paths(text: &str) -> String {
+    let (mut out, mut rest) = (String::with_capacity(text.len()), text);
+    while let Some(start) = rest.find(PREFIX) {
+        let (before, found) = rest.split_at(start);
+        let after = found[PREFIX.len()..].trim_start_matches(|c: char| c.is_ascii_alphanumeric());
+        if found.len() - after.len() < PREFIX.len() + RANDOM || !before.ends_with('/') {
+            out += before;
+            out += PREFIX;
+            rest = &found[PREFIX.len()..];
+            continue;
+        }
+        let ends_path = |c: char| c.is_whitespace() || "\"'`()[]<>=,:;".contains(c);
+        out += &before[..before
+            .rfind(ends_path)
+            .map_or(0, |place| place + before[place..].chars().next().map_or(1, char::len_utf8))];
+        let inside = ["/scratch", "/folder"].iter().find_map(|name| after.strip_prefix(name));
+        let inside = inside.filter(|inside| !inside.starts_with(|c: char| c.is_alphanumeric()));
+        rest = inside.unwrap_or(after);
+        match rest.strip_prefix('/') {
+            Some(path) if path.starts_with(|c: char| !ends_path(c)) => rest = path,
+            _ => out.push('.'),
+        }
+    }
+    out + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+
+    use rustix::fs::mkdirat;
+
+    use super::*;
+
+    fn backdate(path: &Path) {
+        let hours = SystemTime::now() - 2 * GRACE;
+        fs::File::open(path).unwrap().set_modified(hours).unwrap();
+    }
+
+    #[test]
+    fn only_what_nobody_holds_is_swept() {
+        let place = tempfile::tempdir().unwrap();
+        let held = scratch_folder_in(place.path()).unwrap();
+        assert_eq!(fs::metadata(held.path()).unwrap().mode() & 0o777, 0o700);
+        // Its grader was killed: nobody holds the lock.
+        let abandoned = held.path().with_extension("killed");
+        fs::create_dir_all(abandoned.join("scratch/deep")).unwrap();
+        fs::write(abandoned.join(LOCK), "").unwrap();
+        let of_name = |name: &str| {
+            let path = place.path().join(format!("{PREFIX}{name}"));
+            fs::create_dir(&path).unwrap();
+            path
+        };
+        let (young, empty, old) = (of_name("1"), of_name("2"), of_name("3"));
+        for folder in [&young, &old] {
+            fs::write(folder.join("file"), "").unwrap();
+        }
+        let outside = place.path().join("outside");
+        fs::create_dir(&outside).unwrap();
+        let link = place.path().join(format!("{PREFIX}link"));
+        symlink(&outside, &link).unwrap();
+        backdate(&old);
+        backdate(held.path());
+        sweep_in(place.path());
+        for path in [held.path(), &young, &outside, &link] {
+            assert!(path.exists(), "{}", path.display());
+        }
+        for path in [&abandoned, &empty, &old] {
+            assert!(!path.exists(), "{}", path.display());
+        }
+        let path = held.path().to_path_buf();
+        drop(held);
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn folders_are_made_while_others_sweep() {
+        let place = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            let makers: Vec<_> = (0..2)
+                .map(|_| {
+                    scope.spawn(|| {
+                        for _ in 0..100 {
+                            let folder = scratch_folder_in(place.path()).unwrap();
+                            fs::write(folder.path().join("file"), "").unwrap();
+                        }
+                    })
+                })
+                .collect();
+            while makers.iter().any(|maker| !maker.is_finished()) {
+                sweep_in(place.path());
+            }
+        });
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_tree_is_removed_however_deep_and_whatever_its_modes() {
+        let scratch = scratch_folder().unwrap();
+        let victim = tempfile::tempdir().unwrap();
+        fs::write(victim.path().join("kept"), "").unwrap();
+        // Names that the removal gives as well.
+        for name in ["1", "2"] {
+            fs::write(scratch.path().join(name), "").unwrap();
+        }
+        fs::create_dir_all(scratch.path().join("3/4/5")).unwrap();
+        symlink(victim.path(), scratch.path().join("3/4/link")).unwrap();
+        symlink(victim.path(), scratch.path().join("link")).unwrap();
+        let mut folder = openat(CWD, scratch.path(), FOLDER, Mode::empty()).unwrap();
+        for _ in 0..15_000 {
+            mkdirat(&folder, "d", Mode::RWXU).unwrap();
+            let inner = openat(&folder, "d", FOLDER, Mode::empty()).unwrap();
+            fchmod(&folder, Mode::empty()).unwrap();
+            folder = inner;
+        }
+        drop(folder);
+        fs::set_permissions(scratch.path(), fs::Permissions::from_mode(0o700)).unwrap();
+        let path = scratch.path().to_path_buf();
+        drop(scratch);
+        assert!(!path.exists());
+        assert!(victim.path().join("kept").exists());
+    }
+
+    #[test]
+    fn paths_of_scratch_folders_are_not_shown() {
+        let at = format!("/tmp/{PREFIX}{}", "a1".repeat(RANDOM / 2));
+        for (text, expected) in [
+            (format!("{at}/scratch/trace.csv:2: bad"), "trace.csv:2: bad"),
+            (format!("File \"{at}/folder/sim.py\", line 1"), "File \"sim.py\", line 1"),
+            (format!("cwd={at}/scratch"), "cwd=."),
+            (format!("in {at}/scratch/ and {at}: no"), "in ./ and .: no"),
+            (format!("{at}/scratchy"), "scratchy"),
+            (format!("é{at}/folder/a\n{at}/folder/b"), "a\nb"),
+            (format!("my {PREFIX}notes"), "my spring-oracle-notes"),
+            (format!("/x/{PREFIX}notes"), "/x/spring-oracle-notes"),
+        ] {
+            assert_eq!(without_paths(&text), expected, "{text}");
+        }
+    }
+}

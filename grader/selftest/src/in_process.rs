@@ -1,0 +1,112 @@
+//! The second simulator with its mistakes, graded in this process.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::mistake::{self, Area, Mistake};
+use super::student::{self, Student};
+use super::{Expectation, Graded, Outcome, Row};
+use grader::blame::{Family, Feature, Part, Symptom};
+use grader::compare::{Comparison, Criteria};
+use grader::grading::{self, Grading};
+use grader::oracle::Oracle;
+use grader::rubric::Rubric;
+use grader::suite::{Case, Suite};
+
+/// The faultless student, and every mistake; `suite` must hold no scene that the student does not know.
+pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
+    let faultless = Student::faultless();
+    let judge = |student: &Student, case: &Case, criteria: Criteria| {
+        grading::judge(case, oracle, criteria, || Ok(Box::new(student.simulate(&case.scene))))
+    };
+    let correct = grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
+        judge(&faultless, case, criteria)
+    });
+    let scenes = correct.features.iter().flat_map(|feature| &feature.scenes);
+    let known: HashMap<&str, &Comparison> =
+        scenes.map(|scene| (scene.id.as_str(), &scene.comparison)).collect();
+    let mut rows = vec![Row {
+        subject: "the second simulator".to_owned(),
+        description: "as it is".to_owned(),
+        language: LANGUAGE.to_owned(),
+        expectation: Expectation::Correct,
+        result: Outcome::Graded(Graded::of(&correct)),
+    }];
+    let row = |mistake: &Mistake| {
+        let student = mistake.student();
+        let grading = grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
+            // Elsewhere the code with the mistake is not run.
+            match known.get(case.id.as_str()) {
+                Some(known) if !mistake.can_matter_on(&case.scene) => (*known).clone(),
+                _ => judge(&student, case, criteria),
+            }
+        });
+        Row {
+            subject: mistake.subject.to_owned(),
+            description: mistake.description.to_owned(),
+            language: LANGUAGE.to_owned(),
+            expectation: Expectation::Mistake(Symptom::Wrong, feature(mistake)),
+            result: Outcome::Graded(Graded::of(&grading)),
+        }
+    };
+    rows.extend(mistake::all().par_iter().map(row).collect::<Vec<Row>>());
+    rows
+}
+
+/// A student who makes two mistakes.
+pub fn of_two(
+    suite: &Suite,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    [first, second]: [&Mistake; 2],
+) -> Grading {
+    let student = first.and(second);
+    grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
+        grading::judge(case, oracle, criteria, || Ok(Box::new(student.simulate(&case.scene))))
+    })
+}
+
+/// The second simulator is written in Rust, and built with the grader.
+const LANGUAGE: &str = "Rust";
+
+/// The scenes of a suite that the student knows.
+pub fn known(suite: &mut Suite) {
+    suite.cases.retain(|case| student::knows(&case.scene));
+}
+
+/// What a mistake is to be blamed on: where it was planted.
+pub fn feature(mistake: &Mistake) -> Feature {
+    let subject = mistake.subject;
+    let is = |name: &str| subject.starts_with(name);
+    match mistake.area {
+        Area::Force => Feature::Force(part(subject)),
+        Area::Jacobian => Feature::Jacobian(part(subject)),
+        Area::Integrator => Feature::Integrator(match () {
+            () if is("explicit") => "explicit-euler",
+            () if is("symplectic") => "symplectic-euler",
+            () if is("linearized") => "linearized-implicit-euler",
+            () => "implicit-euler",
+        }),
+        Area::Fixed => Feature::Fixed(match () {
+            () if is("explicit") => Family::Explicit,
+            () if is("linearized") => Family::Implicit,
+            () => Family::Any,
+        }),
+    }
+}
+
+/// The part of a force that a subject is about.
+fn part(subject: &str) -> Part {
+    let parts = [
+        ("simple gravity", Part::All("simplegravity")),
+        ("constant force", Part::All("constantforce")),
+        ("spring of squared length", Part::All("greenspringforce")),
+        ("spring, elastic force", Part::Elastic),
+        ("spring, damping", Part::Damping),
+        ("gravitation", Part::All("gravitationalforce")),
+        ("linear drag", Part::All("dragdamping")),
+    ];
+    let found = parts.iter().find(|(name, _)| subject.starts_with(name));
+    found.map_or(Part::All("vortexforce"), |(_, part)| *part)
+}

@@ -1,0 +1,283 @@
+//! The grader put to the test: mistakes that it must catch and blame, correct programs that it must pass.
+//!
+//! ```text
+//! in_process.rs   student.rs spoilt by mistake/    ──┐
+//!                                                    ├─> Row: verdicts, blame, worst residual ─> Rates
+//! programs.rs     programs/ built in several ways  ──┘
+//! ```
+//!
+//! Every row is graded by the code that grades a submission. The rows of the first kind run in this process and
+//! need nothing; those of the second are programs in other languages, built and run under protection. What a
+//! mistake is to be blamed on is written down beside it, by its nature, before it is run.
+
+pub mod mistake;
+pub mod student;
+
+pub mod in_process;
+pub mod programs;
+pub mod report;
+
+mod library;
+
+use grader::blame::{Feature, Symptom};
+use grader::compare::{Comparison, Criteria, Tolerances};
+use grader::grading::Grading;
+
+/// The share of mistakes that must be blamed on the right feature.
+pub const RIGHTLY_BLAMED: f64 = 0.95;
+
+/// What a row is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Expectation {
+    /// A mistake, to be blamed on this.
+    Mistake(Symptom, Feature),
+    /// A correct variant.
+    Correct,
+}
+
+/// A submission and what the grader made of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Where the mistake is, or what the variant varies.
+    pub subject: String,
+    /// The mistake or variant, in a few words.
+    pub description: String,
+    /// The language, with flags where there are any.
+    pub language: String,
+    /// What it is.
+    pub expectation: Expectation,
+    /// What became of it.
+    pub result: Outcome,
+}
+
+/// What became of a row.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It was graded.
+    Graded(Graded),
+    /// It could not be built or run, for this reason.
+    Skipped(String),
+}
+
+/// What a grading comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Graded {
+    /// Scenes that were judged.
+    pub scenes: usize,
+    /// Of these, the ones that failed.
+    pub failed: usize,
+    /// The symptoms and features that are named, the likeliest first.
+    pub named: Vec<(Symptom, Feature)>,
+    /// Whether two are named that are at work together, and not one or the other.
+    pub together: bool,
+    /// The likeliest causes, named or not, in words.
+    pub suspects: Vec<String>,
+    /// How many times its tolerance the worst residual is; `None` where nothing was compared.
+    pub worst: Option<f64>,
+    /// The first scene that failed, with its verdict.
+    pub example: Option<String>,
+}
+
+impl Graded {
+    /// Of a grading.
+    pub fn of(grading: &Grading) -> Self {
+        let scenes = || grading.features.iter().flat_map(|feature| &feature.scenes);
+        let failed = || scenes().filter(|scene| !scene.comparison.verdict.is_pass());
+        // Of several ways to fail, the most frequent one.
+        let finding = grading.blame.as_ref().and_then(|blame| blame.findings.first());
+        let named = finding.map_or(&[][..], |finding| finding.named());
+        let suspects = finding.map_or(&[][..], |finding| &finding.suspects);
+        Self {
+            scenes: scenes().count(),
+            failed: failed().count(),
+            named: named.iter().map(|suspect| (suspect.symptom, suspect.feature)).collect(),
+            together: finding.is_some_and(|finding| finding.together),
+            suspects: suspects.iter().map(ToString::to_string).collect(),
+            worst: scenes()
+                .filter(|scene| scene.comparison.is_compared())
+                .map(|scene| excess(&scene.comparison, &scene.criteria))
+                .reduce(f64::max),
+            example: failed()
+                .next()
+                .map(|scene| format!("{}: {}", scene.id, scene.comparison.verdict)),
+        }
+    }
+}
+
+/// How many times the residuals are the tolerances.
+fn excess(comparison: &Comparison, criteria: &Criteria) -> f64 {
+    let Criteria::Fixed(Tolerances { largest, accumulated }) = criteria else {
+        return comparison.allowed.map_or(0.0, |allowed| allowed.used);
+    };
+    let residuals = [comparison.position, comparison.velocity];
+    let ratios = residuals.map(|of| (of.largest / largest).max(of.accumulated / accumulated));
+    ratios[0].max(ratios[1])
+}
+
+impl Row {
+    /// Whether it came out as it should, where it was run: a mistake fails, a correct variant passes.
+    pub fn is_told(&self) -> Option<bool> {
+        let Outcome::Graded(graded) = &self.result else { return None };
+        Some(match self.expectation {
+            Expectation::Mistake(..) => graded.failed > 0,
+            Expectation::Correct => graded.failed == 0 && graded.scenes > 0,
+        })
+    }
+
+    /// Whether the right feature is named first; `None` where there is nothing to blame, or it was not run.
+    pub fn is_blamed_rightly(&self) -> Option<bool> {
+        let Expectation::Mistake(symptom, feature) = self.expectation else { return None };
+        let Outcome::Graded(graded) = &self.result else { return None };
+        Some(graded.named.first() == Some(&(symptom, feature)))
+    }
+}
+
+/// All rows, with what they come to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SelfTest {
+    /// The rows, mistakes and correct variants.
+    pub rows: Vec<Row>,
+}
+
+/// So many of so many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rate {
+    /// Those that came out as they should.
+    pub right: usize,
+    /// All that were run.
+    pub all: usize,
+}
+
+impl Rate {
+    /// From 0 to 1; 0 where nothing was run, for then nothing is shown.
+    pub fn value(self) -> f64 {
+        if self.all == 0 { 0.0 } else { self.right as f64 / self.all as f64 }
+    }
+
+    fn of(answers: impl Iterator<Item = Option<bool>>) -> Self {
+        let (mut right, mut all) = (0, 0);
+        for answer in answers.flatten() {
+            right += usize::from(answer);
+            all += 1;
+        }
+        Self { right, all }
+    }
+}
+
+impl SelfTest {
+    /// The rows that are mistakes.
+    pub fn mistakes(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| matches!(row.expectation, Expectation::Mistake(..)))
+    }
+
+    /// The rows that are correct variants.
+    pub fn variants(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| row.expectation == Expectation::Correct)
+    }
+
+    /// Mistakes that were caught.
+    pub fn caught(&self) -> Rate {
+        Rate::of(self.mistakes().map(Row::is_told))
+    }
+
+    /// Mistakes of which the right feature was named first.
+    pub fn blamed_rightly(&self) -> Rate {
+        Rate::of(self.mistakes().map(Row::is_blamed_rightly))
+    }
+
+    /// Correct variants that passed every scene.
+    pub fn passed(&self) -> Rate {
+        Rate::of(self.variants().map(Row::is_told))
+    }
+
+    /// Rows that could not be run.
+    pub fn skipped(&self) -> usize {
+        self.rows.iter().filter(|row| matches!(row.result, Outcome::Skipped(_))).count()
+    }
+
+    /// Whether all three targets are met: every mistake caught, [`RIGHTLY_BLAMED`] of them blamed on the right
+    /// feature, every correct variant passed.
+    pub fn is_met(&self) -> bool {
+        let all = |rate: Rate| rate.all > 0 && rate.right == rate.all;
+        all(self.caught()) && all(self.passed()) && self.blamed_rightly().value() >= RIGHTLY_BLAMED
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DAMPING: (Symptom, Feature) =
+        (Symptom::Wrong, Feature::Force(grader::blame::Part::Damping));
+    const OUTPUT: (Symptom, Feature) = (Symptom::Wrong, Feature::Output);
+
+    fn row(expectation: Expectation, failed: usize, named: &[(Symptom, Feature)]) -> Row {
+        let graded = Graded {
+            scenes: 10,
+            failed,
+            named: named.to_vec(),
+            together: false,
+            suspects: Vec::new(),
+            worst: Some(0.0),
+            example: None,
+        };
+        let text = String::new;
+        let result = Outcome::Graded(graded);
+        Row { subject: text(), description: text(), language: text(), expectation, result }
+    }
+
+    fn mistake(failed: usize, named: &[(Symptom, Feature)]) -> Row {
+        row(Expectation::Mistake(DAMPING.0, DAMPING.1), failed, named)
+    }
+
+    fn correct(failed: usize) -> Row {
+        row(Expectation::Correct, failed, &[])
+    }
+
+    /// Twenty mistakes caught and blamed, and a correct variant passed; then these.
+    fn with(rows: impl IntoIterator<Item = Row>) -> SelfTest {
+        let good = (0..20).map(|_| mistake(3, &[DAMPING])).chain([correct(0)]);
+        SelfTest { rows: good.chain(rows).collect() }
+    }
+
+    #[test]
+    fn all_is_met_where_all_is_right() {
+        assert!(with([]).is_met());
+        // One in twenty-one may be blamed on the wrong feature; of two that are named, the first counts.
+        assert!(with([mistake(1, &[OUTPUT, DAMPING])]).is_met());
+    }
+
+    #[test]
+    fn a_correct_variant_that_is_wrong_is_told() {
+        let selftest = with([correct(1)]);
+        assert!(!selftest.is_met());
+        assert_eq!(selftest.passed(), Rate { right: 1, all: 2 });
+    }
+
+    #[test]
+    fn a_mistake_that_is_none_is_told() {
+        let selftest = with([mistake(0, &[])]);
+        assert!(!selftest.is_met());
+        assert_eq!(selftest.caught(), Rate { right: 20, all: 21 });
+    }
+
+    #[test]
+    fn blame_that_is_wrong_too_often_is_told() {
+        assert!(!with([mistake(1, &[OUTPUT]), mistake(1, &[])]).is_met());
+        let crash = (Symptom::Crash, DAMPING.1);
+        let selftest = with([mistake(1, &[crash]), mistake(1, &[OUTPUT])]);
+        assert_eq!(selftest.blamed_rightly(), Rate { right: 20, all: 22 });
+        assert!(!selftest.is_met());
+    }
+
+    #[test]
+    fn what_was_not_run_is_not_counted_and_shows_nothing() {
+        let result = Outcome::Skipped("there is no c++".to_owned());
+        let skipped = Row { result, ..mistake(0, &[]) };
+        let selftest = with([skipped.clone()]);
+        assert!(selftest.is_met());
+        assert_eq!((selftest.skipped(), selftest.caught().all), (1, 20));
+        assert!(!SelfTest { rows: vec![skipped] }.is_met());
+        assert!(!SelfTest { rows: Vec::new() }.is_met());
+    }
+}

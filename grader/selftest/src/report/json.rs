@@ -1,0 +1,149 @@
+//! The self-test for programs: JSON.
+//!
+//! Its schema is `docs/selftest.schema.json`. Numbers that are not finite are `null`.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{expected, rates, verdict};
+use crate::{Expectation, Graded, Outcome, Row, SelfTest};
+
+/// Version of the schema.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The report as JSON, with a newline at its end.
+///
+/// # Errors
+/// Never in practice: every value is representable.
+pub fn render(selftest: &SelfTest) -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&JsonSelfTest::of(selftest))? + "\n")
+}
+
+/// The JSON schema of the report, with a newline at its end.
+///
+/// # Errors
+/// Never in practice.
+pub fn schema() -> serde_json::Result<String> {
+    Ok(serde_json::to_string_pretty(&schemars::schema_for!(JsonSelfTest))? + "\n")
+}
+
+/// Planted mistakes and correct variants, and what the grader made of them.
+#[derive(Serialize, JsonSchema)]
+#[schemars(title = "Spring Oracle self-test")]
+struct JsonSelfTest {
+    /// Version of this schema.
+    schema_version: u32,
+    /// Version of the grader.
+    grader_version: &'static str,
+    /// Whether all targets are met.
+    met: bool,
+    /// Mistakes caught, mistakes blamed on the right feature, correct variants passed.
+    rates: Vec<JsonRate>,
+    /// Rows that could not be run, and count in no rate.
+    skipped: usize,
+    /// Mistakes and correct variants.
+    rows: Vec<JsonRow>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonRate {
+    name: &'static str,
+    /// Rows that came out as they should.
+    right: usize,
+    /// Rows that were run.
+    all: usize,
+    /// The share that is asked for.
+    target: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonRow {
+    /// "mistake" or "correct".
+    kind: &'static str,
+    /// Where the mistake is, or what the variant varies.
+    subject: String,
+    description: String,
+    /// The language, with the compiler's flags.
+    language: String,
+    /// What a mistake is to be blamed on; "passes" for a correct variant.
+    expected: String,
+    /// "caught", "ESCAPED", "passed", "FAILED" or "skipped".
+    verdict: &'static str,
+    /// Whether the right feature is named first; null for correct variants and what was skipped.
+    blamed_rightly: Option<bool>,
+    /// Why it was skipped; null where it was not.
+    skipped: Option<String>,
+    /// What came of it; null where it was skipped.
+    graded: Option<JsonGraded>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonGraded {
+    /// Scenes that were judged.
+    scenes: usize,
+    /// Of these, the ones that failed.
+    failed: usize,
+    /// How many of the suspects are named.
+    named: usize,
+    /// Whether two are named that are at work together, and not one or the other.
+    together: bool,
+    /// The likeliest causes, the likeliest first.
+    suspects: Vec<String>,
+    /// How many times its tolerance the worst residual is; null where nothing was compared.
+    worst: Option<f64>,
+    /// The first scene that failed, with its verdict.
+    example: Option<String>,
+}
+
+impl JsonSelfTest {
+    fn of(selftest: &SelfTest) -> Self {
+        let rate = |(name, rate, target): (&'static str, crate::Rate, f64)| JsonRate {
+            name,
+            right: rate.right,
+            all: rate.all,
+            target,
+        };
+        Self {
+            schema_version: SCHEMA_VERSION,
+            grader_version: env!("CARGO_PKG_VERSION"),
+            met: selftest.is_met(),
+            rates: rates(selftest).map(rate).into(),
+            skipped: selftest.skipped(),
+            rows: selftest.rows.iter().map(JsonRow::of).collect(),
+        }
+    }
+}
+
+impl JsonRow {
+    fn of(row: &Row) -> Self {
+        let (skipped, graded) = match &row.result {
+            Outcome::Skipped(reason) => (Some(reason.clone()), None),
+            Outcome::Graded(graded) => (None, Some(JsonGraded::of(graded))),
+        };
+        Self {
+            kind: if row.expectation == Expectation::Correct { "correct" } else { "mistake" },
+            subject: row.subject.clone(),
+            description: row.description.clone(),
+            language: row.language.clone(),
+            expected: expected(row),
+            verdict: verdict(row),
+            blamed_rightly: row.is_blamed_rightly(),
+            skipped,
+            graded,
+        }
+    }
+}
+
+impl JsonGraded {
+    fn of(graded: &Graded) -> Self {
+        Self {
+            scenes: graded.scenes,
+            failed: graded.failed,
+            named: graded.named.len(),
+            together: graded.together,
+            suspects: graded.suspects.clone(),
+            worst: graded.worst.filter(|worst| worst.is_finite()),
+            example: graded.example.clone(),
+        }
+    }
+}

@@ -1,0 +1,592 @@
+//! A second simulator, written from the hand-outs alone, as a good student would: two dimensions, dense
+//! matrices over all particles, fixed ones held by clearing rows and columns.
+//!
+//! It shares no force, Jacobian, integrator or solver with the simulator crate: only the parsed scene.
+//! Every formula and every rule it follows is a field of [`Student`], so that a mistake is one field
+//! replaced, and the code here stays free of mistakes.
+//!
+//! ```text
+//! explicit, symplectic    v' = v + h F(q, v)/m                      q' = q + h v  or  q + h v'
+//! linearized, implicit    (M − h² ∂F/∂q − h ∂F/∂v) δ = −M (u − v) + h F(q + h u, u),  u ← u + δ
+//! ```
+//!
+//! Sources: hand-out of milestone 2, section 3; of milestone 3, sections 5 to 10; the course's
+//! definition of the vortex force, of which the Jacobians are derived by hand.
+
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use simulator::scene::schema::MAX_PARAMETERS;
+use simulator::scene::{Dimension, Particle, Scene};
+use simulator::trace::State;
+
+use grader::submission::StateSource;
+use grader::verdict::Failure;
+
+pub(crate) type Vec2 = Vector2<f64>;
+pub(crate) type Mat2 = Matrix2<f64>;
+
+/// Parameters of a force element, in the order of the scene's attributes.
+pub(crate) type Parameters = [f64; MAX_PARAMETERS];
+
+/// Newton gives up, and the student goes on, after this many iterations.
+const MAX_NEWTON_ITERATIONS: usize = 50;
+
+/// One particle, as the formulas of forces on every particle see it.
+pub(crate) struct Body {
+    pub(crate) number: usize,
+    pub(crate) m: f64,
+    pub(crate) v: Vec2,
+}
+
+/// Particles i and j, as the formulas of forces between two see them.
+pub(crate) struct Pair {
+    pub(crate) x: [Vec2; 2],
+    pub(crate) v: [Vec2; 2],
+    pub(crate) m: [f64; 2],
+}
+
+impl Pair {
+    /// From j to i.
+    pub(crate) fn d(&self) -> Vec2 {
+        self.x[0] - self.x[1]
+    }
+
+    /// Distance.
+    pub(crate) fn l(&self) -> f64 {
+        self.d().norm()
+    }
+
+    /// Unit vector from j to i.
+    pub(crate) fn n(&self) -> Vec2 {
+        self.d() / self.l()
+    }
+
+    /// `n nᵀ`.
+    pub(crate) fn nn(&self) -> Mat2 {
+        self.n() * self.n().transpose()
+    }
+
+    /// `I − n nᵀ`.
+    pub(crate) fn across(&self) -> Mat2 {
+        Mat2::identity() - self.nn()
+    }
+
+    /// `v_i − v_j`.
+    pub(crate) fn w(&self) -> Vec2 {
+        self.v[0] - self.v[1]
+    }
+}
+
+/// A formula over a pair of particles.
+pub(crate) type PairFormula<T> = fn(&Pair, &Parameters) -> T;
+
+/// A force on every particle: the force on one.
+pub(crate) type BodyForce = fn(&Body, &Parameters) -> Vec2;
+
+/// A force between two particles.
+#[derive(Clone, Copy)]
+pub(crate) struct PairForce {
+    /// The force on i.
+    pub(crate) on_i: PairFormula<Vec2>,
+    /// The forces on i and j, made of that on i.
+    pub(crate) share: fn(Vec2) -> [Vec2; 2],
+}
+
+/// A Jacobian of a force between two particles.
+#[derive(Clone, Copy)]
+pub(crate) struct Jacobian {
+    /// The derivative of the force on i by i.
+    pub(crate) block: PairFormula<Mat2>,
+    /// All four blocks, made of that one.
+    pub(crate) spread: fn(Mat2) -> [[Mat2; 2]; 2],
+    /// Rows and columns of blocks that they are added to, given the numbers of i and j.
+    pub(crate) place: fn([usize; 2]) -> [usize; 2],
+}
+
+/// The Jacobian of the drag.
+#[derive(Clone, Copy)]
+pub(crate) struct DragJacobian {
+    /// The derivative of the force on a particle by its velocity.
+    pub(crate) block: fn(&Body, &Parameters) -> Mat2,
+    /// Row and column of blocks that it is added to, given the particle's number.
+    pub(crate) place: fn(usize) -> usize,
+}
+
+/// Explicit and symplectic Euler.
+#[derive(Clone, Copy)]
+pub(crate) struct Explicit {
+    /// Where the force is evaluated: `(q, v, h)`.
+    pub(crate) force_at: fn(Vec2, Vec2, f64) -> Vec2,
+    /// The new velocity: `(v, F, m, h)`.
+    pub(crate) velocity: fn(Vec2, Vec2, f64, f64) -> Vec2,
+    /// The new position: `(q, v, v', h)`.
+    pub(crate) position: fn(Vec2, Vec2, Vec2, f64) -> Vec2,
+}
+
+/// Linearized implicit and implicit Euler.
+#[derive(Clone, Copy)]
+pub(crate) struct Implicit {
+    /// Where the force is evaluated: `(q, u, h)`.
+    pub(crate) force_at: fn(Vec2, Vec2, f64) -> Vec2,
+    /// Where its Jacobians are evaluated: `(q, u, h)`.
+    pub(crate) jacobians_at: fn(Vec2, Vec2, f64) -> Vec2,
+    /// An entry of the matrix, of those of the mass matrix and the Jacobians: `(M, ∂F/∂q, ∂F/∂v, h)`.
+    pub(crate) matrix: fn(f64, f64, f64, f64) -> f64,
+    /// An entry of the right-hand side: `(m, v, u, F, h)`.
+    pub(crate) right_hand_side: fn(f64, f64, f64, f64, f64) -> f64,
+    /// The entry of the mass matrix for a mass.
+    pub(crate) mass: fn(f64) -> f64,
+    /// The new position: `(q, v, v', h)`.
+    pub(crate) position: fn(Vec2, Vec2, Vec2, f64) -> Vec2,
+    pub(crate) max_iterations: usize,
+    pub(crate) tolerance: f64,
+}
+
+/// How fixed particles are held.
+#[derive(Clone, Copy)]
+pub(crate) struct Fixed {
+    /// Its velocity under an explicit method: of its old one, and the one it would have if it were free.
+    pub(crate) held: fn(Vec2, Vec2) -> Vec2,
+    /// Holds a particle, of this number and mass, in the system of an implicit method.
+    pub(crate) hold: fn(&mut DMatrix<f64>, &mut DVector<f64>, usize, f64),
+    /// Its velocity after all, of its velocity and what simple gravity adds to a free one's.
+    pub(crate) velocity: fn(Vec2, Vec2) -> Vec2,
+    /// Its position where an implicit method looks ahead: of its old one, and that of a free one.
+    pub(crate) ahead: fn(Vec2, Vec2) -> Vec2,
+    /// Its new position, of the same.
+    pub(crate) position: fn(Vec2, Vec2) -> Vec2,
+}
+
+/// All that the student believes.
+#[derive(Clone, Copy)]
+pub struct Student {
+    /// How the scene is read: may change it.
+    pub(crate) read: fn(&mut Scene),
+    pub(crate) simple_gravity: BodyForce,
+    pub(crate) constant_force: BodyForce,
+    pub(crate) drag: BodyForce,
+    pub(crate) elastic: PairForce,
+    pub(crate) green: PairForce,
+    pub(crate) damping: PairForce,
+    pub(crate) gravitation: PairForce,
+    pub(crate) vortex: PairForce,
+    pub(crate) elastic_dx: Jacobian,
+    pub(crate) green_dx: Jacobian,
+    pub(crate) damping_dx: Jacobian,
+    pub(crate) damping_dv: Jacobian,
+    pub(crate) gravitation_dx: Jacobian,
+    pub(crate) drag_dv: DragJacobian,
+    pub(crate) vortex_dx: Jacobian,
+    pub(crate) vortex_dv: Jacobian,
+    pub(crate) explicit: Explicit,
+    pub(crate) symplectic: Explicit,
+    pub(crate) linearized: Implicit,
+    pub(crate) implicit: Implicit,
+    pub(crate) fixed: Fixed,
+}
+
+/// `F = m g`.
+pub(crate) fn simple_gravity(body: &Body, p: &Parameters) -> Vec2 {
+    body.m * Vec2::new(p[0], p[1])
+}
+
+/// `F = f`.
+pub(crate) fn constant_force(_body: &Body, p: &Parameters) -> Vec2 {
+    Vec2::new(p[0], p[1])
+}
+
+/// `F = −b v`.
+pub(crate) fn drag(body: &Body, p: &Parameters) -> Vec2 {
+    -p[0] * body.v
+}
+
+/// `F_i = −k (l − l0) n`.
+fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
+    -p[0] * (pair.l() - p[1]) * pair.n()
+}
+
+/// Whether the student can simulate the scene: in the plane, with the methods and forces below. The others
+/// are held to references of their own, in the simulator's tests.
+pub fn knows(scene: &Scene) -> bool {
+    let minimises = ["projected-newton", "fast-mass-spring"].contains(&scene.integrator.name);
+    let windy = scene.forces.iter().any(|force| force.schema.tag == "windforce");
+    scene.dimension == Dimension::Two && !minimises && !windy
+}
+
+/// `F_i = −2 k (l²/l0² − 1) (x_i − x_j)`.
+fn green(pair: &Pair, p: &Parameters) -> Vec2 {
+    -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.d()
+}
+
+/// `F_i = −b n·(v_i − v_j) n`.
+fn damping(pair: &Pair, p: &Parameters) -> Vec2 {
+    -p[2] * pair.n().dot(&pair.w()) * pair.n()
+}
+
+/// `F_i = −G m_i m_j / l² n`.
+fn gravitation(pair: &Pair, p: &Parameters) -> Vec2 {
+    -p[0] * pair.m[0] * pair.m[1] / pair.l().powi(2) * pair.n()
+}
+
+/// `F_i = (kvc / l²) (kbs R n − (v_i − v_j))`.
+fn vortex(pair: &Pair, p: &Parameters) -> Vec2 {
+    p[1] / pair.l().powi(2) * (p[0] * quarter_turn() * pair.n() - pair.w())
+}
+
+/// R: `(x, y) → (−y, x)`.
+pub(crate) fn quarter_turn() -> Mat2 {
+    Mat2::new(0.0, -1.0, 1.0, 0.0)
+}
+
+/// `−k (n nᵀ + (l − l0)/l (I − n nᵀ))`.
+fn elastic_dx(pair: &Pair, p: &Parameters) -> Mat2 {
+    -p[0] * (pair.nn() + (pair.l() - p[1]) / pair.l() * pair.across())
+}
+
+/// `−2 k ((l²/l0² − 1) I + 2 l²/l0² n nᵀ)`.
+fn green_dx(pair: &Pair, p: &Parameters) -> Mat2 {
+    let ratio = (pair.l() / p[1]).powi(2);
+    -2.0 * p[0] * ((ratio - 1.0) * Mat2::identity() + 2.0 * ratio * pair.nn())
+}
+
+/// `−(b/l) (n·w I + n wᵀ) (I − n nᵀ)`.
+fn damping_dx(pair: &Pair, p: &Parameters) -> Mat2 {
+    let (n, w) = (pair.n(), pair.w());
+    -p[2] / pair.l() * (n.dot(&w) * Mat2::identity() + n * w.transpose()) * pair.across()
+}
+
+/// `−b n nᵀ`.
+fn damping_dv(pair: &Pair, p: &Parameters) -> Mat2 {
+    -p[2] * pair.nn()
+}
+
+/// `−(G m_i m_j / l³) (I − 3 n nᵀ)`.
+fn gravitation_dx(pair: &Pair, p: &Parameters) -> Mat2 {
+    let strength = p[0] * pair.m[0] * pair.m[1] / pair.l().powi(3);
+    -strength * (Mat2::identity() - 3.0 * pair.nn())
+}
+
+/// `−b I`.
+pub(crate) fn drag_dv(_body: &Body, p: &Parameters) -> Mat2 {
+    -p[0] * Mat2::identity()
+}
+
+/// `(kvc / l³) (kbs (R − 3 R n nᵀ) + 2 w nᵀ)`.
+fn vortex_dx(pair: &Pair, p: &Parameters) -> Mat2 {
+    let turn = quarter_turn();
+    let rotation = p[0] * (turn - 3.0 * turn * pair.nn());
+    p[1] / pair.l().powi(3) * (rotation + 2.0 * pair.w() * pair.n().transpose())
+}
+
+/// `−(kvc / l²) I`.
+fn vortex_dv(pair: &Pair, p: &Parameters) -> Mat2 {
+    -p[1] / pair.l().powi(2) * Mat2::identity()
+}
+
+/// Newton's third law.
+fn action_and_reaction(f: Vec2) -> [Vec2; 2] {
+    [f, -f]
+}
+
+/// What the third law says of the derivatives.
+pub(crate) fn four_blocks(k: Mat2) -> [[Mat2; 2]; 2] {
+    [[k, -k], [-k, k]]
+}
+
+/// Clears rows, columns and right-hand side of a particle, and puts ones on the diagonal.
+fn clear(matrix: &mut DMatrix<f64>, right: &mut DVector<f64>, particle: usize, _mass: f64) {
+    for dof in [2 * particle, 2 * particle + 1] {
+        matrix.row_mut(dof).fill(0.0);
+        matrix.column_mut(dof).fill(0.0);
+        matrix[(dof, dof)] = 1.0;
+        right[dof] = 0.0;
+    }
+}
+
+impl Student {
+    /// One who makes no mistake.
+    pub fn faultless() -> Self {
+        let force = |on_i| PairForce { on_i, share: action_and_reaction };
+        let jacobian = |block| Jacobian { block, spread: four_blocks, place: |pair| pair };
+        let explicit = Explicit {
+            force_at: |q, _, _| q,
+            velocity: |v, f, m, h| v + h / m * f,
+            position: |q, old, _, h| q + h * old,
+        };
+        let implicit = Implicit {
+            force_at: |q, u, h| q + h * u,
+            jacobians_at: |q, u, h| q + h * u,
+            matrix: |m, dx, dv, h| m - (h * h * dx + h * dv),
+            right_hand_side: |m, v, u, f, h| -m * (u - v) + h * f,
+            mass: |m| m,
+            position: |q, _, new, h| q + h * new,
+            max_iterations: MAX_NEWTON_ITERATIONS,
+            tolerance: 1e-9,
+        };
+        Self {
+            read: |_| (),
+            simple_gravity,
+            constant_force,
+            drag,
+            elastic: force(elastic),
+            green: force(green),
+            damping: force(damping),
+            gravitation: force(gravitation),
+            vortex: force(vortex),
+            elastic_dx: jacobian(elastic_dx),
+            green_dx: jacobian(green_dx),
+            damping_dx: jacobian(damping_dx),
+            damping_dv: jacobian(damping_dv),
+            gravitation_dx: jacobian(gravitation_dx),
+            drag_dv: DragJacobian { block: drag_dv, place: |particle| particle },
+            vortex_dx: jacobian(vortex_dx),
+            vortex_dv: jacobian(vortex_dv),
+            explicit,
+            symplectic: Explicit { position: |q, _, new, h| q + h * new, ..explicit },
+            linearized: Implicit { max_iterations: 1, ..implicit },
+            implicit,
+            fixed: Fixed {
+                held: |old, _| old,
+                hold: clear,
+                velocity: |v, _| v,
+                ahead: |_, moved| moved,
+                position: |_, moved| moved,
+            },
+        }
+    }
+
+    /// The states of a scene of two dimensions, computed as they are read.
+    ///
+    /// # Panics
+    /// Where it does not [know](knows) the scene.
+    pub fn simulate(&self, scene: &Scene) -> Run {
+        assert_eq!(scene.dimension, Dimension::Two, "{}: the student knows no z", scene.name);
+        let mut scene = scene.clone();
+        (self.read)(&mut scene);
+        let xy = |vector: &[f64; 3]| Vec2::new(vector[0], vector[1]);
+        Run {
+            q: scene.particles.iter().map(|particle| xy(&particle.position)).collect(),
+            v: scene.particles.iter().map(|particle| xy(&particle.velocity)).collect(),
+            student: *self,
+            n_steps: (scene.duration / scene.time_step).ceil() as u64,
+            scene,
+            next_state: 0,
+        }
+    }
+}
+
+/// A scene on its way.
+pub struct Run {
+    student: Student,
+    scene: Scene,
+    q: Vec<Vec2>,
+    v: Vec<Vec2>,
+    next_state: u64,
+    n_steps: u64,
+}
+
+impl StateSource for Run {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        if self.next_state > self.n_steps {
+            return Ok(false);
+        }
+        if self.next_state > 0 {
+            self.step();
+        }
+        state.time = Some(self.next_state as f64 * self.scene.time_step);
+        state.positions = flat(&self.q);
+        state.velocities = flat(&self.v);
+        self.next_state += 1;
+        Ok(true)
+    }
+}
+
+impl Run {
+    /// The student makes a step; the integrator is chosen by its name.
+    fn step(&mut self) {
+        let student = self.student;
+        match self.scene.integrator.name {
+            "explicit-euler" => self.explicit_step(student.explicit),
+            "symplectic-euler" => self.explicit_step(student.symplectic),
+            "linearized-implicit-euler" => self.implicit_step(student.linearized),
+            "implicit-euler" => self.implicit_step(student.implicit),
+            other => panic!("the student knows no {other}"),
+        }
+    }
+
+    fn explicit_step(&mut self, method: Explicit) {
+        let h = self.scene.time_step;
+        let at: Vec<Vec2> =
+            self.q.iter().zip(&self.v).map(|(q, v)| (method.force_at)(*q, *v, h)).collect();
+        let force = self.force(&at, &self.v);
+        let new = (0..self.v.len()).map(|i| {
+            let Particle { mass, fixed, .. } = self.scene.particles[i];
+            let free = (method.velocity)(self.v[i], force[i], mass, h);
+            if fixed { (self.student.fixed.held)(self.v[i], free) } else { free }
+        });
+        let new = new.collect();
+        self.finish(new, method.position);
+    }
+
+    fn implicit_step(&mut self, method: Implicit) {
+        let h = self.scene.time_step;
+        let mut u = self.v.clone();
+        for _ in 0..method.max_iterations {
+            let force = self.force(&self.ahead(&u, method.force_at), &u);
+            let (dx, dv) = self.jacobians(&self.ahead(&u, method.jacobians_at), &u);
+            let mass = self.mass_matrix(method.mass);
+            let mut matrix = DMatrix::from_fn(2 * u.len(), 2 * u.len(), |row, column| {
+                let entry = (row, column);
+                (method.matrix)(mass[entry], dx[entry], dv[entry], h)
+            });
+            let mut right = DVector::from_fn(2 * u.len(), |dof, _| {
+                let (i, axis) = (dof / 2, dof % 2);
+                let v = self.v[i][axis];
+                (method.right_hand_side)(mass[(dof, dof)], v, u[i][axis], force[i][axis], h)
+            });
+            for (i, particle) in self.scene.particles.iter().enumerate().filter(|(_, p)| p.fixed) {
+                (self.student.fixed.hold)(&mut matrix, &mut right, i, particle.mass);
+            }
+            let nonsense = || DVector::repeat(2 * u.len(), f64::NAN);
+            let delta = matrix.full_piv_lu().solve(&right).unwrap_or_else(nonsense);
+            for (i, u) in u.iter_mut().enumerate() {
+                *u += delta.fixed_rows::<2>(2 * i);
+            }
+            if delta.norm() < method.tolerance {
+                break;
+            }
+        }
+        self.finish(u, method.position);
+    }
+
+    /// Where an implicit method looks ahead to.
+    fn ahead(&self, u: &[Vec2], at: fn(Vec2, Vec2, f64) -> Vec2) -> Vec<Vec2> {
+        let position = |i: usize| {
+            let moved = at(self.q[i], u[i], self.scene.time_step);
+            let fixed = self.scene.particles[i].fixed;
+            if fixed { (self.student.fixed.ahead)(self.q[i], moved) } else { moved }
+        };
+        (0..u.len()).map(position).collect()
+    }
+
+    /// Replaces the state, given the new velocities.
+    fn finish(&mut self, mut new: Vec<Vec2>, position: fn(Vec2, Vec2, Vec2, f64) -> Vec2) {
+        let h = self.scene.time_step;
+        let fall = h * self.gravity();
+        for (i, particle) in self.scene.particles.iter().enumerate() {
+            let fixed = self.student.fixed;
+            if particle.fixed {
+                new[i] = (fixed.velocity)(new[i], fall);
+            }
+            let moved = position(self.q[i], self.v[i], new[i], h);
+            let moved = if particle.fixed { (fixed.position)(self.q[i], moved) } else { moved };
+            self.q[i] = moved;
+        }
+        self.v = new;
+    }
+
+    /// The acceleration of simple gravity.
+    fn gravity(&self) -> Vec2 {
+        let elements = self.scene.forces.iter().filter(|e| e.schema.tag == "simplegravity");
+        elements.map(|e| Vec2::new(e.parameters[0], e.parameters[1])).sum()
+    }
+
+    fn body(&self, number: usize, v: &[Vec2]) -> Body {
+        Body { number, m: self.scene.particles[number].mass, v: v[number] }
+    }
+
+    fn pair(&self, [i, j]: [usize; 2], q: &[Vec2], v: &[Vec2]) -> Pair {
+        let mass = |particle: usize| self.scene.particles[particle].mass;
+        Pair { x: [q[i], q[j]], v: [v[i], v[j]], m: [mass(i), mass(j)] }
+    }
+
+    /// The force on every particle, fixed ones included.
+    fn force(&self, q: &[Vec2], v: &[Vec2]) -> Vec<Vec2> {
+        let student = &self.student;
+        let mut force = vec![Vec2::zeros(); q.len()];
+        let on_every_particle = |law: BodyForce, p: &Parameters, force: &mut [Vec2]| {
+            for (i, force) in force.iter_mut().enumerate() {
+                *force += law(&self.body(i, v), p);
+            }
+        };
+        let on_pair = |law: PairForce, ij: [usize; 2], p: &Parameters, force: &mut [Vec2]| {
+            let shares = (law.share)((law.on_i)(&self.pair(ij, q, v), p));
+            for (i, share) in ij.into_iter().zip(shares) {
+                force[i] += share;
+            }
+        };
+        for element in &self.scene.forces {
+            let (p, ij) = (&element.parameters, element.pair.unwrap_or_default());
+            match element.schema.tag {
+                "simplegravity" => on_every_particle(student.simple_gravity, p, &mut force),
+                "constantforce" => on_every_particle(student.constant_force, p, &mut force),
+                "dragdamping" => on_every_particle(student.drag, p, &mut force),
+                "springforce" => {
+                    on_pair(student.elastic, ij, p, &mut force);
+                    on_pair(student.damping, ij, p, &mut force);
+                }
+                "greenspringforce" => on_pair(student.green, ij, p, &mut force),
+                "gravitationalforce" => on_pair(student.gravitation, ij, p, &mut force),
+                "vortexforce" => on_pair(student.vortex, ij, p, &mut force),
+                other => panic!("the student knows no {other}"),
+            }
+        }
+        force
+    }
+
+    /// `∂F/∂q` and `∂F/∂v`, of every particle by every particle.
+    fn jacobians(&self, q: &[Vec2], v: &[Vec2]) -> (DMatrix<f64>, DMatrix<f64>) {
+        let student = &self.student;
+        let mut dx = DMatrix::zeros(2 * q.len(), 2 * q.len());
+        let mut dv = dx.clone();
+        let of_pair = |law: Jacobian, ij: [usize; 2], p: &Parameters, matrix: &mut DMatrix<f64>| {
+            let blocks = (law.spread)((law.block)(&self.pair(ij, q, v), p));
+            let at = (law.place)(ij);
+            for (row, blocks) in at.into_iter().zip(blocks) {
+                for (column, block) in at.into_iter().zip(blocks) {
+                    add_block(matrix, row, column, &block);
+                }
+            }
+        };
+        for element in &self.scene.forces {
+            let (p, ij) = (&element.parameters, element.pair.unwrap_or_default());
+            match element.schema.tag {
+                "springforce" => {
+                    of_pair(student.elastic_dx, ij, p, &mut dx);
+                    of_pair(student.damping_dx, ij, p, &mut dx);
+                    of_pair(student.damping_dv, ij, p, &mut dv);
+                }
+                "greenspringforce" => of_pair(student.green_dx, ij, p, &mut dx),
+                "gravitationalforce" => of_pair(student.gravitation_dx, ij, p, &mut dx),
+                "dragdamping" => {
+                    for i in 0..q.len() {
+                        let at = (student.drag_dv.place)(i);
+                        let block = (student.drag_dv.block)(&self.body(i, v), p);
+                        add_block(&mut dv, at, at, &block);
+                    }
+                }
+                "vortexforce" => {
+                    of_pair(student.vortex_dx, ij, p, &mut dx);
+                    of_pair(student.vortex_dv, ij, p, &mut dv);
+                }
+                // Simple gravity and the constant force are the same everywhere.
+                _ => {}
+            }
+        }
+        (dx, dv)
+    }
+
+    fn mass_matrix(&self, mass: fn(f64) -> f64) -> DMatrix<f64> {
+        let particles = self.scene.particles.iter();
+        let diagonal = particles.flat_map(|particle| [mass(particle.mass); 2]).collect();
+        DMatrix::from_diagonal(&DVector::from_vec(diagonal))
+    }
+}
+
+fn add_block(matrix: &mut DMatrix<f64>, row: usize, column: usize, block: &Mat2) {
+    let mut view = matrix.fixed_view_mut::<2, 2>(2 * row, 2 * column);
+    view += block;
+}
+
+fn flat(vectors: &[Vec2]) -> Vec<f64> {
+    vectors.iter().flat_map(|vector| [vector.x, vector.y]).collect()
+}

@@ -1,0 +1,107 @@
+//! The second simulator and its mistakes before the black-box check, which was written without them.
+//!
+//! It is probed in this process, as a program is: by the velocities after single steps.
+
+use grader::probe::{Probing, Stepper, Verdict, probe};
+use grader::submission::StateSource;
+use grader::verdict::Failure;
+use rayon::prelude::*;
+use selftest::mistake::{self, Area};
+use selftest::student::{self, Student};
+use simulator::scene::{Dimension, Scene};
+use simulator::trace::{Shape, State};
+
+/// A student as a program of one step.
+struct Steps(Student);
+
+impl Stepper for Steps {
+    fn name(&self) -> String {
+        "student".to_owned()
+    }
+
+    fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
+        let refused = |detail: &str| Failure::Crashed { detail: detail.to_owned() };
+        let schema = simulator::vocabulary().integrator(integrator);
+        let scene = Scene {
+            integrator: schema.ok_or_else(|| refused("no such integrator"))?,
+            ..scene.clone()
+        };
+        if scene.dimension == Dimension::Three || !student::knows(&scene) {
+            return Err(refused("not known"));
+        }
+        let mut run = self.0.simulate(&scene);
+        let mut state = State::zeros(Shape::of(&scene));
+        run.read(&mut state)?;
+        run.read(&mut state)?;
+        if state.velocities.iter().any(|v| !v.is_finite()) {
+            return Err(refused("not finite"));
+        }
+        Ok(state.velocities)
+    }
+}
+
+/// `force: finding` of all that has this verdict.
+fn with(probing: &Probing, verdict: Verdict) -> Vec<(&'static str, &'static str)> {
+    let all = probing.parts.iter().flat_map(|part| {
+        let found = part.findings().filter(|(_, finding)| finding.verdict == verdict);
+        found.map(|(name, _)| (part.force, name)).collect::<Vec<_>>()
+    });
+    all.collect()
+}
+
+/// The tag of the force that a subject is about.
+pub(crate) fn tag(subject: &str) -> &'static str {
+    let tags = [
+        ("spring of squared length", "greenspringforce"),
+        ("spring", "springforce"),
+        ("gravitation", "gravitationalforce"),
+        ("linear drag", "dragdamping"),
+        ("vortex", "vortexforce"),
+        ("simple gravity", "simplegravity"),
+        ("constant force", "constantforce"),
+    ];
+    let found = tags.iter().find(|(name, _)| subject.starts_with(name));
+    found.unwrap_or_else(|| panic!("{subject} is about no force")).1
+}
+
+#[test]
+fn the_second_implementation_is_correct_wherever_it_is_probed() {
+    let probing = probe(&Steps(Student::faultless()), |_| true);
+    assert_eq!(with(&probing, Verdict::Wrong), []);
+    assert_eq!(with(&probing, Verdict::Inconclusive), []);
+    // Nine parts of the forces that it knows, six findings each.
+    assert_eq!(with(&probing, Verdict::Correct).len(), 54);
+}
+
+#[test]
+fn every_mistake_in_a_jacobian_is_called_wrong_in_that_force_alone() {
+    let escapes = |mistake: &mistake::Mistake| {
+        let probing = probe(&Steps(mistake.student()), |_| true);
+        let wrong = with(&probing, Verdict::Wrong);
+        let here =
+            |(force, name): &(&str, &str)| *force == tag(mistake.subject) && *name != "force";
+        let is_well = !wrong.is_empty() && wrong.iter().all(here);
+        (!is_well).then(|| format!("{}, {}: {wrong:?}", mistake.subject, mistake.description))
+    };
+    let mistakes = mistake::all();
+    let mistakes = mistakes.par_iter().filter(|mistake| mistake.area == Area::Jacobian);
+    let escaped: Vec<String> = mistakes.filter_map(escapes).collect();
+    assert!(escaped.is_empty(), "{}", escaped.join("\n"));
+}
+
+#[test]
+fn every_mistake_in_an_implicit_step_is_called_wrong_and_no_force_is() {
+    let escapes = |mistake: &mistake::Mistake| {
+        let probing = probe(&Steps(mistake.student()), |_| true);
+        let wrong = with(&probing, Verdict::Wrong);
+        let is_well = !wrong.is_empty() && wrong.iter().all(|(_, name)| *name != "force");
+        (!is_well).then(|| format!("{}: {wrong:?}", mistake.description))
+    };
+    // A single step's velocities do not show where the positions go.
+    let shows = |mistake: &&mistake::Mistake| {
+        mistake.subject == "linearized implicit Euler" && !mistake.description.contains("position")
+    };
+    let escaped: Vec<String> =
+        mistake::all().par_iter().filter(shows).filter_map(escapes).collect();
+    assert!(escaped.is_empty(), "{}", escaped.join("\n"));
+}

@@ -1,0 +1,83 @@
+//! The half of the self-test that needs no compiler, and its documents. `ci/selftest.sh` runs the whole.
+
+use test_support::{assert_document, root, suite};
+
+use grader::altered;
+use grader::blame::Suspect;
+use grader::oracle::Oracle;
+use grader::rubric::Rubric;
+use grader::submission::StateSource;
+use grader::suite::Suite;
+use grader::verdict::Verdict;
+use selftest::report;
+use selftest::{SelfTest, in_process, mistake};
+use simulator::scene::Scene;
+
+/// The scenes that the second simulator knows, with their oracle and rubric.
+fn inputs() -> (Suite, Oracle, Rubric) {
+    let mut suite = suite();
+    in_process::known(&mut suite);
+    let oracle = Oracle::open(&root().join("expected")).expect("there is an oracle");
+    let rubric_path = root().join("assets/rubric.toml");
+    let rubric = Rubric::load(&rubric_path).expect("there is a rubric");
+    (suite, oracle, rubric)
+}
+
+#[test]
+fn mistakes_are_caught_and_blamed_and_the_right_simulator_passes() {
+    let (suite, oracle, rubric) = inputs();
+    let selftest = SelfTest { rows: in_process::rows(&suite, &oracle, &rubric) };
+    let mut bytes = Vec::new();
+    report::text::write(&mut bytes, &selftest).expect("a report");
+    assert!(selftest.is_met(), "{}", String::from_utf8_lossy(&bytes));
+    assert_eq!(selftest.variants().count(), 1);
+    assert!(selftest.mistakes().count() >= 243);
+}
+
+/// Mistakes seldom come alone.
+#[test]
+fn of_two_mistakes_both_are_named() {
+    let (suite, oracle, rubric) = inputs();
+    let mistakes = mistake::all();
+    let (mut all, mut both, mut others) = (0, 0, Vec::new());
+    for number in (0..mistakes.len()).step_by(6) {
+        let pair = [&mistakes[number], &mistakes[(number + 121) % mistakes.len()]];
+        let features = pair.map(in_process::feature);
+        if features[0] == features[1] {
+            continue;
+        }
+        let blame = in_process::of_two(&suite, &oracle, &rubric, pair).blame.expect("it fails");
+        let finding = &blame.findings[0];
+        let is_there = |suspect: &Suspect| features.contains(&suspect.feature);
+        all += 1;
+        match finding.named() {
+            [a, b] if finding.together && is_there(a) && is_there(b) => both += 1,
+            named => others.push(format!("{features:?}: {named:?}")),
+        }
+    }
+    assert!(all > 30 && both as f64 >= 0.9 * all as f64, "{both} of {all}\n{}", others.join("\n"));
+}
+
+#[test]
+fn the_schema_is_documented() {
+    let schema = report::json::schema().expect("a schema");
+    assert_document("selftest.schema.json", &schema, "cargo test --release -p selftest schema");
+}
+
+/// However much a simulator has wrong, it is not said to have copied.
+#[test]
+fn no_mistake_is_taken_for_a_copy() {
+    let (suite, oracle, rubric) = inputs();
+    let mistakes = mistake::all();
+    for (number, first) in mistakes.iter().enumerate().step_by(3) {
+        for second in [first, &mistakes[(number + 121) % mistakes.len()]] {
+            let student = first.and(second);
+            let grading = in_process::of_two(&suite, &oracle, &rubric, [first, second]);
+            let run = |_: &str, scene: &Scene| -> Result<Box<dyn StateSource>, Verdict> {
+                Ok(Box::new(student.simulate(scene)))
+            };
+            let copied = altered::look_for_copies(&suite, &grading, &run);
+            assert_eq!(copied, None, "{}, {}", first.description, second.description);
+        }
+    }
+}

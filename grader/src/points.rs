@@ -1,0 +1,77 @@
+//! Points as reports show them: in hundredths, rounded, but never up to what was not reached; `–` where nothing was
+//! judged, or points are withheld.
+
+use crate::grading::Credit;
+use crate::rubric::FaultPoints;
+
+/// `value` in hundredths at most.
+pub fn shown(value: f64) -> String {
+    trimmed(&format!("{value:.2}"))
+}
+
+/// What was earned: less than all is not shown as all, and more than nothing not as nothing.
+pub fn earned(credit: &Credit, faults: FaultPoints) -> String {
+    credit.shown(faults).map_or_else(|| "–".to_owned(), |earned| part(earned, credit.points))
+}
+
+/// What was not judged; likewise.
+pub fn unjudged(credit: &Credit) -> String {
+    part(credit.unjudged, credit.points)
+}
+
+/// `1.5/2`.
+pub fn of(credit: &Credit, faults: FaultPoints) -> String {
+    format!("{}/{}", earned(credit, faults), shown(credit.points))
+}
+
+/// `1.5 of 2`, and what of it was not judged.
+pub fn in_words(credit: &Credit, faults: FaultPoints, noun: &str) -> String {
+    let text = format!("{} of {}{noun}", earned(credit, faults), shown(credit.points));
+    if credit.unjudged > 0.0 { format!("{text}, {} not judged", unjudged(credit)) } else { text }
+}
+
+fn part(value: f64, points: f64) -> String {
+    let text = shown(value);
+    match () {
+        () if value < points && text == shown(points) => {
+            trimmed(&format!("{:.2}", (value * 100.0).floor() / 100.0))
+        }
+        () if value > 0.0 && text == "0" => "0.01".to_owned(),
+        () => text,
+    }
+}
+
+fn trimmed(text: &str) -> String {
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_rounded_to_all_or_to_nothing() {
+        let of =
+            |earned, points| of(&Credit { points, earned, unjudged: 0.0 }, FaultPoints::Withheld);
+        assert_eq!(of(2.0 / 3.0, 1.0), "0.67/1");
+        assert_eq!(of(1.0, 1.0), "1/1");
+        assert_eq!(of(0.999, 1.0), "0.99/1");
+        assert_eq!(of(9.999, 10.0), "9.99/10");
+        assert_eq!(of(0.001, 10.0), "0.01/10");
+        assert_eq!(of(0.0, 2.5), "0/2.5");
+        assert_eq!(shown(100.0), "100");
+    }
+
+    #[test]
+    fn what_was_not_judged_stands_apart() {
+        let words = |earned, unjudged, faults| {
+            in_words(&Credit { points: 43.0, earned, unjudged }, faults, " points")
+        };
+        let (apart, withheld) = (FaultPoints::Apart, FaultPoints::Withheld);
+        assert_eq!(words(30.0, 5.0, apart), "30 of 43 points, 5 not judged");
+        assert_eq!(words(30.0, 5.0, withheld), "– of 43 points, 5 not judged");
+        assert_eq!(words(42.999, 0.001, apart), "42.99 of 43 points, 0.01 not judged");
+        assert_eq!(words(0.0, 43.0, apart), "– of 43 points, 43 not judged");
+        assert_eq!(words(0.0, 0.0, withheld), "0 of 43 points");
+    }
+}

@@ -1,0 +1,124 @@
+//! One run of a method at one time step: its errors, and its cost.
+//!
+//! A run that yields errors comes first and warms up; the runs that are timed look at nothing. Time is that of
+//! all steps, with what the first of them prepares; reading the scene and making room is left out. The least of
+//! several is the cost, the median and the largest tell how much to trust it.
+
+use std::time::Instant;
+
+use simulator::scene::Scene;
+use simulator::simulation::Simulation;
+use simulator::solver::linear::LinearSolver;
+use simulator::statistics::Statistics;
+use simulator::trace::{Shape, State};
+
+use super::reference::Reference;
+use super::{Config, Cost, Errors, Outcome, Point, Timing, Work};
+use grader::submission::{StateSource, builtin};
+
+/// An error of so many times the motion's own size is no approximation of anything.
+pub const BLOWN_UP: f64 = 10.0;
+
+/// How far a trace's first state may be from the scene's, relative to its numbers: digits of the trace, not
+/// physics, are at stake.
+const SAME: f64 = 1e-6;
+
+/// Errors of the states of `source`, which yields `scene` with each of the coarsest steps divided into
+/// `refinement`.
+pub fn follow(
+    source: &mut dyn StateSource,
+    scene: &Scene,
+    reference: &Reference,
+    refinement: u64,
+) -> Outcome {
+    let mut state = State::zeros(Shape::of(scene));
+    let mut largest = Errors::default();
+    let mut end = Errors::default();
+    let mut step = 0;
+    let failed = |step: u64, reason: String| Outcome::Failed {
+        step,
+        time: step.saturating_sub(1) as f64 * scene.time_step,
+        reason,
+    };
+    for sample in 0..reference.n_samples() {
+        let until = reference.step(sample, refinement);
+        loop {
+            match source.read(&mut state) {
+                Ok(true) => {}
+                Ok(false) => return failed(step, format!("there are only {step} states")),
+                Err(failure) => return failed(step, failure.to_string()),
+            }
+            let all = state.positions.iter().chain(&state.velocities);
+            if !all.copied().all(f64::is_finite) {
+                return failed(step, "the state is no longer finite".to_owned());
+            }
+            step += 1;
+            if step > until {
+                break;
+            }
+        }
+        let Some(errors) = reference.errors(sample, &state.positions, &state.velocities) else {
+            return failed(step, "the energy is no longer finite".to_owned());
+        };
+        let scale = reference.scale;
+        let apart = errors.position > SAME * scale.position
+            || errors.velocity > SAME * scale.velocity.max(scale.position);
+        if sample == 0 && apart {
+            return failed(0, "the first state is not the scene's".to_owned());
+        }
+        largest = largest.max(errors);
+        end = errors;
+    }
+    if reference.size > 0.0 && largest.position > BLOWN_UP * reference.size {
+        return Outcome::BlownUp { largest };
+    }
+    Outcome::Finished { end, largest }
+}
+
+/// The built-in simulator on `scene`.
+pub(super) fn built_in(
+    scene: &Scene,
+    reference: &Reference,
+    refinement: u64,
+    config: Config,
+) -> Point {
+    let started = Instant::now();
+    let mut states = builtin::start(scene, LinearSolver::Auto);
+    let outcome = follow(&mut *states, scene, reference, refinement);
+    let mut spent = started.elapsed().as_secs_f64();
+    let (mut times, mut work) = (Vec::new(), None);
+    while times.len() < config.repeats.max(1) as usize
+        && (times.is_empty() || spent < config.budget)
+    {
+        let mut simulation = Simulation::new(scene);
+        let started = Instant::now();
+        // How the run ends has been seen.
+        while matches!(simulation.advance(), Ok(true)) {}
+        let time = started.elapsed().as_secs_f64();
+        spent += time;
+        times.push(time);
+        work = Some(Work::of(simulation.statistics()));
+    }
+    let cost = Cost { time: Timing::of(times), work };
+    Point { time_step: scene.time_step, steps: scene.n_steps(), outcome, cost }
+}
+
+impl Timing {
+    /// The statistics of runs, in seconds; `None` where there are none.
+    pub(super) fn of(mut times: Vec<f64>) -> Option<Self> {
+        times.sort_by(f64::total_cmp);
+        let (least, largest) = (*times.first()?, *times.last()?);
+        let repeats = times.len() as u32;
+        Some(Self { least, median: times[times.len() / 2], largest, repeats })
+    }
+}
+
+impl Work {
+    fn of(statistics: &Statistics) -> Self {
+        Self {
+            force_evaluations: statistics.force_evaluations,
+            factorisations: statistics.linear.factorisations,
+            iterations: statistics.newton_iterations + statistics.local_global_iterations,
+        }
+    }
+}

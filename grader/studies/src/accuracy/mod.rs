@@ -1,0 +1,491 @@
+//! Speed against error: what a second of computing buys with each integrator.
+//!
+//! ```text
+//! scene ──> reference (closed form, or order 8 to two tolerances) with an error bar ──┐
+//!   └─────> ladder: method × setting × h0/2^k ──> states ──> measure ─────────────────┴─> errors, cost
+//!                                                   errors over h ──> order: slopes and windows
+//!                                                   errors over time ──> cheapest
+//! ```
+//!
+//! Errors are the largest over the sample times, and those at the end: of a position (m), of a velocity (m/s),
+//! each the largest over the particles, and of the energy (J). Names of units stand for the scene's own. A
+//! submission is measured from its traces alone.
+
+mod program;
+mod store;
+
+pub mod cheapest;
+pub mod ladder;
+pub mod measure;
+pub mod order;
+pub mod problem;
+pub mod reference;
+
+use simulator::scene::{Scene, write};
+
+pub use ::reference::closed::Closed;
+pub use store::{Store, file_name};
+
+use grader::submission::Submission;
+use ladder::Method;
+use order::{Exception, Expected, Fit};
+use problem::Problem;
+use reference::Reference;
+
+/// What is told of a state's error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Positions.
+    Position,
+    /// Velocities.
+    Velocity,
+    /// The energy.
+    Energy,
+}
+
+impl Quantity {
+    /// All of them, in the order of reports.
+    pub const ALL: [Self; 3] = [Self::Position, Self::Velocity, Self::Energy];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+            Self::Energy => "energy",
+        }
+    }
+
+    /// Its unit, where the scene's are metre, kilogram and second.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Position => "m",
+            Self::Velocity => "m/s",
+            Self::Energy => "J",
+        }
+    }
+}
+
+/// A number for each quantity.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Errors {
+    /// Of positions.
+    pub position: f64,
+    /// Of velocities.
+    pub velocity: f64,
+    /// Of the energy.
+    pub energy: f64,
+}
+
+impl Errors {
+    /// That of a quantity.
+    pub fn of(self, quantity: Quantity) -> f64 {
+        match quantity {
+            Quantity::Position => self.position,
+            Quantity::Velocity => self.velocity,
+            Quantity::Energy => self.energy,
+        }
+    }
+
+    fn max(self, other: Self) -> Self {
+        Self {
+            position: self.position.max(other.position),
+            velocity: self.velocity.max(other.velocity),
+            energy: self.energy.max(other.energy),
+        }
+    }
+}
+
+/// What came of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// It went to its end, and was never farther off than a few times the motion's size.
+    Finished {
+        /// Errors at the end.
+        end: Errors,
+        /// The largest errors.
+        largest: Errors,
+    },
+    /// It went to its end with finite numbers that have nothing to do with the motion.
+    BlownUp {
+        /// The largest errors.
+        largest: Errors,
+    },
+    /// A step had no answer, or the states are none.
+    Failed {
+        /// The step, from 1; 0 where there is no state at all.
+        step: u64,
+        /// When it starts, in seconds.
+        time: f64,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Times of runs, in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// The least.
+    pub least: f64,
+    /// The median.
+    pub median: f64,
+    /// The largest.
+    pub largest: f64,
+    /// How many runs were timed.
+    pub repeats: u32,
+}
+
+/// What a run of ours did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Work {
+    /// Evaluations of the sum of all forces.
+    pub force_evaluations: u64,
+    /// Matrices factorised.
+    pub factorisations: u64,
+    /// Newton iterations, and rounds of local and global steps.
+    pub iterations: u64,
+}
+
+/// What a run cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// Time.
+    pub time: Option<Timing>,
+    /// Work; of a program, nothing is known of it.
+    pub work: Option<Work>,
+}
+
+/// A method at one time step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Time step, in seconds.
+    pub time_step: f64,
+    /// Steps in all.
+    pub steps: u64,
+    /// Errors, or why there are none.
+    pub outcome: Outcome,
+    /// Cost.
+    pub cost: Cost,
+}
+
+/// A method on a scene, from the coarsest time step to the finest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// The method.
+    pub method: Method,
+    /// Whether it is the submission's.
+    pub foreign: bool,
+    /// The points, from coarse to fine.
+    pub points: Vec<Point>,
+}
+
+impl Curve {
+    /// What reports call it.
+    pub fn label(&self) -> String {
+        let whose = if self.foreign { "theirs: " } else { "" };
+        format!("{whose}{}", self.method.label())
+    }
+
+    /// Whether there are states at all: a program need not have every method.
+    pub fn is_offered(&self) -> bool {
+        self.points.iter().any(|point| !matches!(point.outcome, Outcome::Failed { step: 0, .. }))
+    }
+}
+
+/// The order of a curve, for one quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Order {
+    /// Which error.
+    pub quantity: Quantity,
+    /// What was fitted.
+    pub fit: Fit,
+    /// What theory says; `None` where it says nothing.
+    pub expected: Option<Expected>,
+    /// Why that is not the method's usual order.
+    pub reason: Option<&'static str>,
+}
+
+impl Order {
+    /// Whether it is what theory says; `None` where that says nothing, or nothing could be fitted.
+    pub fn agrees(&self) -> Option<bool> {
+        self.expected.and_then(|expected| order::agrees(self.fit, expected))
+    }
+}
+
+/// A scene to be measured.
+pub struct Target {
+    /// Its name.
+    pub name: String,
+    /// What moves.
+    pub title: String,
+    /// The scene; its time step is the coarsest.
+    pub scene: Scene,
+    /// Its motion, where it is known.
+    pub closed: Option<Closed>,
+    /// Orders other than usual; `None` where theory has not been asked whether the motion is smooth.
+    pub exceptions: Option<&'static [Exception]>,
+}
+
+impl Target {
+    /// A problem of the registry.
+    pub fn of_problem(problem: &'static Problem) -> Self {
+        let scene = problem.scene();
+        Self {
+            name: problem.name.to_owned(),
+            title: problem.title.to_owned(),
+            closed: problem.closed.map(|closed| closed(&scene)),
+            scene,
+            exceptions: Some(problem.exceptions),
+        }
+    }
+
+    /// Any scene: its reference is adaptive, and its orders are shown, not judged.
+    pub fn of_scene(name: &str, scene: Scene) -> Self {
+        let title = "a scene as it is".to_owned();
+        Self { name: name.to_owned(), title, scene, closed: None, exceptions: None }
+    }
+
+    /// What theory says of a curve's error.
+    fn expected(
+        &self,
+        method: &Method,
+        quantity: Quantity,
+    ) -> (Option<Expected>, Option<&'static str>) {
+        let (Some(exceptions), Some(order)) = (self.exceptions, method.order) else {
+            return (None, None);
+        };
+        let applies = |exception: &&Exception| {
+            let named = exception.integrators;
+            exception.quantity == quantity
+                && (named.is_empty() || named.contains(&method.integrator.name))
+        };
+        match exceptions.iter().find(applies) {
+            Some(exception) => (Some(exception.expected), Some(exception.reason)),
+            None => (Some(Expected::Order(order)), None),
+        }
+    }
+}
+
+/// How much is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// Time steps of the ladder.
+    pub rungs: u32,
+    /// The most timed runs of a point.
+    pub repeats: u32,
+    /// No run is timed again once a point has taken this long, in seconds.
+    pub budget: f64,
+    /// No run has more steps than this.
+    pub max_steps: u64,
+}
+
+impl Config {
+    /// All of it in half a minute.
+    pub const QUICK: Self = Self { rungs: 8, repeats: 3, budget: 0.02, max_steps: 1 << 14 };
+
+    /// Enough for the digits of small errors.
+    pub const FULL: Self = Self { rungs: 10, repeats: 9, budget: 0.5, max_steps: 1 << 18 };
+
+    /// The divisions of the coarsest step, from coarse to fine.
+    pub fn refinements(self, coarsest: u64) -> impl Iterator<Item = u64> {
+        let all = (0..self.rungs.min(40)).map(|rung| 1 << rung);
+        // Four points make a slope; a scene of very many steps is measured at no fewer.
+        all.enumerate()
+            .take_while(move |(rung, refinement)| {
+                *rung < order::FEWEST || coarsest.saturating_mul(*refinement) <= self.max_steps
+            })
+            .map(|(_, refinement)| refinement)
+    }
+}
+
+/// A scene that was measured.
+pub struct SceneStudy {
+    /// The scene.
+    pub target: Target,
+    /// What errors are measured against.
+    pub reference: Reference,
+    /// One curve a method.
+    pub curves: Vec<Curve>,
+}
+
+impl SceneStudy {
+    /// The orders of a curve.
+    pub fn orders(&self, curve: &Curve) -> [Order; 3] {
+        Quantity::ALL.map(|quantity| {
+            let sample = |point: &Point| match point.outcome {
+                Outcome::Finished { largest, .. } => Some(order::Sample {
+                    time_step: point.time_step,
+                    error: largest.of(quantity),
+                    floor: self.reference.floor.of(quantity),
+                    rounding: self.reference.rounding(point.steps).of(quantity),
+                }),
+                _ => None,
+            };
+            let samples: Vec<order::Sample> = curve.points.iter().filter_map(sample).collect();
+            let (expected, reason) = self.target.expected(&curve.method, quantity);
+            Order { quantity, fit: order::fit(&samples), expected, reason }
+        })
+    }
+
+    /// The cheapest ways to each power of ten of the position's error: ours, or the submission's.
+    pub fn levels(&self, foreign: bool) -> Vec<cheapest::Level> {
+        let curves: Vec<(usize, &Curve)> =
+            self.curves.iter().enumerate().filter(|(_, curve)| curve.foreign == foreign).collect();
+        cheapest::levels(&curves, self.reference.floor.position)
+    }
+}
+
+/// All that was measured.
+pub struct Study {
+    /// What was measured beside our own simulator.
+    pub submission: Option<String>,
+    /// How much was measured.
+    pub config: Config,
+    /// The scenes, in their order.
+    pub scenes: Vec<SceneStudy>,
+}
+
+impl Study {
+    /// How the orders stand to theory: the submission's alone where there is one.
+    pub fn agreement(&self) -> Agreement {
+        let foreign = self.submission.is_some();
+        let orders = self.scenes.iter().flat_map(|scene| {
+            let judged = move |curve: &&Curve| curve.foreign == foreign && curve.is_offered();
+            scene.curves.iter().filter(judged).flat_map(|curve| scene.orders(curve))
+        });
+        let mut agreement = Agreement::default();
+        for order in orders.filter(|order| order.expected.is_some()) {
+            match order.agrees() {
+                Some(true) => agreement.agree += 1,
+                Some(false) => agreement.differ += 1,
+                None => agreement.unknown += 1,
+            }
+        }
+        agreement
+    }
+}
+
+/// Orders of which theory says something.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Agreement {
+    /// As theory says.
+    pub agree: usize,
+    /// Otherwise.
+    pub differ: usize,
+    /// Nothing could be fitted.
+    pub unknown: usize,
+}
+
+/// A study that could not be made.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
+pub enum AccuracyError {
+    #[error("{scene}: {reason}\n  help: measure a shorter or softer scene")]
+    NoReference { scene: String, reason: String },
+    #[error("the results cannot be kept: {0}")]
+    Store(#[from] std::io::Error),
+}
+
+/// Measures every method on every scene, one at a time, so that none disturbs another's time. `progress` hears
+/// the scene and the method that comes next, and how many of how many are done.
+///
+/// # Errors
+/// Where a scene has no reference, or results cannot be kept.
+pub fn study(
+    targets: Vec<Target>,
+    submission: Option<&Submission>,
+    config: Config,
+    store: Option<&Store>,
+    progress: &mut dyn FnMut(&str, usize, usize),
+) -> Result<Study, AccuracyError> {
+    let plans: Vec<Vec<(Method, bool)>> =
+        targets.iter().map(|target| plan(&target.scene, submission)).collect();
+    let total = plans.iter().map(Vec::len).sum();
+    let mut done = 0;
+    let mut scenes = Vec::new();
+    for (target, plan) in targets.into_iter().zip(plans) {
+        progress(&format!("{}: reference", target.name), done, total);
+        let reference = Reference::new(&target.scene, target.closed.as_ref())
+            .map_err(|reason| AccuracyError::NoReference { scene: target.name.clone(), reason })?;
+        let mut curves = Vec::new();
+        for (method, foreign) in plan {
+            let mut curve = Curve { method, foreign, points: Vec::new() };
+            progress(&format!("{}: {}", target.name, curve.label()), done, total);
+            fill(&mut curve, &target, &reference, submission, config, store)?;
+            curves.push(curve);
+            done += 1;
+        }
+        scenes.push(SceneStudy { target, reference, curves });
+    }
+    progress("", done, total);
+    Ok(Study { submission: submission.map(Submission::name), config, scenes })
+}
+
+/// The methods of a scene: ours, then those that a program may have.
+fn plan(scene: &Scene, submission: Option<&Submission>) -> Vec<(Method, bool)> {
+    let ours = ladder::methods(scene);
+    // Options are our own; a program has the methods of the course.
+    let theirs = ours.iter().filter(|method| method.setting.is_none() && submission.is_some());
+    let theirs: Vec<(Method, bool)> = theirs.cloned().map(|method| (method, true)).collect();
+    ours.into_iter().map(|method| (method, false)).chain(theirs).collect()
+}
+
+/// Measures the points of a curve, or finds them in the store.
+fn fill(
+    curve: &mut Curve,
+    target: &Target,
+    reference: &Reference,
+    submission: Option<&Submission>,
+    config: Config,
+    store: Option<&Store>,
+) -> Result<(), AccuracyError> {
+    let kept = store.map(|store| {
+        let mut scene = Vec::new();
+        // Nothing in a scene that was read cannot be written.
+        let _ = write::write(&target.scene, &mut scene);
+        let scene = String::from_utf8_lossy(&scene);
+        let label = curve.label();
+        (store, store.key(&[&scene, &label, &format!("{config:?}")]), label)
+    });
+    if let Some((store, key, label)) = &kept
+        && let Some(points) = store.load(&target.name, label, key)
+    {
+        curve.points = points;
+        return Ok(());
+    }
+    let coarsest = target.scene.n_steps();
+    let mut spelling = None;
+    for refinement in config.refinements(coarsest) {
+        let scene = curve.method.scene(&target.scene, refinement);
+        let point = match (curve.foreign, submission) {
+            (true, Some(Submission::Program(program))) => {
+                let method = &curve.method;
+                let spelt = match spelling {
+                    Some(spelling) => Ok(spelling),
+                    None => program::spelling(program, method, &scene, reference),
+                };
+                match spelt {
+                    Ok(spelt) => {
+                        spelling = Some(spelt);
+                        program::measure(program, spelt, &scene, reference, refinement, config)
+                    }
+                    Err(outcome) => {
+                        curve.points.push(Point {
+                            time_step: scene.time_step,
+                            steps: scene.n_steps(),
+                            outcome,
+                            cost: Cost { time: None, work: None },
+                        });
+                        break;
+                    }
+                }
+            }
+            _ => measure::built_in(&scene, reference, refinement, config),
+        };
+        curve.points.push(point);
+    }
+    if let Some((store, key, label)) = &kept {
+        store.save(&target.name, label, key, &curve.points)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,100 @@
+//! The scenes that accuracy is measured on: some with a closed form, some without.
+//!
+//! Each is a scene file of its own, which any simulator can be given. Its time step is the coarsest of the
+//! ladder. To add one: a file in `scenes/`, a line in [`PROBLEMS`], and a closed form where there is one.
+
+use simulator::scene::{ParseOptions, Scene, xml};
+use simulator::vocabulary;
+
+use super::order::{Exception, Expected};
+use ::reference::closed::{self, Closed};
+
+/// A scene whose solution is known, or can be computed by a method of high order.
+pub struct Problem {
+    /// Its name.
+    pub name: &'static str,
+    /// What moves, in a few words.
+    pub title: &'static str,
+    /// The scene file.
+    pub xml: &'static str,
+    /// The closed form of its motion, where it has one.
+    pub closed: Option<fn(&Scene) -> Closed>,
+    /// Where a method has another order than usual, and why.
+    pub exceptions: &'static [Exception],
+}
+
+impl Problem {
+    /// The scene.
+    ///
+    /// # Panics
+    /// Never: a test reads them all.
+    pub fn scene(&self) -> Scene {
+        let parsed = xml::parse(self.xml, self.name, &vocabulary(), &ParseOptions::default());
+        parsed.expect("the scenes of the registry are well-formed").scene
+    }
+}
+
+macro_rules! problem {
+    ($name:literal, $title:literal, $closed:expr, $exceptions:expr) => {
+        Problem {
+            name: $name,
+            title: $title,
+            xml: include_str!(concat!("scenes/", $name, ".xml")),
+            closed: $closed,
+            exceptions: $exceptions,
+        }
+    };
+}
+
+/// Methods that evaluate gravitation at the start of a step, and move by the new velocity.
+const EXPLICIT_FORCE: &[&str] = &["symplectic-euler", "fast-mass-spring"];
+
+/// Every problem, those with a closed form first.
+pub static PROBLEMS: &[Problem] = &[
+    problem!(
+        "free-fall",
+        "throw under gravity",
+        Some(closed::thrown),
+        &[Exception {
+            integrators: &[],
+            quantity: super::Quantity::Velocity,
+            expected: Expected::Exact,
+            reason: "a constant force: every method adds h g",
+        }]
+    ),
+    problem!("falling-with-drag", "fall in a viscous liquid", Some(closed::dragged), &[]),
+    problem!("wind", "particle in a wind that changes with time", Some(closed::windy), &[]),
+    problem!("oscillator", "mass on a spring, undamped", Some(closed::oscillator), &[]),
+    problem!("damped-oscillator", "mass on a spring, damped", Some(closed::oscillator), &[]),
+    problem!("stiff-damped-spring", "rates of 20/s and 380/s", Some(closed::oscillator), &[]),
+    problem!("ellipse", "spring of rest length zero, in the plane", Some(closed::oscillator), &[]),
+    problem!("kepler-orbit", "two unequal bodies, eccentric orbit", Some(closed::orbit), &[]),
+    problem!(
+        "circular-orbit",
+        "two equal bodies, circular orbit",
+        Some(closed::orbit),
+        &[Exception {
+            integrators: EXPLICIT_FORCE,
+            quantity: super::Quantity::Energy,
+            expected: Expected::Order(2.0),
+            reason: "force and velocity are at right angles on a circle, where the term in h vanishes",
+        }]
+    ),
+    problem!("chain-modes", "six masses in a line, all modes", Some(closed::chain), &[]),
+    problem!("spring-pendulum", "elastic pendulum", None, &[]),
+    problem!(
+        "pendulum",
+        "pendulum on a stiff spring",
+        None,
+        &[Exception {
+            integrators: &["symplectic-euler"],
+            quantity: super::Quantity::Velocity,
+            expected: Expected::Order(2.0),
+            reason: "from rest, symplectic Euler is the leapfrog method with positions half a step ahead",
+        }]
+    ),
+    problem!("hanging-net", "net of sixteen particles, falling", None, &[]),
+    problem!("vortex-pair", "two particles in a vortex", None, &[]),
+    problem!("combined", "dumbbell, drag, gravity and gravitation", None, &[]),
+    problem!("squared-springs", "triangle of springs of squared length", None, &[]),
+];

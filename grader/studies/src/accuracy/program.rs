@@ -1,0 +1,95 @@
+//! A program on the ladder, from traces alone.
+//!
+//! Its time is the wall time of the whole process: its start, reading the scene, writing the trace and the
+//! protection it runs under are in it, so that it is told beside ours and never ranked with them.
+
+use std::time::Instant;
+
+use simulator::scene::{Scene, write};
+use simulator::trace::Shape;
+
+use super::ladder::Method;
+use super::measure::follow;
+use super::reference::Reference;
+use super::{Config, Cost, Outcome, Point, Timing};
+use grader::submission::program::{Program, SceneSource};
+use grader::verdict::Verdict;
+
+/// The most timed runs of a time step.
+const REPEATS: u32 = 3;
+
+/// The spelling of the method by which the program goes through `scene`; what came of the first spelling where it
+/// does by none.
+pub(super) fn spelling(
+    program: &Program,
+    method: &Method,
+    scene: &Scene,
+    reference: &Reference,
+) -> Result<&'static str, Outcome> {
+    let mut first = None;
+    let spellings = method.integrator.aliases.iter().chain([&method.integrator.name]).rev();
+    for spelling in spellings {
+        let (outcome, _) = run(program, &text(scene, spelling), scene, reference, 1);
+        match outcome {
+            Outcome::Failed { step: 0, .. } => first = first.or(Some(outcome)),
+            _ => return Ok(spelling),
+        }
+    }
+    let none = || Outcome::Failed { step: 0, time: 0.0, reason: "it has no name".to_owned() };
+    Err(first.unwrap_or_else(none))
+}
+
+/// The program on `scene`.
+pub(super) fn measure(
+    program: &Program,
+    spelling: &str,
+    scene: &Scene,
+    reference: &Reference,
+    refinement: u64,
+    config: Config,
+) -> Point {
+    let text = text(scene, spelling);
+    let (outcome, first) = run(program, &text, scene, reference, refinement);
+    let (mut times, mut spent) = (vec![first], first);
+    // The first run is one of them: a process starts cold each time.
+    while times.len() < config.repeats.min(REPEATS) as usize && spent < config.budget {
+        let (_, time) = run(program, &text, scene, reference, refinement);
+        spent += time;
+        times.push(time);
+    }
+    let cost = Cost { time: Timing::of(times), work: None };
+    Point { time_step: scene.time_step, steps: scene.n_steps(), outcome, cost }
+}
+
+/// A run, and its wall time in seconds.
+fn run(
+    program: &Program,
+    text: &str,
+    scene: &Scene,
+    reference: &Reference,
+    refinement: u64,
+) -> (Outcome, f64) {
+    let started = Instant::now();
+    let run = program.run(SceneSource::Xml(text), Shape::of(scene));
+    let time = started.elapsed().as_secs_f64();
+    let outcome = match run {
+        Ok(mut run) => follow(&mut run, scene, reference, refinement),
+        Err(verdict) => {
+            let reason = match verdict {
+                Verdict::Fail(failure) => failure.to_string(),
+                other => other.to_string(),
+            };
+            Outcome::Failed { step: 0, time: 0.0, reason }
+        }
+    };
+    (outcome, time)
+}
+
+/// The scene as a file, its integrator spelt so and without options that only ours has.
+fn text(scene: &Scene, spelling: &str) -> String {
+    let mut bytes = Vec::new();
+    // Nothing in a scene that was read cannot be written.
+    let _ = write::write(scene, &mut bytes);
+    let text = String::from_utf8(bytes).unwrap_or_default();
+    text.replacen(&format!("\"{}\"", scene.integrator.name), &format!("\"{spelling}\""), 1)
+}

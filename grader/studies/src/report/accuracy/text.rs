@@ -1,0 +1,276 @@
+//! Speed against error, for people.
+
+use std::io::{self, Write};
+
+use anstyle::{AnsiColor, Style};
+
+use super::{short, time};
+use crate::accuracy::cheapest::Offer;
+use crate::accuracy::order::{self, Expected, Fit};
+use crate::accuracy::reference::Source;
+use crate::accuracy::{
+    Agreement, Curve, Errors, Order, Outcome, Point, Quantity, SceneStudy, Study,
+};
+use report::table::{self, Cell};
+
+const BOLD: Style = Style::new().bold();
+const RED: Style = AnsiColor::Red.on_default();
+
+/// What the text holds.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Config {
+    /// Every point of every curve.
+    pub details: bool,
+}
+
+/// Writes the report.
+///
+/// # Errors
+/// Where the output takes no more.
+pub fn write(out: &mut dyn Write, study: &Study, config: Config) -> io::Result<()> {
+    for scene in &study.scenes {
+        heading(out, scene)?;
+        orders(out, scene)?;
+        for foreign in [false, true] {
+            levels(out, scene, foreign)?;
+        }
+        blow_ups(out, scene)?;
+        if config.details {
+            points(out, scene)?;
+        }
+        writeln!(out)?;
+    }
+    let Agreement { agree, differ, unknown } = study.agreement();
+    let judged = agree + differ + unknown;
+    let whose = study.submission.as_deref().unwrap_or("built-in simulator");
+    writeln!(out, "{BOLD}Summary for {whose}{BOLD:#}")?;
+    let tolerance = order::TOLERANCE;
+    let unknown = match unknown {
+        0 => String::new(),
+        n => format!("; {n} cannot be told: no window in which the error falls regularly"),
+    };
+    writeln!(
+        out,
+        "  {agree} of {judged} orders are within {tolerance} of theory, {differ} are not{unknown}"
+    )?;
+    if study.submission.is_some() {
+        writeln!(
+            out,
+            "  theirs: errors from traces alone; time is the wall time of a whole process, and not to be held against ours"
+        )?;
+    }
+    Ok(())
+}
+
+fn heading(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
+    let (target, reference) = (&scene.target, &scene.reference);
+    let n = target.scene.particles.len();
+    let particles = if n == 1 { "1 particle".to_owned() } else { format!("{n} particles") };
+    let (name, title) = (&target.name, &target.title);
+    let duration = short(reference.duration);
+    writeln!(out, "{BOLD}{name}{BOLD:#}  {title}; {particles}, {duration} s")?;
+    let source = match reference.source {
+        Source::Closed => "closed form, wrong by rounding:",
+        Source::Adaptive => "order 8 (DOP853), its runs to two tolerances differ by",
+    };
+    let Errors { position, velocity, energy } = reference.floor;
+    writeln!(
+        out,
+        "  reference: {source} {position:.0e} m, {velocity:.0e} m/s, {energy:.0e} J; nothing can be known to be better"
+    )
+}
+
+/// The orders of every curve.
+fn orders(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
+    writeln!(out, "  order p, error ~ dt^p")?;
+    let mut rows = vec![
+        ["method", "position", "velocity", "energy", "theory", "window of dt"]
+            .map(Cell::left)
+            .into(),
+    ];
+    let mut reasons = Vec::new();
+    for curve in &scene.curves {
+        let orders = scene.orders(curve);
+        let mut row = vec![Cell::left(curve.label())];
+        for order in &orders {
+            row.push(slope(order));
+            if let Some(reason) = order.reason
+                && !reasons.contains(&(order.quantity, reason))
+            {
+                reasons.push((order.quantity, reason));
+            }
+        }
+        row.push(Cell::left(theory(&orders, curve)));
+        row.push(Cell::left(match orders[0].fit {
+            Fit::Slope { window: (coarse, fine), .. } => {
+                format!("{} … {}", short(coarse), short(fine))
+            }
+            _ => "-".to_owned(),
+        }));
+        rows.push(row);
+    }
+    table::write(out, &rows)?;
+    for (quantity, reason) in reasons {
+        writeln!(out, "    {}: {reason}", quantity.name())?;
+    }
+    Ok(())
+}
+
+/// A slope; marked where it is not what theory says.
+fn slope(order: &Order) -> Cell {
+    let text = match order.fit {
+        Fit::Slope { slope, .. } => format!("{slope:.3}"),
+        Fit::Exact => "exact".to_owned(),
+        Fit::None => "none".to_owned(),
+    };
+    match order.agrees() {
+        Some(false) => Cell::left(format!("{text} !")).styled(RED),
+        _ => Cell::left(text),
+    }
+}
+
+fn theory(orders: &[Order; 3], curve: &Curve) -> String {
+    let words = |expected: Expected| match expected {
+        Expected::Order(order) => short(order),
+        Expected::Exact => "exact".to_owned(),
+    };
+    let expected: Vec<String> =
+        orders.iter().filter_map(|order| order.expected).map(words).collect();
+    match expected.as_slice() {
+        [] if curve.method.order.is_none() => "bound by its tolerance".to_owned(),
+        [] => "not judged".to_owned(),
+        [first, rest @ ..] if rest.iter().all(|other| other == first) => first.clone(),
+        several => several.join(", "),
+    }
+}
+
+/// The cheapest way to each error.
+fn levels(out: &mut dyn Write, scene: &SceneStudy, foreign: bool) -> io::Result<()> {
+    let levels = scene.levels(foreign);
+    if levels.is_empty() {
+        return Ok(());
+    }
+    let whose = if foreign { ", theirs (wall time of the process)" } else { "" };
+    writeln!(out, "  least time for a position error{whose}")?;
+    let mut rows =
+        vec![["error", "method", "dt", "time", "evaluations", "next"].map(Cell::left).into()];
+    for level in &levels {
+        let [best, rest @ ..] = level.offers.as_slice() else { continue };
+        let name = |offer: &Offer| scene.curves[offer.curve].method.label();
+        let evaluations = best.force_evaluations.map_or("-".to_owned(), |n| format!("{n:.0}"));
+        let next = match rest.first() {
+            Some(next) => format!("{}, {:.2} times as long", name(next), next.time / best.time),
+            None => "no other method gets there".to_owned(),
+        };
+        rows.push(vec![
+            Cell::left(format!("{:.0e} m", level.error)),
+            Cell::left(name(best)),
+            Cell::left(short(best.time_step)),
+            Cell::right(time(best.time)),
+            Cell::right(evaluations),
+            Cell::left(next),
+        ]);
+    }
+    table::write(out, &rows)
+}
+
+/// What blew up or failed, a line a curve and cause.
+fn blow_ups(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
+    let mut first = true;
+    for curve in &scene.curves {
+        let mut causes: Vec<(String, Vec<String>)> = Vec::new();
+        for point in &curve.points {
+            let cause = match &point.outcome {
+                Outcome::Finished { .. } => continue,
+                Outcome::BlownUp { .. } => "blew up".to_owned(),
+                Outcome::Failed { step: 0, reason, .. } => reason.clone(),
+                Outcome::Failed { reason, .. } => {
+                    reason.lines().next().unwrap_or_default().to_owned()
+                }
+            };
+            let step = short(point.time_step);
+            match causes.iter_mut().find(|(known, _)| is_alike(known, &cause)) {
+                Some((_, steps)) => steps.push(step),
+                None => causes.push((cause, vec![step])),
+            }
+        }
+        for (cause, steps) in causes {
+            if std::mem::take(&mut first) {
+                writeln!(out, "  no solution")?;
+            }
+            writeln!(out, "    {RED}{}{RED:#} at dt {}: {cause}", curve.label(), steps.join(", "))?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether two causes differ in numbers alone.
+fn is_alike(a: &str, b: &str) -> bool {
+    let words = |text: &str| -> String { text.chars().filter(|c| c.is_alphabetic()).collect() };
+    words(a) == words(b)
+}
+
+/// Every point.
+fn points(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
+    writeln!(out, "  largest errors and cost")?;
+    let names = [
+        "method",
+        "dt",
+        "steps",
+        "position",
+        "velocity",
+        "energy",
+        "time",
+        "median",
+        "largest",
+        "forces",
+        "factorised",
+        "iterations",
+    ];
+    let mut rows = vec![Vec::from(names.map(Cell::left))];
+    for curve in &scene.curves {
+        for point in &curve.points {
+            rows.push(point_row(scene, curve, point));
+        }
+    }
+    table::write(out, &rows)
+}
+
+fn point_row(scene: &SceneStudy, curve: &Curve, point: &Point) -> Vec<Cell> {
+    let mut row = vec![
+        Cell::left(curve.label()),
+        Cell::left(short(point.time_step)),
+        Cell::right(point.steps.to_string()),
+    ];
+    let floor = scene.reference.floor;
+    let told = |errors: Errors| {
+        Quantity::ALL.map(|quantity| match errors.of(quantity) {
+            error if error <= floor.of(quantity) => Cell::right("at the floor"),
+            error => Cell::right(format!("{error:.2e}")),
+        })
+    };
+    match &point.outcome {
+        Outcome::Finished { largest, .. } => row.extend(told(*largest)),
+        Outcome::BlownUp { .. } => {
+            row.extend(["blew up", "-", "-"].map(|text| Cell::right(text).styled(RED)));
+        }
+        Outcome::Failed { step, .. } => {
+            row.push(Cell::right(format!("failed at step {step}")).styled(RED));
+            row.extend(["-", "-"].map(Cell::right));
+        }
+    }
+    match point.cost.time {
+        Some(cost) => {
+            row.extend([cost.least, cost.median, cost.largest].map(|t| Cell::right(time(t))))
+        }
+        None => row.extend(["-"; 3].map(Cell::right)),
+    }
+    match point.cost.work {
+        Some(work) => row.extend(
+            [work.force_evaluations, work.factorisations, work.iterations]
+                .map(|count| Cell::right(count.to_string())),
+        ),
+        None => row.extend(["-"; 3].map(Cell::right)),
+    }
+    row
+}

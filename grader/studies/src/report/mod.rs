@@ -1,0 +1,8 @@
+//! Reports and diagrams of studies, one format a file.
+
+pub mod accuracy;
+pub mod jacobians;
+pub mod needs;
+pub mod stability;
+
+mod picture;

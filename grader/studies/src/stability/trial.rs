@@ -1,0 +1,293 @@
+//! A case under a method at a time step: stepped to its end or its failure, and checked on the way.
+//!
+//! ```text
+//! blow-up     E − E₀ > 10 S        S: the energy that the case has at hand (Case::energy)
+//! equation    each of the first 32 steps, every 2ᵏ-th and the last obey the method's equation (equation.rs)
+//! momentum    Σ m (v − v₀) is what the forces from outside give: within what the equations are allowed, summed up
+//! spin        Σ m x × v is kept by symplectic Euler where all forces are central
+//! recurrence  an oscillator's state is the power of its 2 × 2 matrix, where the case is one
+//! residual    no linear solution was accepted above 256 ε
+//! ```
+//!
+//! A failed check is the outcome `WRONG`, whatever was expected: an answer that is silently not the method's.
+
+use std::time::Instant;
+
+use simulator::scene::Scene;
+use simulator::scene::schema::{ActsOn, IntegratorSchema};
+use simulator::simulation::{Config, Simulation};
+use simulator::solver::linear::LinearSolver;
+
+use super::cases::Case;
+use super::outcome::{Measured, Outcome, Trial, reason};
+use super::theory;
+use reference::equation::{Equation, State};
+
+/// A rise of the energy by more than this many times the energy at hand is a blow-up.
+pub const BOUND: f64 = 10.0;
+
+/// Steps that are checked one by one.
+const FIRST_STEPS: u64 = 32;
+
+/// What a linear solution may leave: see `equation.rs`.
+const RESIDUAL: f64 = 256.0 * f64::EPSILON;
+
+/// Runs one trial; `None` where the method refuses the case's forces.
+pub fn run(
+    case: &Case,
+    integrator: &'static IntegratorSchema,
+    time_step: f64,
+    steps: u64,
+    robust: bool,
+) -> Option<Trial> {
+    let draft = (case.draft)();
+    if !draft.is_taken_by(integrator) {
+        return None;
+    }
+    let scene = draft.scene(case.name, integrator, time_step, steps);
+    let started = Instant::now();
+    let (outcome, measured) = Run::new(case, &scene, robust).finish();
+    Some(Trial {
+        case: case.name,
+        method: integrator.name,
+        time_step,
+        steps,
+        robust,
+        outcome,
+        measured,
+        seconds: started.elapsed().as_secs_f64(),
+    })
+}
+
+struct Run<'a> {
+    case: &'a Case,
+    scene: &'a Scene,
+    simulation: Simulation,
+    equation: Equation,
+    measured: Measured,
+    /// The energy and the momentum at the start.
+    energy: f64,
+    momentum: Vec<f64>,
+    /// The most that a step's equations were allowed, summed over the particles.
+    allowed: f64,
+    /// The most momentum that was carried or given so far.
+    carried: f64,
+    failed: Option<(&'static str, f64)>,
+}
+
+impl<'a> Run<'a> {
+    fn new(case: &'a Case, scene: &'a Scene, robust: bool) -> Self {
+        let config = Config { solver: LinearSolver::Auto, robust };
+        let simulation = Simulation::with_config(scene, config);
+        let energies = simulation.energies().ok();
+        let energy = energies.as_ref().map_or(f64::NAN, |all| all.kinetic + all.potential);
+        let momentum = energies.map_or_else(Vec::new, |all| all.momentum);
+        Self {
+            case,
+            scene,
+            simulation,
+            equation: Equation::new(scene),
+            measured: Measured::default(),
+            energy,
+            momentum,
+            allowed: 0.0,
+            carried: 0.0,
+            failed: None,
+        }
+    }
+
+    fn finish(mut self) -> (Outcome, Measured) {
+        let outcome = self.advance();
+        let statistics = self.simulation.statistics();
+        let measured = &mut self.measured;
+        measured.steps = statistics.steps;
+        measured.newton_iterations = statistics.newton_iterations;
+        measured.max_newton_iterations = statistics.max_newton_iterations;
+        measured.worst_residual = statistics.linear.worst_residual;
+        measured.rescue = statistics.rescue;
+        self.check_end();
+        let outcome = match (outcome, self.failed) {
+            (_, Some((check, excess))) => Outcome::Wrong { check, excess },
+            (outcome, None) => outcome,
+        };
+        (outcome, self.measured)
+    }
+
+    fn advance(&mut self) -> Outcome {
+        let n_steps = self.simulation.n_steps();
+        let mut from = State::default();
+        for step in 1..=n_steps {
+            let is_checked = step <= FIRST_STEPS || step.is_power_of_two() || step == n_steps;
+            if is_checked {
+                let state = self.simulation.state();
+                from = State { x: state.positions.to_vec(), v: state.velocities.to_vec() };
+            }
+            let substepped = self.simulation.statistics().rescue.substepped;
+            if let Err(error) = self.simulation.advance() {
+                let message = error.kind.to_string();
+                return Outcome::Failed { step, reason: reason(&error.kind), message };
+            }
+            let energies = match self.simulation.energies() {
+                Ok(energies) => energies,
+                Err(error) => {
+                    let message = error.kind.to_string();
+                    return Outcome::Failed { step, reason: reason(&error.kind), message };
+                }
+            };
+            let rise = (energies.kinetic + energies.potential - self.energy) / self.case.energy;
+            self.measured.energy = rise;
+            self.measured.energy_rise = self.measured.energy_rise.max(rise);
+            // A step that smaller ones stand for is not one of this equation.
+            if is_checked && self.simulation.statistics().rescue.substepped == substepped {
+                self.check_equation(&from, (step - 1) as f64 * self.scene.time_step);
+            }
+            if rise > BOUND {
+                return Outcome::BlowUp { step };
+            }
+            if is_checked {
+                self.check_momentum(&energies.momentum, step);
+            }
+        }
+        Outcome::Survived
+    }
+
+    /// Notes a check: wrong above 1, and where it is no number.
+    fn note(&mut self, check: &'static str, excess: f64) {
+        let holds = excess <= 1.0;
+        if !holds && self.failed.is_none() {
+            self.failed = Some((check, excess));
+        }
+    }
+
+    fn check_equation(&mut self, from: &State, time: f64) {
+        let state = self.simulation.state();
+        let to = State { x: state.positions.to_vec(), v: state.velocities.to_vec() };
+        let (excess, allowed) = self.equation.excess(from, &to, time);
+        self.allowed = self.allowed.max(allowed);
+        self.measured.equation = Some(self.measured.equation.unwrap_or(0.0).max(excess));
+        self.note("equation", excess);
+    }
+
+    /// Forces between particles leave the momentum as it is, and gravity adds to it evenly.
+    ///
+    /// The momentum's own equation of a step is the sum of the particles' equations: it may be off by the sum of what
+    /// they are allowed, the more so with every step. Writing `v'` down and summing `m v'` over `n` particles rounds by
+    /// `(n + 1) ε Σ m |v'|` beside that, `n + 1 < 256`, of the most momentum that was carried up to now.
+    fn check_momentum(&mut self, momentum: &[f64], step: u64) {
+        let scene = self.scene;
+        let accounted = |tag: &str| matches!(tag, "simplegravity" | "constantforce");
+        let is_free = scene.particles.iter().all(|particle| !particle.fixed)
+            && scene.forces.iter().all(|force| {
+                force.schema.acts_on != ActsOn::EveryParticle || accounted(force.schema.tag)
+            });
+        if !is_free || scene.particles.is_empty() {
+            return;
+        }
+        let time = step as f64 * scene.time_step;
+        let mass: f64 = scene.particles.iter().map(|particle| particle.mass).sum();
+        let state = self.simulation.state();
+        let axes = scene.dimension.count();
+        let carried = state.velocities.chunks(axes).zip(&scene.particles);
+        let carried: f64 = carried
+            .map(|(v, particle)| particle.mass * v.iter().map(|v| v.abs()).sum::<f64>())
+            .sum();
+        let mut drift = 0.0_f64;
+        let mut given = 0.0_f64;
+        for (axis, (momentum, start)) in momentum.iter().zip(&self.momentum).enumerate() {
+            let push: f64 = scene
+                .forces
+                .iter()
+                .map(|force| match force.schema.tag {
+                    "simplegravity" => mass * force.parameters[axis],
+                    "constantforce" => scene.particles.len() as f64 * force.parameters[axis],
+                    _ => 0.0,
+                })
+                .sum();
+            drift = drift.max((momentum - start - time * push).abs());
+            given += start.abs() + (time * push).abs();
+        }
+        // What is slow now was rounded when it was fast, and that stays in the sum.
+        self.carried = self.carried.max(carried + given);
+        let size = self.carried;
+        let relative = if drift == 0.0 { 0.0 } else { drift / size };
+        self.measured.momentum = Some(self.measured.momentum.unwrap_or(0.0).max(relative));
+        let allowed = step as f64 * (self.allowed + RESIDUAL * size);
+        self.note("momentum", if drift == 0.0 { 0.0 } else { drift / allowed });
+    }
+
+    fn check_end(&mut self) {
+        let residual = self.measured.worst_residual;
+        self.note("linear residual", residual / RESIDUAL);
+        if self.measured.steps < self.simulation.n_steps() {
+            return;
+        }
+        if self.measured.rescue.substepped == 0 {
+            self.check_recurrence();
+        }
+        self.check_spin();
+    }
+
+    /// An oscillator's state against the power of its matrix, in the norm in which that does not grow for a stable
+    /// step: `|x| + |v|/ω`.
+    fn check_recurrence(&mut self) {
+        let Some(oscillator) = self.case.oscillator else { return };
+        let (scene, steps) = (self.scene, self.measured.steps);
+        let (h, omega) = (scene.time_step, oscillator.omega);
+        let matrix = theory::one_step(scene.integrator.name, h * omega, oscillator.zeta);
+        let particle = scene.particles.iter().position(|particle| !particle.fixed).unwrap_or(0);
+        let axes = scene.dimension.count();
+        let state = self.simulation.state();
+        let (positions, velocities) = (state.positions.to_vec(), state.velocities.to_vec());
+        let start = &scene.particles[particle];
+        // What rounding and the tolerance for an update of the velocity may add in a step.
+        let tolerance = match scene.integrator.name {
+            "implicit-euler" => 1e-9,
+            "projected-newton" => 1e-2,
+            _ => 0.0,
+        };
+        for axis in 0..axes {
+            let mut z = [start.position[axis], start.velocity[axis] / omega];
+            let mut largest = z[0].abs() + z[1].abs();
+            for _ in 0..steps {
+                z = [0, 1].map(|row| matrix[row][0] * z[0] + matrix[row][1] * z[1]);
+                largest = largest.max(z[0].abs() + z[1].abs());
+            }
+            let place = particle * axes + axis;
+            let got = [positions[place], velocities[place] / omega];
+            let error = (got[0] - z[0]).abs() + (got[1] - z[1]).abs();
+            let factor = matrix.iter().flatten().fold(1.0_f64, |most, entry| most.max(entry.abs()));
+            let rounding = RESIDUAL * factor * largest;
+            let allowed = steps as f64 * (rounding + (h + 1.0 / omega) * tolerance);
+            self.note("recurrence", if error == 0.0 { 0.0 } else { error / allowed });
+        }
+    }
+
+    /// Central forces leave the spin as it is, and so does `x' = x + h v'`: `m x' × v' − m x × v = m x × (v' − v)`.
+    ///
+    /// A step's equation is off by what it is allowed, which turns into spin by the largest coordinate as its arm; the
+    /// products' own rounding is of the size `m |x| |v|`.
+    fn check_spin(&mut self) {
+        let scene = self.scene;
+        let central = ["springforce", "gravitationalforce", "greenspringforce"];
+        let is_central = scene.forces.iter().all(|force| central.contains(&force.schema.tag))
+            && scene.particles.iter().all(|particle| !particle.fixed);
+        if scene.integrator.name != "symplectic-euler" || !is_central {
+            return;
+        }
+        let axes = scene.dimension.count();
+        let spin = |x: &[f64], v: &[f64], mass: f64| mass * (x[0] * v[1] - x[1] * v[0]);
+        let size = |x: &[f64], v: &[f64], mass: f64| mass * x[0].hypot(x[1]) * v[0].hypot(v[1]);
+        let state = self.simulation.state();
+        let (mut drift, mut scale) = (0.0, 0.0);
+        let vectors = state.positions.chunks(axes).zip(state.velocities.chunks(axes));
+        for (particle, (x, v)) in scene.particles.iter().zip(vectors) {
+            let (x0, v0) = (&particle.position, &particle.velocity);
+            drift += spin(x, v, particle.mass) - spin(x0, v0, particle.mass);
+            scale += size(x, v, particle.mass) + size(x0, v0, particle.mass);
+        }
+        let arm = state.positions.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let steps = self.measured.steps as f64;
+        let allowed = steps * (RESIDUAL * scale + arm * self.allowed);
+        self.note("spin", if drift == 0.0 { 0.0 } else { drift.abs() / allowed });
+    }
+}

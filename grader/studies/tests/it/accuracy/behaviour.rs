@@ -1,0 +1,159 @@
+//! What long runs do to energy and momentum, against theory.
+//!
+//! On `x'' = −ω² x` each step of a method multiplies the state by a matrix, so that the energy after `n` steps is
+//! known without measuring:
+//!
+//! ```text
+//! explicit     E_n = E_0 (1 + h²ω²)^n
+//! implicit     E_n = E_0 (1 + h²ω²)^{−n}
+//! symplectic   v² + ω²x² − hω² x v is conserved: E_n/E_0 within (1 ± hω/2)/(1 ∓ hω/2)
+//! ```
+
+use simulator::integrator::REGISTRY;
+use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
+use simulator::scene::{ParseOptions, Scene, xml};
+use simulator::simulation::Simulation;
+use simulator::vocabulary;
+
+use super::problem;
+
+const OMEGA: f64 = 2.0;
+const STEP: f64 = 0.01;
+
+/// A particle on a spring of rest length zero, `ω = 2`.
+fn oscillator() -> Scene {
+    let text = r#"<scene>
+        <duration time="10"/><integrator type="explicit-euler" dt="0.01"/>
+        <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <particle m="0.5" px="1.25" py="-0.5" vx="0.5" vy="0.75" fixed="0"/>
+        <edge i="0" j="1"/><springforce edge="0" k="2" l0="0"/>
+    </scene>"#;
+    xml::parse(text, "oscillator", &vocabulary(), &ParseOptions::default()).unwrap().scene
+}
+
+fn integrator(name: &str) -> &'static IntegratorSchema {
+    &REGISTRY.iter().find(|kind| kind.schema.name == name).unwrap().schema
+}
+
+/// The scene by another method, its steps solved as well as they can be.
+fn by(scene: &Scene, name: &str) -> Scene {
+    let mut options = IntegratorOptions::defaults(integrator(name));
+    if name == "projected-newton" {
+        options.set("tolerance", "1e-12").unwrap();
+    }
+    Scene { integrator: integrator(name), integrator_options: options, ..scene.clone() }
+}
+
+fn energies(scene: &Scene, mut visit: impl FnMut(u64, f64)) {
+    let mut simulation = Simulation::new(scene);
+    loop {
+        let energies = simulation.energies().unwrap();
+        visit(simulation.statistics().steps, energies.kinetic + energies.potential);
+        if !simulation.advance().unwrap() {
+            break;
+        }
+    }
+}
+
+#[test]
+fn explicit_euler_gains_and_the_implicit_ones_lose_energy_at_the_predicted_rate() {
+    let growth = 1.0 + STEP * STEP * OMEGA * OMEGA;
+    let rates = [
+        ("explicit-euler", growth),
+        ("linearized-implicit-euler", 1.0 / growth),
+        ("implicit-euler", 1.0 / growth),
+        ("projected-newton", 1.0 / growth),
+        ("fast-mass-spring", 1.0 / growth),
+    ];
+    for (name, rate) in rates {
+        let mut start = 0.0;
+        let mut last = 0.0;
+        energies(&by(&oscillator(), name), |step, energy| {
+            start = if step == 0 { energy } else { start };
+            last = energy / start / rate.powi(step as i32);
+        });
+        // A thousand steps, each rounded by some ε, or by ε/(hω) where the unknowns are positions: 1e-11.
+        assert!((last - 1.0).abs() < 1e-9, "{name}: {last}");
+    }
+}
+
+#[test]
+fn the_energy_of_symplectic_euler_stays_within_its_bound() {
+    let mut scene = by(&oscillator(), "symplectic-euler");
+    scene.duration = 1000.0;
+    let half = 0.5 * STEP * OMEGA;
+    let (mut start, mut least, mut most) = (0.0, f64::INFINITY, 0.0_f64);
+    energies(&scene, |step, energy| {
+        start = if step == 0 { energy } else { start };
+        (least, most) = (least.min(energy / start), most.max(energy / start));
+    });
+    let bound = (1.0 + half) / (1.0 - half);
+    assert!(most <= bound && least >= 1.0 / bound, "{least} … {most}, bound {bound}");
+    // It does move: what never changed would pass as well.
+    assert!(most - least > 0.1 * half, "{least} … {most}");
+}
+
+/// Momentum, and angular momentum about the origin.
+fn momenta(scene: &Scene, x: &[f64], v: &[f64]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (number, particle) in scene.particles.iter().enumerate() {
+        let (i, m) = (2 * number, particle.mass);
+        sum[0] += m * v[i];
+        sum[1] += m * v[i + 1];
+        sum[2] += m * (x[i] * v[i + 1] - x[i + 1] * v[i]);
+    }
+    sum
+}
+
+/// The largest changes of momentum and of angular momentum over a run, relative to what there is of each.
+fn drift(scene: &Scene) -> [f64; 2] {
+    let mut simulation = Simulation::new(scene);
+    let state = simulation.state();
+    let start = momenta(scene, state.positions, state.velocities);
+    let scale = scene.particles.iter().map(|particle| {
+        let [x, y, _] = particle.position;
+        let [u, v, _] = particle.velocity;
+        particle.mass * u.hypot(v) * x.hypot(y).max(1.0)
+    });
+    let scale: f64 = scale.sum();
+    let mut drift = [0.0_f64; 2];
+    while simulation.advance().unwrap() {
+        let state = simulation.state();
+        let now = momenta(scene, state.positions, state.velocities);
+        let change = |axis: usize| (now[axis] - start[axis]).abs() / scale;
+        drift = [drift[0].max(change(0)).max(change(1)), drift[1].max(change(2))];
+    }
+    drift
+}
+
+#[test]
+fn every_method_keeps_the_momentum_that_inner_forces_cannot_change() {
+    for name in ["kepler-orbit", "squared-springs", "vortex-pair"] {
+        let mut scene = problem(name).scene();
+        scene.time_step /= 8.0;
+        for kind in REGISTRY {
+            let refuses = kind.schema.refuses;
+            if scene.forces.iter().any(|force| refuses(force).is_some()) {
+                continue;
+            }
+            let [linear, _] = drift(&by(&scene, kind.schema.name));
+            // Some hundred steps, whose linear systems are solved to some ε each.
+            assert!(linear < 1e-11, "{name}, {}: {linear:e}", kind.schema.name);
+        }
+    }
+}
+
+#[test]
+fn symplectic_euler_keeps_the_angular_momentum_of_central_forces_and_others_do_not() {
+    for name in ["kepler-orbit", "squared-springs"] {
+        let mut scene = problem(name).scene();
+        scene.time_step /= 8.0;
+        let [_, angular] = drift(&by(&scene, "symplectic-euler"));
+        assert!(angular < 1e-12, "{name}: {angular:e}");
+        for other in ["explicit-euler", "linearized-implicit-euler", "implicit-euler"] {
+            let [_, angular] = drift(&by(&scene, other));
+            // Each step turns the angular momentum by h² times force and velocity: first order in all.
+            assert!(angular > 1e-4, "{name}, {other}: {angular:e}");
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Integration tests of the studies.
+
+mod accuracy;
+mod needs;
+mod needs_allocations;

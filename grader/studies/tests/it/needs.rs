@@ -1,0 +1,51 @@
+//! A scene is given what it needs, and no more.
+
+use test_support::suite;
+
+use simulator::solver::linear::LinearSolver;
+use studies::needs::{self, Excess};
+
+#[test]
+fn no_shipped_scene_is_given_more_than_it_needs_and_the_general_path_gives_the_same() {
+    let cases = suite().cases;
+    assert!(cases.len() > 100);
+    for case in &cases {
+        let need = needs::measure(&case.id, &case.scene).unwrap();
+        assert_eq!(need.excess, [], "{}", case.id);
+        // The course's criterion for two right simulators.
+        assert!(need.difference < 1e-10, "{}: {:e}", case.id, need.difference);
+    }
+}
+
+#[test]
+fn more_than_is_needed_is_found() {
+    let cases = suite().cases;
+    let found = |wanted: Excess, of: &dyn Fn(&simulator::scene::Scene) -> Vec<Excess>| {
+        cases.iter().any(|case| of(&case.scene).contains(&wanted))
+    };
+    let sparse = |scene: &simulator::scene::Scene| {
+        needs::excess(scene, &needs::cost(scene, LinearSolver::Sparse).unwrap())
+    };
+    assert!(found(Excess::SparseForSmall, &sparse));
+    // What the general path uses is more than the scene needs.
+    let general = |scene: &simulator::scene::Scene| {
+        let cost = needs::cost(&needs::general(scene), LinearSolver::Auto);
+        cost.map_or(Vec::new(), |cost| needs::excess(scene, &cost))
+    };
+    for wanted in
+        [Excess::MoreCoordinates, Excess::ForceNotMentioned, Excess::FactorsWithoutCoupling]
+    {
+        assert!(found(wanted, &general), "{wanted:?}");
+    }
+    // The scene of an explicit method, stepped by an implicit one.
+    let implicit = |scene: &simulator::scene::Scene| {
+        let integrator = simulator::vocabulary().integrator("implicit-euler").unwrap();
+        let mut other = scene.clone();
+        other.integrator_options =
+            simulator::scene::schema::IntegratorOptions::defaults(integrator);
+        other.integrator = integrator;
+        needs::cost(&other, LinearSolver::Auto)
+            .map_or(Vec::new(), |cost| needs::excess(scene, &cost))
+    };
+    assert!(found(Excess::MatrixOfExplicit, &implicit));
+}

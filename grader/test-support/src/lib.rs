@@ -1,0 +1,47 @@
+//! Shared by the integration tests: the repository's folders, its scenes, and documents that tests write.
+
+use std::path::Path;
+
+use grader::suite::{Section, Suite};
+use simulator::scene::ParseOptions;
+
+/// The root of the repository.
+///
+/// # Panics
+/// Where this crate does not lie two folders below it.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .ancestors()
+        .nth(2)
+        .expect("a crate two folders below the root")
+}
+
+/// All shipped scenes.
+///
+/// # Panics
+/// Where one cannot be read.
+pub fn suite() -> Suite {
+    let sections = [
+        (Section::Required, root().join("assets")),
+        (Section::ExtraCredit, root().join("extracreditassets")),
+    ];
+    Suite::load(&sections, &ParseOptions::default()).expect("shipped scenes")
+}
+
+/// Compares `docs/NAME` with `text`. With `UPDATE_DOCS=1`, writes it instead.
+///
+/// # Panics
+/// Where they differ: with the first differing line, and `command`, which writes the document.
+pub fn assert_document(name: &str, text: &str, command: &str) {
+    let path = root().join("docs").join(name);
+    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
+        std::fs::write(&path, text).expect("a document");
+    }
+    let stored = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
+    let differing = stored.lines().zip(text.lines()).find(|(stored, new)| stored != new);
+    assert!(
+        stored == text,
+        "docs/{name} is out of date; first differing line: {differing:?}\n\
+         help: review and accept it with `UPDATE_DOCS=1 {command}`"
+    );
+}

@@ -1,0 +1,178 @@
+//! Envelopes and the tolerances that follow from them, on the shipped scenes.
+
+use test_support::{root, suite};
+
+use grader::calibration::{Bound, Class, calibrate, calibrate_by};
+use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
+use grader::oracle::Oracle;
+use grader::stepping::Stepper;
+use grader::submission::StateSource;
+use grader::suite::Case;
+use grader::verdict::{Failure, Verdict};
+use rayon::prelude::*;
+use simulator::scene::Scene;
+use simulator::solver::linear::LinearSolver;
+use simulator::trace::{Shape, State, TraceError, TraceReader};
+
+/// The chaotic scene.
+fn chaotic() -> Case {
+    let is_it = |case: &Case| case.id.starts_with("LongRuns/double-pendulum");
+    suite().cases.into_iter().find(is_it).expect("the scene is there")
+}
+
+/// A scene that becomes another at some step.
+struct Run {
+    steppers: [Stepper; 2],
+    switch_at: u64,
+    n_steps: u64,
+    next: u64,
+    state: State,
+}
+
+impl Run {
+    fn new(scene: &Scene, later: &Scene, switch_at: u64) -> Self {
+        let mut state = State::zeros(Shape::of(scene));
+        let dimension = scene.dimension.count();
+        let flat = |vector: fn(&simulator::scene::Particle) -> &[f64; 3]| {
+            let particles = scene.particles.iter();
+            particles.flat_map(|particle| vector(particle)[..dimension].to_vec()).collect()
+        };
+        state.positions = flat(|particle| &particle.position);
+        state.velocities = flat(|particle| &particle.velocity);
+        let steppers = [scene, later].map(|scene| Stepper::new(scene, LinearSolver::Auto));
+        Self { steppers, switch_at, n_steps: scene.n_steps(), next: 0, state }
+    }
+
+    fn advance(&mut self, state: &mut State) -> bool {
+        if self.next > self.n_steps {
+            return false;
+        }
+        if self.next > 0 {
+            let stepper = &mut self.steppers[usize::from(self.next > self.switch_at)];
+            let State { positions, velocities, .. } = &mut self.state;
+            assert!(stepper.step(self.next - 1, positions, velocities));
+        }
+        self.next += 1;
+        state.clone_from(&self.state);
+        true
+    }
+}
+
+impl StateSource for Run {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        Ok(self.advance(state))
+    }
+}
+
+impl TraceReader for Run {
+    fn read(&mut self, state: &mut State) -> Result<bool, TraceError> {
+        Ok(self.advance(state))
+    }
+}
+
+/// The chaotic scene by its stored envelope.
+fn judge(case: &Case, mut run: Run) -> Comparison {
+    let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
+    let calibrated: Calibrated = oracle.calibrated(case).expect("an envelope");
+    let scene = &case.scene;
+    let mut right = Run::new(scene, scene, 0);
+    compare(&mut right, &mut run, Expectation::of(scene), Criteria::Calibrated(calibrated))
+}
+
+#[test]
+fn a_kind_of_difference_that_was_not_measured_is_within_the_tolerance_of_the_others() {
+    let escapes = |case: &Case| {
+        let n_steps = case.scene.n_steps();
+        let mut found = Vec::new();
+        // Last bits and solvers are drawn wider than programs are, on purpose.
+        for class in [Class::Order, Class::Formula, Class::Stopping] {
+            let (with, without) = (
+                calibrate_by(&case.scene, |each| each == class),
+                calibrate_by(&case.scene, |each| each != class),
+            );
+            for step in 1..=n_steps {
+                let (with, without) = (with.at(step), without.at(step));
+                let size = case.scene.particles.iter().flat_map(|particle| particle.velocity);
+                let size = size.fold(0.0, |size: f64, value| size.max(value.abs()));
+                let position = Bound::of(without.position, 0.0).tolerance;
+                let velocity = Bound::of(without.velocity, size).tolerance;
+                if with.position > position || with.velocity > velocity {
+                    found.push(format!("{} without {class:?}, step {step}", case.id));
+                    break;
+                }
+            }
+        }
+        found
+    };
+    let cases = suite().cases;
+    let short = cases.par_iter().filter(|case| case.scene.n_steps() < 1000);
+    let escaped: Vec<String> = short.flat_map_iter(escapes).collect();
+    assert!(escaped.is_empty(), "{}", escaped.join("\n"));
+}
+
+#[test]
+fn every_scene_is_measured_with_a_dozen_variants_and_four_of_five_are_much_tighter_than_the_course()
+{
+    let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
+    let cases = suite().cases;
+    let mut tight = 0;
+    for case in &cases {
+        let envelope = oracle.calibrated(case).expect("an envelope").envelope;
+        assert!(envelope.variants >= 12, "{}: {}", case.id, envelope.variants);
+        let last = envelope.at(case.scene.n_steps());
+        tight += usize::from(Bound::of(last.position.max(last.velocity), 1.0).tolerance < 1e-11);
+    }
+    assert!(5 * tight >= 4 * cases.len(), "{tight} of {}", cases.len());
+}
+
+#[test]
+fn the_stored_envelope_is_the_one_that_is_measured() {
+    let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
+    // The order of summation of larger systems depends on the processor.
+    let cases = suite().cases;
+    let small = cases.iter().filter(|case| case.scene.particles.len() <= 3);
+    for case in small.filter(|case| case.scene.n_steps() < 1000) {
+        let stored = oracle.calibrated(case).expect("an envelope").envelope;
+        assert_eq!(*stored, calibrate(&case.scene), "{}", case.id);
+    }
+}
+
+#[test]
+fn beyond_the_horizon_a_correct_program_passes_although_its_states_differ() {
+    let case = chaotic();
+    let mut nudged = case.scene.clone();
+    nudged.particles[1].position[0] *= 1.0 + 3.0 * f64::EPSILON;
+    let found = judge(&case, Run::new(&nudged, &nudged, 0));
+    assert_eq!(found.verdict, Verdict::Pass);
+    // They have long parted.
+    let mut state = State::zeros(Shape::of(&case.scene));
+    let (mut one, mut other) =
+        (Run::new(&case.scene, &case.scene, 0), Run::new(&nudged, &nudged, 0));
+    let mut apart = 0.0_f64;
+    while one.advance(&mut state) {
+        let x = state.positions[4];
+        assert!(other.advance(&mut state));
+        apart = apart.max((x - state.positions[4]).abs());
+    }
+    assert!(apart > 1.0, "{apart}");
+}
+
+#[test]
+fn beyond_the_horizon_energy_that_is_lost_or_gained_fails() {
+    let case = chaotic();
+    for damping in [0.5, -0.05] {
+        let mut damped = case.scene.clone();
+        for element in damped.forces.iter_mut().filter(|element| element.pair.is_some()) {
+            element.parameters[2] = damping;
+        }
+        // Right up to the horizon, and for a while after.
+        let found = judge(&case, Run::new(&case.scene, &damped, 1900));
+        let Verdict::Fail(Failure::Drifts { detail }) = &found.verdict else {
+            panic!("{damping}: {}", found.verdict);
+        };
+        assert!(detail.contains("the energy is off by"), "{detail}");
+        // From the beginning, the states show it.
+        let found = judge(&case, Run::new(&damped, &damped, 0));
+        assert_eq!(found.verdict, Verdict::Fail(Failure::Differs));
+    }
+}

@@ -1,0 +1,5 @@
+//! Integration tests of the grading itself.
+
+mod calibration;
+mod conformance;
+mod jacobians;

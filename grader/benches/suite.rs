@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use grader::grading::{Outcome, grade};
-use grader::jacobian::JacobianReport;
+use grader::grading::{Grader, Outcome};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
@@ -39,13 +38,8 @@ fn suite(
     group.throughput(Throughput::Elements(states));
     group.bench_function(name, |bencher| {
         bencher.iter(|| {
-            let grading = grade(
-                &suite,
-                &Submission::BuiltIn(LinearSolver::Auto),
-                &oracle,
-                rubric,
-                JacobianReport::default(),
-            );
+            let submission = Submission::BuiltIn(LinearSolver::Auto);
+            let grading = Grader::new(&suite, &oracle, rubric).grade(&submission, None);
             assert!(grading.outcome() == Outcome::Passed, "{name} does not pass");
             grading
         });

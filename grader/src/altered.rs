@@ -26,8 +26,7 @@ use simulator::solver::linear::LinearSolver;
 use simulator::trace::{Shape, State};
 use simulator::vocabulary;
 
-use crate::grading::Grading;
-use crate::probe;
+use crate::probe::{self, Probing};
 use crate::submission::program::{Program, SceneSource};
 use crate::submission::{StateSource, builtin};
 use crate::suite::{Case, Feature, Suite, read_text};
@@ -273,26 +272,30 @@ fn largest(values: &[f64]) -> f64 {
 pub type Runs<'a> = &'a dyn Fn(&str, &Scene) -> Result<Box<dyn StateSource>, Verdict>;
 
 /// As [`look_for_copies`], for a program.
-pub fn of_program(suite: &Suite, program: &Program, grading: &Grading) -> Option<Copied> {
-    look_for_copies(suite, grading, &|text, scene| {
+pub fn of_program(
+    suite: &Suite,
+    program: &Program,
+    passed: &HashSet<&str>,
+    probing: Option<&Probing>,
+) -> Option<Copied> {
+    look_for_copies(suite, passed, probing, &|text, scene| {
         Ok(Box::new(program.run(SceneSource::Xml(text), Shape::of(scene))?))
     })
 }
 
 /// Runs a submission on altered scenes, where nothing else shows that it simulates; what came of it, if it takes no
 /// right step in any.
-pub fn look_for_copies(suite: &Suite, grading: &Grading, run: Runs<'_>) -> Option<Copied> {
+pub fn look_for_copies(
+    suite: &Suite,
+    passed: &HashSet<&str>,
+    probing: Option<&Probing>,
+    run: Runs<'_>,
+) -> Option<Copied> {
     let is_right = |part: &probe::PartReport| part.force_finding.verdict == probe::Verdict::Correct;
-    if grading.probing.as_ref().is_some_and(|probing| probing.parts.iter().any(is_right)) {
+    if probing.is_some_and(|probing| probing.parts.iter().any(is_right)) {
         return None;
     }
-    let results = grading.features.iter().flat_map(|feature| &feature.scenes);
-    let passed: HashSet<&str> = results
-        .filter(|scene| scene.comparison.verdict.is_pass())
-        .map(|scene| scene.id.as_str())
-        .collect();
-
-    let alterations = candidates(suite, &passed).into_iter().enumerate();
+    let alterations = candidates(suite, passed).into_iter().enumerate();
     let alterations = alterations.filter_map(|(number, case)| {
         let changes = Change::ALL.into_iter().cycle().skip(number % Change::ALL.len());
         Some((case, Stepped::alter(case, changes.take(Change::ALL.len()))?))

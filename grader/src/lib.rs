@@ -16,7 +16,6 @@
 //! - [`stepping`]: single steps of the built-in simulator.
 //! - [`grading`]: all of it, over a suite.
 //! - [`class`]: a folder of submissions, each graded alone.
-//! - [`hidden`]: scenes that count, and of which nothing else is told.
 //! - [`altered`]: whether a program simulates, or looks its traces up.
 //! - [`blame`]: what a failing submission looks as if it had wrong.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
@@ -41,12 +40,10 @@ pub mod blame;
 pub mod class;
 pub mod events;
 pub mod grading;
-pub mod hidden;
 pub mod jacobian;
 
 pub mod init;
 pub mod probe;
 
 pub mod oracle;
-pub mod points;
 pub mod printed;

@@ -50,7 +50,6 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::compare::{Calibrated, Criteria, Tolerances};
-use crate::hidden::HiddenSuite;
 use crate::suite::{Case, Feature, Section, Suite, read_text};
 use crate::verdict::number;
 use sandbox::{Limits, Protection};
@@ -380,13 +379,13 @@ impl Rubric {
     pub fn check(
         &self,
         suite: &Suite,
-        hidden: Option<&HiddenSuite>,
+        hidden: Option<&[Case]>,
         path: &Path,
     ) -> Result<(), RubricError> {
         if self.hidden.is_some() && hidden.is_none() {
             return Ok(());
         }
-        let hidden = hidden.map_or(&[][..], HiddenSuite::cases);
+        let hidden = hidden.unwrap_or_default();
         let cases = || suite.cases.iter().chain(hidden);
         let no_match = |entry: String| RubricError::NoMatch { path: path.to_path_buf(), entry };
         let elsewhere = |rule: &&FeatureRule| {

@@ -13,7 +13,7 @@ use grader::class::entry::{self, Entry};
 use grader::class::fingerprint::Fingerprint;
 use grader::class::record::Record;
 use grader::events::{Event, Observer, Task};
-use grader::grading::{Grading, panic_message};
+use grader::grading::{Checks, Grading, panic_message};
 use grader::oracle::Oracle;
 
 use grader::submission::Submission;
@@ -23,7 +23,7 @@ use grader::verdict::Failure;
 use sandbox::Protection;
 
 use crate::args::{ClassArgs, Format};
-use crate::grading::{What, grade_one, render};
+use crate::grading::render;
 use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::output::{print, replace_file};
@@ -206,8 +206,8 @@ impl<'a> Class<'a> {
         };
         let protection = is_run.then(|| self.protections.clone());
         let measured = !self.args.judge.no_jacobians;
-        let what = What { jacobians: measured, probe: measured, altered: true, hidden: true };
-        grade_one(&self.inputs, &self.oracle, submission, protection, what, &self.progress)
+        let checks = Checks { jacobians: measured, probe: measured, altered: true, hidden: true };
+        self.inputs.grader(&self.oracle, checks, &self.progress).grade(submission, protection)
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use grader::hidden::{Hidden, HiddenSuite};
+use grader::events::Observer;
+use grader::grading::hidden::HiddenSuite;
+use grader::grading::{Checks, Grader};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Section, Suite};
@@ -23,13 +25,15 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// That hidden scenes are not run, where there are any.
-    pub(super) fn hidden_not_run(&self) -> Hidden {
-        match (&self.hidden, self.rubric.hidden()) {
-            (Some((hidden, _)), _) => Hidden::NotRun { scenes: Some(hidden.n_scenes()) },
-            (None, Some(rule)) => Hidden::NotRun { scenes: rule.scenes.map(Into::into) },
-            (None, None) => Hidden::None,
-        }
+    /// What submissions are graded against.
+    pub(super) fn grader<'a>(
+        &'a self,
+        oracle: &'a Oracle,
+        checks: Checks,
+        observer: &'a dyn Observer,
+    ) -> Grader<'a> {
+        let hidden = self.hidden.as_ref().map(|(hidden, _)| hidden);
+        Grader { suite: &self.suite, oracle, rubric: &self.rubric, hidden, checks, observer }
     }
 
     /// The folders that no submission may read.
@@ -71,7 +75,7 @@ impl SuiteArgs {
         };
         let hidden = read_hidden(hidden, &suite, &rubric, &options)?;
         if let Some(path) = &rubric_path {
-            let hidden = hidden.as_ref().map(|(hidden, _)| hidden);
+            let hidden = hidden.as_ref().map(|(hidden, _)| hidden.cases());
             rubric.check(&suite, hidden, path).map_err(Stop::bad_input)?;
         }
         if let Some(criteria) = criteria {

@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 use grader::grading::Grading;
-use grader::hidden::Hidden;
+use grader::grading::Hidden;
 use grader::jacobian::{self, JacobianReport};
 use grader::probe;
 

@@ -14,8 +14,9 @@ use grader::blame::{Blame, Finding, Suspect};
 use grader::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
 use grader::diagnosis::{Candidate, Culprit, Diagnosis};
-use grader::grading::{Credit, FeatureResult, Grading, Outcome, SceneResult, Totals};
-use grader::hidden::{Hidden, Tally};
+use grader::grading::{
+    Credit, FeatureResult, Grading, Hidden, Outcome, SceneResult, Tally, Totals,
+};
 use grader::rubric::FaultPoints;
 use grader::suite::Section;
 

@@ -8,9 +8,8 @@ use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 use super::{jacobians, text};
 use grader::blame::{Blame, Finding, Suspect};
-use grader::grading::{Grading, SceneResult};
-use grader::hidden::{Hidden, Tally};
-use grader::points;
+use grader::grading::points;
+use grader::grading::{Grading, Hidden, SceneResult, Tally};
 use grader::verdict::{Verdict, number};
 
 /// What the case of hidden scenes is called.

@@ -13,9 +13,10 @@ use grader::altered::Copied;
 use grader::blame::{Blame, Finding, Suspect, Symptom};
 use grader::compare::{Criteria, FirstWrong, Tolerances};
 use grader::diagnosis::Diagnosis;
-use grader::grading::{Credit, FeatureResult, Grading, Outcome, Repetition, SceneResult, Totals};
-use grader::hidden::{Hidden, Tally};
-use grader::points;
+use grader::grading::points;
+use grader::grading::{
+    Credit, FeatureResult, Grading, Hidden, Outcome, Repetition, SceneResult, Tally, Totals,
+};
 use grader::suite::Section;
 use grader::verdict::{Verdict, number};
 use sandbox::Protection;

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::hidden::HiddenSuite;
+use crate::grading::hidden::HiddenSuite;
 use crate::oracle::Oracle;
 use crate::submission::hand_in::{HandIn, HandInError, Step};
 use crate::suite::{Case, Suite, hash_file, hexadecimal};

@@ -14,9 +14,8 @@ pub mod record;
 
 use serde::{Deserialize, Serialize};
 
-use crate::grading::{Grading, Outcome, SceneResult};
-use crate::hidden::Hidden;
-use crate::points;
+use crate::grading::points;
+use crate::grading::{Grading, Hidden, Outcome, SceneResult};
 use crate::probe::Probing;
 use crate::suite::Section;
 use crate::verdict::Verdict;

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 use test_support::root;
 
-use grader::grading::{Outcome, grade};
-use grader::jacobian::JacobianReport;
+use grader::grading::{Grader, Outcome};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
@@ -40,7 +39,8 @@ fn the_courses_own_traces_are_reproduced() {
 
 fn reproduces(suite: &Suite, oracle: &Oracle, solver: LinearSolver) {
     let submission = Submission::BuiltIn(solver);
-    let grading = grade(suite, &submission, oracle, &Rubric::default(), JacobianReport::default());
+    let rubric = Rubric::default();
+    let grading = Grader::new(suite, oracle, &rubric).grade(&submission, None);
     for result in &grading.features {
         for scene in &result.scenes {
             assert!(

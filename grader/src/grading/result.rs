@@ -1,35 +1,19 @@
-//! A submission graded over a suite: scenes in parallel, results in the suite's order.
+//! The result of grading a submission: everything that reports say, and its sums.
 
-use std::any::Any;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::fmt;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
-use rayon::prelude::*;
-use simulator::trace::{self, Shape};
 
 use crate::altered::Copied;
 use crate::blame::Blame;
-use crate::compare::{Comparison, Criteria, Expectation, compare};
-use crate::diagnosis::{Diagnosis, diagnose, restart};
-use crate::events::{Event, Observer, Task};
-use crate::hidden::{Hidden, Tally};
+use crate::compare::{Comparison, Criteria};
+use crate::diagnosis::Diagnosis;
 use crate::jacobian::JacobianReport;
-use crate::oracle::Oracle;
 use crate::printed;
 use crate::probe::{self, Probing};
 use crate::rubric::{FaultPoints, Rubric};
-use crate::submission::program::Program;
-use crate::submission::{StateSource, Submission};
 use crate::suite::{Case, Feature, Section, Suite};
-use crate::verdict::{Failure, Fault, Verdict};
+use crate::verdict::{Fault, Verdict};
 use sandbox::Protection;
-
-/// The most scenes that are run twice.
-const REPEATED: usize = 8;
-
-/// The most scenes of which steps are made from the oracle's states.
-const RESTARTED: usize = 5;
 
 /// Everything a report says.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,22 +66,6 @@ pub struct Repetition {
     pub differing: Vec<String>,
 }
 
-impl Repetition {
-    /// Runs the first scene of each feature twice, as long as it leaves a trace at all.
-    fn of(suite: &Suite, program: &Program) -> Self {
-        let mut features = HashSet::new();
-        let first_ones = suite.cases.iter().filter(|case| features.insert(&case.feature));
-        let cases: Vec<&Case> = first_ones.take(REPEATED).collect();
-        let same = |case: &&Case| {
-            let [first, second] = [(); 2].map(|()| program.trace_hash(case));
-            Some((case.id.clone(), first.ok()? == second.ok()?))
-        };
-        let results: Vec<(String, bool)> = cases.par_iter().filter_map(same).collect();
-        let differing = results.iter().filter(|(_, same)| !same).map(|(id, _)| id.clone());
-        Self { scenes: results.len(), differing: differing.collect() }
-    }
-}
-
 /// A feature with its scenes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeatureResult {
@@ -132,7 +100,7 @@ pub struct SceneResult {
 
 impl FeatureResult {
     /// A feature without scenes so far.
-    pub(crate) fn new(feature: Feature, rubric: &Rubric) -> Self {
+    pub(super) fn new(feature: Feature, rubric: &Rubric) -> Self {
         Self {
             points: rubric.points(&feature),
             partial: rubric.partial(&feature),
@@ -313,6 +281,13 @@ impl Grading {
         (self.repetition, self.probing, self.copied, self.blame) = (None, None, None, None);
     }
 
+    /// The names of the scenes that passed.
+    pub fn passed(&self) -> HashSet<&str> {
+        let scenes = self.features.iter().flat_map(|feature| &feature.scenes);
+        let passed = scenes.filter(|scene| scene.comparison.verdict.is_pass());
+        passed.map(|scene| scene.id.as_str()).collect()
+    }
+
     /// What it comes to: a fault of the grader outweighs a failure.
     pub fn outcome(&self) -> Outcome {
         if self.features.iter().any(FeatureResult::has_faults) {
@@ -333,73 +308,73 @@ impl Grading {
     }
 }
 
-/// Grades `submission` on every scene of the suite.
-pub fn grade(
-    suite: &Suite,
-    submission: &Submission,
-    oracle: &Oracle,
-    rubric: &Rubric,
-    jacobians: JacobianReport,
-) -> Grading {
-    grade_observed(suite, submission, oracle, rubric, jacobians, &())
+/// Whether there are hidden scenes, and what became of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Hidden {
+    /// None are known of.
+    #[default]
+    None,
+    /// There are some, and they were not run.
+    NotRun {
+        /// How many, where that is known.
+        scenes: Option<usize>,
+    },
+    /// They were run.
+    Run,
 }
 
-/// As [`grade`], before an observer, which may end it early: then only the scenes that ended before are in it.
-pub fn grade_observed(
-    suite: &Suite,
-    submission: &Submission,
-    oracle: &Oracle,
-    rubric: &Rubric,
-    jacobians: JacobianReport,
-    observer: &dyn Observer,
-) -> Grading {
-    observer.notice(Event::Task(Task::Scenes(suite.cases.len())));
-    let judge = |case: &Case| {
-        if observer.is_stopped() {
-            return None;
+/// The hidden scenes of one feature, by their verdicts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tally {
+    /// How many there are of each verdict, by its name.
+    pub verdicts: BTreeMap<&'static str, usize>,
+    /// Weight of those that passed.
+    pub weight_passed: f64,
+    /// Weight of those that could not be judged.
+    pub weight_unjudged: f64,
+    /// Weight of all.
+    pub weight: f64,
+}
+
+impl Tally {
+    /// Hidden scenes.
+    pub fn n_scenes(&self) -> usize {
+        self.verdicts.values().sum()
+    }
+
+    /// Those that passed.
+    pub fn n_passed(&self) -> usize {
+        self.count(&Verdict::Pass)
+    }
+
+    /// Those that could not be judged.
+    pub fn n_faults(&self) -> usize {
+        let fault = Fault::StaleOracle;
+        self.count(&Verdict::GraderFault(fault))
+    }
+
+    fn count(&self, verdict: &Verdict) -> usize {
+        self.verdicts.get(verdict.name()).copied().unwrap_or(0)
+    }
+
+    pub(super) fn add(&mut self, scene: &SceneResult) {
+        let verdict = &scene.comparison.verdict;
+        *self.verdicts.entry(verdict.name()).or_default() += 1;
+        self.weight += scene.weight;
+        match verdict {
+            Verdict::Pass => self.weight_passed += scene.weight,
+            Verdict::Fail(_) => {}
+            Verdict::GraderFault(_) => self.weight_unjudged += scene.weight,
         }
-        let name = Some(case.id.as_str());
-        observer.notice(Event::SceneStarted { name });
-        let mut result = judge_case(case, oracle, rubric, submission);
-        result.diagnosis = look_into(case, submission, &result.comparison);
-        let passed = result.comparison.verdict.is_pass();
-        observer.notice(Event::SceneFinished { name, passed });
-        // A program that was ended with the run says nothing.
-        (!observer.is_stopped()).then_some(result)
-    };
-    let results: Vec<Option<SceneResult>> = suite.cases.par_iter().map(judge).collect();
-    let graded = suite.cases.iter().zip(results);
-    let mut results: Vec<(&Case, SceneResult)> =
-        graded.filter_map(|(case, result)| Some((case, result?))).collect();
-    if let (Submission::Program(program), false) = (submission, observer.is_stopped()) {
-        restart_some(program, oracle, &mut results);
     }
-    let mut grading = gather(submission.name(), rubric, results);
-    grading.jacobians = jacobians;
-    if observer.is_stopped() {
-        grading.interrupt(suite);
-    } else if let Submission::Program(program) = submission {
-        observer.notice(Event::Task(Task::Repetition));
-        grading.repetition = Some(Repetition::of(suite, program));
-    }
-    grading
-}
-
-/// Judges every scene of the suite by `judge`, in parallel.
-pub fn collect(
-    suite: &Suite,
-    submission: String,
-    oracle: &Oracle,
-    rubric: &Rubric,
-    judge: impl Fn(&Case, Criteria) -> Comparison + Sync,
-) -> Grading {
-    let cases = suite.cases.par_iter();
-    let judged = |case| (case, of_case(case, oracle, rubric, |criteria| judge(case, criteria)));
-    gather(submission, rubric, cases.map(judged).collect())
 }
 
 /// Puts together the results of scenes, in the order of the suite.
-fn gather(submission: String, rubric: &Rubric, results: Vec<(&Case, SceneResult)>) -> Grading {
+pub(super) fn gather(
+    submission: String,
+    rubric: &Rubric,
+    results: Vec<(&Case, SceneResult)>,
+) -> Grading {
     let blame = Blame::of(results.iter().map(|(case, result)| (*case, &result.comparison)));
 
     let mut features: Vec<FeatureResult> = Vec::new();
@@ -429,130 +404,12 @@ fn gather(submission: String, rubric: &Rubric, results: Vec<(&Case, SceneResult)
     }
 }
 
-/// Judges a submission on one scene.
-pub(crate) fn judge_case(
-    case: &Case,
-    oracle: &Oracle,
-    rubric: &Rubric,
-    submission: &Submission,
-) -> SceneResult {
-    of_case(case, oracle, rubric, |criteria| {
-        judge(case, oracle, criteria, || submission.states(case))
-    })
-}
-
-/// One scene, judged by its criteria.
-fn of_case(
-    case: &Case,
-    oracle: &Oracle,
-    rubric: &Rubric,
-    judge: impl FnOnce(Criteria) -> Comparison,
-) -> SceneResult {
-    let criteria = rubric.criteria(case, oracle.calibrated(case));
-    SceneResult {
-        id: case.id.clone(),
-        path: case.scene.name.clone(),
-        comparison: judge(criteria.clone()),
-        criteria,
-        weight: rubric.weight(case),
-        diagnosis: None,
-    }
-}
-
-/// Judges the states that `start` yields for a scene. A panic, here or there, costs this scene alone.
-pub fn judge(
-    case: &Case,
-    oracle: &Oracle,
-    criteria: Criteria,
-    start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
-) -> Comparison {
-    // What a panic leaves half done is dropped with it.
-    let judged = catch_unwind(AssertUnwindSafe(|| {
-        let expectation = Expectation::of(&case.scene);
-        let mut expected = match open_oracle(case, oracle, expectation.shape) {
-            Ok(expected) => expected,
-            Err(fault) => return Comparison::without_states(Verdict::GraderFault(fault)),
-        };
-        match start() {
-            Ok(mut actual) => compare(expected.as_mut(), actual.as_mut(), expectation, criteria),
-            Err(verdict) => Comparison::without_states(verdict),
-        }
-    }));
-    judged.unwrap_or_else(|panic| {
-        let fault = Fault::Internal { detail: panic_message(panic.as_ref()) };
-        Comparison::without_states(Verdict::GraderFault(fault))
-    })
-}
-
-/// Looks into a trace that differs. It is read, or made, once more.
-fn look_into(case: &Case, submission: &Submission, comparison: &Comparison) -> Option<Diagnosis> {
-    if comparison.verdict != Verdict::Fail(Failure::Differs) {
-        return None;
-    }
-    // What breaks off here costs the remark, and not the verdict.
-    let found =
-        catch_unwind(AssertUnwindSafe(|| diagnose(case, submission.states(case).ok()?.as_mut())));
-    found.ok().flatten()
-}
-
-/// Makes some steps of the first scenes that differ from the oracle's states.
-fn restart_some(program: &Program, oracle: &Oracle, results: &mut [(&Case, SceneResult)]) {
-    let differing = results
-        .iter_mut()
-        .filter_map(|(case, result)| result.diagnosis.as_mut().map(|diagnosis| (*case, diagnosis)));
-    let first: Vec<(&Case, &mut Diagnosis)> = differing.take(RESTARTED).collect();
-    first.into_par_iter().for_each(|(case, diagnosis)| {
-        let steps = || {
-            let mut states = open_oracle(case, oracle, Shape::of(&case.scene)).ok()?;
-            restart(case, program, states.as_mut())
-        };
-        diagnosis.restarts = catch_unwind(AssertUnwindSafe(steps)).ok().flatten();
-    });
-}
-
-/// What a panic said.
-pub fn panic_message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-    text.unwrap_or_else(|| "a panic without a message".to_owned())
-}
-
-fn open_oracle(
-    case: &Case,
-    oracle: &Oracle,
-    shape: Shape,
-) -> Result<Box<dyn trace::TraceReader>, Fault> {
-    let (path, format) = oracle.find(case)?;
-    oracle.check(case, &path)?;
-    let broken = |error: trace::TraceError| Fault::BrokenOracle { detail: error.to_string() };
-    trace::open(&path, format, shape).map_err(broken)
-}
-
 #[cfg(test)]
 mod tests {
-    use simulator::scene::ParseOptions;
-    use simulator::solver::linear::LinearSolver;
-    use simulator::trace::State;
 
     use super::*;
     use crate::compare::Tolerances;
-    use crate::oracle::regenerate;
-
-    const SCENE: &str = r#"<scene>
-      <duration time="0.3"/> <integrator type="explicit-euler" dt="0.1"/>
-      <particle m="1" px="0" py="0" vx="1" vy="0" fixed="0"/>
-    </scene>"#;
-
-    /// Yields one right state, and breaks off.
-    struct Panicking(Box<dyn StateSource>, bool);
-
-    impl StateSource for Panicking {
-        fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
-            assert!(!self.1, "out of luck at state {}", 1);
-            self.1 = true;
-            self.0.read(state)
-        }
-    }
+    use crate::verdict::Failure;
 
     /// A feature of scenes with these weights: passed, failed, or not judged.
     fn feature(partial: bool, scenes: &[(f64, char)]) -> FeatureResult {
@@ -614,31 +471,5 @@ mod tests {
         assert_eq!(shown(1.0, 0.0), [Some(1.0), Some(1.0)]);
         assert_eq!(shown(1.0, 1.0), [Some(1.0), None]);
         assert_eq!(shown(0.0, 2.0), [None, None]);
-    }
-
-    #[test]
-    fn a_panic_is_a_fault_of_the_scene_it_happens_in() {
-        let folder = tempfile::tempdir().unwrap();
-        let (scenes, traces) = (folder.path().join("assets"), folder.path().join("expected"));
-        std::fs::create_dir(&scenes).unwrap();
-        std::fs::write(scenes.join("free.xml"), SCENE).unwrap();
-        let sections = [(Section::Required, scenes)];
-        let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
-        regenerate(&suite, &traces, &Rubric::default(), false).unwrap();
-        let oracle = Oracle::open(&traces).unwrap();
-        let [case] = suite.cases.as_slice() else { panic!("one scene") };
-
-        let judge = |start: fn(Box<dyn StateSource>) -> Box<dyn StateSource>| {
-            judge(case, &oracle, Tolerances::COURSE.into(), || {
-                Submission::BuiltIn(LinearSolver::Auto).states(case).map(start)
-            })
-        };
-        assert_eq!(judge(|source| source).verdict, Verdict::Pass);
-        let internal =
-            |detail: &str| Verdict::GraderFault(Fault::Internal { detail: detail.to_owned() });
-        let midway = judge(|source| Box::new(Panicking(source, false)));
-        assert_eq!(midway.verdict, internal("out of luck at state 1"));
-        assert!(!midway.is_compared());
-        assert_eq!(judge(|_| panic!("no start")).verdict, internal("no start"));
     }
 }

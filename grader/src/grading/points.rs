@@ -1,7 +1,7 @@
 //! Points as reports show them: in hundredths, rounded, but never up to what was not reached; `–` where nothing was
 //! judged, or points are withheld.
 
-use crate::grading::Credit;
+use super::Credit;
 use crate::rubric::FaultPoints;
 
 /// `value` in hundredths at most.

@@ -16,77 +16,16 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use simulator::scene::ParseOptions;
 
+use super::judge::judge_case;
+use super::result::{FeatureResult, Grading, Hidden, SceneResult, Tally};
 use crate::events::{Event, Observer, Task};
-use crate::grading::{FeatureResult, Grading, SceneResult, judge_case};
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
 use crate::submission::Submission;
 use crate::suite::{Case, Feature, Section, Suite};
-use crate::verdict::Verdict;
 
 /// What a group is called of which there is no shipped scene: its own name is part of what is hidden.
 pub const HIDDEN_GROUP: &str = "hidden";
-
-/// Whether there are hidden scenes, and what became of them.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Hidden {
-    /// None are known of.
-    #[default]
-    None,
-    /// There are some, and they were not run.
-    NotRun {
-        /// How many, where that is known.
-        scenes: Option<usize>,
-    },
-    /// They were run.
-    Run,
-}
-
-/// The hidden scenes of one feature, by their verdicts.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Tally {
-    /// How many there are of each verdict, by its name.
-    pub verdicts: BTreeMap<&'static str, usize>,
-    /// Weight of those that passed.
-    pub weight_passed: f64,
-    /// Weight of those that could not be judged.
-    pub weight_unjudged: f64,
-    /// Weight of all.
-    pub weight: f64,
-}
-
-impl Tally {
-    /// Hidden scenes.
-    pub fn n_scenes(&self) -> usize {
-        self.verdicts.values().sum()
-    }
-
-    /// Those that passed.
-    pub fn n_passed(&self) -> usize {
-        self.count(&Verdict::Pass)
-    }
-
-    /// Those that could not be judged.
-    pub fn n_faults(&self) -> usize {
-        let fault = crate::verdict::Fault::StaleOracle;
-        self.count(&Verdict::GraderFault(fault))
-    }
-
-    fn count(&self, verdict: &Verdict) -> usize {
-        self.verdicts.get(verdict.name()).copied().unwrap_or(0)
-    }
-
-    fn add(&mut self, scene: &SceneResult) {
-        let verdict = &scene.comparison.verdict;
-        *self.verdicts.entry(verdict.name()).or_default() += 1;
-        self.weight += scene.weight;
-        match verdict {
-            Verdict::Pass => self.weight_passed += scene.weight,
-            Verdict::Fail(_) => {}
-            Verdict::GraderFault(_) => self.weight_unjudged += scene.weight,
-        }
-    }
-}
 
 /// Hidden scenes with their oracle.
 #[derive(Debug)]
@@ -154,7 +93,7 @@ impl HiddenSuite {
     }
 
     /// The scenes, for the rubric to be held to, and for hashes.
-    pub(crate) fn cases(&self) -> &[Case] {
+    pub fn cases(&self) -> &[Case] {
         &self.suite.cases
     }
 

@@ -1,0 +1,181 @@
+//! One scene: a trace against the oracle's, its verdict, and why it differs.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use rayon::prelude::*;
+use simulator::trace::{self, Shape};
+
+use super::result::SceneResult;
+use crate::compare::{Comparison, Criteria, Expectation, compare};
+use crate::diagnosis::{Diagnosis, diagnose, restart};
+use crate::oracle::Oracle;
+use crate::rubric::Rubric;
+use crate::submission::program::Program;
+use crate::submission::{StateSource, Submission};
+use crate::suite::Case;
+use crate::verdict::{Failure, Fault, Verdict};
+
+/// The most scenes of which steps are made from the oracle's states.
+const RESTARTED: usize = 5;
+
+/// Judges a submission on one scene.
+pub(super) fn judge_case(
+    case: &Case,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    submission: &Submission,
+) -> SceneResult {
+    of_case(case, oracle, rubric, |criteria| {
+        judge(case, oracle, criteria, || submission.states(case))
+    })
+}
+
+/// One scene, judged by its criteria.
+pub(super) fn of_case(
+    case: &Case,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    judge: impl FnOnce(Criteria) -> Comparison,
+) -> SceneResult {
+    let criteria = rubric.criteria(case, oracle.calibrated(case));
+    SceneResult {
+        id: case.id.clone(),
+        path: case.scene.name.clone(),
+        comparison: judge(criteria.clone()),
+        criteria,
+        weight: rubric.weight(case),
+        diagnosis: None,
+    }
+}
+
+/// Judges the states that `start` yields for a scene. A panic, here or there, costs this scene alone.
+pub fn judge(
+    case: &Case,
+    oracle: &Oracle,
+    criteria: Criteria,
+    start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
+) -> Comparison {
+    // What a panic leaves half done is dropped with it.
+    let judged = catch_unwind(AssertUnwindSafe(|| {
+        let expectation = Expectation::of(&case.scene);
+        let mut expected = match open_oracle(case, oracle, expectation.shape) {
+            Ok(expected) => expected,
+            Err(fault) => return Comparison::without_states(Verdict::GraderFault(fault)),
+        };
+        match start() {
+            Ok(mut actual) => compare(expected.as_mut(), actual.as_mut(), expectation, criteria),
+            Err(verdict) => Comparison::without_states(verdict),
+        }
+    }));
+    judged.unwrap_or_else(|panic| {
+        let fault = Fault::Internal { detail: panic_message(panic.as_ref()) };
+        Comparison::without_states(Verdict::GraderFault(fault))
+    })
+}
+
+/// Looks into a trace that differs. It is read, or made, once more.
+pub(super) fn look_into(
+    case: &Case,
+    submission: &Submission,
+    comparison: &Comparison,
+) -> Option<Diagnosis> {
+    if comparison.verdict != Verdict::Fail(Failure::Differs) {
+        return None;
+    }
+    // What breaks off here costs the remark, and not the verdict.
+    let found =
+        catch_unwind(AssertUnwindSafe(|| diagnose(case, submission.states(case).ok()?.as_mut())));
+    found.ok().flatten()
+}
+
+/// Makes some steps of the first scenes that differ from the oracle's states.
+pub(super) fn restart_some(
+    program: &Program,
+    oracle: &Oracle,
+    results: &mut [(&Case, SceneResult)],
+) {
+    let differing = results
+        .iter_mut()
+        .filter_map(|(case, result)| result.diagnosis.as_mut().map(|diagnosis| (*case, diagnosis)));
+    let first: Vec<(&Case, &mut Diagnosis)> = differing.take(RESTARTED).collect();
+    first.into_par_iter().for_each(|(case, diagnosis)| {
+        let steps = || {
+            let mut states = open_oracle(case, oracle, Shape::of(&case.scene)).ok()?;
+            restart(case, program, states.as_mut())
+        };
+        diagnosis.restarts = catch_unwind(AssertUnwindSafe(steps)).ok().flatten();
+    });
+}
+
+/// What a panic said.
+pub fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "a panic without a message".to_owned())
+}
+
+fn open_oracle(
+    case: &Case,
+    oracle: &Oracle,
+    shape: Shape,
+) -> Result<Box<dyn trace::TraceReader>, Fault> {
+    let (path, format) = oracle.find(case)?;
+    oracle.check(case, &path)?;
+    let broken = |error: trace::TraceError| Fault::BrokenOracle { detail: error.to_string() };
+    trace::open(&path, format, shape).map_err(broken)
+}
+
+#[cfg(test)]
+mod tests {
+    use simulator::scene::ParseOptions;
+    use simulator::solver::linear::LinearSolver;
+    use simulator::trace::State;
+
+    use super::*;
+    use crate::compare::Tolerances;
+    use crate::oracle::regenerate;
+    use crate::suite::{Section, Suite};
+
+    const SCENE: &str = r#"<scene>
+      <duration time="0.3"/> <integrator type="explicit-euler" dt="0.1"/>
+      <particle m="1" px="0" py="0" vx="1" vy="0" fixed="0"/>
+    </scene>"#;
+
+    /// Yields one right state, and breaks off.
+    struct Panicking(Box<dyn StateSource>, bool);
+
+    impl StateSource for Panicking {
+        fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+            assert!(!self.1, "out of luck at state {}", 1);
+            self.1 = true;
+            self.0.read(state)
+        }
+    }
+
+    #[test]
+    fn a_panic_is_a_fault_of_the_scene_it_happens_in() {
+        let folder = tempfile::tempdir().unwrap();
+        let (scenes, traces) = (folder.path().join("assets"), folder.path().join("expected"));
+        std::fs::create_dir(&scenes).unwrap();
+        std::fs::write(scenes.join("free.xml"), SCENE).unwrap();
+        let sections = [(Section::Required, scenes)];
+        let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
+        regenerate(&suite, &traces, &Rubric::default(), false).unwrap();
+        let oracle = Oracle::open(&traces).unwrap();
+        let [case] = suite.cases.as_slice() else { panic!("one scene") };
+
+        let judge = |start: fn(Box<dyn StateSource>) -> Box<dyn StateSource>| {
+            judge(case, &oracle, Tolerances::COURSE.into(), || {
+                Submission::BuiltIn(LinearSolver::Auto).states(case).map(start)
+            })
+        };
+        assert_eq!(judge(|source| source).verdict, Verdict::Pass);
+        let internal =
+            |detail: &str| Verdict::GraderFault(Fault::Internal { detail: detail.to_owned() });
+        let midway = judge(|source| Box::new(Panicking(source, false)));
+        assert_eq!(midway.verdict, internal("out of luck at state 1"));
+        assert!(!midway.is_compared());
+        assert_eq!(judge(|_| panic!("no start")).verdict, internal("no start"));
+    }
+}

@@ -1,0 +1,184 @@
+//! A submission graded over a suite: scenes in parallel, results in the suite's order.
+//!
+//! ```text
+//! Grader::grade    Jacobians (built-in) ─> scenes ─> twice ─> probe ─> altered ─> hidden ─> Grading
+//!                                          judge.rs                              hidden.rs  result.rs
+//! ```
+//!
+//! Hidden scenes come last, so that no run whose output is shown can know of them.
+
+pub mod hidden;
+pub mod points;
+
+mod judge;
+mod result;
+
+use std::collections::HashSet;
+
+use rayon::prelude::*;
+
+use crate::altered;
+use crate::compare::{Comparison, Criteria};
+use crate::events::{Event, Observer, Task};
+use crate::jacobian::{self, JacobianReport};
+use crate::oracle::Oracle;
+use crate::probe;
+use crate::rubric::Rubric;
+use crate::submission::Submission;
+use crate::submission::program::Program;
+use crate::suite::{Case, Suite};
+use hidden::HiddenSuite;
+use sandbox::Protection;
+
+pub use judge::{judge, panic_message};
+use judge::{judge_case, look_into, of_case, restart_some};
+use result::gather;
+pub use result::{
+    Credit, FeatureResult, Grading, Hidden, Interrupted, Outcome, Repetition, SceneResult, Tally,
+    Totals,
+};
+
+/// The most scenes that are run twice.
+const REPEATED: usize = 8;
+
+impl Repetition {
+    /// Runs the first scene of each feature twice, as long as it leaves a trace at all.
+    fn of(suite: &Suite, program: &Program) -> Self {
+        let mut features = HashSet::new();
+        let first_ones = suite.cases.iter().filter(|case| features.insert(&case.feature));
+        let cases: Vec<&Case> = first_ones.take(REPEATED).collect();
+        let same = |case: &&Case| {
+            let [first, second] = [(); 2].map(|()| program.trace_hash(case));
+            Some((case.id.clone(), first.ok()? == second.ok()?))
+        };
+        let results: Vec<(String, bool)> = cases.par_iter().filter_map(same).collect();
+        let differing = results.iter().filter(|(_, same)| !same).map(|(id, _)| id.clone());
+        Self { scenes: results.len(), differing: differing.collect() }
+    }
+}
+
+/// What submissions are graded against, and how.
+#[derive(Clone, Copy)]
+pub struct Grader<'a> {
+    /// The shipped scenes.
+    pub suite: &'a Suite,
+    /// Their traces.
+    pub oracle: &'a Oracle,
+    /// Tolerances and points.
+    pub rubric: &'a Rubric,
+    /// The hidden scenes that are at hand.
+    pub hidden: Option<&'a HiddenSuite>,
+    /// Checks beside the shipped scenes.
+    pub checks: Checks,
+    /// Receives events, and may end the run early.
+    pub observer: &'a dyn Observer,
+}
+
+/// Checks beside the shipped scenes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Checks {
+    /// The built-in simulator's Jacobians.
+    pub jacobians: bool,
+    /// A program's forces and Jacobians, from single steps.
+    pub probe: bool,
+    /// A program on altered scenes, where nothing else shows that it simulates.
+    pub altered: bool,
+    /// Hidden scenes.
+    pub hidden: bool,
+}
+
+impl<'a> Grader<'a> {
+    /// The shipped scenes alone, unobserved.
+    pub fn new(suite: &'a Suite, oracle: &'a Oracle, rubric: &'a Rubric) -> Self {
+        let checks = Checks::default();
+        Self { suite, oracle, rubric, hidden: None, checks, observer: &() }
+    }
+
+    /// Grades a submission, whose programs are run under `protection`, if it has any. Where the observer ends the run
+    /// early, only the scenes that ended before are in the result.
+    pub fn grade(&self, submission: &Submission, protection: Option<Vec<Protection>>) -> Grading {
+        let Self { suite, oracle, rubric, checks, observer, .. } = *self;
+        let jacobians = if checks.jacobians && matches!(submission, Submission::BuiltIn(_)) {
+            observer.notice(Event::Task(Task::Jacobians));
+            jacobian::check_all(jacobian::Config::default())
+        } else {
+            JacobianReport::default()
+        };
+        let mut results = self.scenes(submission);
+        // A program that was ended with the run says nothing more.
+        let program = || match submission {
+            Submission::Program(program) if !observer.is_stopped() => Some(program),
+            _ => None,
+        };
+        if let Some(program) = program() {
+            restart_some(program, oracle, &mut results);
+        }
+        let mut grading = gather(submission.name(), rubric, results);
+        (grading.jacobians, grading.protection) = (jacobians, protection);
+        grading.hidden = self.hidden_not_run();
+        if let Some(program) = program() {
+            observer.notice(Event::Task(Task::Repetition));
+            grading.repetition = Some(Repetition::of(suite, program));
+        }
+        if let Some(program) = program().filter(|_| checks.probe) {
+            observer.notice(Event::Task(Task::Probe));
+            grading.probing = Some(probe::probe(program, |_| true));
+        }
+        if let Some(program) = program().filter(|_| checks.altered) {
+            observer.notice(Event::Task(Task::Altered));
+            let (passed, probing) = (grading.passed(), grading.probing.as_ref());
+            grading.copied = altered::of_program(suite, program, &passed, probing);
+        }
+        // Nobody can have made traces of hidden scenes.
+        let hidden = self.hidden.filter(|_| !matches!(submission, Submission::Traces(_)));
+        if let Some(hidden) = hidden.filter(|_| checks.hidden && !observer.is_stopped()) {
+            hidden.grade(submission, rubric, &mut grading, observer);
+        }
+        if observer.is_stopped() {
+            grading.interrupt(suite);
+        }
+        grading
+    }
+
+    /// Whether there are hidden scenes, as they have not been run yet.
+    pub fn hidden_not_run(&self) -> Hidden {
+        match (self.hidden, self.rubric.hidden()) {
+            (Some(hidden), _) => Hidden::NotRun { scenes: Some(hidden.n_scenes()) },
+            (None, Some(rule)) => Hidden::NotRun { scenes: rule.scenes.map(Into::into) },
+            (None, None) => Hidden::None,
+        }
+    }
+
+    /// The scenes of the suite, in parallel, as far as they ended.
+    fn scenes(&self, submission: &Submission) -> Vec<(&'a Case, SceneResult)> {
+        let Self { suite, oracle, rubric, observer, .. } = *self;
+        observer.notice(Event::Task(Task::Scenes(suite.cases.len())));
+        let judge = |case: &'a Case| {
+            if observer.is_stopped() {
+                return None;
+            }
+            let name = Some(case.id.as_str());
+            observer.notice(Event::SceneStarted { name });
+            let mut result = judge_case(case, oracle, rubric, submission);
+            result.diagnosis = look_into(case, submission, &result.comparison);
+            let passed = result.comparison.verdict.is_pass();
+            observer.notice(Event::SceneFinished { name, passed });
+            (!observer.is_stopped()).then_some((case, result))
+        };
+        let results: Vec<_> = suite.cases.par_iter().map(judge).collect();
+        results.into_iter().flatten().collect()
+    }
+}
+
+/// Judges every scene of the suite by `judge`, in parallel.
+pub fn collect(
+    suite: &Suite,
+    submission: String,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    judge: impl Fn(&Case, Criteria) -> Comparison + Sync,
+) -> Grading {
+    let cases = suite.cases.par_iter();
+    let judged = |case| (case, of_case(case, oracle, rubric, |criteria| judge(case, criteria)));
+    gather(submission, rubric, cases.map(judged).collect())
+}

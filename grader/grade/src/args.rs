@@ -10,8 +10,6 @@ use grader::rubric::CriteriaName;
 use sandbox::Limits;
 use simulator::force;
 
-use crate::selftest::SelfTestArgs;
-
 /// Grade a mass-spring simulator, feature by feature, against oracle traces.
 ///
 /// Without arguments: the built-in simulator on every scene of assets/ and extracreditassets/, against
@@ -414,4 +412,40 @@ pub(super) enum Format {
     Json,
     /// For continuous integration
     Junit,
+}
+
+/// Arguments of `grade selftest`.
+#[derive(Args)]
+pub(super) struct SelfTestArgs {
+    /// Format of the report
+    #[arg(long, value_enum, default_value_t = SelfTestFormat::Text)]
+    pub(super) format: SelfTestFormat,
+
+    /// The document docs/selftest.md: the same as --format markdown
+    #[arg(long, conflicts_with = "format")]
+    pub(super) markdown: bool,
+
+    /// Write the report to this file instead of the standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+
+    /// Leave out the programs in other languages: then no compiler is needed
+    #[arg(long)]
+    pub(super) in_process: bool,
+
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum SelfTestFormat {
+    /// For people
+    Text,
+    /// For programs; schema in docs/selftest.schema.json
+    Json,
+    /// For docs/selftest.md
+    Markdown,
 }

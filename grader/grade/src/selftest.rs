@@ -1,50 +1,11 @@
 //! `grade selftest`: mistakes that must be caught and blamed, correct variants that must pass.
 
-use std::path::PathBuf;
-
-use clap::{Args, ValueEnum};
-
 use selftest::{SelfTest, in_process, programs};
 
-use crate::args::{RunArgs, SuiteArgs};
+use crate::args::{SelfTestArgs, SelfTestFormat};
 use crate::inputs::{Inputs, open_oracle};
 use crate::output::put;
 use crate::stop::{Exit, Stop};
-
-#[derive(Args)]
-pub(super) struct SelfTestArgs {
-    /// Format of the report
-    #[arg(long, value_enum, default_value_t = SelfTestFormat::Text)]
-    format: SelfTestFormat,
-
-    /// The document docs/selftest.md: the same as --format markdown
-    #[arg(long, conflicts_with = "format")]
-    markdown: bool,
-
-    /// Write the report to this file instead of the standard output
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-
-    /// Leave out the programs in other languages: then no compiler is needed
-    #[arg(long)]
-    in_process: bool,
-
-    #[command(flatten)]
-    run: RunArgs,
-
-    #[command(flatten)]
-    suite: SuiteArgs,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SelfTestFormat {
-    /// For people
-    Text,
-    /// For programs; schema in docs/selftest.schema.json
-    Json,
-    /// For docs/selftest.md
-    Markdown,
-}
 
 pub(super) fn run(args: &SelfTestArgs) -> Result<Exit, Stop> {
     let Inputs { mut suite, expected, rubric, .. } = args.suite.read()?;

@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use super::table::{self, Cell};
-use super::text::{BAD, BOLD, DIM, GOOD, ODD, header, write_unprotected};
+use super::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
+use super::text::write_unprotected;
 use grader::class::Row;
 use grader::class::entry::PassedOver;
 use sandbox::Protection;

@@ -2,7 +2,18 @@
 
 use std::io::{self, Write};
 
-use anstyle::Style;
+use anstyle::{AnsiColor, Style};
+
+/// Headings.
+pub const BOLD: Style = Style::new().bold();
+/// Column names and remarks.
+pub const DIM: Style = Style::new().dimmed();
+/// What passed.
+pub const GOOD: Style = AnsiColor::Green.on_default();
+/// What failed.
+pub const BAD: Style = AnsiColor::Red.on_default().bold();
+/// What could not be judged.
+pub const ODD: Style = AnsiColor::Yellow.on_default().bold();
 
 /// The most characters of a line, as far as the content allows.
 const WIDTH: usize = 80;
@@ -36,6 +47,15 @@ impl Cell {
     pub fn styled(self, style: Style) -> Self {
         Self { style, ..self }
     }
+}
+
+/// A row of column names; those with these numbers are flush right.
+pub fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
+    let cell = |(column, name): (usize, &&str)| {
+        let cell = if numbers.contains(&column) { Cell::right(*name) } else { Cell::left(*name) };
+        cell.styled(DIM)
+    };
+    names.iter().enumerate().map(cell).collect()
 }
 
 /// Writes rows of cells below each other, the first of them the columns' names; each line indented by two spaces.

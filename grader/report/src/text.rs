@@ -4,11 +4,11 @@
 
 use std::io::{self, Write};
 
-use anstyle::{AnsiColor, Style};
+use anstyle::Style;
 
 use super::digits::{self, Line, LineKind};
 use super::jacobians;
-use super::table::{self, Cell};
+use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use grader::altered::Copied;
 use grader::blame::{Blame, Finding, Suspect, Symptom};
 use grader::compare::{Criteria, FirstWrong, Tolerances};
@@ -20,17 +20,6 @@ use grader::grading::{
 use grader::suite::Section;
 use grader::verdict::{Verdict, number};
 use sandbox::Protection;
-
-/// Headings.
-pub const BOLD: Style = Style::new().bold();
-/// Column names and remarks.
-pub const DIM: Style = Style::new().dimmed();
-/// What passed.
-pub const GOOD: Style = AnsiColor::Green.on_default();
-/// What failed.
-pub const BAD: Style = AnsiColor::Red.on_default().bold();
-/// What could not be judged.
-pub const ODD: Style = AnsiColor::Yellow.on_default().bold();
 
 /// How to write it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,15 +92,6 @@ fn title(section: Section) -> &'static str {
         Section::Required => "Required",
         Section::ExtraCredit => "Extra credit",
     }
-}
-
-/// A row of column names; those with these numbers are flush right.
-pub fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
-    let cell = |(column, name): (usize, &&str)| {
-        let cell = if numbers.contains(&column) { Cell::right(*name) } else { Cell::left(*name) };
-        cell.styled(DIM)
-    };
-    names.iter().enumerate().map(cell).collect()
 }
 
 fn write_features(

@@ -13,7 +13,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::keeper::KEEPER_THREADS;
+use super::limits::KEEPER_THREADS;
 use super::{Exceeded, Limits};
 
 /// The controllers that are of use. A group without that of memory is not used.

@@ -18,7 +18,8 @@ use rustix::process::{
 use serde::{Deserialize, Serialize};
 
 use super::identity;
-use super::supervisor::{MASK, die_with_parent, hunt_down};
+use super::limits::KEEPER_THREADS;
+use super::process::{MASK, die_with_parent, hunt_down};
 use super::walls::{self, Walls, writable};
 use super::{End, Exceeded, Job, Keep, spawn, world};
 
@@ -28,9 +29,6 @@ const OPEN_FILES_OF_BUILDS: u64 = 1024;
 
 /// Nice value of submissions.
 const NICENESS: i32 = 5;
-
-/// Threads of the keeper, with the one that starts the program.
-pub(super) const KEEPER_THREADS: u64 = 3;
 
 /// The share of the memory limit from which on a failing program is taken to have run into it.
 const NEARLY: f64 = 0.75;

@@ -53,6 +53,8 @@ mod keeper;
 #[cfg(target_os = "linux")]
 mod landlock;
 #[cfg(target_os = "linux")]
+mod process;
+#[cfg(target_os = "linux")]
 mod supervisor;
 #[cfg(target_os = "linux")]
 mod usage;
@@ -64,8 +66,6 @@ mod world;
 pub use limits::{Exceeded, Limits};
 #[cfg(target_os = "linux")]
 use supervisor::Sweeper;
-#[cfg(target_os = "linux")]
-pub use supervisor::serve;
 #[cfg(target_os = "linux")]
 use walls::Walls;
 
@@ -387,4 +387,19 @@ fn keep(working: std::os::fd::BorrowedFd<'_>, job: &Job) -> Result<(), NotKept> 
             tree::copy(working, &to, bounds, None)
         }
     }
+}
+
+/// Does the work of a supervisor, a keeper or a check where this process was started as one; otherwise `None`. To be
+/// called first of all, before any thread or file.
+#[cfg(target_os = "linux")]
+pub fn serve() -> Option<std::process::ExitCode> {
+    let role = std::env::args_os().nth(1)?;
+    let answered = match role.to_str()? {
+        supervisor::SUPERVISOR => supervisor::serve(),
+        supervisor::KEEPER => keeper::serve(),
+        SWEEPER => supervisor::serve_sweeper(),
+        check::CHECK => check::serve(),
+        _ => return None,
+    };
+    Some(if answered.is_ok() { std::process::ExitCode::SUCCESS } else { std::process::ExitCode::from(3) })
 }

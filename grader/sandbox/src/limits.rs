@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Threads of the keeper, with the one that starts the program.
+pub(super) const KEEPER_THREADS: u64 = 3;
+
 /// The longest a run may be given, in seconds.
 const MOST_SECONDS: f64 = 1e6;
 

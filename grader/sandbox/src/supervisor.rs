@@ -8,23 +8,22 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use nix::sched::{CloneFlags, unshare};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
-use rustix::process::{
-    Pid, Signal, WaitOptions, getegid, geteuid, getppid, kill_process, set_child_subreaper,
-    set_parent_process_death_signal, umask,
-};
+use rustix::process::{Pid, getegid, geteuid, getppid, set_child_subreaper, umask};
 use rustix::thread::{CapabilitySet, configure_capability_in_ambient_set};
 use serde::{Deserialize, Serialize};
 
 use super::cgroup::ControlGroup;
-use super::keeper::{self, Ended, KEEPER_THREADS, Order, Started};
+use super::keeper::{self, Ended, Order, Started};
+use super::limits::KEEPER_THREADS;
+use super::process::{MASK, die_with_parent, hunt_down};
 use super::tree::{self, Owner};
-use super::usage::{Meter, unnamed_files, visit_descendants};
+use super::usage::{Meter, unnamed_files};
 use super::walls::{Namespaces, Walls};
 use super::{
     End, Exceeded, Job, NotKept, Outcome, Output, SWEEPER, SandboxError, cgroup, identity, keep,
@@ -32,22 +31,16 @@ use super::{
 };
 
 /// The first word of the command line of a supervisor.
-const SUPERVISOR: &str = "--sandbox-supervisor";
+pub(super) const SUPERVISOR: &str = "--sandbox-supervisor";
 
 /// The first word of the command line of a keeper.
-const KEEPER: &str = "--sandbox-keeper";
+pub(super) const KEEPER: &str = "--sandbox-keeper";
 
 /// How long a sweeper waits for the processes of a killed grader to end.
 const SWEEP_PAUSE: Duration = Duration::from_millis(100);
 
 /// The first pause between two looks at a run; each is half as long again as the last.
 const FIRST_PAUSE: Duration = Duration::from_millis(1);
-
-/// Processes that are ended at once.
-const AT_ONCE: usize = 10_000;
-
-/// Whatever the grader's mask is, a program's user may read what is made for it.
-pub(super) const MASK: Mode = Mode::WGRP.union(Mode::WOTH);
 
 /// How a working directory is opened.
 const FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::CLOEXEC);
@@ -88,20 +81,6 @@ pub(super) fn run(launcher: &Path, walls: &Walls, job: &Job) -> Result<Outcome, 
         .map_err(SandboxError)
 }
 
-/// Does the work of a supervisor, a keeper or a check where this process was started as one; otherwise `None`. To be
-/// called first of all, before any thread or file.
-pub fn serve() -> Option<ExitCode> {
-    let role = std::env::args_os().nth(1)?;
-    let answered = match role.to_str()? {
-        SUPERVISOR => serve_supervisor(),
-        KEEPER => keeper::serve(),
-        SWEEPER => serve_sweeper(),
-        super::check::CHECK => super::check::serve(),
-        _ => return None,
-    };
-    Some(if answered.is_ok() { ExitCode::SUCCESS } else { ExitCode::from(3) })
-}
-
 /// A process that removes the scratch folders of this one when it is killed.
 #[derive(Debug)]
 pub(super) struct Sweeper(Child);
@@ -129,7 +108,7 @@ impl Drop for Sweeper {
     }
 }
 
-fn serve_sweeper() -> io::Result<()> {
+pub(super) fn serve_sweeper() -> io::Result<()> {
     io::copy(&mut io::stdin().lock(), &mut io::sink())?;
     scratch::sweep();
     // What was under way may have held a folder for a moment.
@@ -139,7 +118,7 @@ fn serve_sweeper() -> io::Result<()> {
     Ok(())
 }
 
-fn serve_supervisor() -> io::Result<()> {
+pub(super) fn serve() -> io::Result<()> {
     umask(MASK);
     let mut line = String::new();
     io::stdin().lock().read_line(&mut line)?;
@@ -147,11 +126,6 @@ fn serve_supervisor() -> io::Result<()> {
     let mut stdout = io::stdout().lock();
     stdout.write_all(&serde_json::to_vec(&answer)?)?;
     stdout.flush()
-}
-
-/// Has the kernel kill this process when its parent ends.
-pub(super) fn die_with_parent() -> io::Result<()> {
-    Ok(set_parent_process_death_signal(Some(Signal::KILL))?)
 }
 
 fn supervise(Request { parent, walls, job }: Request) -> Result<Outcome, String> {
@@ -462,26 +436,6 @@ fn output_pipe(owner: Option<Owner>) -> io::Result<(OwnedFd, OwnedFd)> {
         rustix::fs::fchown(&write, Some(user), Some(group))?;
     }
     Ok((read, write))
-}
-
-/// Ends every process below this one, and every process of the run's user.
-pub(super) fn hunt_down(owner: Option<(u32, u32)>) {
-    let own = std::process::id().cast_signed();
-    loop {
-        if let Some(owner) = owner {
-            identity::kill_all(identity::owner(owner));
-        }
-        visit_descendants(own, AT_ONCE, |process| {
-            // It may have ended by itself.
-            let _ = Pid::from_raw(process).map(|process| kill_process(process, Signal::KILL));
-        });
-        // Until none is left to wait for.
-        match rustix::process::wait(WaitOptions::NOHANG) {
-            Err(rustix::io::Errno::CHILD) => return,
-            Ok(Some(_)) => {}
-            _ => std::thread::sleep(FIRST_PAUSE / 10),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -5,8 +5,7 @@ use std::io::{self, Write};
 use anstyle::Style;
 
 use super::{axis, measured, words};
-use crate::table::{self, Cell};
-use crate::text::{BAD, BOLD, DIM, GOOD, ODD, header};
+use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use grader::jacobian::{
     BlockFinding, CheckState, Difference, Entry, Exhibit, JacobianCheck, JacobianReport,
     NewtonCheck, Taylor, Verdict,

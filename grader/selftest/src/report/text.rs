@@ -4,8 +4,7 @@ use std::io::{self, Write};
 
 use super::{blamed, expected, rates, verdict};
 use crate::{Expectation, Outcome, Row, SelfTest};
-use report::table::{self, Cell};
-use report::text::{BAD, BOLD, DIM, GOOD, ODD, header};
+use report::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 
 /// Writes the matrix and the rates.
 ///

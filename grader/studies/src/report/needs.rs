@@ -3,8 +3,7 @@
 use std::io::{self, Write};
 
 use crate::needs::{Excess, Need};
-use report::table::{self, Cell};
-use report::text::{BAD, BOLD, header};
+use report::table::{self, BAD, BOLD, Cell, header};
 
 /// Writes a table a method; `allocations` of a step, where they were counted, in the order of the scenes.
 ///

@@ -8,8 +8,7 @@ use crate::stability::theory::amplification::Amplification;
 use crate::stability::theory::boundary::{Boundary, RANGE};
 use crate::stability::trial::BOUND;
 use crate::stability::{Change, Outcome, StabilityReport, Trial};
-use report::table::{self, Cell};
-use report::text::{BAD, BOLD, DIM, GOOD, ODD, header};
+use report::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 
 /// Writes all that was found.
 ///

@@ -401,5 +401,9 @@ pub fn serve() -> Option<std::process::ExitCode> {
         check::CHECK => check::serve(),
         _ => return None,
     };
-    Some(if answered.is_ok() { std::process::ExitCode::SUCCESS } else { std::process::ExitCode::from(3) })
+    Some(if answered.is_ok() {
+        std::process::ExitCode::SUCCESS
+    } else {
+        std::process::ExitCode::from(3)
+    })
 }

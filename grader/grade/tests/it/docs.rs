@@ -1,7 +1,8 @@
 //! The documents are true: paths exist, and what the registries offer is described.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::path::{Path, PathBuf};
 use test_support::root;
 
 use grader::rubric::Rubric;
@@ -21,34 +22,132 @@ fn code_words(text: &str) -> impl Iterator<Item = &str> {
 
 #[test]
 fn every_path_in_the_architecture_exists() {
-    let text = document("ARCHITECTURE.md");
-    let is_path = |word: &&str| word.contains('/') && !word.contains(['<', ' ', '·']);
-    let paths: Vec<&str> = code_words(&text).filter(is_path).collect();
-    assert!(paths.len() > 20, "{paths:?}");
-    for path in paths {
-        assert!(root().join(path).exists(), "ARCHITECTURE.md names {path}");
+    for page in ["ARCHITECTURE.md", "docs/internals.md", "CONTRIBUTING.md"] {
+        let text = document(page);
+        let is_path =
+            |word: &&str| word.contains('/') && !word.contains(['<', ' ', '·', '*', '…', '∂']);
+        let paths: Vec<&str> = code_words(&text).filter(is_path).collect();
+        assert!(!paths.is_empty(), "{page}");
+        for path in paths {
+            assert!(root().join(path).exists(), "{page} names {path}");
+        }
     }
 }
 
+/// The crates of the workspace by name, with their folders.
+fn crates() -> BTreeMap<String, PathBuf> {
+    let manifest = document("Cargo.toml");
+    let members = manifest.split_once("members = [").unwrap().1.split_once(']').unwrap().0;
+    let folders = members.split('"').skip(1).step_by(2).map(|folder| root().join(folder));
+    let named = folders.map(|folder| {
+        let name = manifest_of(&folder)["package"]["name"].as_str().unwrap().to_owned();
+        (name, folder)
+    });
+    named.collect()
+}
+
+fn manifest_of(folder: &Path) -> toml::Table {
+    fs::read_to_string(folder.join("Cargo.toml")).unwrap().parse().unwrap()
+}
+
 #[test]
-fn every_source_folder_is_in_the_architecture() {
+fn the_crates_depend_on_each_other_as_the_architecture_shows() {
     let text = document("ARCHITECTURE.md");
-    let crates = ["sandbox", "reference", "report", "studies", "selftest", "grade", "test-support"];
-    let crates = crates.map(|name| format!("grader/{name}"));
-    for path in &crates {
-        assert!(text.contains(&format!("`{path}/`")), "ARCHITECTURE.md does not name {path}");
+    let crates = crates();
+    for (name, folder) in &crates {
+        let manifest = manifest_of(folder);
+        let dependencies = manifest["dependencies"].as_table().unwrap();
+        let ours: BTreeSet<&str> = dependencies
+            .keys()
+            .map(String::as_str)
+            .filter(|key| crates.contains_key(*key))
+            .collect();
+        let mut rows = text.lines().filter_map(|line| line.split_once(" ->"));
+        let row = rows.find(|(shown, _)| shown.trim() == name);
+        let (_, shown) = row.unwrap_or_else(|| panic!("ARCHITECTURE.md does not show {name}"));
+        let shown: BTreeSet<&str> =
+            shown.split(',').map(str::trim).filter(|shown| !shown.is_empty()).collect();
+        assert_eq!(shown, ours, "{name}");
+        let folder = folder.strip_prefix(root()).unwrap().display().to_string();
+        assert!(text.contains(&format!("| `{folder}/` | `{name}` |")), "no row of {folder}/");
     }
-    for source in ["simulator/src", "grader/src"] {
-        for entry in fs::read_dir(root().join(source)).unwrap() {
-            let entry = entry.unwrap();
-            let name = entry.file_name().into_string().unwrap();
-            if ["lib.rs", "bin", "statistics.rs"].contains(&name.as_str()) {
+}
+
+/// Top-level modules of a crate, each with those that its code imports, tests apart.
+fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let mut imports: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    let mut folders = vec![source.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let inside = path.strip_prefix(source).unwrap();
+            let mut names: Vec<String> =
+                inside.with_extension("").iter().map(|name| name.display().to_string()).collect();
+            if path.is_dir() {
+                if names != ["bin"] {
+                    folders.push(path);
+                }
                 continue;
             }
-            let slash = if entry.path().is_dir() { "/" } else { "" };
-            let path = format!("`{source}/{name}{slash}`");
-            assert!(text.contains(&path), "ARCHITECTURE.md does not name {path}");
+            if path.extension().is_none_or(|extension| extension != "rs") {
+                continue;
+            }
+            let module = names[0].clone();
+            if ["lib", "main"].contains(&module.as_str()) {
+                continue;
+            }
+            // How many `super::` lead to the crate's root.
+            if names.last().is_some_and(|name| name == "mod") {
+                names.pop();
+            }
+            let up = "super::".repeat(names.len());
+            let text = fs::read_to_string(&path).unwrap();
+            let text = text.split("#[cfg(test)]\nmod ").next().unwrap();
+            let code = text.lines().map(|line| line.split("//").next().unwrap());
+            let code = code.collect::<Vec<_>>().join(" ");
+            let found = imports.entry(module.clone()).or_default();
+            for start in ["crate::", &up] {
+                for (at, _) in code.match_indices(start) {
+                    if code[..at].ends_with("::") {
+                        continue;
+                    }
+                    let rest = &code[at + start.len()..];
+                    // One path, or a list of them in braces.
+                    let listed = rest.strip_prefix('{').and_then(|rest| rest.split_once('}'));
+                    let paths = listed.map_or(rest, |(listed, _)| listed);
+                    let paths =
+                        paths.split(',').take(if listed.is_some() { usize::MAX } else { 1 });
+                    for path in paths {
+                        let is_part = |c: char| c.is_alphanumeric() || c == '_';
+                        let name: String =
+                            path.trim().chars().take_while(|c| is_part(*c)).collect();
+                        found.insert(name);
+                    }
+                }
+            }
+            found.remove(&module);
         }
+    }
+    let modules: BTreeSet<String> = imports.keys().cloned().collect();
+    for found in imports.values_mut() {
+        found.retain(|name| modules.contains(name));
+    }
+    imports
+}
+
+#[test]
+fn no_modules_import_each_other_in_a_circle() {
+    for (name, folder) in crates() {
+        let mut left = imports(&folder.join("src"));
+        // Whatever imports nothing that is left stands in no circle.
+        while let Some(free) = left
+            .iter()
+            .find(|(_, found)| !found.iter().any(|module| left.contains_key(module)))
+            .map(|(module, _)| module.clone())
+        {
+            left.remove(&free);
+        }
+        assert!(left.is_empty(), "circle of imports in {name}: {left:?}");
     }
 }
 

@@ -16,3 +16,4 @@ mod digits;
 mod picture;
 pub(crate) mod points;
 mod table;
+mod testsuites;

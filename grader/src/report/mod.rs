@@ -12,7 +12,9 @@ pub mod selftest;
 pub mod stability;
 pub mod text;
 
+mod canvas;
 mod digits;
+mod font;
 mod picture;
 pub(crate) mod points;
 mod table;

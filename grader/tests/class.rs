@@ -2,6 +2,8 @@
 
 #![cfg(target_os = "linux")]
 
+mod schema;
+
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -123,9 +125,7 @@ impl Project {
         let report = serde_json::from_str(&run.stdout).unwrap();
         let schema = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/report.schema.json");
         let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        if let Err(error) = jsonschema::validate(&schema, &report) {
-            panic!("{error} at {}", error.instance_path());
-        }
+        schema::validate(&schema, &report).unwrap();
         report
     }
 

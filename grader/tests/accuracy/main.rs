@@ -5,6 +5,8 @@
 mod behaviour;
 mod command;
 mod planted;
+#[path = "../schema/mod.rs"]
+mod schema;
 
 use grader::accuracy::order::Fit;
 use grader::accuracy::problem::{PROBLEMS, Problem};

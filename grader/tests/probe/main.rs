@@ -10,6 +10,8 @@
 mod mistakes;
 mod programs;
 mod reports;
+#[path = "../schema/mod.rs"]
+mod schema;
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

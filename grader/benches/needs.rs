@@ -9,9 +9,6 @@ use grader::suite::{Section, Suite};
 use simulator::scene::ParseOptions;
 use simulator::simulation::Simulation;
 
-#[global_allocator]
-static ALLOCATOR: dhat::Alloc = dhat::Alloc;
-
 /// Enough that every room is made.
 const FIRST_STEPS: u64 = 12;
 
@@ -26,18 +23,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for case in &suite.cases {
         all.push(needs::measure(&case.id, &case.scene)?);
     }
-    let profiler = dhat::Profiler::builder().testing().build();
     let mut allocations = Vec::new();
     for case in &suite.cases {
         let mut simulation = Simulation::new(&case.scene);
         for _ in 0..FIRST_STEPS {
             simulation.advance()?;
         }
-        let before = dhat::HeapStats::get().total_blocks;
-        while simulation.advance()? {}
-        allocations.push(dhat::HeapStats::get().total_blocks - before);
+        let mut stepped = Ok(true);
+        let counted = allocation_counter::measure(|| {
+            while matches!(stepped, Ok(true)) {
+                stepped = simulation.advance();
+            }
+        });
+        stepped?;
+        allocations.push(counted.count_total);
     }
-    drop(profiler);
     report::needs::write(&mut anstream::stdout(), &all, Some(&allocations))?;
     Ok(())
 }

@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 # Compilations and runs of build scripts.
-most_units=190
+most_units=205
 
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

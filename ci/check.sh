@@ -15,4 +15,14 @@ run cargo clippy --version || run rustup component add clippy
 run cargo fmt --all --check
 run cargo clippy --release --workspace --all-targets --locked -- -D warnings
 RUSTDOCFLAGS="-D warnings" run cargo doc --release --workspace --no-deps --document-private-items --locked
+
+# Each package is downloaded and most are built before the first command of a newcomer answers.
+packages=$(grep -c '^name = ' Cargo.lock)
+crates=$(cargo tree --locked --package grader --edges normal,build --prefix none --format '{p}' \
+    | sed 's/ (\*)$//' | sort -u | wc -l)
+echo "Cargo.lock: $packages packages (limit 200); a first build: $crates crates (limit 150)"
+if [ "$packages" -gt 200 ] || [ "$crates" -gt 150 ]; then
+    echo "check: too many dependencies"
+    exit 1
+fi
 echo "check: passed"

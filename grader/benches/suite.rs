@@ -1,14 +1,17 @@
 //! What grading a whole suite costs. See README.md beside this file.
 
+#[path = "../../simulator/benches/harness/mod.rs"]
+mod harness;
+
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use grader::grading::{Grader, Outcome};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
+use harness::Harness;
 use simulator::scene::ParseOptions;
 use simulator::solver::linear::LinearSolver;
 
@@ -25,7 +28,7 @@ fn course() -> Option<PathBuf> {
 
 /// The built-in simulator on every scene of the sections, against the traces of `expected`.
 fn suite(
-    criterion: &mut Criterion,
+    harness: &Harness,
     name: &str,
     sections: &[(Section, PathBuf)],
     expected: &Path,
@@ -34,43 +37,33 @@ fn suite(
     let suite = Suite::load(sections, &ParseOptions::default()).expect("the scenes can be read");
     let oracle = Oracle::open(expected).expect("the manifest can be read");
     let states: u64 = suite.cases.iter().map(|case| case.scene.n_steps() + 1).sum();
-    let mut group = criterion.benchmark_group("suite");
-    group.throughput(Throughput::Elements(states));
-    group.bench_function(name, |bencher| {
-        bencher.iter(|| {
-            let submission = Submission::BuiltIn(LinearSolver::Auto);
-            let grading = Grader::new(&suite, &oracle, rubric).grade(&submission, None);
-            assert!(grading.outcome() == Outcome::Passed, "{name} does not pass");
-            grading
-        });
+    harness.run(&format!("suite/{name}"), states, || {
+        let submission = Submission::BuiltIn(LinearSolver::Auto);
+        let grading = Grader::new(&suite, &oracle, rubric).grade(&submission, None);
+        assert!(grading.outcome() == Outcome::Passed, "{name} does not pass");
+        grading
     });
-    group.finish();
 }
 
-fn shipped(criterion: &mut Criterion) {
+fn shipped(harness: &Harness) {
     let folder = |name: &str| workspace().join(name);
     let sections = [
         (Section::Required, folder("assets")),
         (Section::ExtraCredit, folder("extracreditassets")),
     ];
     let rubric = Rubric::load(&folder("assets/rubric.toml")).expect("the rubric can be read");
-    suite(criterion, "shipped", &sections, &folder("expected"), &rubric);
+    suite(harness, "shipped", &sections, &folder("expected"), &rubric);
 }
 
-fn courses(criterion: &mut Criterion) {
+fn courses(harness: &Harness) {
     let Some(course) = course() else { return };
     let sections = [(Section::Required, course.join("scenes"))];
-    suite(criterion, "course", &sections, &course.join("traces"), &Rubric::default());
+    suite(harness, "course", &sections, &course.join("traces"), &Rubric::default());
 }
 
 /// A run over a suite takes long for a bench: few of them are enough.
-fn few() -> Criterion {
-    Criterion::default()
-        .sample_size(10)
-        .warm_up_time(Duration::from_secs(1))
-        .measurement_time(Duration::from_secs(5))
-        .without_plots()
+fn main() {
+    let harness = Harness::new(10, Duration::from_millis(500));
+    shipped(&harness);
+    courses(&harness);
 }
-
-criterion_group! { name = benches; config = few(); targets = shipped, courses }
-criterion_main!(benches);

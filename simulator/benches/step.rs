@@ -1,12 +1,15 @@
 //! What a step costs, by force, integrator and number of particles; and what reading and writing cost.
 //! See README.md beside this file.
 
+mod harness;
+
 use std::fmt::Write;
 use std::hint::black_box;
+use std::mem::take;
 use std::path::Path;
 use std::time::Duration;
 
-use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use harness::Harness;
 use simulator::integrator::{BuildIntegrator, Step};
 use simulator::scene::schema::{ActsOn, ForceSchema};
 use simulator::scene::{ParseOptions, Scene, xml};
@@ -61,9 +64,8 @@ fn parse(text: &str) -> Scene {
 }
 
 /// One step from the same state again and again; copying the state is not timed.
-fn steps(criterion: &mut Criterion) {
+fn steps(harness: &Harness) {
     for force in force::REGISTRY {
-        let mut group = criterion.benchmark_group(format!("step/{}", force.schema.tag));
         for integrator in integrator::REGISTRY {
             for n in [2, 16, 128] {
                 let scene = parse(&chain(n, &force.schema));
@@ -73,39 +75,32 @@ fn steps(criterion: &mut Criterion) {
                 let start = (positions.to_vec(), velocities.to_vec());
                 let mut method = integrator.build(&scene, &system, LinearSolver::Auto);
                 let mut statistics = Statistics::default();
-                group.throughput(Throughput::Elements(n as u64));
-                group.bench_function(BenchmarkId::new(integrator.schema.name, n), |bencher| {
-                    let step = |(positions, velocities): &mut (Vec<f64>, Vec<f64>)| {
-                        let statistics = &mut statistics;
-                        let step =
-                            Step { size: TIME_STEP, time: 0.0, positions, velocities, statistics };
-                        method.step(&system, step).expect("the step has an answer");
-                    };
-                    bencher.iter_batched_ref(|| start.clone(), step, BatchSize::SmallInput);
-                });
+                let name = format!("step/{}/{}/{n}", force.schema.tag, integrator.schema.name);
+                let step = |(positions, velocities): &mut (Vec<f64>, Vec<f64>)| {
+                    let statistics = &mut statistics;
+                    let step =
+                        Step { size: TIME_STEP, time: 0.0, positions, velocities, statistics };
+                    method.step(&system, step).expect("the step has an answer");
+                };
+                harness.run_on(&name, n as u64, || start.clone(), step);
             }
         }
-        group.finish();
     }
 }
 
-/// The text of a scene in memory to its model.
-fn parsing(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("parse");
+/// The text of a scene in memory to its model; an element is a byte.
+fn parsing(harness: &Harness) {
     let spring = force::REGISTRY.iter().find(|kind| kind.schema.acts_on == ActsOn::Edge);
     let spring = &spring.expect("some force acts on edges").schema;
     for n in [16, 1024] {
         let text = chain(n, spring);
-        group.throughput(Throughput::Bytes(text.len() as u64));
-        group.bench_function(BenchmarkId::new("chain", n), |bencher| {
-            bencher.iter(|| parse(black_box(&text)));
-        });
+        let name = format!("parse/chain/{n}");
+        harness.run(&name, text.len() as u64, || parse(black_box(&text)));
     }
-    group.finish();
 }
 
-/// A hundred states of 128 particles to memory and back; throughput is in numbers.
-fn traces(criterion: &mut Criterion) {
+/// A hundred states of 128 particles to memory and back; an element is a number.
+fn traces(harness: &Harness) {
     const STATES: u64 = 100;
     let scene = parse(&chain(128, &force::REGISTRY[0].schema));
     let shape = Shape::of(&scene);
@@ -141,38 +136,24 @@ fn traces(criterion: &mut Criterion) {
     let (csv, binary) = (write_csv(Vec::new()), write_binary(Vec::new()));
     let name = Path::new("bench");
 
-    let mut group = criterion.benchmark_group("trace");
-    group.throughput(Throughput::Elements(STATES * numbers as u64));
-    group.bench_function("write/csv", |bencher| {
-        let room = || Vec::with_capacity(csv.len());
-        bencher.iter_batched(room, write_csv, BatchSize::LargeInput);
+    let numbers = STATES * numbers as u64;
+    let empty = || Vec::with_capacity(csv.len());
+    harness.run_on("trace/write/csv", numbers, empty, |output| write_csv(take(output)));
+    let empty = || Vec::with_capacity(binary.len());
+    harness.run_on("trace/write/fosssim", numbers, empty, |output| write_binary(take(output)));
+    harness.run("trace/read/csv", numbers, || {
+        let reader = CsvReader::new(black_box(csv.as_slice()), name, shape);
+        read_all(Box::new(reader.expect("the header is right")));
     });
-    group.bench_function("write/fosssim", |bencher| {
-        let room = || Vec::with_capacity(binary.len());
-        bencher.iter_batched(room, write_binary, BatchSize::LargeInput);
+    harness.run("trace/read/fosssim", numbers, || {
+        read_all(Box::new(FosssimReader::new(black_box(binary.as_slice()), name, shape)));
     });
-    group.bench_function("read/csv", |bencher| {
-        bencher.iter(|| {
-            let reader = CsvReader::new(black_box(csv.as_slice()), name, shape);
-            read_all(Box::new(reader.expect("the header is right")));
-        });
-    });
-    group.bench_function("read/fosssim", |bencher| {
-        bencher.iter(|| {
-            read_all(Box::new(FosssimReader::new(black_box(binary.as_slice()), name, shape)));
-        });
-    });
-    group.finish();
 }
 
-/// Short, so that all of the benches take about two minutes.
-fn short() -> Criterion {
-    Criterion::default()
-        .sample_size(20)
-        .warm_up_time(Duration::from_millis(300))
-        .measurement_time(Duration::from_millis(900))
-        .without_plots()
+/// All of it takes about two minutes.
+fn main() {
+    let harness = Harness::new(20, Duration::from_millis(45));
+    steps(&harness);
+    parsing(&harness);
+    traces(&harness);
 }
-
-criterion_group! { name = benches; config = short(); targets = steps, parsing, traces }
-criterion_main!(benches);

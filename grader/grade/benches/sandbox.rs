@@ -1,15 +1,19 @@
 //! What protection costs a run of a program that does nothing. See README.md beside this file.
 
+#[path = "../../../simulator/benches/harness/mod.rs"]
+mod harness;
+
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use harness::Harness;
 use sandbox::{End, Job, Keep, Limits, Sandbox};
 
 /// A program that does nothing.
 const NOTHING: &str = "/bin/true";
 
-fn runs(criterion: &mut Criterion) {
+fn main() {
     if !Path::new(NOTHING).exists() {
         return;
     }
@@ -24,22 +28,12 @@ fn runs(criterion: &mut Criterion) {
         readable: Vec::new(),
         limits: Limits::default(),
     };
-    let mut group = criterion.benchmark_group("run");
+    let harness = Harness::new(50, Duration::from_millis(50));
     let protected = Sandbox::open(Path::new(env!("CARGO_BIN_EXE_grade"))).expect("protection");
     for (name, sandbox) in [("unprotected", Sandbox::Unprotected), ("protected", protected)] {
-        group.bench_function(name, |bencher| {
-            bencher.iter(|| {
-                let outcome = sandbox.run(&job).expect("it is run");
-                assert_eq!(outcome.end, End::Exited(0));
-            });
+        harness.run(&format!("run/{name}"), 1, || {
+            let outcome = sandbox.run(&job).expect("it is run");
+            assert_eq!(outcome.end, End::Exited(0));
         });
     }
-    group.finish();
 }
-
-criterion_group! {
-    name = benches;
-    config = Criterion::default().sample_size(50).without_plots();
-    targets = runs
-}
-criterion_main!(benches);

@@ -181,7 +181,7 @@ fn keep(folder: &Path, study: &Study) -> Result<(), Stop> {
                 continue;
             }
         };
-        let png = plot::png(&svg).map_err(Stop::fault)?;
+        let png = plot::png(scene).map_err(Stop::fault)?;
         files.push((format!("{name}.svg"), svg.into_bytes()));
         files.push((format!("{name}.png"), png));
     }

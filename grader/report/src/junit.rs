@@ -4,9 +4,10 @@
 //! with a failure has the property `blame` for each cause that is named, every suite of a feature its points. The hidden scenes of a feature are one case,
 //! skipped where they were not run.
 
-use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+use std::io;
 
 use super::{jacobians, text};
+use crate::testsuites::{Kind, Report, TestCase, TestSuite};
 use grader::blame::{Blame, Finding, Suspect};
 use grader::grading::points;
 use grader::grading::{Grading, Hidden, SceneResult, Tally};
@@ -18,59 +19,58 @@ const HIDDEN: &str = "hidden scenes";
 /// The report as JUnit XML.
 ///
 /// # Errors
-/// Where a name cannot be written as XML.
-pub fn render(grading: &Grading) -> Result<String, quick_junit::SerializeError> {
-    let mut report = Report::new(format!("Spring Oracle: {}", grading.submission));
+/// Where the document cannot be written.
+pub fn render(grading: &Grading) -> io::Result<String> {
+    let mut suites = Vec::new();
     for result in &grading.features {
         let section = result.feature.section.name();
-        let mut suite = TestSuite::new(format!("{section} / {}", result.feature));
-        suite.add_test_cases(result.scenes.iter().map(scene));
         let credit = result.credit();
-        for (name, points) in [
-            ("points", points::shown(credit.points)),
-            ("points_earned", points::earned(&credit, grading.faults)),
-            ("points_not_judged", points::unjudged(&credit)),
-        ] {
-            suite.add_property((name, points.as_str()));
-        }
+        let mut suite = TestSuite {
+            name: format!("{section} / {}", result.feature),
+            properties: vec![
+                ("points", points::shown(credit.points)),
+                ("points_earned", points::earned(&credit, grading.faults)),
+                ("points_not_judged", points::unjudged(&credit)),
+            ],
+            cases: result.scenes.iter().map(scene).collect(),
+        };
         if result.hidden.n_scenes() > 0 {
-            suite.add_test_case(hidden(&result.hidden));
+            suite.cases.push(hidden(&result.hidden));
         }
         if result.n_passed() + result.n_faults() < result.scenes.len() {
-            for suspect in grading.blame.iter().flat_map(named) {
-                suite.add_property(("blame", suspect.to_string().as_str()));
-            }
+            let causes = grading.blame.iter().flat_map(named);
+            suite.properties.extend(causes.map(|suspect| ("blame", suspect.to_string())));
         }
-        report.add_test_suite(suite);
+        suites.push(suite);
     }
     if let Hidden::NotRun { scenes } = grading.hidden {
-        let mut suite = TestSuite::new(HIDDEN);
-        let mut skipped = TestCaseStatus::skipped();
-        skipped.set_message(text::not_run(scenes));
-        suite.add_test_case(TestCase::new(HIDDEN, skipped));
-        report.add_test_suite(suite);
+        let skipped = TestCase::not_passed(HIDDEN, Kind::Skipped, None, text::not_run(scenes));
+        suites.push(TestSuite {
+            name: HIDDEN.to_owned(),
+            cases: vec![skipped],
+            ..TestSuite::default()
+        });
     }
     if !grading.jacobians.is_empty() {
-        let suites = grading.jacobians.forces.iter().map(jacobians::junit::suite);
-        report.add_test_suites(suites);
-        report.add_test_suite(jacobians::junit::newton(&grading.jacobians.newton));
+        suites.extend(grading.jacobians.forces.iter().map(jacobians::junit::suite));
+        suites.push(jacobians::junit::newton(&grading.jacobians.newton));
     }
     if let Some(probing) = &grading.probing {
-        report.add_test_suites(super::probe::junit::suites(probing));
+        suites.extend(super::probe::junit::suites(probing));
     }
-    report.to_string()
+    Report { name: format!("Spring Oracle: {}", grading.submission), suites }.render()
 }
 
 /// All hidden scenes of a feature: an error where one could not be judged, a failure where one failed.
 fn hidden(tally: &Tally) -> TestCase {
     let (passed, all) = (tally.n_passed(), tally.n_scenes());
     let kind = match tally.n_faults() {
-        _ if passed == all => return TestCase::new(HIDDEN, TestCaseStatus::success()),
-        0 => NonSuccessKind::Failure,
-        _ => NonSuccessKind::Error,
+        _ if passed == all => return TestCase::passed(HIDDEN),
+        0 => Kind::Failure,
+        _ => Kind::Error,
     };
     let message = format!("{passed} of {all} passed; {}", text::verdicts(tally));
-    not_passed(HIDDEN, kind, HIDDEN, message)
+    TestCase::not_passed(HIDDEN, kind, Some(HIDDEN), message)
 }
 
 /// The causes that are named.
@@ -81,9 +81,9 @@ fn named(blame: &Blame) -> impl Iterator<Item = &Suspect> {
 fn scene(scene: &SceneResult) -> TestCase {
     let verdict = &scene.comparison.verdict;
     let kind = match verdict {
-        Verdict::Pass => return TestCase::new(scene.id.clone(), TestCaseStatus::success()),
-        Verdict::Fail(_) => NonSuccessKind::Failure,
-        Verdict::GraderFault(_) => NonSuccessKind::Error,
+        Verdict::Pass => return TestCase::passed(&scene.id),
+        Verdict::Fail(_) => Kind::Failure,
+        Verdict::GraderFault(_) => Kind::Error,
     };
     let mut message = verdict.to_string();
     if let Some(first) = &scene.comparison.first_wrong {
@@ -96,11 +96,5 @@ fn scene(scene: &SceneResult) -> TestCase {
     {
         message += &format!("; cause: {}", explanation.words());
     }
-    not_passed(&scene.id, kind, verdict.name(), message)
-}
-
-pub(super) fn not_passed(name: &str, kind: NonSuccessKind, ty: &str, message: String) -> TestCase {
-    let mut status = TestCaseStatus::non_success(kind);
-    status.set_type(ty).set_message(message);
-    TestCase::new(name, status)
+    TestCase::not_passed(&scene.id, kind, Some(verdict.name()), message)
 }

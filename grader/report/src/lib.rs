@@ -9,3 +9,4 @@ pub mod table;
 pub mod text;
 
 mod digits;
+mod testsuites;

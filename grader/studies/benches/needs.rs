@@ -1,4 +1,4 @@
-//! `cargo bench -p studies --bench needs`: the table of `grade needs` with the allocations of a run's steps, which only a
+//! `cargo bench -p grader --bench needs`: the table of `grade needs` with the allocations of a run's steps, which only a
 //! program with an allocator of its own can count. The first twelve steps, which make their room, are not counted.
 
 use std::path::Path;
@@ -8,14 +8,11 @@ use simulator::scene::ParseOptions;
 use simulator::simulation::Simulation;
 use studies::needs;
 
-#[global_allocator]
-static ALLOCATOR: dhat::Alloc = dhat::Alloc;
-
 /// Enough that every room is made.
 const FIRST_STEPS: u64 = 12;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let sections = [
         (Section::Required, root.join("assets")),
         (Section::ExtraCredit, root.join("extracreditassets")),
@@ -25,18 +22,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for case in &suite.cases {
         all.push(needs::measure(&case.id, &case.scene)?);
     }
-    let profiler = dhat::Profiler::builder().testing().build();
     let mut allocations = Vec::new();
     for case in &suite.cases {
         let mut simulation = Simulation::new(&case.scene);
         for _ in 0..FIRST_STEPS {
             simulation.advance()?;
         }
-        let before = dhat::HeapStats::get().total_blocks;
-        while simulation.advance()? {}
-        allocations.push(dhat::HeapStats::get().total_blocks - before);
+        let mut stepped = Ok(true);
+        let counted = allocation_counter::measure(|| {
+            while matches!(stepped, Ok(true)) {
+                stepped = simulation.advance();
+            }
+        });
+        stepped?;
+        allocations.push(counted.count_total);
     }
-    drop(profiler);
     studies::report::needs::write(&mut anstream::stdout(), &all, Some(&allocations))?;
     Ok(())
 }

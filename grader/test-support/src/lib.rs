@@ -1,5 +1,7 @@
 //! Shared by the integration tests: the repository's folders, its scenes, and documents that tests write.
 
+pub mod schema;
+
 use std::path::Path;
 
 use grader::suite::{Section, Suite};

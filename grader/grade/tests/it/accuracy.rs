@@ -4,7 +4,7 @@ use crate::student;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
-use test_support::assert_document;
+use test_support::{assert_document, schema};
 
 fn grade(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
@@ -84,9 +84,7 @@ fn the_json_report_fits_its_documented_schema() {
         ["--quick", "--rungs", "5", "--scene", "stiff-damped-spring", "--format", "json"];
     let report = serde_json::from_str(&text(&grade(folder.path(), &arguments).stdout)).unwrap();
     let schema = serde_json::from_str(&schema).unwrap();
-    if let Err(error) = jsonschema::validate(&schema, &report) {
-        panic!("{error} at {}", error.instance_path());
-    }
+    schema::validate(&schema, &report).unwrap();
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use test_support::root;
+use test_support::{root, schema};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -122,9 +122,7 @@ impl Project {
         let report = serde_json::from_str(&run.stdout).unwrap();
         let schema = root().join("docs/report.schema.json");
         let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        if let Err(error) = jsonschema::validate(&schema, &report) {
-            panic!("{error} at {}", error.instance_path());
-        }
+        schema::validate(&schema, &report).unwrap();
         report
     }
 

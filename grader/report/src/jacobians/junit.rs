@@ -1,30 +1,30 @@
 //! Jacobians as JUnit: a suite a force and dimension, a case a verdict. What is inconclusive is an error.
 
-use quick_junit::{NonSuccessKind, TestCase, TestCaseStatus, TestSuite};
-
 use super::{axis, measured, words};
-use crate::junit::not_passed;
+use crate::testsuites::{Kind, TestCase, TestSuite};
 use grader::jacobian::{BlockFinding, JacobianCheck, NewtonCheck, PropertyFinding, Verdict};
 
 /// The suite of a force in one dimension.
 pub(crate) fn suite(check: &JacobianCheck) -> TestSuite {
     let name = format!("jacobians / {} {}D", check.tag, check.dimension.count());
-    let mut suite = TestSuite::new(name);
-    suite.add_test_cases(check.blocks.iter().map(|finding| block(check, finding)));
+    let blocks = check.blocks.iter().map(|finding| block(check, finding));
     let asked = check.properties.iter().filter(|each| each.verdict != Verdict::NotApplicable);
-    suite.add_test_cases(asked.map(property));
-    suite
+    let cases = blocks.chain(asked.map(property)).collect();
+    TestSuite { name, cases, ..TestSuite::default() }
 }
 
 /// The suite of the Newton systems.
 pub(crate) fn newton(checks: &[NewtonCheck]) -> TestSuite {
-    let mut suite = TestSuite::new("jacobians / Newton systems");
-    suite.add_test_cases(checks.iter().map(|check| {
+    let cases = checks.iter().map(|check| {
         let error = check.error.map_or_else(String::new, |error| format!(" {}", measured(error)));
         let message = format!("{}: {error}", words(check.verdict));
         case(&format!("{} {}", check.integrator, check.scene), check.verdict, message)
-    }));
-    suite
+    });
+    TestSuite {
+        name: "jacobians / Newton systems".to_owned(),
+        cases: cases.collect(),
+        ..TestSuite::default()
+    }
 }
 
 fn block(check: &JacobianCheck, finding: &BlockFinding) -> TestCase {
@@ -55,10 +55,10 @@ fn property(finding: &PropertyFinding) -> TestCase {
 fn case(name: &str, verdict: Verdict, message: String) -> TestCase {
     let kind = match verdict {
         Verdict::Correct | Verdict::CorrectZero | Verdict::NotApplicable => {
-            return TestCase::new(name, TestCaseStatus::success());
+            return TestCase::passed(name);
         }
-        Verdict::Wrong => NonSuccessKind::Failure,
-        Verdict::Inconclusive(_) => NonSuccessKind::Error,
+        Verdict::Wrong => Kind::Failure,
+        Verdict::Inconclusive(_) => Kind::Error,
     };
-    not_passed(name, kind, verdict.name(), message)
+    TestCase::not_passed(name, kind, Some(verdict.name()), message)
 }

@@ -2,46 +2,40 @@
 //!
 //! Wrong is a failure. What is not offered or could not be told is skipped, and says why.
 
-use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+use std::io;
 
+use crate::testsuites::{Kind, Report, TestCase, TestSuite};
 use grader::probe::{Finding, PartReport, Probing, Verdict};
 
 /// The report as JUnit XML.
 ///
 /// # Errors
-/// Where a name cannot be written as XML.
-pub fn render(probing: &Probing) -> Result<String, quick_junit::SerializeError> {
-    let mut report =
-        Report::new(format!("Spring Oracle: forces and Jacobians of {}", probing.name));
-    report.add_test_suites(suites(probing));
-    report.to_string()
+/// Where the document cannot be written.
+pub fn render(probing: &Probing) -> io::Result<String> {
+    let name = format!("Spring Oracle: forces and Jacobians of {}", probing.name);
+    Report { name, suites: suites(probing).collect() }.render()
 }
 
 /// A suite a part and space.
 pub(crate) fn suites(probing: &Probing) -> impl Iterator<Item = TestSuite> {
     probing.parts.iter().map(|part| {
         let name = format!("{} / {} in {}D", part.force, part.part, part.dimension.count());
-        let mut suite = TestSuite::new(name);
-        suite.add_test_cases(part.findings().map(|(name, finding)| case(part, name, finding)));
-        suite
+        let cases = part.findings().map(|(name, finding)| case(part, name, finding)).collect();
+        TestSuite { name, cases, ..TestSuite::default() }
     })
 }
 
 fn case(part: &PartReport, name: &str, finding: &Finding) -> TestCase {
-    let mut status = match finding.verdict {
-        Verdict::Correct => TestCaseStatus::success(),
-        Verdict::Wrong => TestCaseStatus::non_success(NonSuccessKind::Failure),
-        Verdict::Inconclusive | Verdict::NotOffered => TestCaseStatus::skipped(),
+    let kind = match finding.verdict {
+        Verdict::Correct => return TestCase::passed(name),
+        Verdict::Wrong => Kind::Failure,
+        Verdict::Inconclusive | Verdict::NotOffered => Kind::Skipped,
     };
-    if finding.verdict != Verdict::Correct {
-        let mut words = vec![finding.verdict.name().to_owned()];
-        words.extend((!finding.reason.is_empty()).then(|| finding.reason.clone()));
-        words.extend(finding.error.map(|error| format!("relative error {error:.1e}")));
-        if finding.verdict == Verdict::Wrong {
-            words.extend(part.diagnosis.iter().cloned());
-        }
-        status.set_type(finding.verdict.name());
-        status.set_message(words.join("; "));
+    let mut words = vec![finding.verdict.name().to_owned()];
+    words.extend((!finding.reason.is_empty()).then(|| finding.reason.clone()));
+    words.extend(finding.error.map(|error| format!("relative error {error:.1e}")));
+    if finding.verdict == Verdict::Wrong {
+        words.extend(part.diagnosis.iter().cloned());
     }
-    TestCase::new(name, status)
+    TestCase::not_passed(name, kind, Some(finding.verdict.name()), words.join("; "))
 }

@@ -1,15 +1,21 @@
-//! Pictures: an SVG document from a drawing, and the same as PNG.
+//! Pictures: one drawing as an SVG document or as a PNG file.
 //!
-//! The PNG is the SVG, drawn by `resvg` with a font that comes with the program: no font of the system is needed, and
-//! the pixels are the same on every system.
+//! The PNG's text is in a font that comes with the program: no font of the system is needed, and the pixels are the
+//! same on every system.
+
+use std::io;
 
 use plotters::coord::Shift;
-use plotters::prelude::{DrawingArea, IntoDrawingArea, SVGBackend};
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree};
+use plotters::prelude::{DrawingArea, DrawingBackend, IntoDrawingArea, SVGBackend};
+use plotters_backend::text_anchor::{HPos, VPos};
+use plotters_backend::{
+    BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind, FontTransform,
+};
+
+use super::canvas::{Canvas, Paint, Place};
 
 /// What is drawn on.
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Area<'a> = DrawingArea<Surface<'a>, Shift>;
 
 /// What drawing comes to.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
@@ -31,35 +37,193 @@ pub(super) fn svg(
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> Result<String, PictureError> {
     let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        draw(&area).map_err(PictureError::new)?;
-        area.present().map_err(PictureError::new)?;
-    }
+    paint(Surface::Svg(SVGBackend::with_string(&mut text, size)), draw)?;
     if !text.ends_with('\n') {
         text.push('\n');
     }
     Ok(text)
 }
 
-/// An SVG document as a PNG file, with `scale` pixels for one of the document.
-///
-/// # Errors
-/// Where it cannot be read or drawn.
-pub(super) fn png(svg: &str, scale: f32) -> Result<Vec<u8>, PictureError> {
-    let mut options = Options::default();
-    let fonts = options.fontdb_mut();
-    fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
-    // Whatever family or weight the document names, there is but one.
-    let family = fonts.faces().next().and_then(|face| face.families.first()).cloned();
-    if let Some((family, _)) = family {
-        fonts.set_sans_serif_family(family.clone());
-        options.font_family = family;
+/// What `draw` draws, as a PNG file with `scale` pixels for one of the SVG.
+pub(super) fn png(
+    size: (u32, u32),
+    scale: f32,
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<Vec<u8>, PictureError> {
+    let pixels = |length: u32| (length as f32 * scale).round() as u32;
+    let mut canvas = Canvas::new(pixels(size.0), pixels(size.1)).map_err(PictureError::new)?;
+    paint(Surface::Pixels { canvas: &mut canvas, size, scale }, draw)?;
+    Ok(canvas.png())
+}
+
+fn paint(surface: Surface<'_>, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<(), PictureError> {
+    let area = surface.into_drawing_area();
+    draw(&area).map_err(PictureError::new)?;
+    area.present().map_err(PictureError::new)
+}
+
+/// Where a drawing goes: shapes have the same places and sizes on both.
+pub(super) enum Surface<'a> {
+    Svg(SVGBackend<'a>),
+    Pixels {
+        canvas: &'a mut Canvas,
+        size: (u32, u32),
+        /// Pixels for a unit of the drawing.
+        scale: f32,
+    },
+}
+
+type Done = Result<(), DrawingErrorKind<io::Error>>;
+
+impl From<BackendColor> for Paint {
+    fn from(color: BackendColor) -> Self {
+        let (red, green, blue) = color.rgb;
+        Self { rgb: [red, green, blue], opacity: color.alpha }
     }
-    let tree = Tree::from_str(svg, &options).map_err(PictureError::new)?;
-    let size = |pixels: f32| (pixels * scale).round() as u32;
-    let mut picture = Pixmap::new(size(tree.size().width()), size(tree.size().height()))
-        .ok_or_else(|| PictureError::new("it has no size"))?;
-    resvg::render(&tree, Transform::from_scale(scale, scale), &mut picture.as_mut());
-    picture.encode_png().map_err(PictureError::new)
+}
+
+/// A point of a drawing on a canvas of this scale.
+fn point((x, y): BackendCoord, scale: f32) -> [f32; 2] {
+    [x as f32 * scale, y as f32 * scale]
+}
+
+impl DrawingBackend for Surface<'_> {
+    type ErrorType = io::Error;
+
+    fn get_size(&self) -> (u32, u32) {
+        match self {
+            Self::Svg(svg) => svg.get_size(),
+            Self::Pixels { size, .. } => *size,
+        }
+    }
+
+    fn ensure_prepared(&mut self) -> Done {
+        match self {
+            Self::Svg(svg) => svg.ensure_prepared(),
+            Self::Pixels { .. } => Ok(()),
+        }
+    }
+
+    fn present(&mut self) -> Done {
+        match self {
+            Self::Svg(svg) => svg.present(),
+            Self::Pixels { .. } => Ok(()),
+        }
+    }
+
+    fn draw_pixel(&mut self, at: BackendCoord, color: BackendColor) -> Done {
+        self.draw_rect(at, (at.0 + 1, at.1 + 1), &color, true)
+    }
+
+    fn draw_line<S: BackendStyle>(
+        &mut self,
+        from: BackendCoord,
+        to: BackendCoord,
+        style: &S,
+    ) -> Done {
+        self.draw_path([from, to], style)
+    }
+
+    fn draw_rect<S: BackendStyle>(
+        &mut self,
+        upper_left: BackendCoord,
+        bottom_right: BackendCoord,
+        style: &S,
+        fill: bool,
+    ) -> Done {
+        match self {
+            Self::Svg(svg) => svg.draw_rect(upper_left, bottom_right, style, fill),
+            Self::Pixels { canvas, scale, .. } => {
+                let ((left, top), (right, bottom)) = (upper_left, bottom_right);
+                let corners = [(left, top), (right, top), (right, bottom), (left, bottom)]
+                    .map(|corner| point(corner, *scale));
+                match fill {
+                    true => canvas.polygon(&corners, style.color().into()),
+                    false => canvas.line(&corners, true, *scale, style.color().into()),
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        path: I,
+        style: &S,
+    ) -> Done {
+        match self {
+            Self::Svg(svg) => svg.draw_path(path, style),
+            Self::Pixels { canvas, scale, .. } => {
+                let points: Vec<_> = path.into_iter().map(|at| point(at, *scale)).collect();
+                let width = style.stroke_width() as f32 * *scale;
+                canvas.line(&points, false, width, style.color().into());
+                Ok(())
+            }
+        }
+    }
+
+    fn draw_circle<S: BackendStyle>(
+        &mut self,
+        center: BackendCoord,
+        radius: u32,
+        style: &S,
+        fill: bool,
+    ) -> Done {
+        match self {
+            Self::Svg(svg) => svg.draw_circle(center, radius, style, fill),
+            Self::Pixels { canvas, scale, .. } => {
+                let (center, radius) = (point(center, *scale), radius as f32 * *scale);
+                let width = style.stroke_width() as f32 * *scale;
+                match fill {
+                    true => canvas.disc(center, radius, style.color().into()),
+                    false => canvas.circle(center, radius, width, style.color().into()),
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        corners: I,
+        style: &S,
+    ) -> Done {
+        match self {
+            Self::Svg(svg) => svg.fill_polygon(corners, style),
+            Self::Pixels { canvas, scale, .. } => {
+                let corners: Vec<_> = corners.into_iter().map(|at| point(at, *scale)).collect();
+                canvas.polygon(&corners, style.color().into());
+                Ok(())
+            }
+        }
+    }
+
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
+        match self {
+            Self::Svg(svg) => svg.draw_text(text, style, at),
+            Self::Pixels { canvas, scale, .. } => {
+                // Sizes and baselines are those of the SVG.
+                let size = (style.size() / 1.24) as f32 * *scale;
+                let below = match style.anchor().v_pos {
+                    VPos::Top => 0.76 * size,
+                    VPos::Center => 0.25 * size,
+                    VPos::Bottom => -0.25 * size,
+                };
+                let left = match style.anchor().h_pos {
+                    HPos::Left => 0.0,
+                    HPos::Center => 0.5,
+                    HPos::Right => 1.0,
+                };
+                let quarters = match style.transform() {
+                    FontTransform::None => 0,
+                    FontTransform::Rotate90 => 1,
+                    FontTransform::Rotate180 => 2,
+                    FontTransform::Rotate270 => 3,
+                };
+                let place = Place { at: point(at, *scale), below, left, quarters };
+                canvas.text(text, size, place, style.color().into());
+                Ok(())
+            }
+        }
+    }
 }

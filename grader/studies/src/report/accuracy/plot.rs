@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{short, time};
 use crate::accuracy::{Curve, Outcome, Point, SceneStudy};
-use crate::report::picture::{self, Area, Drawn, PictureError};
+use crate::report::picture::{self, Area, Drawn, PictureError, Surface};
 
 const WIDTH: u32 = 1100;
 const HEIGHT: u32 = 640;
@@ -52,15 +52,15 @@ pub fn svg(scene: &SceneStudy) -> Result<String, PictureError> {
     picture::svg((WIDTH, HEIGHT), |area| draw(area, scene))
 }
 
-/// An SVG document of [`svg`] as a PNG file.
+/// The same diagram as a PNG file.
 ///
 /// # Errors
-/// Where it is no such document.
-pub fn png(svg: &str) -> Result<Vec<u8>, PictureError> {
-    picture::png(svg, SCALE)
+/// Where no run has an error and a time.
+pub fn png(scene: &SceneStudy) -> Result<Vec<u8>, PictureError> {
+    picture::png((WIDTH, HEIGHT), SCALE, |area| draw(area, scene))
 }
 
-type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Chart<'a, 'b> = ChartContext<'a, Surface<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// A point where it is drawn: decimal logarithms.
 struct Mark {
@@ -323,7 +323,7 @@ fn key(area: &Area<'_>, scene: &SceneStudy, lost: bool) -> Drawn {
     Ok(())
 }
 
-type Marker<'a> = DynElement<'static, SVGBackend<'a>, (i32, i32)>;
+type Marker<'a> = DynElement<'static, Surface<'a>, (i32, i32)>;
 
 /// The marker of a curve, at the origin.
 fn marker<'a>(look: Look) -> Marker<'a> {

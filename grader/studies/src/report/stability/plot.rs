@@ -30,12 +30,12 @@ pub fn svg(map: &Map) -> Result<String, PictureError> {
     picture::svg(SIZE, |area| draw(area, map))
 }
 
-/// An SVG document as PNG, its text in a font that the program brings.
+/// The map as a PNG file.
 ///
 /// # Errors
-/// Where the document cannot be read or drawn.
-pub fn png(svg: &str) -> Result<Vec<u8>, PictureError> {
-    picture::png(svg, 1.0)
+/// Where the drawing fails.
+pub fn png(map: &Map) -> Result<Vec<u8>, PictureError> {
+    picture::png(SIZE, 1.0, |area| draw(area, map))
 }
 
 /// The grey of a cell; none where the motion grows.

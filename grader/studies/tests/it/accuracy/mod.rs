@@ -4,7 +4,6 @@
 
 mod behaviour;
 mod planted;
-
 use simulator::integrator;
 use studies::accuracy::order::Fit;
 use studies::accuracy::problem::{PROBLEMS, Problem};

@@ -1,6 +1,6 @@
 //! What must hold of any bytes that are handed to a parser of scenes or a reader of traces.
 //!
-//! The fuzzers call these, and `simulator/tests/fuzz_seeds.rs` does with the inputs that they found.
+//! The fuzzers call these, and `simulator/tests/it/fuzz_seeds.rs` does with the inputs that they found.
 
 use std::io::{self, Read};
 use std::path::Path;

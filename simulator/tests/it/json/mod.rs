@@ -6,8 +6,6 @@
 mod assignment;
 mod model;
 mod refusals;
-#[path = "../support/mod.rs"]
-mod support;
 
 use std::fs;
 use std::path::Path;

@@ -8,8 +8,8 @@ use simulator::scene::{self, Dimension, Location, ParseOptions, Scene, find_scen
 use simulator::vocabulary;
 use tempfile::TempDir;
 
-use super::support::{simulate, stderr};
 use super::{INTEGRATOR, JSON, OBJ, folder_of, load, masses, pins};
+use crate::support::{simulate, stderr};
 
 /// The scene, about which there is nothing to remark.
 fn scene_of(json: &str, obj: &str) -> Scene {

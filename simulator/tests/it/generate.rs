@@ -1,12 +1,11 @@
 //! What `simulate generate` writes, and that it reads back as it was.
 
-mod support;
-
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::support::{simulate, stderr};
 use simulator::generate::{
     Beam, Bodies, Chain, Cloth, Generator, Length, Net, REGISTRY, Ring, Size, Timeline,
 };
@@ -15,7 +14,6 @@ use simulator::scene::{
 };
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
-use support::{simulate, stderr};
 use tempfile::TempDir;
 
 fn workspace() -> PathBuf {

@@ -1,7 +1,7 @@
 //! What the fuzzers found, tried again: `ci/fuzz/seeds/<target>/`, inputs that reach different parts of the
 //! parsers of scenes and readers of traces, and every input that once failed.
 
-#[path = "../../ci/fuzz/src/checks.rs"]
+#[path = "../../../ci/fuzz/src/checks.rs"]
 mod checks;
 
 use std::path::Path;

@@ -1,15 +1,13 @@
 //! `--robust` changes what would have failed, and nothing else.
 
-mod support;
-
 use std::fs;
 use std::path::Path;
 
+use crate::support::{simulate, stderr};
 use simulator::scene::{self, ParseOptions, Scene, xml};
 use simulator::simulation::{Config, FailureKind, Simulation, SimulationError};
 use simulator::statistics::Statistics;
 use simulator::vocabulary;
-use support::{simulate, stderr};
 
 const ROBUST: Config =
     Config { solver: simulator::solver::linear::LinearSolver::Auto, robust: true };

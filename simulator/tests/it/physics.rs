@@ -1,10 +1,9 @@
 //! Facts about the physics, against closed forms, finite differences and conservation laws; none of it
 //! against what the simulator once said.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{simulate, stderr};
 use simulator::force::{Block, Coupling, ForceKind, JacobianSink, REGISTRY as FORCES};
 use simulator::integrator::{BuildIntegrator, REGISTRY as INTEGRATORS, Step};
 use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions};
@@ -15,7 +14,6 @@ use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::system::{BuildForce, System};
 use simulator::vocabulary;
-use support::{simulate, stderr};
 use tempfile::TempDir;
 
 fn parse(text: &str) -> Scene {

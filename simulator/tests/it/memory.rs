@@ -10,9 +10,6 @@ use simulator::trace::fosssim::FosssimReader;
 use simulator::trace::{Shape, State, TraceReader};
 use simulator::vocabulary;
 
-#[global_allocator]
-static ALLOCATOR: dhat::Alloc = dhat::Alloc;
-
 /// How long the hostile traces are, in bytes: much more than a reader may hold.
 const LENGTH: u64 = 20 << 20;
 
@@ -41,11 +38,9 @@ impl Read for Pattern {
     }
 }
 
-/// The most bytes held at one time while `task` runs, beyond those held before.
+/// The most bytes that this thread holds at one time while `task` runs, beyond those held before.
 fn peak(task: impl FnOnce()) -> usize {
-    let _profiler = dhat::Profiler::builder().testing().build();
-    task();
-    dhat::HeapStats::get().max_bytes
+    allocation_counter::measure(task).bytes_max as usize
 }
 
 /// Reads to the end, or to the first fault.

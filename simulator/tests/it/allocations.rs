@@ -1,4 +1,7 @@
-//! A step allocates nothing once the first steps have made their room.
+//! Steps allocate nothing after the first few.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use simulator::generate::{
     Beam, Bodies, Chain, Cloth, Generator, Net, Ring, SpringLaw, Springs, Timeline,
@@ -9,10 +12,7 @@ use simulator::scene::schema::IntegratorOptions;
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 
-#[global_allocator]
-static ALLOCATOR: dhat::Alloc = dhat::Alloc;
-
-/// Enough that every room is made, the one for indefinite and for stiff systems included.
+/// Enough that every workspace is allocated, those for indefinite and for stiff systems included.
 const FIRST_STEPS: u64 = 12;
 
 const STEPS: u64 = 8;
@@ -55,9 +55,30 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     scenes.into_iter().map(|(name, scene)| (name, scene.unwrap())).collect()
 }
 
+/// Allocations made by `task` on any thread of the pool: each thread counts its own, and the threads that do not run
+/// the task help with its parallel loops until it ends.
+fn allocations(pool: &rayon::ThreadPool, task: impl FnOnce() + Send) -> u64 {
+    let task = Mutex::new(Some(task));
+    let done = AtomicBool::new(false);
+    let counts = pool.broadcast(|thread| {
+        let count = allocation_counter::measure(|| {
+            if thread.index() == 0 {
+                let task = task.lock().unwrap().take().expect("one thread has index 0");
+                task();
+                done.store(true, Ordering::Release);
+            }
+            while !done.load(Ordering::Acquire) {
+                rayon::yield_now();
+            }
+        });
+        count.count_total
+    });
+    counts.into_iter().sum()
+}
+
 #[test]
 fn steps_allocate_nothing() {
-    let profiler = dhat::Profiler::builder().testing().build();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     let mut offenders = Vec::new();
     for (name, scene) in scenes() {
         for kind in REGISTRY {
@@ -67,24 +88,35 @@ fn steps_allocate_nothing() {
             }
             let integrator_options = IntegratorOptions::defaults(schema);
             let scene = Scene { integrator: schema, integrator_options, ..scene.clone() };
-            let mut simulation = Simulation::new(&scene);
-            for _ in 0..FIRST_STEPS {
-                assert!(simulation.advance().unwrap(), "{name} by {}", schema.name);
-            }
-            let before = dhat::HeapStats::get().total_blocks;
-            for _ in 0..STEPS {
-                simulation.advance().unwrap();
-            }
-            let count = dhat::HeapStats::get().total_blocks - before;
+            let mut simulation = pool.install(|| Simulation::new(&scene));
+            let mut advance = |steps: u64| {
+                for _ in 0..steps {
+                    assert!(simulation.advance().unwrap(), "{name} by {}", schema.name);
+                }
+            };
+            pool.install(|| advance(FIRST_STEPS));
+            let count = allocations(&pool, || advance(STEPS));
             if count > 0 {
                 offenders.push(format!("{name} by {}: {count} in {STEPS} steps", schema.name));
             }
         }
     }
     assert!(offenders.is_empty(), "{offenders:#?}");
-    // It does count.
-    let before = dhat::HeapStats::get().total_blocks;
-    drop(std::hint::black_box(vec![0_u8; 100]));
-    assert_eq!(dhat::HeapStats::get().total_blocks, before + 1);
-    drop(profiler);
+}
+
+#[test]
+fn the_allocations_of_every_thread_are_counted() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let allocate = || drop(std::hint::black_box(vec![0_u8; 100]));
+    // Each half waits for the other to have begun, so that two threads take them.
+    let barrier = std::sync::Barrier::new(2);
+    let half = || {
+        barrier.wait();
+        allocate();
+    };
+    let both = || {
+        rayon::join(half, half);
+    };
+    pool.install(both);
+    assert_eq!(allocations(&pool, both), 2);
 }

@@ -1,10 +1,7 @@
 //! The local-global method against the assignment in plain dense algebra, against implicit Euler, and against
 //! what its options promise.
 
-#[path = "support/local_global.rs"]
-mod local_global;
-
-use local_global::Assignment;
+use crate::support::local_global::Assignment;
 use simulator::scene::{Overrides, ParseOptions, Scene, xml};
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::statistics::Statistics;

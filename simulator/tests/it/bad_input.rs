@@ -4,12 +4,10 @@
 //! In the scenes of this file the sign ¶ marks the place that the message must name. It is taken out
 //! before the scene is written.
 
-mod support;
-
 use std::fs;
 use std::path::Path;
 
-use support::{simulate, stderr};
+use crate::support::{simulate, stderr};
 use tempfile::TempDir;
 
 /// A scene with one of everything that can be got wrong. Nothing is wrong with it.

@@ -1,18 +1,16 @@
 //! The whole schema arrives in the model, however its file is laid out; the project's own scenes keep
 //! to it.
 
-mod support;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::{simulate, stderr};
 use simulator::scene::schema::MAX_PARAMETERS;
 use simulator::scene::{
     Color, Dimension, Edge, Location, ParseOptions, Parsed, Particle, ParticlePath, Rendering,
     Scene, Viewport, find_scene_files, parse_bytes,
 };
 use simulator::{integrator, vocabulary};
-use support::{simulate, stderr};
 use tempfile::TempDir;
 
 /// One of every element, every attribute given.

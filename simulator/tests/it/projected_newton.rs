@@ -1,17 +1,15 @@
 //! Projected Newton: the lecture's examples, what it shares with implicit Euler, and what it refuses.
 
-mod support;
-
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
+use crate::support::{simulate, stderr};
 use simulator::generate::{Generator, Length, Net, SpringLaw, Springs, Timeline};
 use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::statistics::Statistics;
 use simulator::vocabulary;
-use support::{simulate, stderr};
 use tempfile::TempDir;
 
 fn scene(integrator: &str, elements: &str) -> Scene {

@@ -1,15 +1,13 @@
 //! What `simulate` writes, and where.
 
-mod support;
-
 use std::fs;
 use std::path::Path;
 
+use crate::support::{simulate, stderr};
 use simulator::integrator;
 use simulator::scene::Dimension;
 use simulator::trace::csv::CsvReader;
 use simulator::trace::{Shape, State, TraceError, TraceReader};
-use support::{simulate, stderr};
 use tempfile::TempDir;
 
 /// Two particles and numbers that need all their digits.

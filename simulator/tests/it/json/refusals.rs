@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::support::{simulate, stderr};
 use super::{INTEGRATOR, JSON, OBJ, folder_of, load};
+use crate::support::{simulate, stderr};
 
 /// Runs `simulate` on the files, and asserts all that every refusal has in common. Returns the message.
 fn refuse_in(folder: &Path, name: &str, options: &[&str]) -> String {

@@ -1,4 +1,6 @@
-//! What the tests of the binary share.
+//! Helpers shared by the tests.
+
+pub(crate) mod local_global;
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,0 +1,19 @@
+//! The simulator's integration tests, one binary: each module is a subject.
+//!
+//! `cargo test --release -p simulator --test it physics` runs one of them.
+
+mod allocations;
+mod assignment;
+mod bad_input;
+mod cli;
+mod fast_mass_spring;
+mod fuzz_seeds;
+mod generate;
+mod issue_006_rest;
+mod json;
+mod memory;
+mod physics;
+mod projected_newton;
+mod robust;
+mod scenes;
+mod support;

@@ -1,4 +1,4 @@
-//! Masses, forces and fixed particles of one scene, put together.
+//! Assembly of a scene: masses, forces and fixed particles.
 //!
 //! All slices of positions, velocities and forces hold `n·D` numbers, particle-major. Sums run in the
 //! order of the registry, and within a force in the order of the file, so that they are the same bits

@@ -14,7 +14,7 @@
 //! Springs stand on all three, at their rest length. Every particle has the mass
 //! `density · volume / particles`. Particles are numbered with z fastest, then y, then x.
 
-use super::draft::{Draft, particle};
+use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
@@ -81,7 +81,7 @@ impl Generator for Beam {
 
     fn scene(&self) -> Result<Scene, GenerateError> {
         let size = self.size()?;
-        let mut draft = Draft::new("beam", size, Dimension::Three, &self.timeline)?;
+        let mut builder = SceneBuilder::new("beam", size, Dimension::Three, &self.timeline)?;
         check("spacing", self.spacing, Domain::Positive)?;
         check("density", self.density, Domain::Positive)?;
         check("gravity", self.gravity, Domain::Finite)?;
@@ -90,7 +90,7 @@ impl Generator for Beam {
         let cells = self.cells.map(|cells| cells as usize);
         let [nx, ny, nz] = cells;
         let [length, height, depth] = cells.map(|cells| cells as f64 * self.spacing);
-        let radius = draft.drawn_for_spacing(self.spacing);
+        let radius = builder.set_drawing_scale(self.spacing);
         let mass = self.density * length * height * depth / size.particles as f64;
         for [i, j, k] in lattice(cells) {
             let position = [
@@ -100,7 +100,7 @@ impl Generator for Beam {
             ];
             let mut node = particle(mass, position, radius);
             node.fixed = i == 0;
-            draft.particle(node);
+            builder.particle(node);
         }
         let id = |[i, j, k]: [usize; 3]| (i * (ny + 1) + j) * (nz + 1) + k;
         for direction in DIRECTIONS {
@@ -108,14 +108,14 @@ impl Generator for Beam {
             let rest_length = self.spacing * (squared as f64).sqrt();
             for node in lattice(cells) {
                 if let Some(other) = neighbour(node, direction, cells) {
-                    draft.spring([id(node), id(other)], rest_length, &self.springs);
+                    builder.spring([id(node), id(other)], rest_length, &self.springs);
                 }
             }
         }
-        draft.gravity(self.gravity);
-        draft.viewport([0.0, -0.5 * length], [length, 0.5 * length]);
+        builder.gravity(self.gravity);
+        builder.viewport([0.0, -0.5 * length], [length, 0.5 * length]);
         let description = format!("A beam of {nx} by {ny} by {nz} cubes, clamped at one end.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
     fn timeline(&self) -> &Timeline {

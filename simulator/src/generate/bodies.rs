@@ -1,4 +1,4 @@
-//! Bodies: a cloud of small ones around a heavy one, all under each other's gravitation.
+//! Bodies: random small bodies around a heavy one, all attracting each other.
 //!
 //! ```text
 //!       o    o         n bodies at random places of a disc, or a ball, and a heavy one (@) at its
@@ -22,8 +22,8 @@
 //! Everything follows from the seed and the options, by arithmetic and square roots alone: the same
 //! seed is the same scene on every machine.
 
-use super::draft::{Draft, particle};
-use super::error::{Fault, check, count};
+use super::builder::{SceneBuilder, particle};
+use super::error::{GenerateErrorKind, check, count};
 use super::random::Random;
 use super::timeline::round_down;
 use super::{GenerateError, Generator, Size, Springs, Timeline};
@@ -72,7 +72,7 @@ impl Default for Bodies {
     }
 }
 
-/// Places that are tried for a body before there is found to be no room.
+/// Random places tried for a body before it is an error.
 const MAX_TRIES: u32 = 2000;
 
 impl Generator for Bodies {
@@ -82,7 +82,8 @@ impl Generator for Bodies {
     }
 
     fn scene(&self) -> Result<Scene, GenerateError> {
-        let mut draft = Draft::new("bodies", self.size()?, self.dimension, &self.timeline)?;
+        let mut builder =
+            SceneBuilder::new("bodies", self.size()?, self.dimension, &self.timeline)?;
         check("radius", self.radius, Domain::Positive)?;
         check("min-distance", self.min_distance, Domain::Positive)?;
         check("mass", self.mass, Domain::Positive)?;
@@ -93,23 +94,23 @@ impl Generator for Bodies {
         let drawn = 0.1 * self.min_distance;
         let mut random = Random(self.seed);
         if self.central_mass != 0.0 {
-            draft.particle(particle(self.central_mass, [0.0; 3], 2.0 * drawn));
+            builder.particle(particle(self.central_mass, [0.0; 3], 2.0 * drawn));
         }
         for _ in 0..self.bodies {
-            let place = self.place(&draft.scene.particles, &mut random)?;
+            let place = self.place(&builder.scene.particles, &mut random)?;
             let mass = self.mass * (1.0 + 0.5 * random.signed());
-            draft.particle(particle(mass, place, drawn));
+            builder.particle(particle(mass, place, drawn));
         }
-        self.set_moving(&mut draft.scene.particles);
-        draft.gravitation(self.gravitation);
-        draft.viewport([-self.radius; 2], [self.radius; 2]);
+        self.set_moving(&mut builder.scene.particles);
+        builder.gravitation(self.gravitation);
+        builder.viewport([-self.radius; 2], [self.radius; 2]);
         // A small part of the time in which two that are as close as can be would go around each other.
         let masses = self.mass + self.central_mass.max(self.mass);
         let fastest = (self.min_distance.powi(3) / (self.gravitation * masses)).sqrt();
         let time_step = round_down(0.01 * fastest);
         let (bodies, seed) = (self.bodies, self.seed);
         let description = format!("{bodies} random bodies attract each other (seed {seed}).");
-        Ok(draft.finish(&self.timeline, time_step, description)?)
+        Ok(builder.finish(&self.timeline, time_step, description)?)
     }
 
     fn timeline(&self) -> &Timeline {
@@ -123,13 +124,17 @@ impl Generator for Bodies {
 
 impl Bodies {
     /// A place far enough from all others, drawn until there is one.
-    fn place(&self, others: &[Particle], random: &mut Random) -> Result<[f64; 3], Fault> {
+    fn place(
+        &self,
+        others: &[Particle],
+        random: &mut Random,
+    ) -> Result<[f64; 3], GenerateErrorKind> {
         let mut draws = (0..MAX_TRIES)
             .map(|_| random.in_ball(self.dimension.count()).map(|part| self.radius * part));
         let is_free = |place: &[f64; 3]| {
             others.iter().all(|other| distance(place, &other.position) >= self.min_distance)
         };
-        draws.find(is_free).ok_or(Fault::NoRoom {
+        draws.find(is_free).ok_or(GenerateErrorKind::NoRoom {
             bodies: self.bodies,
             min_distance: self.min_distance,
             radius: self.radius,

@@ -14,7 +14,7 @@
 //! Every particle has the mass `mass`; the rest length of a link is `length / n`. The uppermost spring
 //! carries them all: at rest it is stretched by `n · mass · gravity / stiffness`.
 
-use super::draft::{Draft, particle, rounded};
+use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
@@ -65,7 +65,7 @@ impl Generator for Chain {
     }
 
     fn scene(&self) -> Result<Scene, GenerateError> {
-        let mut draft = Draft::new("chain", self.size()?, Dimension::Two, &self.timeline)?;
+        let mut builder = SceneBuilder::new("chain", self.size()?, Dimension::Two, &self.timeline)?;
         check("length", self.length, Domain::Positive)?;
         check("mass", self.mass, Domain::Positive)?;
         check("angle", self.angle, Domain::Finite)?;
@@ -75,23 +75,27 @@ impl Generator for Chain {
 
         let n = self.links as usize;
         let link = self.length / n as f64;
-        let radius = draft.drawn_for_spacing(link);
+        let radius = builder.set_drawing_scale(link);
         let mut end = particle(self.mass, [0.0; 3], radius);
         end.fixed = true;
-        draft.particle(end);
+        builder.particle(end);
         let [mut x, mut y] = [0.0, 0.0];
         for i in 0..n {
             let along = i as f64 / (n - 1).max(1) as f64;
             let (sine, cosine) = (self.angle * (1.0 - self.sag * along)).to_radians().sin_cos();
             x += link * sine;
             y -= link * cosine;
-            draft.particle(particle(self.mass, [rounded(x), rounded(y), 0.0], radius));
-            draft.spring([i, i + 1], link, &self.springs);
+            builder.particle(particle(
+                self.mass,
+                [round_decimals(x), round_decimals(y), 0.0],
+                radius,
+            ));
+            builder.spring([i, i + 1], link, &self.springs);
         }
-        draft.gravity(self.gravity);
-        draft.viewport([-self.length; 2], [self.length; 2]);
+        builder.gravity(self.gravity);
+        builder.viewport([-self.length; 2], [self.length; 2]);
         let description = format!("A chain of {n} links swings from a fixed end.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
     fn timeline(&self) -> &Timeline {

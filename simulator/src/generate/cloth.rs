@@ -16,7 +16,7 @@
 //! stays in its plane, and its scene is two-dimensional; any other has three dimensions. Every particle
 //! has the mass `density · width · height / particles`.
 
-use super::draft::{Draft, particle, rounded};
+use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
@@ -78,7 +78,7 @@ impl Generator for Cloth {
     fn scene(&self) -> Result<Scene, GenerateError> {
         let dimension = if self.tilt == 0.0 { Dimension::Two } else { Dimension::Three };
         let size = self.size()?;
-        let mut draft = Draft::new("cloth", size, dimension, &self.timeline)?;
+        let mut builder = SceneBuilder::new("cloth", size, dimension, &self.timeline)?;
         check("width", self.width, Domain::Positive)?;
         check("height", self.height, Domain::Positive)?;
         check("density", self.density, Domain::Positive)?;
@@ -89,20 +89,20 @@ impl Generator for Cloth {
 
         let [nx, ny] = self.cells.map(|cells| cells as usize);
         let [dx, dy] = [self.width / nx as f64, self.height / ny as f64];
-        let radius = draft.drawn_for_spacing(dx.min(dy));
+        let radius = builder.set_drawing_scale(dx.min(dy));
         let mass = self.density * self.width * self.height / size.particles as f64;
         let (sine, cosine) = self.tilt.to_radians().sin_cos();
         for row in 0..=ny {
             let down = row as f64 * dy;
             let [y, z] = match dimension {
                 Dimension::Two => [-down, 0.0],
-                Dimension::Three => [rounded(-down * cosine), rounded(down * sine)],
+                Dimension::Three => [round_decimals(-down * cosine), round_decimals(down * sine)],
             };
             for column in 0..=nx {
                 let x = column as f64 * dx - 0.5 * self.width;
                 let mut knot = particle(mass, [x, y, z], radius);
                 knot.fixed = row == 0 && (column == 0 || column == nx);
-                draft.particle(knot);
+                builder.particle(knot);
             }
         }
         let id = |column: usize, row: usize| row * (nx + 1) + column;
@@ -124,16 +124,16 @@ impl Generator for Cloth {
                     let other = column.checked_add_signed(right).filter(|other| *other <= nx);
                     if let (Some(other), true) = (other, row + down <= ny) {
                         let pair = [id(column, row), id(other, row + down)];
-                        draft.spring(pair, rest_length, springs);
+                        builder.spring(pair, rest_length, springs);
                     }
                 }
             }
         }
-        draft.gravity(self.gravity);
+        builder.gravity(self.gravity);
         let half = 0.5 * self.width;
-        draft.viewport([-half, -1.1 * self.height], [half, 0.1 * self.height]);
+        builder.viewport([-half, -1.1 * self.height], [half, 0.1 * self.height]);
         let description = format!("A cloth of {nx} by {ny} cells hangs by two corners.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
     fn timeline(&self) -> &Timeline {

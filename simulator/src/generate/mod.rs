@@ -1,4 +1,4 @@
-//! Scenes by rule: nets, chains, cloths, rings, beams and bodies, of any size.
+//! Procedural scenes of any size: nets, chains, cloths, rings, beams and bodies.
 //!
 //! A generator is a plain struct of options whose [`Generator::scene`] is a pure function: the same
 //! options give the same [`Scene`], seed included. One kind a file, each with its picture, units and
@@ -8,7 +8,7 @@
 //! Units are metres, seconds and kilograms, and so newtons a metre for a stiffness; nothing depends on
 //! their being those.
 //!
-//! | kind | what it is | its integrator by default |
+//! | kind | scene | default integrator |
 //! | --- | --- | --- |
 //! | [`Net`] | the elastic square of the slides, stretched or hung | linearized implicit Euler |
 //! | [`Chain`] | links that swing from a fixed end | linearized implicit Euler |
@@ -38,7 +38,7 @@ mod cloth;
 mod net;
 mod ring;
 
-mod draft;
+mod builder;
 mod random;
 
 pub use beam::Beam;

@@ -14,7 +14,7 @@
 //! from below. Source: CMU 15-362 (F24), special topics 4; the numbers and their order are those of the
 //! peer script `gen_net.py`.
 
-use super::draft::{Draft, particle};
+use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
@@ -63,7 +63,7 @@ impl Generator for Net {
     }
 
     fn scene(&self) -> Result<Scene, GenerateError> {
-        let mut draft = Draft::new("net", self.size()?, Dimension::Two, &self.timeline)?;
+        let mut builder = SceneBuilder::new("net", self.size()?, Dimension::Two, &self.timeline)?;
         check("stretch", self.stretch, Domain::Positive)?;
         check("density", self.density, Domain::Positive)?;
         check("gravity", self.gravity, Domain::Finite)?;
@@ -79,14 +79,14 @@ impl Generator for Net {
                 // 0.1 is the radius of a particle that names none.
                 let mut corner = particle(mass, [self.stretch * at(column), at(row), 0.0], 0.1);
                 corner.fixed = self.pinned && row == n && (column == 0 || column == n);
-                draft.particle(corner);
+                builder.particle(corner);
             }
         }
         let id = |column: usize, row: usize| column * side + row;
         // Rest lengths are distances of the rounded coordinates, as the peer has them.
         let mut join = |(i, k): (usize, usize), (j, l): (usize, usize)| {
             let [dx, dy] = [at(i) - at(j), at(k) - at(l)];
-            draft.spring([id(i, k), id(j, l)], (dx * dx + dy * dy).sqrt(), &self.springs);
+            builder.spring([id(i, k), id(j, l)], (dx * dx + dy * dy).sqrt(), &self.springs);
         };
         for i in 0..n {
             (0..side).for_each(|k| join((i, k), (i + 1, k)));
@@ -101,12 +101,12 @@ impl Generator for Net {
             }
         }
         if self.pinned {
-            draft.gravity(self.gravity);
+            builder.gravity(self.gravity);
         }
-        draft.scene.max_simulation_frequency = Some(500.0);
+        builder.scene.max_simulation_frequency = Some(500.0);
         let what = if self.pinned { "hung by its upper corners" } else { "stretched along x" };
         let description = format!("A square net of {n} by {n} cells, {what}.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
     fn timeline(&self) -> &Timeline {

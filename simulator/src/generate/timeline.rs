@@ -1,4 +1,4 @@
-//! How a generated scene is stepped: integrator, time step, duration.
+//! Integrator, time step and duration of a generated scene.
 //!
 //! Symplectic Euler stays stable as long as
 //!
@@ -12,7 +12,7 @@
 //! most 1, which leaves room for springs that stretch and turn. Explicit Euler is given the same step, for
 //! want of a bound of its own: it gains energy at any step where damping does not take it away.
 
-use super::error::{Fault, check};
+use super::error::{GenerateErrorKind, check};
 use crate::scene::schema::{Domain, IntegratorOptions, IntegratorSchema, OptionError};
 use crate::scene::{MAX_STEPS, Scene, step_count};
 use crate::vocabulary;
@@ -49,7 +49,7 @@ impl Timeline {
     }
 
     /// Gives the scene its time step and duration. `usual` is the time step that suits the kind.
-    pub(super) fn apply(&self, usual: f64, scene: &mut Scene) -> Result<(), Fault> {
+    pub(super) fn apply(&self, usual: f64, scene: &mut Scene) -> Result<(), GenerateErrorKind> {
         scene.integrator = self.integrator;
         scene.integrator_options = IntegratorOptions::defaults(self.integrator);
         for (option, text) in &self.options {
@@ -57,10 +57,15 @@ impl Timeline {
             match scene.integrator_options.set(&option, &text) {
                 Ok(()) => {}
                 Err(OptionError::Unknown) => {
-                    return Err(Fault::UnknownOption { integrator, option });
+                    return Err(GenerateErrorKind::UnknownOption { integrator, option });
                 }
                 Err(OptionError::Value { must_be }) => {
-                    return Err(Fault::OptionValue { integrator, option, text, must_be });
+                    return Err(GenerateErrorKind::OptionValue {
+                        integrator,
+                        option,
+                        text,
+                        must_be,
+                    });
                 }
             }
         }
@@ -80,7 +85,7 @@ impl Timeline {
         let steps = step_count(scene.duration, scene.time_step);
         if steps > MAX_STEPS as f64 {
             let (duration, time_step) = (scene.duration, scene.time_step);
-            return Err(Fault::TooManySteps { duration, time_step, steps });
+            return Err(GenerateErrorKind::TooManySteps { duration, time_step, steps });
         }
         Ok(())
     }

@@ -7,13 +7,12 @@
 //! Newton starts from `v` and stops when the l2 norm of the update is below 1e-9. Source: hand-out of
 //! milestone 3, sections 5 and 10, equation (1).
 //!
-//! Where that does not converge and the user asks for it, the same equations are solved with a line search. Where
-//! all forces follow from energies, Newton starts from a minimum of the incremental potential
-//! ([`projected_newton`](super::projected_newton)), which is a solution; else the line search is on the residual,
-//! in the norm `‖r‖²_W = Σ r_i²/m_i`, which has the unit of an energy.
+//! The damped step solves the same equations with a line search. If all forces derive from energies, Newton starts
+//! from a minimum of the incremental potential ([`projected_newton`](super::projected_newton)), which is a solution;
+//! otherwise the line search is on the residual in the norm `‖r‖²_W = Σ r_i²/m_i`, which has the unit of an energy.
 
 use super::backward::{Linearisation, Point};
-use super::projected_newton::{Options, ProjectedNewton};
+use super::projected_newton::{MinimiserOptions, ProjectedNewton};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
@@ -48,28 +47,29 @@ fn build<const D: usize>(
     let linearisation = Linearisation::new(system, solver);
     let variational =
         scene.forces.iter().all(|force| (force.schema.variational)(&force.parameters));
-    let patience = variational.then_some(Patience { solver, minimiser: None });
-    Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros, patience })
+    let descent = variational.then_some(EnergyDescent { solver, minimiser: None });
+    Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros, descent })
 }
 
-/// How near to the minimum Newton's method takes over: with projected Hessians the last digits are slow to come.
-const NEAR: Options = Options {
+/// Descent to near the minimum, where Newton's method takes over: with projected Hessians the last digits converge
+/// slowly.
+const DESCENT: MinimiserOptions = MinimiserOptions {
     tolerance: 1e-2,
     projection: Projection::Clamp,
     line_search: true,
     max_iterations: 200,
 };
 
-/// The way to a solution by a minimum.
-struct Patience<const D: usize> {
+/// Descent on the incremental potential.
+struct EnergyDescent<const D: usize> {
     solver: LinearSolver,
-    /// Made when it is first needed.
+    /// Built at its first use.
     minimiser: Option<ProjectedNewton<D>>,
 }
 
 struct ImplicitEuler<const D: usize> {
-    /// Where all forces follow from energies.
-    patience: Option<Patience<D>>,
+    /// `None` unless all forces derive from energies.
+    descent: Option<EnergyDescent<D>>,
     linearisation: Linearisation<D>,
     iterate: Vec<f64>,
     delta: Vec<f64>,
@@ -81,18 +81,18 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
         self.newton(system, step)
     }
 
-    fn step_patiently(
+    fn step_damped(
         &mut self,
         system: &System<D>,
         mut step: Step<'_>,
     ) -> Option<Result<(), StepError>> {
-        let Some(Patience { solver, minimiser }) = &mut self.patience else {
+        let Some(EnergyDescent { solver, minimiser }) = &mut self.descent else {
             return Some(self.damped(system, step));
         };
         let minimiser =
-            minimiser.get_or_insert_with(|| ProjectedNewton::new(system, *solver, NEAR));
+            minimiser.get_or_insert_with(|| ProjectedNewton::new(system, *solver, DESCENT));
         match minimiser.minimise(system, &mut step) {
-            // So many steps downhill are a good start in any case.
+            // Even without convergence, the descent is a good initial guess.
             Ok(()) | Err(StepError::NotConverged { .. }) => {}
             Err(error) => return Some(Err(error)),
         }

@@ -1,4 +1,4 @@
-//! The plain model of a scene: what a file says, resolved and checked, and nothing of how it said it.
+//! The scene model: plain data, resolved and validated, independent of any file format.
 //!
 //! Particles, edges and forces are numbered from 0 in the order of the file. Units are whatever the
 //! scene's author chose, used consistently. Sources: the course's XML schema (hand-outs of
@@ -157,7 +157,7 @@ pub struct Color {
     pub b: f64,
 }
 
-/// What a scene says of how it should be drawn. Nothing here changes the physics.
+/// Rendering data of a scene. It does not affect the physics.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Rendering {
     /// `<viewport>`, the camera.
@@ -197,7 +197,7 @@ pub struct ParticlePath {
 pub struct ParseOptions {
     /// Unknown elements, attributes and keys are errors instead of warnings.
     pub strict: bool,
-    /// What to use instead of what the file says.
+    /// Values that replace those of the file.
     pub overrides: Overrides,
 }
 
@@ -214,14 +214,14 @@ pub struct Overrides {
     pub duration: Option<f64>,
 }
 
-/// A scene, and what was odd about its file without being wrong.
+/// A parsed scene with its warnings.
 #[derive(Debug)]
 pub struct Parsed {
     /// The scene.
     pub scene: Scene,
-    /// Remarks on the file, in its order; the first hundred of them.
+    /// Warnings in the order of the file; at most the first hundred.
     pub warnings: Vec<SceneError>,
-    /// How many remarks there are.
+    /// The number of all warnings.
     pub n_warnings: usize,
     /// The mesh that a scene in JSON names; `None` for a scene in XML.
     pub mesh: Option<MeshFile>,

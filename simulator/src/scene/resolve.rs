@@ -1,4 +1,4 @@
-//! What is checked of every scene, whatever file it came from.
+//! Validation shared by all scene formats.
 
 use super::ForceElement;
 use super::error::{Problem, SceneError};

@@ -1,4 +1,4 @@
-//! A scene as XML: the inverse of the [parser](super::xml).
+//! Writes a scene as XML: the inverse of the [parser](super::xml).
 //!
 //! ```text
 //! parse(write(scene)) == scene        but for the scene's name and the places of its elements
@@ -24,7 +24,7 @@ pub enum WriteError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// A number that no scene file can hold.
-    #[error("<{tag}> {attribute} is {value}, and a scene holds finite numbers only")]
+    #[error("<{tag}> {attribute} is {value}; a scene file holds finite numbers only")]
     NotFinite {
         /// The element.
         tag: &'static str,
@@ -44,13 +44,13 @@ pub enum WriteError {
         character: char,
     },
     /// A force that does not say what it acts on.
-    #[error("<{tag}>, force {force} of the scene, does not say which {missing} it acts on")]
+    #[error("<{tag}>, force {force} of the scene, lacks the {missing} it acts on")]
     NoTarget {
         /// The element.
         tag: &'static str,
         /// Its number among the scene's forces.
         force: usize,
-        /// What its schema wants.
+        /// The target that its schema requires.
         missing: &'static str,
     },
 }

@@ -1,6 +1,6 @@
-//! A linear solve that is judged by its residual.
+//! Backward error and iterative refinement of a linear solve.
 //!
-//! Every solution is judged by its componentwise backward error
+//! Every solution is checked by its componentwise backward error
 //!
 //! ```text
 //! ω = max_i |b − A x|_i / (|A| |x| + |b|)_i
@@ -17,7 +17,7 @@
 use super::LinearError;
 use crate::statistics::LinearStatistics;
 
-/// A matrix as far as residuals need it.
+/// Products with a matrix, as residuals need them.
 pub(super) trait Product {
     /// The most entries that a row has.
     fn row_length(&self) -> usize;
@@ -29,11 +29,11 @@ pub(super) trait Product {
     fn add_row_sums(&self, sums: &mut [f64]);
 }
 
-/// Right-hand side and solution, with room to judge it.
+/// Right-hand side, solution and residual.
 pub(super) struct Checked {
     pub(super) right: Vec<f64>,
     pub(super) solution: Vec<f64>,
-    /// `b − A x` of the solution that was judged last.
+    /// `b − A x` of the solution.
     pub(super) residual: Vec<f64>,
     /// `|A| |x| + |b|`.
     pub(super) scale: Vec<f64>,
@@ -55,7 +55,7 @@ impl Checked {
         }
     }
 
-    pub(super) fn refuse_what_is_not_finite(&self, entries: &[f64]) -> Result<(), LinearError> {
+    pub(super) fn check_finite(&self, entries: &[f64]) -> Result<(), LinearError> {
         let is_finite =
             |values: &[f64]| values.iter().fold(true, |all, value| all & value.is_finite());
         if is_finite(entries) && is_finite(&self.right) {
@@ -80,7 +80,7 @@ impl Checked {
         if !apply(&mut self.solution) {
             return None;
         }
-        self.judge(matrix);
+        self.compute_residual(matrix);
         for _ in 0..max_refinements {
             if self.error <= tolerance {
                 break;
@@ -93,7 +93,7 @@ impl Checked {
                     *value += correction;
                 }
             }
-            self.judge(matrix);
+            self.compute_residual(matrix);
             if self.error.is_nan() || self.error > 0.1 * last {
                 break;
             }
@@ -101,8 +101,8 @@ impl Checked {
         Some(self.error <= tolerance)
     }
 
-    /// Accepts the solution, or says why not: there is nothing better to try.
-    pub(super) fn conclude(
+    /// Accepts the solution, or returns its error.
+    pub(super) fn accept(
         &mut self,
         matrix: &impl Product,
         statistics: &mut LinearStatistics,
@@ -129,11 +129,11 @@ impl Checked {
         if is_number && largest(&self.residual) <= underflow(matrix.row_length(), norm) {
             return Ok(());
         }
-        Err(LinearError::LostDigits { size: self.right.len(), residual })
+        Err(LinearError::InaccurateSolution { size: self.right.len(), residual })
     }
 
     /// Computes `b − A x` and ω (NaN if there is one in it).
-    pub(super) fn judge(&mut self, matrix: &impl Product) {
+    pub(super) fn compute_residual(&mut self, matrix: &impl Product) {
         let Self { right, solution, residual, scale, .. } = self;
         residual.fill(0.0);
         for (scale, right) in scale.iter_mut().zip(&*right) {
@@ -158,7 +158,7 @@ impl Checked {
             // A solution of NaNs has no largest residual either.
             return if self.error.is_nan() { f64::NAN } else { 0.0 };
         }
-        // The correction, if there was one, is in the solution: its room is free.
+        // The correction was already added to the solution: reuse its buffer.
         self.correction.fill(0.0);
         matrix.add_row_sums(&mut self.correction);
         residual / (largest(&self.correction) * largest(&self.solution) + largest(&self.right))

@@ -1,4 +1,4 @@
-//! Newton's method with a line search on the residual, for where the plain method does not get there.
+//! Newton's method with a line search on the residual, for problems where the plain method diverges.
 //!
 //! ```text
 //! φ(x) = ½ ‖r(x)‖²_W        A δ = r(x),  A = −∂r/∂x        φ'(x) δ = −2 φ(x)
@@ -8,16 +8,16 @@
 //!
 //! Every step makes the residual smaller, so that the iteration cannot run in circles or away. It ends as the
 //! plain method does, when a whole step (α = 1) is below the tolerance, at a solution of the same equations. It
-//! may stop at a minimum of `φ` that is none, and says so. Cost: an evaluation of `r` a halving beside those of
+//! may stop at a minimum of `φ` that is not a solution, which is an error. Cost: an evaluation of `r` a halving beside those of
 //! [`newton`](super::newton). Source: Dennis and Schnabel, Numerical Methods for Unconstrained Optimization and
 //! Nonlinear Equations, section 6.3.
 
 use super::newton::{NewtonError, NewtonOptions};
 
 /// The part of the decrease that the linearisation promises, which a step must bring: `c`.
-const SUFFICIENT: f64 = 1e-4;
+const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// A step shorter than this many halvings of the full one is none.
+/// Fails after this many halvings.
 const MAX_HALVINGS: u32 = 40;
 
 /// Equations `r(x) = 0`.
@@ -28,7 +28,7 @@ pub trait Equations {
     /// Overwrites `delta` by Newton's step at `x`.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If it cannot be computed.
     fn update(&mut self, x: &[f64], delta: &mut [f64]) -> Result<(), Self::Error>;
 
     /// `φ(x)`; infinite where the equations are not defined.
@@ -68,7 +68,7 @@ pub fn damped_newton<E: Equations>(
                 *trial = value + alpha * change;
             }
             // A NaN is never smaller.
-            if equations.merit(trial) <= (1.0 - 2.0 * SUFFICIENT * alpha) * start {
+            if equations.merit(trial) <= (1.0 - 2.0 * SUFFICIENT_DECREASE * alpha) * start {
                 break;
             }
             if tries == MAX_HALVINGS {

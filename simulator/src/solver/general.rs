@@ -1,5 +1,5 @@
-//! Sparse factorisations that pivot, for what [`ldl`](super::ldl) cannot do: LBLᵀ of a symmetric matrix
-//! with pivoting inside the supernodes, and LU with partial pivoting.
+//! Sparse factorisations with pivoting, where [`ldl`](super::ldl) is not accurate enough: LBLᵀ of a symmetric matrix
+//! with pivoting inside supernodes, and LU with partial pivoting.
 //!
 //! Both are faer's, on one thread, so that the bits do not depend on how many there are; they do depend
 //! on the vector instructions of the processor. A method's pattern is analysed when it is first needed;
@@ -21,17 +21,17 @@ use super::LinearError;
 use super::blocks::BlockColumns;
 use crate::statistics::LinearStatistics;
 
-/// The matrix entry by entry, with room for a factorisation of it.
-pub(super) struct General<Room> {
+/// The matrix entry by entry, with the workspace of its factorisation.
+pub(super) struct General<W> {
     columns: ScalarColumns,
-    room: Room,
+    workspace: W,
 }
 
 /// LBLᵀ of a symmetric matrix.
-pub(super) type Lblt = General<LbltRoom>;
+pub(super) type Lblt = General<LbltWorkspace>;
 
 /// LU with partial pivoting.
-pub(super) type Lu = General<LuRoom>;
+pub(super) type Lu = General<LuWorkspace>;
 
 struct ScalarColumns {
     pattern: SymbolicSparseColMat<u32>,
@@ -40,7 +40,7 @@ struct ScalarColumns {
     sources: Vec<u32>,
 }
 
-pub(super) struct LbltRoom {
+pub(super) struct LbltWorkspace {
     symbolic: SymbolicCholesky<u32>,
     factor: Vec<f64>,
     subdiagonal: Vec<f64>,
@@ -49,7 +49,7 @@ pub(super) struct LbltRoom {
     memory: MemBuffer,
 }
 
-pub(super) struct LuRoom {
+pub(super) struct LuWorkspace {
     symbolic: SymbolicLu<u32>,
     factor: NumericLu<u32, f64>,
     memory: MemBuffer,
@@ -78,15 +78,15 @@ impl Lblt {
             symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Spec::default()),
             symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
         ];
-        let room = LbltRoom {
+        let workspace = LbltWorkspace {
             factor: zeros(size, symbolic.len_val())?,
             subdiagonal: zeros(size, size)?,
             forward: zeros(size, size)?,
             inverse: zeros(size, size)?,
-            memory: room(size, &requirements)?,
+            memory: allocate(size, &requirements)?,
             symbolic,
         };
-        Ok(Self { columns, room })
+        Ok(Self { columns, workspace })
     }
 
     /// Factorises the matrix.
@@ -96,7 +96,8 @@ impl Lblt {
         statistics: &mut LinearStatistics,
     ) {
         statistics.factorisations += 1;
-        let LbltRoom { symbolic, factor, subdiagonal, forward, inverse, memory } = &mut self.room;
+        let LbltWorkspace { symbolic, factor, subdiagonal, forward, inverse, memory } =
+            &mut self.workspace;
         symbolic.factorize_numeric_intranode_lblt(
             factor,
             subdiagonal,
@@ -112,7 +113,8 @@ impl Lblt {
 
     /// Overwrites a right-hand side by the solution.
     pub(super) fn solve(&mut self, values: &mut [f64]) {
-        let LbltRoom { symbolic, factor, subdiagonal, forward, inverse, memory } = &mut self.room;
+        let LbltWorkspace { symbolic, factor, subdiagonal, forward, inverse, memory } =
+            &mut self.workspace;
         let order = PermRef::new_checked(&*forward, &*inverse, values.len());
         IntranodeLbltRef::new(symbolic, factor, subdiagonal, order).solve_in_place_with_conj(
             Conj::No,
@@ -141,8 +143,8 @@ impl Lu {
             symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Spec::default()),
             symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
         ];
-        let memory = room(size, &requirements)?;
-        Ok(Self { columns, room: LuRoom { symbolic, factor: NumericLu::new(), memory } })
+        let memory = allocate(size, &requirements)?;
+        Ok(Self { columns, workspace: LuWorkspace { symbolic, factor: NumericLu::new(), memory } })
     }
 
     /// Factorises the matrix.
@@ -156,7 +158,7 @@ impl Lu {
     ) -> Result<(), LinearError> {
         statistics.factorisations += 1;
         let size = matrix.size();
-        let LuRoom { symbolic, factor, memory } = &mut self.room;
+        let LuWorkspace { symbolic, factor, memory } = &mut self.workspace;
         let factorised = symbolic.factorize_numeric_lu(
             factor,
             self.columns.filled(matrix),
@@ -174,7 +176,7 @@ impl Lu {
 
     /// Overwrites a right-hand side by the solution, which is not finite where a pivot is zero.
     pub(super) fn solve(&mut self, values: &mut [f64]) {
-        let LuRoom { symbolic, factor, memory } = &mut self.room;
+        let LuWorkspace { symbolic, factor, memory } = &mut self.workspace;
         LuRef::new_unchecked(symbolic, factor).solve_in_place_with_conj(
             Conj::No,
             column(values),
@@ -207,8 +209,8 @@ fn column(values: &mut [f64]) -> MatMut<'_, f64> {
     MatMut::from_column_major_slice_mut(values, rows, 1)
 }
 
-/// Room for all of `requirements`, one at a time.
-fn room(size: usize, requirements: &[StackReq]) -> Result<MemBuffer, LinearError> {
+/// Scratch memory for any one of `requirements`.
+fn allocate(size: usize, requirements: &[StackReq]) -> Result<MemBuffer, LinearError> {
     MemBuffer::try_new(StackReq::any_of(requirements))
         .map_err(|_| LinearError::OutOfMemory { size })
 }

@@ -1,4 +1,4 @@
-//! Backtracking line search: halve a step until the objective does not grow.
+//! Backtracking line search: halves a step until the objective does not increase.
 //!
 //! ```text
 //! α ← 1        while E(x + α p) > E(x):  α ← α/2
@@ -8,7 +8,7 @@
 //! and the comparison says nothing (the lecture's loop would then never end). There the slope decides,
 //! which keeps its digits: a step is taken if `|E'(x + α p)·p| ≤ |E'(x)·p|` (Hager and Zhang 2005).
 
-/// A step shorter than this many halvings of the full one is none.
+/// Fails after this many halvings.
 const MAX_HALVINGS: u32 = 50;
 
 /// Differences of the objective below this part of its terms may be rounding.

@@ -7,17 +7,17 @@
 pub struct NewtonOptions {
     /// Converged when the l2 norm of the update is below this.
     pub tolerance: f64,
-    /// Given up after this many iterations.
+    /// Fails after this many iterations.
     pub max_iterations: u64,
 }
 
 /// Iterations without a smaller update that end the iteration, where the updates are at rounding.
-const IDLE: u32 = 3;
+const MAX_STAGNANT: u32 = 3;
 
 /// An update is at rounding where it is this small a part of the unknown.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Newton's method stopped without an answer.
+/// Newton's method failed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NewtonError<E> {
     /// The updates did not become small.
@@ -53,7 +53,7 @@ pub fn newton<E>(
     mut update: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
 ) -> Result<u64, NewtonError<E>> {
     let l2 = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
-    let (mut norm, mut smallest, mut idle) = (f64::INFINITY, f64::INFINITY, 0);
+    let (mut norm, mut smallest, mut stagnant) = (f64::INFINITY, f64::INFINITY, 0);
     for iteration in 1..=options.max_iterations {
         update(unknown, delta).map_err(NewtonError::Update)?;
         for (value, change) in unknown.iter_mut().zip(&*delta) {
@@ -66,10 +66,10 @@ pub fn newton<E>(
         if !norm.is_finite() {
             return Err(NewtonError::NotConverged { iterations: iteration, update: norm });
         }
-        idle = if norm < smallest { 0 } else { idle + 1 };
+        stagnant = if norm < smallest { 0 } else { stagnant + 1 };
         smallest = smallest.min(norm);
         let size = l2(unknown);
-        if idle >= IDLE && smallest <= ROUNDING * size {
+        if stagnant >= MAX_STAGNANT && smallest <= ROUNDING * size {
             return Err(NewtonError::BelowRounding { iterations: iteration, update: norm, size });
         }
     }

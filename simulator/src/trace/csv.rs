@@ -130,7 +130,7 @@ impl<R: Read> CsvReader<R> {
         Err(self.at_line(1, fault))
     }
 
-    /// Reads the next row; false where there is none.
+    /// Reads the next row. Returns false at the end of the file.
     fn read_record(&mut self) -> Result<bool, TraceError> {
         self.reader.read_byte_record(&mut self.record).map_err(|error| {
             match error.into_kind() {
@@ -197,7 +197,7 @@ impl<R: Read + Send> TraceReader for CsvReader<R> {
     }
 }
 
-/// A number as any language prints it; `None` if it is none.
+/// Parses a number in the notation of any common language; `None` if it is not a number.
 fn parse_number(field: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(field).ok()?;
     text.parse().ok().or_else(|| {

@@ -1,4 +1,4 @@
-//! The course's binary traces.
+//! Traces in the course's binary format.
 //!
 //! Raw little-endian f64 without a header, a record a state, the initial state first: all positions,
 //! then all velocities, `x0 y0 x1 y1 … vx0 vy0 vx1 vy1 …` (with z in three dimensions).

@@ -131,14 +131,14 @@ fn what_no_file_can_hold_is_refused_by_name() {
         write::size(&scene).unwrap_err().to_string()
     };
     let infinite = refusal(|scene| scene.particles[2].position[1] = f64::INFINITY);
-    assert_eq!(infinite, "<particle> py is inf, and a scene holds finite numbers only");
+    assert_eq!(infinite, "<particle> py is inf; a scene file holds finite numbers only");
     let character = refusal(|scene| scene.description = Some("bell \x07".to_owned()));
     assert_eq!(
         character,
         "<description> text holds the character '\\u{7}', which XML cannot express"
     );
     let target = refusal(|scene| scene.forces[1].edge = None);
-    assert_eq!(target, "<springforce>, force 1 of the scene, does not say which edge it acts on");
+    assert_eq!(target, "<springforce>, force 1 of the scene, lacks the edge it acts on");
 }
 
 #[test]
@@ -384,7 +384,7 @@ fn bad_options_are_refused_and_nothing_is_written() {
         (&["beam", "--nz", "1048577"], "nz is 1048577, and must be from 1 to 1048576"),
         (&["bodies", "-n", "1"], "bodies is 1, and must be from 2"),
         (&["bodies", "-n", "3000"], "springs or pairs, and may have at most"),
-        (&["bodies", "--min-distance", "3.5"], "no room for 16 bodies 3.5 apart"),
+        (&["bodies", "--min-distance", "3.5"], "16 bodies 3.5 apart do not fit"),
         (&["bodies", "--virial", "-1"], "virial is -1, and must be"),
         (&["bodies", "--dimension", "4"], "invalid value '4'"),
         (&["torus"], "unrecognized subcommand 'torus'"),

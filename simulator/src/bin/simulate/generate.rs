@@ -1,4 +1,4 @@
-//! `simulate generate`: options to a generator, its scene to a file.
+//! `simulate generate`: writes a procedural scene.
 
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;

@@ -10,12 +10,12 @@ use std::time::{Duration, Instant};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use simulator::fallback::FallbackStatistics;
 use simulator::force::PARALLEL;
 use simulator::output::OutputFile;
-use simulator::rescue::RescueStatistics;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
 use simulator::scene::{self, Overrides, ParseOptions, Scene};
-use simulator::simulation::{Config, Simulation};
+use simulator::simulation::{Simulation, SimulationOptions};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::trace::csv::CsvWriter;
@@ -173,11 +173,11 @@ impl<E: std::error::Error> From<E> for Failure {
 }
 
 fn main() -> ExitCode {
-    let command = generate::with_defaults(Cli::command().after_help(registries()));
+    let command = generate::with_defaults(Cli::command().after_help(registry_help()));
     let matches = command.get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     std::panic::set_hook(Box::new(|panic| {
-        complain(
+        print_message(
             "internal error",
             format!(
                 "{panic}\n  help: this is a defect of simulate; please report it with the scene"
@@ -191,11 +191,11 @@ fn main() -> ExitCode {
     match std::panic::catch_unwind(task) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure::Input(message))) => {
-            complain("error", message);
+            print_message("error", message);
             ExitCode::from(2)
         }
         Ok(Err(Failure::Output(error))) => {
-            complain("error", format!("standard output: {error}; what it shows is not complete"));
+            print_message("error", format!("standard output: {error}; the output is incomplete"));
             ExitCode::from(3)
         }
         Err(_) => ExitCode::from(3),
@@ -213,16 +213,16 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         },
     };
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
-    let path = path.ok_or_else(|| Failure::Input("no scene is named".to_owned()))?;
+    let path = path.ok_or_else(|| Failure::Input("no scene file given".to_owned()))?;
     let format = trace_format(cli)?;
     refuse_one_file_for_two("the scene", path, cli)?;
     let parsed = scene::load(path, &vocabulary(), &options)?;
     for warning in &parsed.warnings {
-        complain("warning", warning);
+        print_message("warning", warning);
     }
     match parsed.n_warnings - parsed.warnings.len() {
         0 => {}
-        more => complain("warning", format!("{more} more like these")),
+        more => print_message("warning", format!("{more} more warnings")),
     }
     if let Some(mesh) = &parsed.mesh {
         refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
@@ -238,8 +238,8 @@ fn run(cli: &Cli) -> Result<(), Failure> {
 
 /// Takes all steps of the scene and writes what was asked for.
 fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure> {
-    let config = Config { solver: cli.solver.into(), robust: cli.robust };
-    let mut simulation = Simulation::with_config(scene, config);
+    let config = SimulationOptions { solver: cli.solver.into(), robust: cli.robust };
+    let mut simulation = Simulation::with_options(scene, config);
 
     let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(scene))?;
     let mut energy = match &cli.energy {
@@ -279,8 +279,8 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     for (file, path) in sealed {
         file.publish().map_err(|error| Failure::at(&path, error))?;
     }
-    if let Some(note) = rescue_note(&simulation.statistics().rescue, scene) {
-        complain("note", note);
+    if let Some(note) = fallback_note(&simulation.statistics().fallback, scene) {
+        print_message("note", note);
     }
     if cli.stats {
         Failure::of_stdout(print_statistics(&simulation, elapsed))?;
@@ -314,7 +314,7 @@ fn trace_format(cli: &Cli) -> Result<TraceFormat, Failure> {
         (None, None) if cli.scene_option.is_some() => Ok(TraceFormat::Fosssim),
         (None, None) => Err(Failure::at(
             path,
-            "the extension names no trace format\n  help: call it .csv or .bin, or add --format csv or --format fosssim",
+            "the extension is not that of a trace format\n  help: name it .csv or .bin, or add --format csv or --format fosssim",
         )),
     }
 }
@@ -431,7 +431,7 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
         unconverged_steps,
         linear_solver,
         linear,
-        rescue,
+        fallback,
     } = simulation.statistics();
     let mut rows: Vec<(&str, String)> = vec![
         ("steps", steps.to_string()),
@@ -478,8 +478,8 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
             ("unconverged steps", unconverged_steps.to_string()),
         ]);
     }
-    if rescue.steps() > 0 {
-        let RescueStatistics { line_searched, substepped, substeps, max_substeps } = rescue;
+    if fallback.steps() > 0 {
+        let FallbackStatistics { line_searched, substepped, substeps, max_substeps } = fallback;
         rows.extend([
             ("steps by line search", line_searched.to_string()),
             (
@@ -495,11 +495,11 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
     out.flush()
 }
 
-/// What a trace that was made robustly is, where it is not what the scene's method alone gives.
-fn rescue_note(rescue: &RescueStatistics, scene: &Scene) -> Option<String> {
-    let RescueStatistics { line_searched, substepped, substeps, .. } = rescue;
+/// A note for traces in which steps were recovered by fallbacks.
+fn fallback_note(fallback: &FallbackStatistics, scene: &Scene) -> Option<String> {
+    let FallbackStatistics { line_searched, substepped, substeps, .. } = fallback;
     let (name, method, h) = (&scene.name, scene.integrator.name, scene.time_step);
-    let mut note = format!("{name}: {} steps had no answer by the usual way;", rescue.steps());
+    let mut note = format!("{name}: {} steps failed at first;", fallback.steps());
     match (line_searched, substepped) {
         (0, 0) => return None,
         (_, 0) => note += " a line search solved their equations",
@@ -508,7 +508,7 @@ fn rescue_note(rescue: &RescueStatistics, scene: &Scene) -> Option<String> {
                 note += &format!(" a line search solved the equations of {line_searched};");
             }
             note += &format!(
-                " in the place of {substepped}, {substeps} smaller ones were taken, so that the trace is not that of \
+                " {substepped} were replaced by {substeps} substeps, so the trace differs from plain \
                  {method} at dt = {h}"
             );
         }
@@ -516,12 +516,12 @@ fn rescue_note(rescue: &RescueStatistics, scene: &Scene) -> Option<String> {
     Some(note)
 }
 
-fn complain(kind: &str, message: impl Display) {
+fn print_message(kind: &str, message: impl Display) {
     let _ = writeln!(anstream::stderr(), "{kind}: {message}");
 }
 
-/// The forces and integrators there are, for the help text.
-fn registries() -> String {
+/// Integrators and forces for the help text.
+fn registry_help() -> String {
     let mut text = String::from("Integrators:\n");
     for kind in integrator::REGISTRY {
         text += &format!("  {:<26} {}\n", kind.schema.name, kind.schema.summary);

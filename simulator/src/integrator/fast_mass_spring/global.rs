@@ -1,4 +1,4 @@
-//! Global step: `Q δ = r` with the constant matrix of a run, factorised once.
+//! Global step: solves `Q δ = r`; the matrix is constant over a run and factorised once.
 //!
 //! ```text
 //! Q = Σ k A_eᵀ A_e + M/h² (+ w on pins)        N × N, symmetric positive definite
@@ -39,10 +39,10 @@ pub(super) enum Storage {
 
 /// Rows up to which `auto` takes a dense factor: it is one panel, and there is nothing to analyse. From nine rows
 /// on a sparse one is as quick or quicker, on chains and square nets alike.
-pub(super) const DENSE: usize = 8;
+pub(super) const MAX_DENSE_ROWS: usize = 8;
 
 /// `Q`, its rows still in the order of the scene.
-pub(super) struct Matrix {
+pub(super) struct GlobalMatrix {
     /// Its diagonal.
     pub(super) diagonal: Vec<f64>,
     /// Stiffness `k` between two rows: `−k` in both places off the diagonal. Several add up.
@@ -50,7 +50,7 @@ pub(super) struct Matrix {
 }
 
 /// A factor of `Q`, with what its solutions are judged by; rows in the order of elimination.
-pub(super) struct Global<const P: usize> {
+pub(super) struct GlobalSolver<const P: usize> {
     panels: Panels,
     /// `Q`, row by row, without its diagonal.
     diagonal: Vec<f64>,
@@ -66,18 +66,18 @@ pub(super) struct Global<const P: usize> {
     storage: Storage,
 }
 
-impl<const P: usize> Global<P> {
+impl<const P: usize> GlobalSolver<P> {
     /// Factorises `Q`; also returns the order of elimination: which row of `matrix` each row now is.
     ///
     /// # Errors
     /// Where `Q` is not finite, not positive definite to working precision, or its factor is too large.
     pub(super) fn new(
-        matrix: &Matrix,
+        matrix: &GlobalMatrix,
         storage: Storage,
         statistics: &mut LinearStatistics,
     ) -> Result<(Self, Vec<usize>), LinearError> {
         let size = matrix.diagonal.len();
-        let links = merged(&matrix.links);
+        let links = merge_links(&matrix.links);
         let finite = |mut values: std::slice::Iter<'_, f64>| values.all(|value| value.is_finite());
         if !finite(matrix.diagonal.iter()) || !links.iter().all(|(_, value)| value.is_finite()) {
             return Err(LinearError::NotFinite { size });
@@ -133,7 +133,7 @@ impl<const P: usize> Global<P> {
     /// that it then made.
     ///
     /// # Errors
-    /// Where the solution is worthless.
+    /// If the residual stays far above rounding.
     pub(super) fn check(
         &mut self,
         x: &mut [[f64; P]],
@@ -142,7 +142,7 @@ impl<const P: usize> Global<P> {
     ) -> Result<Option<&[[f64; P]]>, LinearError> {
         let size = self.diagonal.len();
         let tolerance = 8.0 * self.row_length as f64 * f64::EPSILON;
-        let first = self.judge(x, right);
+        let first = self.compute_residual(x, right);
         if first.componentwise <= tolerance {
             statistics.worst_residual = statistics.worst_residual.max(first.normwise);
             return Ok(None);
@@ -154,19 +154,19 @@ impl<const P: usize> Global<P> {
         self.correction.copy_from_slice(&self.residual);
         self.panels.solve(&mut self.correction);
         add(x, &self.correction);
-        let second = self.judge(x, right);
+        let second = self.compute_residual(x, right);
         // Rounding may leave a row of zeros and tiny numbers short of its componentwise bound.
         if second.componentwise <= tolerance || second.normwise <= tolerance {
             statistics.worst_residual = statistics.worst_residual.max(second.normwise);
         } else if second.largest.is_nan() || second.largest > underflow(self.row_length, self.norm)
         {
-            return Err(LinearError::LostDigits { size, residual: second.normwise });
+            return Err(LinearError::InaccurateSolution { size, residual: second.normwise });
         }
         Ok(Some(&self.correction))
     }
 
     /// The residual, and how large it is.
-    fn judge(&mut self, x: &[[f64; P]], right: &[[f64; P]]) -> Judgement {
+    fn compute_residual(&mut self, x: &[[f64; P]], right: &[[f64; P]]) -> BackwardError {
         let (mut componentwise, mut largest_residual) = (0.0, 0.0);
         let (mut largest_x, mut largest_right) = (0.0, 0.0);
         for (row, residual) in self.residual.iter_mut().enumerate() {
@@ -197,7 +197,7 @@ impl<const P: usize> Global<P> {
         } else {
             largest_residual / (self.norm * largest_x + largest_right)
         };
-        Judgement { componentwise, normwise, largest: largest_residual }
+        BackwardError { componentwise, normwise, largest: largest_residual }
     }
 
     /// The solver, in words.
@@ -212,7 +212,7 @@ impl<const P: usize> Global<P> {
     }
 }
 
-struct Judgement {
+struct BackwardError {
     componentwise: f64,
     normwise: f64,
     /// The largest entry of the residual.
@@ -234,7 +234,7 @@ fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// One entry a pair of rows, the smaller row first, sorted; with the sign they have in `Q`.
-fn merged(links: &[([usize; 2], f64)]) -> Vec<([usize; 2], f64)> {
+fn merge_links(links: &[([usize; 2], f64)]) -> Vec<([usize; 2], f64)> {
     let ordered = links.iter().map(|&([a, b], stiffness)| ([a.min(b), a.max(b)], -stiffness));
     let mut links: Vec<([usize; 2], f64)> = ordered.collect();
     // Stable: several springs of one pair add up in the order of the file.

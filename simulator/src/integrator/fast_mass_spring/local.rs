@@ -1,4 +1,4 @@
-//! Local step: the springs' part of the gradient, from the iterate.
+//! Local step: the springs' contribution to the gradient at the iterate.
 //!
 //! ```text
 //! d = l0 (x_i − x_j)/l        k (d − (x_i − x_j)) = k (l0 − l)/l (x_i − x_j)        l = |x_i − x_j|
@@ -6,16 +6,16 @@
 //!
 //! The second is what a spring adds to `b − Q x` on particle `i`, and takes from it on `j`: the projection `d`
 //! itself is never stored. In this form both ends get the same number with opposite signs, and a spring near
-//! its rest length no rounding error of the size of `k l0`. Springs are a structure of arrays, eight at a time
+//! its rest length no rounding error of the size of `k l0`. SpringGroups are a structure of arrays, eight at a time
 //! with one square root and one division each; ends are slots of the elimination order, and springs sorted by
 //! them. Cost: one pass over the springs.
 
-/// Springs that are projected together.
+/// SpringGroups that are projected together.
 const GROUP: usize = 8;
 
 /// A spring, as the scene has it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spring {
+pub(super) struct ElasticSpring {
     /// Particles, or slots.
     pub(super) ends: [usize; 2],
     pub(super) stiffness: f64,
@@ -25,16 +25,16 @@ pub(super) struct Spring {
 }
 
 /// All springs of a scene, in groups; the last is filled up with springs that do nothing.
-pub(super) struct Springs {
+pub(super) struct SpringGroups {
     ends: Vec<[[u32; 2]; GROUP]>,
     stiffness: Vec<[f64; GROUP]>,
     rest_length: Vec<[f64; GROUP]>,
     elements: Vec<usize>,
 }
 
-impl Springs {
-    /// The springs, whose ends are slots; `spare` is a slot that nothing else is told of.
-    pub(super) fn new(springs: &mut [Spring], spare: usize) -> Self {
+impl SpringGroups {
+    /// The springs, whose ends are slots; `spare` is an unused slot.
+    pub(super) fn new(springs: &mut [ElasticSpring], spare: usize) -> Self {
         springs
             .sort_by_key(|spring| (spring.ends.iter().max().copied(), spring.ends, spring.element));
         let n_groups = springs.len().div_ceil(GROUP);

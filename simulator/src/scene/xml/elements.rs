@@ -1,9 +1,11 @@
-//! The elements of the schema, one by one.
+//! Parses each element of the XML schema.
 
 use quick_xml::events::BytesStart;
 
 use super::attributes::Element;
-use super::draft::{Draft, ForceDraft, IntegratorDraft, Once, Reference, TargetDraft};
+use super::unresolved::{
+    Once, Reference, UnresolvedForce, UnresolvedIntegrator, UnresolvedScene, UnresolvedTarget,
+};
 use super::{ELEMENTS, Parser, UNMODELLED, closest};
 use crate::scene::error::{Problem, SceneError};
 use crate::scene::schema::{
@@ -30,22 +32,28 @@ impl Parser<'_> {
         let known_attributes: &[&str] = match known {
             "description" => {
                 let text = self.text_of(&element, "text")?.to_owned();
-                self.once(|draft| &mut draft.description, text, known, offset, Repeat::LastCounts)?;
+                self.set_once(
+                    |draft| &mut draft.description,
+                    text,
+                    known,
+                    offset,
+                    Repeat::LastCounts,
+                )?;
                 &["text"]
             }
             "scenetag" => {
                 let text = self.text_of(&element, "tag")?.to_owned();
-                self.once(|draft| &mut draft.tag, text, known, offset, Repeat::LastCounts)?;
+                self.set_once(|draft| &mut draft.tag, text, known, offset, Repeat::LastCounts)?;
                 &["tag"]
             }
             "duration" => {
                 let time = self.number(&element, "time", Domain::NonNegative)?;
-                self.once(|draft| &mut draft.duration, time, known, offset, Repeat::Forbidden)?;
+                self.set_once(|draft| &mut draft.duration, time, known, offset, Repeat::Forbidden)?;
                 &["time"]
             }
             "integrator" => {
-                let (integrator, attributes) = self.integrator_draft(&element)?;
-                self.once(
+                let (integrator, attributes) = self.unresolved_integrator(&element)?;
+                self.set_once(
                     |draft| &mut draft.integrator,
                     integrator,
                     known,
@@ -56,7 +64,7 @@ impl Parser<'_> {
             }
             "maxsimfreq" => {
                 let max = self.number(&element, "max", Domain::NonNegative)?;
-                self.once(
+                self.set_once(
                     |draft| &mut draft.max_simulation_frequency,
                     max,
                     known,
@@ -72,7 +80,7 @@ impl Parser<'_> {
             }
             "edge" => {
                 let ends = [self.reference(&element, "i")?, self.reference(&element, "j")?];
-                self.different(ends)?;
+                self.check_distinct(ends)?;
                 let radius =
                     self.number_or(&element, "radius", Domain::NonNegative, EDGE_RADIUS)?;
                 self.draft.edges.push((ends, radius));
@@ -90,7 +98,13 @@ impl Parser<'_> {
             }
             "backgroundcolor" => {
                 let color = self.color(&element)?;
-                self.once(|draft| &mut draft.background, color, known, offset, Repeat::LastCounts)?;
+                self.set_once(
+                    |draft| &mut draft.background,
+                    color,
+                    known,
+                    offset,
+                    Repeat::LastCounts,
+                )?;
                 &["r", "g", "b"]
             }
             "particlepath" => {
@@ -105,7 +119,7 @@ impl Parser<'_> {
                     self.number(&element, "cy", Domain::Finite)?,
                 ];
                 let size = self.number(&element, "size", Domain::Positive)?;
-                self.once(
+                self.set_once(
                     |draft| &mut draft.viewport,
                     Viewport { center, size },
                     known,
@@ -121,7 +135,7 @@ impl Parser<'_> {
 
     fn unknown_element(&mut self, tag: &str, offset: usize) -> Result<(), SceneError> {
         let lower = tag.to_ascii_lowercase();
-        // Past the remarks that are kept, a suggestion would be made for nobody.
+        // A warning that is not kept needs no suggestion.
         let suggestion = if self.keeps_warnings() || lower.ends_with("force") {
             let forces = self.vocabulary.forces.iter().map(|schema| schema.tag);
             let known: Vec<&'static str> = ELEMENTS.iter().copied().chain(forces).collect();
@@ -139,10 +153,10 @@ impl Parser<'_> {
     }
 
     /// The integrator, and the attributes it has.
-    fn integrator_draft(
+    fn unresolved_integrator(
         &mut self,
         element: &Element<'_>,
-    ) -> Result<(IntegratorDraft, Vec<&'static str>), SceneError> {
+    ) -> Result<(UnresolvedIntegrator, Vec<&'static str>), SceneError> {
         let spelling = self.text_of(element, "type")?.trim().to_owned();
         let type_offset = element.find("type").map_or(element.offset, |attribute| attribute.offset);
         let time_step = self.number(element, "dt", Domain::Positive)?;
@@ -161,7 +175,7 @@ impl Parser<'_> {
             }
             options = Some(values);
         }
-        Ok((IntegratorDraft { spelling, type_offset, time_step, options }, known))
+        Ok((UnresolvedIntegrator { spelling, type_offset, time_step, options }, known))
     }
 
     fn particle(&mut self, element: &Element<'_>) -> Result<Particle, SceneError> {
@@ -196,15 +210,15 @@ impl Parser<'_> {
         schema: &'static ForceSchema,
     ) -> Result<(), SceneError> {
         let (target, mut known): (_, Vec<&'static str>) = match schema.acts_on {
-            ActsOn::EveryParticle => (TargetDraft::EveryParticle, vec![]),
+            ActsOn::EveryParticle => (UnresolvedTarget::EveryParticle, vec![]),
             ActsOn::Pair => {
                 let pair = [self.reference(element, "i")?, self.reference(element, "j")?];
-                self.different(pair)?;
-                (TargetDraft::Pair(pair), vec!["i", "j"])
+                self.check_distinct(pair)?;
+                (UnresolvedTarget::Pair(pair), vec!["i", "j"])
             }
             ActsOn::Edge => {
                 let edge = self.reference(element, "edge")?;
-                (TargetDraft::Edge(edge), vec!["edge"])
+                (UnresolvedTarget::Edge(edge), vec!["edge"])
             }
         };
         let mut parameters = [0.0; MAX_PARAMETERS];
@@ -220,7 +234,7 @@ impl Parser<'_> {
             known.push(parameter.name);
         }
         let location = self.lines.locate(element.offset);
-        self.draft.forces.push(ForceDraft { schema, target, parameters, location });
+        self.draft.forces.push(UnresolvedForce { schema, target, parameters, location });
         self.check_attributes(element, &known)
     }
 
@@ -232,7 +246,7 @@ impl Parser<'_> {
         })
     }
 
-    fn different(&mut self, [i, j]: [Reference; 2]) -> Result<(), SceneError> {
+    fn check_distinct(&mut self, [i, j]: [Reference; 2]) -> Result<(), SceneError> {
         if i.index != j.index {
             return Ok(());
         }
@@ -241,9 +255,9 @@ impl Parser<'_> {
     }
 
     /// Stores the value of an element that counts once.
-    fn once<T>(
+    fn set_once<T>(
         &mut self,
-        slot: fn(&mut Draft) -> &mut Once<T>,
+        slot: fn(&mut UnresolvedScene) -> &mut Once<T>,
         value: T,
         tag: &'static str,
         offset: usize,

@@ -33,7 +33,7 @@ fn main() {
         let springs = Springs { stiffness, damping: 0.0, law: SpringLaw::Hooke };
         Chain { links: 100, springs, ..Chain::default() }
     };
-    let cloth = Cloth { cells: [20, 20], ..Cloth::default() };
+    let cloth = Cloth { nx: 20, ny: 20, ..Cloth::default() };
     study("stretched square, n = 16", &net(16), 0.004);
     study("stretched square, n = 64", &net(64), 0.004);
     study("hanging cloth, 20 × 20", &cloth, 0.01);

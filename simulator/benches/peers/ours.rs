@@ -4,7 +4,7 @@ use std::env;
 use std::process::Command;
 use std::time::Instant;
 
-use simulator::generate::{Generator, Length, Net, SpringLaw, Springs, Timeline};
+use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
@@ -40,7 +40,8 @@ impl Ours {
                 integrator,
                 options: options.collect(),
                 time_step: Some(method.time_step),
-                length: Length::Steps(steps + untimed),
+                duration: 0.0,
+                steps: Some(steps + untimed),
             },
             ..Net::default()
         };

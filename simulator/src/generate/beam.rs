@@ -14,6 +14,8 @@
 //! Springs stand on all three, at their rest length. Every particle has the mass
 //! `density · volume / particles`. Particles are numbered with z fastest, then y, then x.
 
+use clap::Args;
+
 use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
@@ -21,26 +23,40 @@ use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A clamped beam, in three dimensions.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Beam {
-    /// Cubes along x, y and z, each 1 or more.
-    pub cells: [u64; 3],
-    /// Side of a cube, m.
+    /// Cubes along its length.
+    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().nx)]
+    pub nx: u64,
+    /// Cubes up.
+    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().ny)]
+    pub ny: u64,
+    /// Cubes across.
+    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().nz)]
+    pub nz: u64,
+    /// Side of a cube.
+    #[arg(long, value_name = "M", default_value_t = Beam::default().spacing)]
     pub spacing: f64,
-    /// Mass of a cubic metre, kg.
+    /// Mass of a cubic metre.
+    #[arg(long, value_name = "KG_PER_M3", default_value_t = Beam::default().density)]
     pub density: f64,
-    /// Acceleration downwards, m/s².
+    /// Acceleration downwards.
+    #[arg(long, value_name = "M_PER_S2", default_value_t = Beam::default().gravity)]
     pub gravity: f64,
     /// The springs.
+    #[command(flatten)]
     pub springs: Springs,
-    /// How it is stepped.
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 
 impl Default for Beam {
     fn default() -> Self {
         Self {
-            cells: [8, 2, 2],
+            nx: 8,
+            ny: 2,
+            nz: 2,
             spacing: 0.1,
             density: 1000.0,
             gravity: GRAVITY,
@@ -71,8 +87,8 @@ const DIRECTIONS: [[isize; 3]; 13] = [
 
 impl Generator for Beam {
     fn size(&self) -> Result<Size, GenerateError> {
-        let [nx, ny, nz] = self.cells;
-        let [nx, ny, nz] = [count("nx", nx, 1)?, count("ny", ny, 1)?, count("nz", nz, 1)?];
+        let [nx, ny, nz] =
+            [count("nx", self.nx, 1)?, count("ny", self.ny, 1)?, count("nz", self.nz, 1)?];
         let [px, py, pz] = [nx + 1, ny + 1, nz + 1];
         let edges = nx * py * pz + px * ny * pz + px * py * nz;
         let faces = 2 * (nx * ny * pz + nx * py * nz + px * ny * nz);
@@ -87,7 +103,7 @@ impl Generator for Beam {
         check("gravity", self.gravity, Domain::Finite)?;
         self.springs.check()?;
 
-        let cells = self.cells.map(|cells| cells as usize);
+        let cells = [self.nx, self.ny, self.nz].map(|cells| cells as usize);
         let [nx, ny, nz] = cells;
         let [length, height, depth] = cells.map(|cells| cells as f64 * self.spacing);
         let radius = builder.set_drawing_scale(self.spacing);

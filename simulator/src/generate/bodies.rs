@@ -22,6 +22,9 @@
 //! Everything follows from the seed and the options, by arithmetic and square roots alone: the same
 //! seed is the same scene on every machine.
 
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
 use super::builder::{SceneBuilder, particle};
 use super::error::{GenerateErrorKind, check, count};
 use super::random::Random;
@@ -31,27 +34,37 @@ use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Particle, Scene};
 
 /// Random bodies that attract each other.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Bodies {
-    /// Bodies, 2 or more; the heavy one comes on top.
+    /// Bodies beside the one in the middle.
+    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Bodies::default().bodies)]
     pub bodies: u64,
-    /// Whether they fill a disc or a ball.
-    pub dimension: Dimension,
-    /// Radius of the disc or ball, m.
-    pub radius: f64,
-    /// The least distance of two bodies at the start, m.
-    pub min_distance: f64,
-    /// Mass of a body in the mean, kg.
-    pub mass: f64,
-    /// Mass of the heavy one in the middle, kg; 0 for none.
-    pub central_mass: f64,
-    /// The gravitational constant.
-    pub gravitation: f64,
-    /// Twice the kinetic by the potential energy, 0 or more.
-    pub virial: f64,
-    /// What the random numbers start from.
+    /// Seed of the random numbers; the same seed gives the same bytes.
+    #[arg(long, value_name = "NUMBER", default_value_t = Bodies::default().seed)]
     pub seed: u64,
-    /// How it is stepped.
+    /// A disc, or a ball.
+    #[arg(long, value_name = "2|3", default_value = "3", value_parser = PossibleValuesParser::new(["2", "3"]).map(dimension_of))]
+    pub dimension: Dimension,
+    /// Radius of the disc or ball they start in.
+    #[arg(long, value_name = "M", default_value_t = Bodies::default().radius)]
+    pub radius: f64,
+    /// The least distance of two of them at the start.
+    #[arg(long, value_name = "M", default_value_t = Bodies::default().min_distance)]
+    pub min_distance: f64,
+    /// Mean mass; each lies between half and one and a half times it.
+    #[arg(long, value_name = "KG", default_value_t = Bodies::default().mass)]
+    pub mass: f64,
+    /// Mass of a heavy one in the middle, on top of the others; 0 for none.
+    #[arg(long, value_name = "KG", default_value_t = Bodies::default().central_mass)]
+    pub central_mass: f64,
+    /// Gravitational constant.
+    #[arg(short = 'G', long, value_name = "G", default_value_t = Bodies::default().gravitation)]
+    pub gravitation: f64,
+    /// Twice the kinetic by the potential energy: 0 at rest, 1 in equilibrium, 2 no longer bound.
+    #[arg(long, value_name = "RATIO", default_value_t = Bodies::default().virial)]
+    pub virial: f64,
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 
@@ -74,6 +87,11 @@ impl Default for Bodies {
 
 /// Random places tried for a body before it is an error.
 const MAX_TRIES: u32 = 2000;
+
+/// The dimension of a disc or a ball.
+fn dimension_of(text: String) -> Dimension {
+    if text == "2" { Dimension::Two } else { Dimension::Three }
+}
 
 impl Generator for Bodies {
     fn size(&self) -> Result<Size, GenerateError> {

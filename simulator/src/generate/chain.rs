@@ -14,6 +14,8 @@
 //! Every particle has the mass `mass`; the rest length of a link is `length / n`. The uppermost spring
 //! carries them all: at rest it is stretched by `n · mass · gravity / stiffness`.
 
+use clap::Args;
+
 use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
@@ -21,23 +23,31 @@ use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A hanging chain.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Chain {
-    /// Links, 1 or more.
+    /// Links.
+    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Chain::default().links)]
     pub links: u64,
-    /// Length of the whole at rest, m.
+    /// Length of the whole at rest.
+    #[arg(long, value_name = "M", default_value_t = Chain::default().length)]
     pub length: f64,
-    /// Mass of each particle, kg.
+    /// Mass of each particle.
+    #[arg(long, value_name = "KG", default_value_t = Chain::default().mass)]
     pub mass: f64,
-    /// Where the first link points, in degrees from straight down towards +x.
+    /// Direction of the first link, from straight down towards +x.
+    #[arg(long, value_name = "DEGREES", default_value_t = Chain::default().angle)]
     pub angle: f64,
-    /// How much the angle is lost along the chain, from 0 to 1.
+    /// Part of the angle that is lost along the chain: 0 is a straight line, with 1 its end hangs down.
+    #[arg(long, value_name = "0..1", default_value_t = Chain::default().sag)]
     pub sag: f64,
-    /// Acceleration downwards, m/s².
+    /// Acceleration downwards.
+    #[arg(long, value_name = "M_PER_S2", default_value_t = Chain::default().gravity)]
     pub gravity: f64,
     /// The springs.
+    #[command(flatten)]
     pub springs: Springs,
-    /// How it is stepped.
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 

@@ -1,6 +1,7 @@
 //! Procedural scenes of any size: nets, chains, cloths, rings, beams and bodies.
 //!
-//! A generator is a plain struct of options whose [`Generator::scene`] is a pure function: the same
+//! A generator is a struct of options, which are also those of `simulate generate`, and its
+//! [`Generator::scene`] is a pure function: the same
 //! options give the same [`Scene`], seed included. One kind a file, each with its picture, units and
 //! counts; adding one is a new file, and a line in [`REGISTRY`]. Cost: time and memory in proportion to
 //! the scene.
@@ -48,7 +49,7 @@ pub use cloth::Cloth;
 pub use error::GenerateError;
 pub use net::Net;
 pub use ring::Ring;
-pub use timeline::{Length, Timeline};
+pub use timeline::{Timeline, parse_integrator, parse_option};
 
 use crate::scene::Scene;
 
@@ -90,22 +91,32 @@ pub struct Size {
 }
 
 /// The law of all springs of a scene.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, clap::Args)]
+#[command(next_help_heading = "Springs")]
 pub struct Springs {
-    /// Stiffness of each spring, 0 or more.
+    /// Stiffness of each spring.
+    #[arg(short = 'k', long, value_name = "K", required = false)]
     pub stiffness: f64,
-    /// Damping of each spring along its axis, 0 or more; 0 where the law has none.
+    /// Damping of each spring, along its axis.
+    #[arg(
+        short = 'b',
+        long,
+        value_name = "B",
+        required = false,
+        default_value_if("law", "green", "0")
+    )]
     pub damping: f64,
-    /// Their law.
+    /// Law of each spring; green has no damping.
+    #[arg(long = "spring", value_name = "LAW", value_enum, default_value_t = SpringLaw::Hooke)]
     pub law: SpringLaw,
 }
 
 /// The law of springs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum SpringLaw {
-    /// `springforce`: linear in the length.
+    /// Linear in the length.
     Hooke,
-    /// `greenspringforce`: the lecture's, quadratic in the Green strain, without damping.
+    /// Quadratic in the Green strain, as in the lecture.
     Green,
 }
 

@@ -14,6 +14,8 @@
 //! from below. Source: CMU 15-362 (F24), special topics 4; the numbers and their order are those of the
 //! peer script `gen_net.py`.
 
+use clap::Args;
+
 use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
@@ -21,21 +23,28 @@ use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A square net.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Net {
-    /// Segments along a side, 1 or more.
+    /// Segments along a side.
+    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Net::default().segments)]
     pub segments: u64,
-    /// Whether it hangs by its two upper corners, in gravity.
+    /// Hang it by its two upper corners, not stretched, in gravity.
+    #[arg(long = "pin")]
     pub pinned: bool,
-    /// What its initial x is multiplied by; above 0.
+    /// Factor of its initial x [default: 1.4, or 1 with --pin].
+    #[arg(long, value_name = "FACTOR", hide_default_value = true, default_value_t = Net::default().stretch, default_value_if("pinned", "true", "1"))]
     pub stretch: f64,
-    /// Mass of the whole, kg/m²: its side is 1.
+    /// Mass of the whole; its side is 1.
+    #[arg(long, value_name = "KG_PER_M2", default_value_t = Net::default().density)]
     pub density: f64,
-    /// Acceleration downwards, m/s², of a net that is pinned.
+    /// Acceleration downwards, with --pin.
+    #[arg(long, value_name = "M_PER_S2", requires = "pinned", default_value_t = Net::default().gravity)]
     pub gravity: f64,
     /// The springs.
+    #[command(flatten)]
     pub springs: Springs,
-    /// How it is stepped.
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 

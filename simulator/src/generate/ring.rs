@@ -13,6 +13,8 @@
 
 use std::f64::consts::PI;
 
+use clap::Args;
+
 use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
@@ -20,21 +22,28 @@ use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A ring, or a wheel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Ring {
-    /// Particles on the circle, 3 or more.
+    /// Particles on the circle.
+    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Ring::default().particles)]
     pub particles: u64,
-    /// Radius of the circle, m.
+    /// Radius of the circle.
+    #[arg(long, value_name = "M", default_value_t = Ring::default().radius)]
     pub radius: f64,
-    /// Mass of each particle, kg.
+    /// Mass of each particle.
+    #[arg(long, value_name = "KG", default_value_t = Ring::default().mass)]
     pub mass: f64,
-    /// Angular velocity, rad/s; counterclockwise if above 0.
+    /// Angular velocity, counterclockwise.
+    #[arg(long, value_name = "RAD_PER_S", default_value_t = Ring::default().spin)]
     pub spin: f64,
-    /// Whether springs lead to a hub.
+    /// Add a hub, and springs from it to all.
+    #[arg(long)]
     pub spokes: bool,
     /// The springs.
+    #[command(flatten)]
     pub springs: Springs,
-    /// How it is stepped.
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 

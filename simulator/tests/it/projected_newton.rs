@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::support::{simulate, stderr};
-use simulator::generate::{Generator, Length, Net, SpringLaw, Springs, Timeline};
+use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
 use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::statistics::Statistics;
@@ -30,7 +30,8 @@ fn square(segments: u64, law: SpringLaw, steps: u64, options: &[(&str, &str)]) -
             integrator: vocabulary().integrator("projected-newton").unwrap(),
             options: options.collect(),
             time_step: Some(0.004),
-            length: Length::Steps(steps),
+            duration: 0.0,
+            steps: Some(steps),
         },
         ..Net::default()
     };

@@ -12,6 +12,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulator::fallback::FallbackStatistics;
 use simulator::force::PARALLEL;
+use simulator::generate::{parse_integrator, parse_option};
 use simulator::output::OutputFile;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
 use simulator::scene::{self, Overrides, ParseOptions, Scene};
@@ -539,19 +540,6 @@ fn registry_help() -> String {
     text += "\nExit codes: 0 the trace is whole, 2 the scene or the call is wrong (nothing is written), ";
     text += "3 a full standard output, or a defect of simulate.";
     text
-}
-
-fn parse_integrator(text: &str) -> Result<&'static IntegratorSchema, String> {
-    let vocabulary = vocabulary();
-    vocabulary.integrator(text).ok_or_else(|| {
-        let names: Vec<&str> = vocabulary.integrators.iter().map(|schema| schema.name).collect();
-        format!("known types: {}", names.join(", "))
-    })
-}
-
-fn parse_option(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE, such as iterations=20")?;
-    Ok((name.trim().to_owned(), value.trim().to_owned()))
 }
 
 /// What an option means, and what it may be.

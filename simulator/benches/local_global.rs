@@ -113,11 +113,7 @@ where
     ForceKind: BuildForce<D>,
     IntegratorKind: BuildIntegrator<D>,
 {
-    let vectors = |vector: fn(&simulator::scene::Particle) -> &[f64; 3]| {
-        scene.particles.iter().flat_map(|particle| vector(particle)[..D].to_vec()).collect()
-    };
-    let mut state =
-        [vectors(|particle| &particle.position), vectors(|particle| &particle.velocity)];
+    let mut state = [scene.positions(), scene.velocities()];
     for _ in 0..BEFORE {
         state = step(scene, &state, "lbfgs", 60, 0).0;
     }

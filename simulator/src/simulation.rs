@@ -29,6 +29,8 @@ pub struct Simulation {
     dimension: Dimension,
     time_step: f64,
     n_steps: u64,
+    /// Number of the current state.
+    step: u64,
     positions: Vec<f64>,
     velocities: Vec<f64>,
     statistics: Statistics,
@@ -70,16 +72,10 @@ impl Simulation {
         scene: &Scene,
         SimulationOptions { solver, robust }: SimulationOptions,
     ) -> Self {
-        let of_every_particle = |vector: fn(&crate::scene::Particle) -> &[f64; 3]| {
-            let components = scene.dimension.count();
-            let particles = scene.particles.iter();
-            particles.flat_map(|particle| vector(particle)[..components].to_vec()).collect()
-        };
         let forces = scene.forces.iter().map(|element| {
             (element.schema.tag, element.pair.unwrap_or_default(), element.location)
         });
-        let positions: Vec<f64> = of_every_particle(|particle| &particle.position);
-        let velocities: Vec<f64> = of_every_particle(|particle| &particle.velocity);
+        let (positions, velocities) = (scene.positions(), scene.velocities());
         let fallback = robust.then(|| Fallback {
             scene: scene.clone(),
             solver,
@@ -94,6 +90,7 @@ impl Simulation {
             dimension: scene.dimension,
             time_step: scene.time_step,
             n_steps: scene.n_steps(),
+            step: 0,
             positions,
             velocities,
             statistics: Statistics::default(),
@@ -106,14 +103,14 @@ impl Simulation {
     /// # Errors
     /// If the step fails. The state is then undefined until [`set_state`](Self::set_state).
     pub fn advance(&mut self) -> Result<bool, SimulationError> {
-        if self.statistics.steps == self.n_steps {
+        if self.step == self.n_steps {
             return Ok(false);
         }
         if let Some(fallback) = &mut self.fallback {
             fallback.positions.copy_from_slice(&self.positions);
             fallback.velocities.copy_from_slice(&self.velocities);
         }
-        let time = self.statistics.steps as f64 * self.time_step;
+        let time = self.step as f64 * self.time_step;
         let step = Step {
             size: self.time_step,
             time,
@@ -128,6 +125,7 @@ impl Simulation {
         {
             return Err(self.failure(kind));
         }
+        self.step += 1;
         self.statistics.steps += 1;
         Ok(true)
     }
@@ -146,7 +144,7 @@ impl Simulation {
     }
 
     fn retry(&mut self, fallback: &Fallback, stepper: &mut dyn Stepper) -> bool {
-        let (h, time) = (self.time_step, self.statistics.steps as f64 * self.time_step);
+        let (h, time) = (self.time_step, self.step as f64 * self.time_step);
         self.restore(fallback);
         let damped = stepper.step_damped(self.step_of(h, time));
         if damped.is_some_and(|taken| taken.is_ok()) && self.not_finite().is_none() {
@@ -187,11 +185,21 @@ impl Simulation {
         }
     }
 
+    /// Replaces the state by another one, that at the beginning of step `step` (from 0).
+    ///
+    /// # Panics
+    /// If the positions or velocities are not `n·D` numbers.
+    pub fn set_state(&mut self, step: u64, positions: &[f64], velocities: &[f64]) {
+        self.step = step;
+        self.positions.copy_from_slice(positions);
+        self.velocities.copy_from_slice(velocities);
+    }
+
     /// The current state.
     pub fn state(&self) -> StateView<'_> {
         StateView {
-            step: self.statistics.steps,
-            time: self.statistics.steps as f64 * self.time_step,
+            step: self.step,
+            time: self.step as f64 * self.time_step,
             positions: &self.positions,
             velocities: &self.velocities,
         }
@@ -202,7 +210,7 @@ impl Simulation {
     /// # Errors
     /// If one of them is not finite.
     pub fn energies(&self) -> Result<Energies, SimulationError> {
-        let energies = self.stepper.energies(self.state());
+        let energies = self.energies_of(self.state());
         let Energies { kinetic, potential, momentum } = &energies;
         let finite = (kinetic + potential).is_finite() && momentum.iter().all(|p| p.is_finite());
         if finite {
@@ -215,6 +223,11 @@ impl Simulation {
             None => FailureKind::EnergyNotFinite,
         };
         Err(self.failure(kind))
+    }
+
+    /// Energies and momentum of any state, finite or not.
+    pub fn energies_of(&self, state: StateView<'_>) -> Energies {
+        self.stepper.energies(state)
     }
 
     /// Statistics of the run so far.
@@ -238,8 +251,8 @@ impl Simulation {
     }
 
     fn failure(&self, kind: FailureKind) -> SimulationError {
-        let step = self.statistics.steps + 1;
-        let time = self.statistics.steps as f64 * self.time_step;
+        let step = self.step + 1;
+        let time = self.step as f64 * self.time_step;
         SimulationError { scene: self.scene.clone(), step, time, kind }
     }
 

@@ -12,8 +12,8 @@
 //! Those of the last bits and shuffles are drawn with fixed seeds: the same every time.
 
 use fastrand::Rng;
+use simulator::scene::Scene;
 use simulator::scene::schema::OptionValue;
-use simulator::scene::{Particle, Scene};
 use simulator::solver::linear::LinearSolver;
 
 use super::arithmetic::Arithmetic;
@@ -73,18 +73,14 @@ const BIT: f64 = f64::EPSILON;
 impl Variant {
     fn of(class: Class, scene: &Scene, engine: Engine) -> Self {
         let dimension = scene.dimension.count();
-        let flat = |vector: fn(&Particle) -> &[f64; 3]| {
-            let particles = scene.particles.iter();
-            particles.flat_map(|particle| vector(particle)[..dimension].to_vec()).collect()
-        };
         Self {
             class,
             engine,
             places: (0..scene.particles.len() * dimension).collect(),
             jitter: None,
             step: 0,
-            positions: flat(|particle| &particle.position),
-            velocities: flat(|particle| &particle.velocity),
+            positions: scene.positions(),
+            velocities: scene.velocities(),
         }
     }
 

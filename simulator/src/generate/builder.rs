@@ -2,9 +2,9 @@
 
 use super::error::{GenerateErrorKind, check};
 use super::{MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
-use crate::scene::schema::{Domain, ForceSchema, IntegratorOptions, MAX_PARAMETERS};
+use crate::scene::schema::{Domain, ForceSchema, MAX_PARAMETERS};
 use crate::scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Rendering, Scene, Viewport,
+    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Scene, Viewport,
 };
 use crate::vocabulary;
 
@@ -31,21 +31,9 @@ impl SceneBuilder {
         if pairs > MAX_PAIRS {
             return Err(GenerateErrorKind::TooManyPairs { pairs });
         }
-        let scene = Scene {
-            name: name.to_owned(),
-            description: None,
-            tag: None,
-            dimension,
-            duration: 0.0,
-            time_step: 0.0,
-            integrator: timeline.integrator,
-            integrator_options: IntegratorOptions::defaults(timeline.integrator),
-            max_simulation_frequency: None,
-            particles: Vec::with_capacity(particles as usize),
-            edges: Vec::new(),
-            forces: Vec::with_capacity(pairs as usize + 1),
-            rendering: Rendering::default(),
-        };
+        let mut scene = Scene::new(name, dimension, timeline.integrator);
+        scene.particles.reserve_exact(particles as usize);
+        scene.forces.reserve_exact(pairs as usize + 1);
         let [hooke, green] = [SpringLaw::Hooke, SpringLaw::Green].map(|law| force(law.tag()));
         Ok(Self { scene, hooke, green, edge_radius: EDGE_RADIUS })
     }

@@ -94,6 +94,44 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// A scene without particles and with a duration of 0. Its time step is 1 s.
+    pub fn new(
+        name: impl Into<String>,
+        dimension: Dimension,
+        integrator: &'static IntegratorSchema,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            description: None,
+            tag: None,
+            dimension,
+            duration: 0.0,
+            time_step: 1.0,
+            integrator,
+            integrator_options: IntegratorOptions::defaults(integrator),
+            max_simulation_frequency: None,
+            particles: Vec::new(),
+            edges: Vec::new(),
+            forces: Vec::new(),
+            rendering: Rendering::default(),
+        }
+    }
+
+    /// Initial positions, `n·D`, particle-major.
+    pub fn positions(&self) -> Vec<f64> {
+        self.flattened(|particle| &particle.position)
+    }
+
+    /// Initial velocities, `n·D`, particle-major.
+    pub fn velocities(&self) -> Vec<f64> {
+        self.flattened(|particle| &particle.velocity)
+    }
+
+    fn flattened(&self, vector: fn(&Particle) -> &[f64; 3]) -> Vec<f64> {
+        let components = |particle| vector(particle)[..self.dimension.count()].iter().copied();
+        self.particles.iter().flat_map(components).collect()
+    }
+
     /// Number of steps: `ceil(duration / time_step)`, in f64 as the course's oracle computes it.
     pub fn n_steps(&self) -> u64 {
         step_count(self.duration, self.time_step) as u64

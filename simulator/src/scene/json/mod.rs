@@ -30,7 +30,7 @@ use super::schema::{
 };
 use super::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, MAX_STEPS, MeshFile, PARTICLE_RADIUS,
-    ParseOptions, Parsed, Particle, Rendering, Scene, decode, read_bounded, step_count,
+    ParseOptions, Parsed, Particle, Scene, decode, read_bounded, step_count,
 };
 use document::{Document, NoDocument, parse_number, wrong_value};
 use obj::Mesh;
@@ -141,19 +141,13 @@ pub fn parse(
     }
 
     let scene = Scene {
-        name: name.clone(),
-        description: None,
-        tag: None,
-        dimension: Dimension::Three,
         duration,
         time_step,
-        integrator,
         integrator_options,
-        max_simulation_frequency: None,
         particles,
         edges,
         forces,
-        rendering: Rendering::default(),
+        ..Scene::new(name.clone(), Dimension::Three, integrator)
     };
     let mesh = Some(MeshFile { path: mesh_path, bytes });
     Ok(Parsed { scene, warnings: warnings.kept, n_warnings: warnings.count, mesh })

@@ -1,11 +1,10 @@
 //! Sparse linear system `A x = b` of `D × D` blocks, with a check of every solution.
 //!
-//! A symmetric matrix has up to four methods; each is used if the one before does not reach rounding error:
+//! A symmetric matrix has up to three methods; each is used if the one before does not reach rounding error:
 //!
 //! 1. conjugate gradients with the factor of an earlier matrix (`lagged`), where counts say that it pays;
 //! 2. block LDLᵀ without exchange of blocks (`ldl`), analysed once per pattern (`symbolic`);
-//! 3. LBLᵀ with pivoting inside supernodes (`general`);
-//! 4. LU with partial pivoting (`general`), which is also what any other matrix is given to.
+//! 3. LU with partial pivoting (`lu`), which is also the method for any other matrix.
 //!
 //! Why an LDLᵀ of our own: a library call has a fixed cost that matters at 25 to 1000 particles (a whole step of
 //! a square net takes 6, 26, 120 and 710 µs at 4, 8, 16 and 32 segments a side; with faer's Cholesky it
@@ -22,9 +21,9 @@ use nalgebra::SMatrix;
 use super::LinearError;
 use super::blocks::BlockColumns;
 use super::checked::Checked;
-use super::general::{Lblt, Lu};
 use super::lagged::LaggedPreconditioner;
 use super::ldl::{Inertia, LdlFactor};
+use super::lu::Lu;
 use super::symbolic::SymbolicFactor;
 use crate::statistics::LinearStatistics;
 
@@ -37,7 +36,6 @@ pub struct SparseSystem<const D: usize> {
     checked: Checked,
     last: Last,
     ldl: Option<Box<Ldl<D>>>,
-    lblt: Option<Box<Lblt>>,
     lu: Option<Box<Lu>>,
 }
 
@@ -47,7 +45,6 @@ enum Last {
     Nothing,
     Lagged,
     Ldl,
-    Lblt,
     Lu,
 }
 
@@ -66,7 +63,6 @@ impl<const D: usize> SparseSystem<D> {
             checked: Checked::new(n_blocks * D),
             last: Last::Nothing,
             ldl: None,
-            lblt: None,
             lu: None,
         }
     }
@@ -144,8 +140,7 @@ impl<const D: usize> SparseSystem<D> {
         self.checked.check_finite(&self.matrix.values)?;
         let solved = self.matrix.symmetric
             && (self.solve_lagged(statistics)
-                || self.solve_ldl(statistics)?
-                || self.solve_lblt(statistics)?);
+                || self.solve_ldl(statistics)?);
         if !solved {
             self.solve_lu(statistics)?;
         }
@@ -158,8 +153,8 @@ impl<const D: usize> SparseSystem<D> {
     /// As [`solve`](Self::solve).
     pub fn solve_again(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
         self.checked.check_finite(&[])?;
-        let Self { matrix, checked, ldl, lblt, lu, .. } = self;
-        let solved = match (self.last, ldl, lblt, lu) {
+        let Self { matrix, checked, ldl, lu, .. } = self;
+        let solved = match (self.last, ldl, lu) {
             (Last::Ldl, Some(ldl), ..) => {
                 let Ldl { symbolic, factor, .. } = &mut **ldl;
                 checked.attempt(matrix, LDL_REFINEMENTS, statistics, |b| {
@@ -167,11 +162,7 @@ impl<const D: usize> SparseSystem<D> {
                     true
                 })
             }
-            (Last::Lblt, _, Some(lblt), _) => checked.attempt(matrix, 1, statistics, |b| {
-                lblt.solve(b);
-                true
-            }),
-            (Last::Lu, .., Some(lu)) => {
+            (Last::Lu, _, Some(lu)) => {
                 checked.attempt(matrix, 1, statistics, |b| {
                     lu.solve(b);
                     true
@@ -228,22 +219,6 @@ impl<const D: usize> SparseSystem<D> {
             true
         });
         self.last = Last::Ldl;
-        Ok(solved == Some(true))
-    }
-
-    /// Whether LBLᵀ brought the solution to rounding.
-    fn solve_lblt(&mut self, statistics: &mut LinearStatistics) -> Result<bool, LinearError> {
-        let Self { matrix, checked, .. } = self;
-        let lblt = match &mut self.lblt {
-            Some(lblt) => lblt,
-            empty => empty.insert(Box::new(Lblt::new(matrix, statistics)?)),
-        };
-        lblt.factorise(matrix, statistics);
-        let solved = checked.attempt(matrix, 1, statistics, |b| {
-            lblt.solve(b);
-            true
-        });
-        self.last = Last::Lblt;
         Ok(solved == Some(true))
     }
 

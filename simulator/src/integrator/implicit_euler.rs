@@ -16,9 +16,9 @@ use super::projected_newton::{MinimiserOptions, ProjectedNewton};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
-use crate::solver::damped_newton::{Equations, damped_newton};
+use crate::solver::line_search::backtrack_residual;
 use crate::solver::linear::LinearSolver;
-use crate::solver::newton::{NewtonError, NewtonOptions, newton};
+use crate::solver::newton::{Equations, NewtonError, NewtonOptions, newton};
 use crate::solver::psd::Projection;
 use crate::statistics::Statistics;
 use crate::system::System;
@@ -78,7 +78,7 @@ struct ImplicitEuler<const D: usize> {
 impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
         self.iterate.copy_from_slice(step.velocities);
-        self.newton(system, step)
+        self.newton(system, step, None)
     }
 
     fn step_damped(
@@ -87,7 +87,9 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
         mut step: Step<'_>,
     ) -> Option<Result<(), StepError>> {
         let Some(EnergyDescent { solver, minimiser }) = &mut self.descent else {
-            return Some(self.damped(system, step));
+            self.iterate.copy_from_slice(step.velocities);
+            let line_search = LineSearch::new(step.velocities.len());
+            return Some(self.newton(system, step, Some(line_search)));
         };
         let minimiser =
             minimiser.get_or_insert_with(|| ProjectedNewton::new(system, *solver, DESCENT));
@@ -97,7 +99,7 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
             Err(error) => return Some(Err(error)),
         }
         self.iterate.copy_from_slice(&minimiser.iterate);
-        Some(self.newton(system, step))
+        Some(self.newton(system, step, None))
     }
 
     fn observe(&mut self, observer: Observer) {
@@ -107,40 +109,25 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
 
 impl<const D: usize> ImplicitEuler<D> {
     /// Newton's method from the iterate.
-    fn newton(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+    fn newton(
+        &mut self,
+        system: &System<D>,
+        step: Step<'_>,
+        line_search: Option<LineSearch>,
+    ) -> Result<(), StepError> {
         let Step { size: h, time, positions, velocities, statistics } = step;
         let linearisation = &mut self.linearisation;
-        let result = newton(&mut self.iterate, &mut self.delta, NEWTON, |iterate, delta| {
-            let point = Point { h, time: time + h, positions, velocities, iterate };
-            linearisation.solve(system, point, delta, statistics)
-        });
-        let iterations = result.map_err(|error| failure(error, linearisation.residual))?;
-        count(iterations, statistics);
-        velocities.copy_from_slice(&self.iterate);
-        drift(positions, velocities, h);
-        Ok(())
-    }
-
-    /// Newton's method with a line search on the residual.
-    fn damped(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, time, positions, velocities, statistics } = step;
-        self.iterate.copy_from_slice(velocities);
-        let zeros = vec![0.0; velocities.len()];
-        let (mut trial, mut force) = (zeros.clone(), zeros.clone());
-        let mut equations = Residual {
+        let mut equation = Equation {
             system,
-            linearisation: &mut self.linearisation,
+            linearisation,
             start: (h, time + h, positions, velocities),
-            trial: zeros,
-            force: &mut force,
+            line_search,
             statistics,
         };
-        let (iterate, delta) = (&mut self.iterate, &mut self.delta);
-        let result = damped_newton(iterate, delta, &mut trial, NEWTON, &mut equations);
-        let (iterations, halvings) =
-            result.map_err(|error| failure(error, self.linearisation.residual))?;
-        statistics.line_search_halvings += halvings;
-        count(iterations, statistics);
+        let result = newton(&mut self.iterate, &mut self.delta, NEWTON, &mut equation);
+        let iterations = result.map_err(|error| failure(error, equation.linearisation.residual))?;
+        statistics.newton_iterations += iterations;
+        statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
         velocities.copy_from_slice(&self.iterate);
         drift(positions, velocities, h);
         Ok(())
@@ -159,23 +146,32 @@ fn failure(error: NewtonError<StepError>, residual: f64) -> StepError {
     }
 }
 
-fn count(iterations: u64, statistics: &mut Statistics) {
-    statistics.newton_iterations += iterations;
-    statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
-}
-
 /// `r(u) = M (v − u) + h F(q + h u, u)`.
-struct Residual<'a, const D: usize> {
+struct Equation<'a, const D: usize> {
     system: &'a System<D>,
     linearisation: &'a mut Linearisation<D>,
     /// Step, its end, and the state it starts from.
     start: (f64, f64, &'a [f64], &'a [f64]),
-    trial: Vec<f64>,
-    force: &'a mut [f64],
+    /// `None` for whole steps.
+    line_search: Option<LineSearch>,
     statistics: &'a mut Statistics,
 }
 
-impl<const D: usize> Equations for Residual<'_, D> {
+/// Workspace of the line search.
+struct LineSearch {
+    iterate: Vec<f64>,
+    positions: Vec<f64>,
+    force: Vec<f64>,
+}
+
+impl LineSearch {
+    fn new(size: usize) -> Self {
+        let zeros = vec![0.0; size];
+        Self { iterate: zeros.clone(), positions: zeros.clone(), force: zeros }
+    }
+}
+
+impl<const D: usize> Equations for Equation<'_, D> {
     type Error = StepError;
 
     fn update(&mut self, iterate: &[f64], delta: &mut [f64]) -> Result<(), StepError> {
@@ -184,25 +180,33 @@ impl<const D: usize> Equations for Residual<'_, D> {
         self.linearisation.solve(self.system, point, delta, self.statistics)
     }
 
-    fn merit(&mut self, iterate: &[f64]) -> f64 {
-        let (h, time, positions, velocities) = self.start;
-        self.trial.copy_from_slice(positions);
-        drift(&mut self.trial, iterate, h);
-        self.statistics.force_evaluations += 1;
-        if self.system.force(&self.trial, iterate, time, self.force).is_err() {
-            return f64::INFINITY;
-        }
-        // A fixed particle has no force and keeps its velocity: it adds nothing.
-        let particles = iterate.chunks_exact(D).zip(velocities.chunks_exact(D));
-        let mut sum = 0.0;
-        for (((iterate, start), force), mass) in
-            particles.zip(self.force.chunks_exact(D)).zip(self.system.masses())
-        {
-            for axis in 0..D {
-                let residual = mass * (start[axis] - iterate[axis]) + h * force[axis];
-                sum += 0.5 * residual * residual / mass;
+    fn advance(&mut self, iterate: &mut [f64], delta: &[f64]) -> bool {
+        let Some(LineSearch { iterate: trial, positions, force }) = &mut self.line_search else {
+            iterate.iter_mut().zip(delta).for_each(|(value, change)| *value += change);
+            return true;
+        };
+        let (h, time, start, velocities) = self.start;
+        let halvings = backtrack_residual(iterate, delta, trial, |iterate| {
+            positions.copy_from_slice(start);
+            drift(positions, iterate, h);
+            self.statistics.force_evaluations += 1;
+            if self.system.force(positions, iterate, time, force).is_err() {
+                return f64::INFINITY;
             }
-        }
-        sum
+            // A fixed particle has no force and keeps its velocity: it adds nothing.
+            let particles = iterate.chunks_exact(D).zip(velocities.chunks_exact(D));
+            let mut sum = 0.0;
+            for (((iterate, start), force), mass) in
+                particles.zip(force.chunks_exact(D)).zip(self.system.masses())
+            {
+                for axis in 0..D {
+                    let residual = mass * (start[axis] - iterate[axis]) + h * force[axis];
+                    sum += 0.5 * residual * residual / mass;
+                }
+            }
+            sum
+        });
+        self.statistics.line_search_halvings += halvings.unwrap_or(0);
+        halvings.is_some()
     }
 }

@@ -1,4 +1,6 @@
-//! Backtracking line search: halves a step until the objective does not increase.
+//! Backtracking line searches, on an objective and on a residual.
+//!
+//! [`backtrack`] halves a step until the objective does not increase:
 //!
 //! ```text
 //! α ← 1        while E(x + α p) > E(x):  α ← α/2
@@ -57,6 +59,46 @@ pub fn backtrack<O: Objective>(
         alpha *= 0.5;
     }
     Ok(None)
+}
+
+/// The part of the decrease that the linearisation promises, which a step must bring: `c`.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Fails after this many halvings of a step on a residual.
+const MAX_RESIDUAL_HALVINGS: u32 = 40;
+
+/// Moves `x` along Newton's step `delta` as far as the merit of the residual decreases enough:
+///
+/// ```text
+/// φ(x) = ½ ‖r(x)‖²_W        A δ = r(x),  A = −∂r/∂x        φ'(x) δ = −2 φ(x)
+/// α ← 1        while φ(x + α δ) > (1 − 2 c α) φ(x):  α ← α/2            c = 1e-4
+/// x ← x + α δ
+/// ```
+///
+/// Every step decreases the residual, so that Newton's method cannot cycle or diverge. It may stop at a minimum of `φ`
+/// that is not a solution. `trial` is a workspace; `φ` is infinite where `r` is not defined. Returns the number of
+/// halvings, or `None` if no step decreases `φ`. Source: Dennis and Schnabel, Numerical Methods for Unconstrained
+/// Optimization and Nonlinear Equations, section 6.3.
+pub fn backtrack_residual(
+    x: &mut [f64],
+    delta: &[f64],
+    trial: &mut [f64],
+    mut merit: impl FnMut(&[f64]) -> f64,
+) -> Option<u64> {
+    let start = merit(x);
+    let mut alpha = 1.0;
+    for halvings in 0..=MAX_RESIDUAL_HALVINGS {
+        for ((trial, value), change) in trial.iter_mut().zip(&*x).zip(delta) {
+            *trial = value + alpha * change;
+        }
+        // A NaN is never smaller.
+        if merit(trial) <= (1.0 - 2.0 * SUFFICIENT_DECREASE * alpha) * start {
+            x.copy_from_slice(trial);
+            return Some(u64::from(halvings));
+        }
+        alpha *= 0.5;
+    }
+    None
 }
 
 #[cfg(test)]

@@ -5,13 +5,11 @@
 //! - [`sparse`]: a component as a sparse matrix.
 //! - `checked`: backward error and iterative refinement, for both.
 //! - [`newton`]: Newton's method on a callback.
-//! - [`damped_newton`]: Newton's method with a line search on the residual.
 //! - [`line_search`]: backtracking along a step.
 //! - [`psd`]: projection of a block to a positive semi-definite one.
 
 mod blocks;
 mod checked;
-pub mod damped_newton;
 pub mod dense;
 mod lagged;
 mod ldl;

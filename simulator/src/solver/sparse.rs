@@ -139,8 +139,7 @@ impl<const D: usize> SparseSystem<D> {
         self.last = Last::Nothing;
         self.checked.check_finite(&self.matrix.values)?;
         let solved = self.matrix.symmetric
-            && (self.solve_lagged(statistics)
-                || self.solve_ldl(statistics)?);
+            && (self.solve_lagged(statistics) || self.solve_ldl(statistics)?);
         if !solved {
             self.solve_lu(statistics)?;
         }

@@ -18,7 +18,7 @@ use super::LinearError;
 use crate::statistics::LinearStatistics;
 
 /// Products with a matrix, as residuals need them.
-pub(super) trait Product {
+pub(crate) trait Product {
     /// The most entries that a row has.
     fn row_length(&self) -> usize;
 
@@ -30,20 +30,20 @@ pub(super) trait Product {
 }
 
 /// Right-hand side, solution and residual.
-pub(super) struct Checked {
-    pub(super) right: Vec<f64>,
-    pub(super) solution: Vec<f64>,
+pub(crate) struct Checked {
+    pub(crate) right: Vec<f64>,
+    pub(crate) solution: Vec<f64>,
     /// `b − A x` of the solution.
-    pub(super) residual: Vec<f64>,
+    pub(crate) residual: Vec<f64>,
     /// `|A| |x| + |b|`.
-    pub(super) scale: Vec<f64>,
-    pub(super) correction: Vec<f64>,
+    pub(crate) scale: Vec<f64>,
+    pub(crate) correction: Vec<f64>,
     /// ω of the solution.
-    pub(super) error: f64,
+    pub(crate) error: f64,
 }
 
 impl Checked {
-    pub(super) fn new(size: usize) -> Self {
+    pub(crate) fn new(size: usize) -> Self {
         let zeros = vec![0.0; size];
         Self {
             right: zeros.clone(),
@@ -55,7 +55,8 @@ impl Checked {
         }
     }
 
-    pub(super) fn check_finite(&self, entries: &[f64]) -> Result<(), LinearError> {
+    /// Checks that the right-hand side and `entries` are finite.
+    pub(crate) fn check_finite(&self, entries: &[f64]) -> Result<(), LinearError> {
         let is_finite =
             |values: &[f64]| values.iter().fold(true, |all, value| all & value.is_finite());
         if is_finite(entries) && is_finite(&self.right) {
@@ -68,7 +69,7 @@ impl Checked {
     /// meets a zero pivot; refines where that is needed, for as long as each time brings a digit, and
     /// `max_refinements` times at most. `None` where there is a zero pivot, else whether the solution is
     /// at rounding.
-    pub(super) fn attempt(
+    pub(crate) fn attempt(
         &mut self,
         matrix: &impl Product,
         max_refinements: u32,
@@ -102,7 +103,7 @@ impl Checked {
     }
 
     /// Accepts the solution, or returns its error.
-    pub(super) fn accept(
+    pub(crate) fn accept(
         &mut self,
         matrix: &impl Product,
         statistics: &mut LinearStatistics,
@@ -133,7 +134,7 @@ impl Checked {
     }
 
     /// Computes `b − A x` and ω (NaN if there is one in it).
-    pub(super) fn compute_residual(&mut self, matrix: &impl Product) {
+    pub(crate) fn compute_residual(&mut self, matrix: &impl Product) {
         let Self { right, solution, residual, scale, .. } = self;
         residual.fill(0.0);
         for (scale, right) in scale.iter_mut().zip(&*right) {
@@ -170,11 +171,11 @@ fn largest(values: &[f64]) -> f64 {
 }
 
 /// What ω is at rounding.
-pub(super) fn tolerance(matrix: &impl Product) -> f64 {
+pub(crate) fn tolerance(matrix: &impl Product) -> f64 {
     8.0 * matrix.row_length() as f64 * f64::EPSILON
 }
 
 /// The residual that rounding to multiples of the smallest number leaves.
-pub(crate) fn underflow(row_length: usize, norm: f64) -> f64 {
+fn underflow(row_length: usize, norm: f64) -> f64 {
     8.0 * row_length as f64 * (norm + 1.0) * (f64::MIN_POSITIVE * f64::EPSILON)
 }

@@ -9,7 +9,7 @@
 //! - [`psd`]: projection of a block to a positive semi-definite one.
 
 mod blocks;
-mod checked;
+pub(crate) mod checked;
 pub mod dense;
 mod lagged;
 mod ldl;
@@ -20,8 +20,6 @@ pub mod newton;
 pub mod psd;
 pub mod sparse;
 mod symbolic;
-
-pub(crate) use checked::underflow;
 
 /// A linear system that could not be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -134,12 +134,8 @@ impl Generator for Beam {
         Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        Some(&self.springs)
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, Some(&self.springs))
     }
 }
 

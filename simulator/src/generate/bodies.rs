@@ -131,12 +131,8 @@ impl Generator for Bodies {
         Ok(builder.finish(&self.timeline, time_step, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        None
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, None)
     }
 }
 

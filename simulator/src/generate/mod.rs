@@ -74,11 +74,8 @@ pub trait Generator {
     /// [`MAX_PAIRS`].
     fn scene(&self) -> Result<Scene, GenerateError>;
 
-    /// How it is stepped.
-    fn timeline(&self) -> &Timeline;
-
-    /// Its springs' law; `None` if it has no springs.
-    fn springs(&self) -> Option<&Springs>;
+    /// Its timeline, and its springs if it has any.
+    fn common(&self) -> (&Timeline, Option<&Springs>);
 }
 
 /// What a scene is made of.

@@ -118,11 +118,7 @@ impl Generator for Net {
         Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        Some(&self.springs)
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, Some(&self.springs))
     }
 }

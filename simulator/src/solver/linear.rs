@@ -29,9 +29,9 @@ pub struct Link {
 }
 
 /// The solver for the components of a matrix.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum LinearSolver {
-    /// Chosen for each component, as the module describes.
+    /// Chosen for each component by size and symmetry.
     #[default]
     Auto,
     /// Dense for every component.

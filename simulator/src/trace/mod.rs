@@ -34,11 +34,12 @@ impl Shape {
 }
 
 /// A trace's file format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum TraceFormat {
-    /// Comma-separated text: see [`mod@csv`].
+    /// Comma-separated text, one row a state.
     Csv,
-    /// The course's binary: see [`fosssim`].
+    /// FOSSSim's raw little-endian f64.
+    #[value(alias = "bin")]
     Fosssim,
 }
 

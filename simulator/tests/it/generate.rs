@@ -175,7 +175,7 @@ fn particles_and_springs_are_as_many_as_the_formulas_say() {
         assert_eq!(scene.particles.len() as u64, expected.particles, "{what}");
         assert_eq!(pairs.len() as u64, expected.pairs, "{what}");
         assert_eq!(generator.size().unwrap(), expected, "{what}");
-        let n_edges = if generator.springs().is_some() { pairs.len() } else { 0 };
+        let n_edges = if generator.common().1.is_some() { pairs.len() } else { 0 };
         assert_eq!(scene.edges.len(), n_edges, "{what}");
         let different: HashSet<[usize; 2]> =
             pairs.iter().map(|[i, j]| [*i.min(j), *i.max(j)]).collect();
@@ -236,7 +236,7 @@ fn every_kind_as_it_comes_is_a_strict_scene_that_simulates_to_its_end() {
         let trace = fs::read_to_string(folder.path().join("trace.csv")).unwrap();
         let scene = parse(&text);
         assert_eq!(trace.lines().count() as u64, 2 + scene.n_steps(), "{}", kind.name);
-        assert_eq!(default.timeline().integrator, scene.integrator);
+        assert_eq!(default.common().0.integrator, scene.integrator);
     }
 }
 
@@ -400,13 +400,13 @@ fn help_lists_every_kind_and_its_defaults() {
         let text = help(&["generate", kind.name, "--help"]);
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let default = (kind.default)();
-        let Timeline { integrator, duration, .. } = default.timeline();
+        let (Timeline { integrator, duration, .. }, springs) = default.common();
         assert!(text.contains(&format!("[default: {}]", integrator.name)), "{text}");
         assert!(
             text.contains(&format!("Simulated time in seconds [default: {duration}]")),
             "{text}"
         );
-        if let Some(springs) = default.springs() {
+        if let Some(springs) = springs {
             assert!(text.contains(&format!("[default: {}]", springs.stiffness)), "{text}");
         }
     }

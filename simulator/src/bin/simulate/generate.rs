@@ -82,7 +82,7 @@ pub(super) fn with_defaults(command: Command) -> Command {
     command.mut_subcommand("generate", |generate| {
         REGISTRY.iter().fold(generate, |generate, kind| {
             let default = (kind.default)();
-            let (timeline, springs) = (default.timeline(), default.springs());
+            let (timeline, springs) = default.common();
             let value_of = |argument: &str| match argument {
                 "integrator" => Some(timeline.integrator.name.to_owned()),
                 "duration" => Some(timeline.duration.to_string()),

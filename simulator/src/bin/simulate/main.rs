@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulator::fallback::FallbackStatistics;
 use simulator::force::PARALLEL;
@@ -48,7 +48,7 @@ struct Cli {
 
     /// Format of the trace [default: by extension; .csv or .bin]
     #[arg(long, value_enum, requires = "output")]
-    format: Option<Format>,
+    format: Option<TraceFormat>,
 
     /// Use this integrator instead of the scene's
     #[arg(long, value_name = "TYPE", value_parser = parse_integrator)]
@@ -67,8 +67,8 @@ struct Cli {
     options: Vec<(String, String)>,
 
     /// Solve linear systems by dense or by sparse matrices, whatever fits the scene
-    #[arg(long, value_enum, default_value_t = Solver::Auto)]
-    solver: Solver,
+    #[arg(long, value_enum, default_value_t = LinearSolver::Auto)]
+    solver: LinearSolver,
 
     /// Where a step has no answer, solve its equations with a line search, or take smaller steps in its place; other
     /// steps stay as they are
@@ -110,35 +110,6 @@ struct Cli {
 enum Task {
     #[command(disable_help_subcommand = true)]
     Generate(generate::Generate),
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Format {
-    /// Comma-separated text, one row a state
-    Csv,
-    /// FOSSSim's raw little-endian f64
-    #[value(alias = "bin")]
-    Fosssim,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Solver {
-    /// What fits the scene
-    Auto,
-    /// Dense matrices, whatever their size
-    Dense,
-    /// Sparse matrices, whatever their size
-    Sparse,
-}
-
-impl From<Solver> for LinearSolver {
-    fn from(solver: Solver) -> Self {
-        match solver {
-            Solver::Auto => Self::Auto,
-            Solver::Dense => Self::Dense,
-            Solver::Sparse => Self::Sparse,
-        }
-    }
 }
 
 /// A message for the user; the run has failed.
@@ -239,7 +210,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
 
 /// Takes all steps of the scene and writes what was asked for.
 fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure> {
-    let config = SimulationOptions { solver: cli.solver.into(), robust: cli.robust };
+    let config = SimulationOptions { solver: cli.solver, robust: cli.robust };
     let mut simulation = Simulation::with_options(scene, config);
 
     let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(scene))?;
@@ -308,12 +279,10 @@ fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Fa
 fn trace_format(cli: &Cli) -> Result<TraceFormat, Failure> {
     let Some(path) = &cli.output else { return Ok(TraceFormat::Csv) };
     let by_extension = TraceFormat::of_path(path);
-    match (cli.format, by_extension) {
-        (Some(Format::Csv), _) => Ok(TraceFormat::Csv),
-        (Some(Format::Fosssim), _) => Ok(TraceFormat::Fosssim),
-        (None, Some(format)) => Ok(format),
-        (None, None) if cli.scene_option.is_some() => Ok(TraceFormat::Fosssim),
-        (None, None) => Err(Failure::at(
+    match cli.format.or(by_extension) {
+        Some(format) => Ok(format),
+        None if cli.scene_option.is_some() => Ok(TraceFormat::Fosssim),
+        None => Err(Failure::at(
             path,
             "the extension is not that of a trace format\n  help: name it .csv or .bin, or add --format csv or --format fosssim",
         )),

@@ -2,22 +2,17 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::path::{Path, PathBuf};
 
-use crate::support::{simulate, stderr};
+use crate::support::{parse, shipped_scenes, simulate, stderr};
 use simulator::generate::{
     Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Size, Timeline,
 };
 use simulator::scene::{
-    self, Color, Dimension, Location, ParseOptions, ParticlePath, Scene, Viewport, write, xml,
+    self, Color, Dimension, Location, ParseOptions, ParticlePath, Scene, Viewport, write,
 };
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 use tempfile::TempDir;
-
-fn workspace() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_path_buf()
-}
 
 /// What `simulate generate` with these options prints.
 fn generate(options: &[&str]) -> String {
@@ -25,13 +20,6 @@ fn generate(options: &[&str]) -> String {
     let run = simulate(folder.path(), &[&["generate"], options].concat());
     assert_eq!((run.status.code(), stderr(&run)), (Some(0), ""), "{options:?}");
     String::from_utf8(run.stdout).unwrap()
-}
-
-fn parse(text: &str) -> Scene {
-    let options = ParseOptions { strict: true, ..ParseOptions::default() };
-    let parsed = xml::parse(text, "scene", &vocabulary(), &options).unwrap();
-    assert_eq!(parsed.n_warnings, 0);
-    parsed.scene
 }
 
 fn written(scene: &Scene) -> String {
@@ -58,14 +46,12 @@ fn assert_same(found: Scene, expected: Scene, what: &str) {
 #[test]
 fn every_shipped_scene_reads_back_as_it_was() {
     let mut count = 0;
-    for folder in ["assets", "extracreditassets"] {
-        for path in scene::find_scene_files(&workspace().join(folder)).unwrap() {
-            let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
-            let text = written(&scene);
-            assert_eq!(write::size(&scene).unwrap(), text.len() as u64);
-            assert_same(parse(&text), scene, &path.display().to_string());
-            count += 1;
-        }
+    for path in shipped_scenes() {
+        let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
+        let text = written(&scene);
+        assert_eq!(write::size(&scene).unwrap(), text.len() as u64);
+        assert_same(parse(&text), scene, &path.display().to_string());
+        count += 1;
     }
     assert!(count >= 108, "{count} scenes");
 }

@@ -1,10 +1,9 @@
 //! `--robust` changes what would have failed, and nothing else.
 
 use std::fs;
-use std::path::Path;
 
-use crate::support::{simulate, stderr};
-use simulator::scene::{self, ParseOptions, Scene, xml};
+use crate::support::{bits, parse, shipped_scenes, simulate, stderr};
+use simulator::scene::{self, ParseOptions, Scene};
 use simulator::simulation::{FailureKind, Simulation, SimulationError, SimulationOptions};
 use simulator::statistics::Statistics;
 use simulator::vocabulary;
@@ -49,16 +48,11 @@ fn flung(b: &str) -> String {
     text + "</scene>"
 }
 
-fn parse(text: &str) -> Scene {
-    xml::parse(text, "scene.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
-}
-
 type Run = (Vec<[Vec<u64>; 2]>, Statistics, Option<SimulationError>);
 
 /// The bits of every state, what it cost, and how it failed, if it did.
 fn run(scene: &Scene, config: SimulationOptions) -> Run {
     let mut simulation = Simulation::with_options(scene, config);
-    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
     let mut states = Vec::new();
     loop {
         let state = simulation.state();
@@ -73,17 +67,14 @@ fn run(scene: &Scene, config: SimulationOptions) -> Run {
 
 #[test]
 fn runs_without_failures_are_the_same_bits() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let mut count = 0;
-    for folder in ["assets", "extracreditassets"] {
-        for path in scene::find_scene_files(&root.join(folder)).unwrap() {
-            let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
-            let plain = run(&scene, SimulationOptions::default());
-            let robust = run(&scene, ROBUST);
-            assert!(plain.2.is_none(), "{:?}", plain.2);
-            assert!(plain == robust, "{}", path.display());
-            count += 1;
-        }
+    for path in shipped_scenes() {
+        let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
+        let plain = run(&scene, SimulationOptions::default());
+        let robust = run(&scene, ROBUST);
+        assert!(plain.2.is_none(), "{:?}", plain.2);
+        assert!(plain == robust, "{}", path.display());
+        count += 1;
     }
     assert!(count > 100, "{count} scenes");
 }

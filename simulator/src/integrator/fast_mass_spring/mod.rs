@@ -115,7 +115,6 @@ where
 {
     let options = &scene.integrator_options;
     let penalty = options.choice("pins") == "penalty";
-    let (external, elements) = External::new(scene, penalty);
     Box::new(FastMassSpring::<D, P> {
         iterations: options.count("iterations"),
         tolerance: options.number("tolerance"),
@@ -127,7 +126,7 @@ where
         },
         springs: elastic_springs(scene),
         initial: scene.particles.iter().map(|particle| first(particle.position)).collect(),
-        external: External { system: external, elements },
+        external: External::new(scene, penalty),
         force: vec![0.0; system.n_particles() * D],
         accelerated: options.choice("acceleration") == "lbfgs",
         objective: None,
@@ -154,19 +153,18 @@ fn elastic_springs(scene: &Scene) -> Vec<ElasticSpring> {
 }
 
 /// Every force but the springs' elastic part.
-struct External<S> {
-    system: S,
+struct External<const D: usize> {
+    system: System<D>,
     /// The number that each of its elements has in the scene.
     elements: Vec<usize>,
 }
 
-impl External<()> {
+impl<const D: usize> External<D>
+where
+    ForceKind: BuildForce<D>,
+{
     /// A system without the springs' stiffness; with a penalty, fixed particles feel it too.
-    #[expect(clippy::new_ret_no_self, reason = "the dimension is that of the system, not of this")]
-    fn new<const D: usize>(scene: &Scene, penalty: bool) -> (System<D>, Vec<usize>)
-    where
-        ForceKind: BuildForce<D>,
-    {
+    fn new(scene: &Scene, penalty: bool) -> Self {
         let mut scene = scene.clone();
         let forces = std::mem::take(&mut scene.forces).into_iter().enumerate();
         let mut elements = Vec::new();
@@ -184,7 +182,7 @@ impl External<()> {
         if penalty {
             scene.particles.iter_mut().for_each(|particle| particle.fixed = false);
         }
-        (System::new(&scene), elements)
+        Self { system: System::new(&scene), elements }
     }
 }
 
@@ -195,7 +193,7 @@ struct FastMassSpring<const D: usize, const P: usize> {
     storage: Option<Storage>,
     springs: Vec<ElasticSpring>,
     initial: Vec<[f64; P]>,
-    external: External<System<D>>,
+    external: External<D>,
     /// Sum of the external forces, `n·D`.
     force: Vec<f64>,
     accelerated: bool,

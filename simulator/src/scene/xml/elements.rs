@@ -32,45 +32,27 @@ impl Parser<'_> {
         let known_attributes: &[&str] = match known {
             "description" => {
                 let text = self.text_of(&element, "text")?.to_owned();
-                self.set_once(
-                    |draft| &mut draft.description,
-                    text,
-                    known,
-                    offset,
-                    Repeat::LastCounts,
-                )?;
+                self.set_once(|draft| &mut draft.description, text, &element)?;
                 &["text"]
             }
             "scenetag" => {
                 let text = self.text_of(&element, "tag")?.to_owned();
-                self.set_once(|draft| &mut draft.tag, text, known, offset, Repeat::LastCounts)?;
+                self.set_once(|draft| &mut draft.tag, text, &element)?;
                 &["tag"]
             }
             "duration" => {
                 let time = self.number(&element, "time", Domain::NonNegative)?;
-                self.set_once(|draft| &mut draft.duration, time, known, offset, Repeat::Forbidden)?;
+                self.set_once(|draft| &mut draft.duration, time, &element)?;
                 &["time"]
             }
             "integrator" => {
                 let (integrator, attributes) = self.unresolved_integrator(&element)?;
-                self.set_once(
-                    |draft| &mut draft.integrator,
-                    integrator,
-                    known,
-                    offset,
-                    Repeat::Forbidden,
-                )?;
+                self.set_once(|draft| &mut draft.integrator, integrator, &element)?;
                 return self.check_attributes(&element, &attributes);
             }
             "maxsimfreq" => {
                 let max = self.number(&element, "max", Domain::NonNegative)?;
-                self.set_once(
-                    |draft| &mut draft.max_simulation_frequency,
-                    max,
-                    known,
-                    offset,
-                    Repeat::LastCounts,
-                )?;
+                self.set_once(|draft| &mut draft.max_simulation_frequency, max, &element)?;
                 &["max"]
             }
             "particle" => {
@@ -98,13 +80,7 @@ impl Parser<'_> {
             }
             "backgroundcolor" => {
                 let color = self.color(&element)?;
-                self.set_once(
-                    |draft| &mut draft.background,
-                    color,
-                    known,
-                    offset,
-                    Repeat::LastCounts,
-                )?;
+                self.set_once(|draft| &mut draft.background, color, &element)?;
                 &["r", "g", "b"]
             }
             "particlepath" => {
@@ -119,13 +95,7 @@ impl Parser<'_> {
                     self.number(&element, "cy", Domain::Finite)?,
                 ];
                 let size = self.number(&element, "size", Domain::Positive)?;
-                self.set_once(
-                    |draft| &mut draft.viewport,
-                    Viewport { center, size },
-                    known,
-                    offset,
-                    Repeat::LastCounts,
-                )?;
+                self.set_once(|draft| &mut draft.viewport, Viewport { center, size }, &element)?;
                 &["cx", "cy", "size"]
             }
             _ => return self.unknown_element(tag, offset),
@@ -259,26 +229,15 @@ impl Parser<'_> {
         &mut self,
         slot: fn(&mut UnresolvedScene) -> &mut Once<T>,
         value: T,
-        tag: &'static str,
-        offset: usize,
-        repeat: Repeat,
+        &Element { tag, offset, .. }: &Element<'_>,
     ) -> Result<(), SceneError> {
         let location = self.lines.locate(offset);
         let Some((_, first)) = slot(&mut self.draft).0.replace((value, location)) else {
             return Ok(());
         };
-        let problem = |fatal| Problem::RepeatedElement { tag, first: first.line, fatal };
-        match repeat {
-            Repeat::LastCounts => self.warn(offset, problem(false)),
-            Repeat::Forbidden => Err(self.error(offset, problem(true))),
-        }
+        // Of the others, the last one counts.
+        let fatal = ["duration", "integrator"].contains(&tag);
+        let problem = Problem::RepeatedElement { tag, first: first.line, fatal };
+        if fatal { Err(self.error(offset, problem)) } else { self.warn(offset, problem) }
     }
-}
-
-/// What becomes of an element that counts once and is there again.
-enum Repeat {
-    /// The last counts, with a remark.
-    LastCounts,
-    /// Which one counts would change the physics.
-    Forbidden,
 }

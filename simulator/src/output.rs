@@ -26,10 +26,10 @@ pub struct SealedFile {
 }
 
 /// The file that writing to `path` would replace: absolute, with links followed, also where they lead
-/// to what is not there yet. `None` where it is no regular file, and nothing would be replaced.
+/// to what is not there yet. `None` if it is no regular file, and nothing would be replaced.
 ///
 /// # Errors
-/// Where its folder is not there, or `path` is a folder.
+/// If its folder is not there, or `path` is a folder.
 pub fn target(path: &Path) -> io::Result<Option<PathBuf>> {
     if let Ok(metadata) = fs::metadata(path) {
         return match () {
@@ -60,7 +60,7 @@ impl OutputFile {
     /// Starts a file that will be called `path`.
     ///
     /// # Errors
-    /// Where its folder does not exist or takes no file, or `path` is a folder or may not be written.
+    /// If its folder does not exist or takes no file, or `path` is a folder or may not be written.
     pub fn create(path: &Path) -> io::Result<Self> {
         let Some(path) = target(path)? else {
             let file = OpenOptions::new().write(true).open(path)?;
@@ -110,7 +110,7 @@ impl OutputFile {
     /// Writes the content to disk.
     ///
     /// # Errors
-    /// Where it cannot be written out; the old file, if any, is then still there.
+    /// If it cannot be written out; the old file, if any, is then still there.
     pub fn seal(self) -> io::Result<SealedFile> {
         let aside = match self.destination {
             Destination::Aside { file, path } => {
@@ -129,7 +129,7 @@ impl OutputFile {
     /// Writes the content to disk and gives the file its name.
     ///
     /// # Errors
-    /// Where that cannot be done; the old file, if any, is then still there.
+    /// If that cannot be done; the old file, if any, is then still there.
     pub fn commit(self) -> io::Result<()> {
         self.seal()?.publish()
     }
@@ -139,7 +139,7 @@ impl SealedFile {
     /// Gives the file its name.
     ///
     /// # Errors
-    /// Where that cannot be done; the old file, if any, is then still there.
+    /// If that cannot be done; the old file, if any, is then still there.
     pub fn publish(self) -> io::Result<()> {
         let Some((file, path)) = self.aside else { return Ok(()) };
         file.persist(&path).map_err(|error| error.error)?;

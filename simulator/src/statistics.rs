@@ -35,7 +35,7 @@ pub struct Statistics {
     pub fallback: FallbackStatistics,
 }
 
-/// What a linear solver did.
+/// Counts of a linear solver's work.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LinearStatistics {
     /// Systems solved.

@@ -99,7 +99,7 @@ impl<const D: usize> System<D> {
     /// Sets `force` to the sum of all forces at `time`, in seconds; zero on fixed particles.
     ///
     /// # Errors
-    /// Where a force is not defined at this state.
+    /// If a force is not defined at this state.
     pub fn force(
         &self,
         positions: &[f64],
@@ -123,7 +123,7 @@ impl<const D: usize> System<D> {
     /// Hands every block of `∂F/∂x` and `∂F/∂v` to `sink`, those of fixed particles included.
     ///
     /// # Errors
-    /// Where a force is not defined at this state.
+    /// If a force is not defined at this state.
     pub fn jacobians(
         &self,
         positions: &[f64],

@@ -141,7 +141,7 @@ impl SceneBuilder {
 }
 
 impl Springs {
-    /// Refuses what no spring has.
+    /// Checks the options of the springs.
     pub(super) fn check(&self) -> Result<(), GenerateErrorKind> {
         check("stiffness", self.stiffness, Domain::NonNegative)?;
         check("damping", self.damping, Domain::NonNegative)?;
@@ -157,7 +157,7 @@ pub(super) fn particle(mass: f64, position: [f64; 3], radius: f64) -> Particle {
     Particle { mass, position, velocity: [0.0; 3], fixed: false, radius, tag: None }
 }
 
-/// Twelve decimals: what sines and cosines of different systems agree on.
+/// Rounds to twelve decimals, on which sines and cosines of different systems agree.
 pub(super) fn round_decimals(value: f64) -> f64 {
     let scaled = value * 1e12;
     // Beyond 2^53, a number has no decimals that far down.

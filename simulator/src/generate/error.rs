@@ -8,7 +8,7 @@ use crate::scene::schema::{Domain, Refusal};
 
 /// Invalid options of a generator.
 ///
-/// Displays as what is wrong, and a second line `  help: remedy`.
+/// Displays as the problem, and a second line `  help: remedy`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub struct GenerateError(#[from] pub GenerateErrorKind);
 

@@ -64,13 +64,13 @@ pub trait Generator {
     /// How many particles and pairs the scene will have.
     ///
     /// # Errors
-    /// Where a number of particles or cells is out of range.
+    /// If a number of particles or cells is out of range.
     fn size(&self) -> Result<Size, GenerateError>;
 
     /// The scene.
     ///
     /// # Errors
-    /// Where an option is out of its domain, or the scene would be larger than [`MAX_PARTICLES`] or
+    /// If an option is out of its domain, or the scene would be larger than [`MAX_PARTICLES`] or
     /// [`MAX_PAIRS`].
     fn scene(&self) -> Result<Scene, GenerateError>;
 
@@ -78,7 +78,7 @@ pub trait Generator {
     fn common(&self) -> (&Timeline, Option<&Springs>);
 }
 
-/// What a scene is made of.
+/// The size of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
     /// Particles.
@@ -129,7 +129,7 @@ impl SpringLaw {
 
 /// A generator as the registry knows it.
 pub struct GeneratorKind {
-    /// What the command line calls it.
+    /// Its name on the command line.
     pub name: &'static str,
     /// It with its default options.
     pub default: fn() -> Box<dyn Generator>,

@@ -16,7 +16,7 @@ pub struct SceneError {
     pub file: String,
     /// Where in the file; `None` if it concerns the file as a whole.
     pub location: Option<Location>,
-    /// What is wrong.
+    /// The problem.
     pub problem: Box<Problem>,
 }
 
@@ -47,7 +47,7 @@ impl fmt::Display for SceneError {
     }
 }
 
-/// What is wrong with a scene file.
+/// A problem in a scene file.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum Problem {
@@ -121,7 +121,7 @@ pub enum Problem {
 }
 
 impl Problem {
-    /// What the user can do about it.
+    /// A remedy for the user.
     pub fn remedy(&self) -> String {
         match self {
             Self::Unreadable { .. } => "check the path and its permissions".into(),

@@ -65,7 +65,7 @@ impl Dimension {
 /// A scene: physics, timeline and the data for drawing it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// What messages call the scene: its path, as given.
+    /// Name of the scene in messages: its path, as given.
     pub name: String,
     /// `<description text>`.
     pub description: Option<String>,
@@ -174,7 +174,7 @@ pub struct Edge {
 pub struct ForceElement {
     /// Which force it is.
     pub schema: &'static ForceSchema,
-    /// The two particles it acts between; `None` where it acts on every particle.
+    /// The two particles it acts between; `None` if it acts on every particle.
     pub pair: Option<[usize; 2]>,
     /// The edge it was attached to by the file, if it was.
     pub edge: Option<usize>,
@@ -278,7 +278,7 @@ pub struct MeshFile {
 /// lower case, and XML otherwise.
 ///
 /// # Errors
-/// Where the file cannot be read, is larger than [`MAX_FILE_SIZE`], is not UTF-8 text, or is not a
+/// If the file cannot be read, is larger than [`MAX_FILE_SIZE`], is not UTF-8 text, or is not a
 /// scene that this vocabulary can express; the same of the mesh that it names.
 pub fn load(
     path: &Path,
@@ -309,7 +309,7 @@ pub fn parse_bytes(
     }
 }
 
-/// What a file of the name `name` holds, as text without its byte order mark.
+/// Decodes the content of the file `name` as text without its byte order mark.
 fn decode<'b>(bytes: &'b [u8], name: &str) -> Result<&'b str, SceneError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     std::str::from_utf8(bytes).map_err(|error| {
@@ -323,7 +323,7 @@ fn decode<'b>(bytes: &'b [u8], name: &str) -> Result<&'b str, SceneError> {
 /// The whole file, refused by its size before it is read.
 ///
 /// # Errors
-/// Where it cannot be read, or is too large.
+/// If it cannot be read, or is too large.
 pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
     use std::io::Read;
     let unreadable = |source: std::io::Error| SceneError::unreadable(path, source);
@@ -349,7 +349,7 @@ pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
 /// `*.json`, which it reads.
 ///
 /// # Errors
-/// Where a folder cannot be listed.
+/// If a folder cannot be listed.
 pub fn find_scene_files(folder: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let mut found = Vec::new();
     let mut pending = vec![folder.to_path_buf()];

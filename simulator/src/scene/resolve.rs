@@ -4,7 +4,7 @@ use super::ForceElement;
 use super::error::{Problem, SceneError};
 use super::schema::{IntegratorOptions, IntegratorSchema, OptionError};
 
-/// Sets `options` to what the caller asks for.
+/// Sets options of the integrator from text.
 pub(super) fn set_options(
     file: &str,
     integrator: &'static IntegratorSchema,

@@ -43,7 +43,7 @@ pub enum WriteError {
         /// A control character, or one that Unicode does not assign.
         character: char,
     },
-    /// A force that does not say what it acts on.
+    /// A force without its target.
     #[error("<{tag}>, force {force} of the scene, lacks the {missing} it acts on")]
     NoTarget {
         /// The element.
@@ -58,7 +58,7 @@ pub enum WriteError {
 /// Writes `scene` to `output`, a line at a time.
 ///
 /// # Errors
-/// Where the output takes no more, or the scene holds what its file format cannot express; the output
+/// If the output takes no more, or the scene holds what its file format cannot express; the output
 /// then ends after a whole line.
 pub fn write(scene: &Scene, output: impl Write) -> Result<(), WriteError> {
     let Scene {
@@ -115,14 +115,14 @@ pub fn write(scene: &Scene, output: impl Write) -> Result<(), WriteError> {
 /// How many bytes [`write()`] writes.
 ///
 /// # Errors
-/// Where the scene holds what its file format cannot express.
+/// If the scene cannot be expressed in the file format.
 pub fn size(scene: &Scene) -> Result<u64, WriteError> {
     let mut counter = Counter(0);
     write(scene, &mut counter)?;
     Ok(counter.0)
 }
 
-/// Counts what it is given.
+/// Counts bytes.
 struct Counter(u64);
 
 impl Write for Counter {

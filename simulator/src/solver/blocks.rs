@@ -56,7 +56,7 @@ impl<const D: usize> BlockColumns<D> {
     /// matrix, which is not kept.
     ///
     /// # Panics
-    /// Where the couplings do not hold that block.
+    /// If the couplings do not hold that block.
     pub(super) fn offset(&self, row: usize, column: usize) -> Option<usize> {
         if self.symmetric && row < column {
             return None;

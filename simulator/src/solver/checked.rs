@@ -65,9 +65,9 @@ impl Checked {
         Err(LinearError::NotFinite { size: self.right.len() })
     }
 
-    /// Solves by `apply`, which overwrites a right-hand side by its solution and returns false where it
+    /// Solves by `apply`, which overwrites a right-hand side by its solution and returns false if it
     /// meets a zero pivot; refines where that is needed, for as long as each time brings a digit, and
-    /// `max_refinements` times at most. `None` where there is a zero pivot, else whether the solution is
+    /// `max_refinements` times at most. `None` if there is a zero pivot, else whether the solution is
     /// at rounding.
     pub(crate) fn attempt(
         &mut self,
@@ -170,7 +170,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |max, value| max.max(value.abs()))
 }
 
-/// What ω is at rounding.
+/// The largest ω that counts as rounding error.
 pub(crate) fn tolerance(matrix: &impl Product) -> f64 {
     8.0 * matrix.row_length() as f64 * f64::EPSILON
 }

@@ -7,7 +7,7 @@
 //!   goes to the next;
 //! - LU with partial pivoting (2n³/3 operations).
 //!
-//! What falls short of rounding is solved again with complete pivoting. Nothing is allocated by a solve:
+//! A solution that does not reach rounding error is computed again with complete pivoting. Nothing is allocated by a solve:
 //! small factors live on the stack, others in a workspace.
 
 use nalgebra::linalg::FullPivLU;
@@ -24,7 +24,7 @@ pub struct DenseSystem {
     method: DenseMethod,
     checked: Checked,
     factor: DenseFactor,
-    /// What the factor was made by, if it is of the last matrix.
+    /// The method of the factor; `None` if it is not of the current matrix.
     last: Option<DenseMethod>,
 }
 
@@ -74,7 +74,7 @@ impl DenseSystem {
     /// Solves the system; the solution is then in [`solution`](Self::solution).
     ///
     /// # Errors
-    /// Where the matrix is singular to working precision, or holds what is not finite.
+    /// If the matrix is singular to working precision, or contains an infinity or a NaN.
     pub fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
         self.last = None;
         self.checked.check_finite(self.matrix.as_slice())?;
@@ -164,7 +164,7 @@ impl DenseSystem {
     }
 }
 
-/// A factor, column by column, and what was exchanged for what before each column.
+/// A factor, column by column, with the exchanges before each column.
 #[derive(Default)]
 struct DenseFactor {
     entries: Vec<f64>,

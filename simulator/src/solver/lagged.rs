@@ -6,7 +6,7 @@
 //!
 //! (Hestenes and Stiefel 1952) with `M` the matrix that was last factorised, which must have been
 //! positive definite. Where the two are close, a few iterations reach the same backward error as a
-//! factorisation, which is what the solution is judged by. Cost: a solve with the factor and a product
+//! factorisation. Cost: a solve with the factor and a product
 //! with the matrix an iteration.
 //!
 //! Whether it is tried is decided by counts of operations alone, never by a clock, so that a run is the
@@ -26,12 +26,12 @@ const WORTHWHILE: u64 = 4;
 /// Longest pause, in solutions.
 const LONGEST_PAUSE: u64 = 64;
 
-/// The state of the iteration, and what the decision is based on.
+/// The state of the iteration, and the counts that the decisions are based on.
 pub(super) struct LaggedPreconditioner {
     direction: Vec<f64>,
     product: Vec<f64>,
     scale: Vec<f64>,
-    /// What a factorisation costs, in iterations.
+    /// Cost of a factorisation, in iterations.
     budget: u64,
     /// Whether there is a factor, and of a positive definite matrix.
     usable: bool,

@@ -284,7 +284,7 @@ fn eliminate<const D: usize>(
 }
 
 impl<const D: usize> PivotBlock<D> {
-    /// Factorises the block at row `row` of `columns`; `None` where it is singular. Whether it is
+    /// Factorises the block at row `row` of `columns`; `None` if it is singular. Whether it is
     /// positive definite: then, and only then, all pivots are positive and on the diagonal.
     #[inline(always)]
     fn new(columns: &[f64], height: usize, row: usize) -> (Option<Self>, bool) {

@@ -6,8 +6,8 @@
 //! α ← 1        while E(x + α p) > E(x):  α ← α/2
 //! ```
 //!
-//! The lecture's algorithm 2. Near a minimum, what `E` gains by a step is less than the rounding of `E`,
-//! and the comparison says nothing (the lecture's loop would then never end). There the slope decides,
+//! The lecture's algorithm 2. Near a minimum, the decrease of `E` is smaller than its rounding error,
+//! and the comparison means nothing (the lecture's loop would then never end). There the slope decides,
 //! which keeps its digits: a step is taken if `|E'(x + α p)·p| ≤ |E'(x)·p|` (Hager and Zhang 2005).
 
 /// Fails after this many halvings.
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-11;
 
 /// The objective along the direction.
 pub trait Objective {
-    /// What can go wrong in an evaluation.
+    /// Errors of an evaluation.
     type Error;
 
     /// `E(x + α p)`, and the size of the terms it is the sum of.
@@ -27,15 +27,15 @@ pub trait Objective {
     /// `E'(x + α p)·p`.
     ///
     /// # Errors
-    /// Where the slope cannot be computed.
+    /// If the slope cannot be computed.
     fn slope(&mut self, alpha: f64) -> Result<f64, Self::Error>;
 }
 
-/// Searches from `E(x)`, which is `start`; returns `α` and the number of halvings, or `None` where no step
+/// Searches from `E(x)`, which is `start`; returns `α` and the number of halvings, or `None` if no step
 /// makes the objective smaller: the direction does not descend.
 ///
 /// # Errors
-/// Where the objective's slope cannot be computed.
+/// If the objective's slope cannot be computed.
 pub fn backtrack<O: Objective>(
     objective: &mut O,
     start: f64,

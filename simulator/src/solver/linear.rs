@@ -24,7 +24,7 @@ pub const MAX_DENSE_BLOCKS: usize = 16;
 pub struct Link {
     /// The two.
     pub blocks: [usize; 2],
-    /// Whether what this link adds to the matrix is symmetric.
+    /// Whether the contribution of this link to the matrix is symmetric.
     pub symmetric: bool,
 }
 
@@ -170,7 +170,7 @@ impl<const D: usize> BlockMatrix<D> {
         }
     }
 
-    /// Where the blocks of the pair `i ≠ j` are, for [`add_pair`](Self::add_pair); `None` where the links
+    /// Where the blocks of the pair `i ≠ j` are, for [`add_pair`](Self::add_pair); `None` if the links
     /// do not couple the two, or where an offset is beyond 32 bits.
     pub fn pair_slot(&self, [i, j]: [usize; 2]) -> Option<PairSlot> {
         let (
@@ -201,7 +201,7 @@ impl<const D: usize> BlockMatrix<D> {
     /// Factorises the matrix, solves for the right-hand side in `values` and puts the solution there.
     ///
     /// # Errors
-    /// Where a part is singular to working precision, or holds what is not finite.
+    /// If a component is singular to working precision, or contains an infinity or a NaN.
     pub fn solve(
         &mut self,
         values: &mut [f64],
@@ -211,7 +211,7 @@ impl<const D: usize> BlockMatrix<D> {
     }
 
     /// Solves for another right-hand side with the matrix that was solved last, which must not have been
-    /// changed since; parts of more than [`MAX_SMALL_BLOCKS`] blocks are not factorised again.
+    /// changed since; components of more than [`MAX_SMALL_BLOCKS`] blocks are not factorised again.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
@@ -445,7 +445,7 @@ impl<const D: usize> ComponentSystem<D> {
     }
 }
 
-/// Sets of blocks that are amalgamate pair by pair: nearly linear, by size and path halving.
+/// Sets of blocks that are joined pair by pair: nearly linear, by size and path halving.
 struct DisjointSets {
     parent: Vec<usize>,
     size: Vec<usize>,

@@ -101,7 +101,7 @@ impl<const D: usize> SparseSystem<D> {
     /// it: what is added to them is not looked at.
     ///
     /// # Panics
-    /// Where the couplings do not hold that block.
+    /// If the couplings do not hold that block.
     pub fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
         self.matrix.add(row, column, block);
     }
@@ -115,7 +115,7 @@ impl<const D: usize> SparseSystem<D> {
     /// last two are one where only one of them is kept.
     ///
     /// # Panics
-    /// Where the couplings do not hold them.
+    /// If the couplings do not hold them.
     pub(super) fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
         let kept = |row, column| self.matrix.offset(row, column);
         let [ij, ji] = [kept(i, j), kept(j, i)];
@@ -133,7 +133,7 @@ impl<const D: usize> SparseSystem<D> {
     /// Solves the system; the solution is then in [`solution`](Self::solution).
     ///
     /// # Errors
-    /// Where the matrix is singular to working precision, holds what is not finite, or has more fill
+    /// If the matrix is singular to working precision, contains an infinity or a NaN, or has more fill
     /// than there is memory.
     pub fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
         self.last = Last::Nothing;
@@ -146,7 +146,7 @@ impl<const D: usize> SparseSystem<D> {
         self.checked.accept(&self.matrix, statistics)
     }
 
-    /// Solves for another right-hand side, with the same matrix and what the last one was solved by.
+    /// Solves for another right-hand side, with the factor of the last solve.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).

@@ -2,7 +2,7 @@
 //!
 //! Made once for a pattern, by the multifrontal method (Duff and Reid 1983): the blocks are put in order
 //! of approximate minimum degree (Amestoy, Davis and Duff 1996), their elimination tree is found (Liu 1990),
-//! and neighbours in the tree are amalgamate into *fronts* wherever the zeros that are then stored cost less
+//! and neighbours in the tree are amalgamated into *fronts* wherever the zeros that are then stored cost less
 //! than a front of its own. A front eliminates its pivots, a few blocks that follow each other in the
 //! order, and leaves an update matrix on its other rows, which its parent in the tree assembles (extend-add). Every
 //! offset is known before a number is. Cost: in proportion to the entries of the factor, in blocks.
@@ -74,7 +74,7 @@ pub(super) struct Entry {
     pub(super) transposed: bool,
 }
 
-/// A front while the tree is still being amalgamate.
+/// A front while the tree is still being amalgamated.
 #[derive(Default)]
 struct Node {
     pivots: Vec<u32>,
@@ -85,7 +85,7 @@ struct Node {
 
 impl SymbolicFactor {
     /// The symbolic factor of a symmetric matrix with the blocks `(rows[i], column)`, `i` in
-    /// `starts[column]..starts[column + 1]`, on and below its diagonal. `None` where there is no memory
+    /// `starts[column]..starts[column + 1]`, on and below its diagonal. `None` if there is no memory
     /// for the ordering.
     pub(super) fn new(starts: &[usize], rows: &[u32]) -> Option<Self> {
         let n_blocks = starts.len() - 1;
@@ -323,7 +323,7 @@ fn elimination_tree(order: &[u32], neighbours: &[Vec<u32>]) -> Vec<Node> {
     nodes
 }
 
-/// What a front costs, in units of a tenth of a nanosecond on the machine it was weighed on: its set-up,
+/// Cost of a front, in units of a tenth of a nanosecond on the machine it was measured on: its set-up,
 /// its columns, the update matrix that is cleared, filled and handed on, and the products of blocks. Only
 /// ratios matter, and they only choose between plans that are all right.
 fn cost(n_pivots: usize, n_rows: usize) -> u64 {

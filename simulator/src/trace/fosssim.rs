@@ -46,7 +46,7 @@ pub struct FosssimReader<R: Read> {
 }
 
 impl<R: Read> FosssimReader<R> {
-    /// Starts at the first record. `path` is what messages call the trace.
+    /// Starts at the first record. `path` names the trace in messages.
     pub fn new(input: R, path: &Path, shape: Shape) -> Self {
         let record = vec![0; 2 * shape.n_coordinates() * size_of::<f64>()];
         let input = BufReader::with_capacity(1 << 16, input);

@@ -128,7 +128,7 @@ pub enum TraceError {
     Record { path: PathBuf, record: u64, fault: TraceFault },
 }
 
-/// What is wrong with the content of a trace.
+/// A fault in the content of a trace.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum TraceFault {

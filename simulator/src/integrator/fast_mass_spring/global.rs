@@ -65,7 +65,7 @@ impl<const P: usize> GlobalSolver<P> {
     /// Factorises `Q`; also returns the order of elimination: which row of `matrix` each row now is.
     ///
     /// # Errors
-    /// Where `Q` is not finite, not positive definite to working precision, or its factor is too large.
+    /// If `Q` is not finite, not positive definite to working precision, or its factor is too large.
     pub(super) fn new(
         matrix: &GlobalMatrix,
         storage: Storage,

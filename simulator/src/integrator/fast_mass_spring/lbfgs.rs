@@ -71,7 +71,7 @@ impl<const P: usize> Lbfgs<P> {
     /// One round from an iterate of this energy, at which `objective` has its `−∇E`; the same of the next.
     ///
     /// # Errors
-    /// Where a spring has no direction.
+    /// If a spring has no direction.
     pub(super) fn round(
         &mut self,
         objective: &mut StepObjective<P>,

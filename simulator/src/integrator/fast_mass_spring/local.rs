@@ -6,11 +6,11 @@
 //!
 //! The second is what a spring adds to `b − Q x` on particle `i`, and takes from it on `j`: the projection `d`
 //! itself is never stored. In this form both ends get the same number with opposite signs, and a spring near
-//! its rest length no rounding error of the size of `k l0`. SpringGroups are a structure of arrays, eight at a time
+//! its rest length no rounding error of the size of `k l0`. Springs are a structure of arrays, eight at a time
 //! with one square root and one division each; ends are slots of the elimination order, and springs sorted by
 //! them. Cost: one pass over the springs.
 
-/// SpringGroups that are projected together.
+/// Springs that are projected together.
 const GROUP: usize = 8;
 
 /// A spring, as the scene has it.

@@ -16,7 +16,7 @@
 //! springs and one substitution for all coordinates together.
 //!
 //! A spring whose ends coincide in the iterate has no direction, and is an error that names it; one of rest
-//! length zero needs none, for its `d` is 0. SpringGroups between two fixed particles, and elastic springs of
+//! length zero needs none, for its `d` is 0. Springs between two fixed particles, and elastic springs of
 //! stiffness 0, count for nothing.
 //!
 //! Fixed particles are left out of `Q` (`pins="elimination"`), or are unknowns that `w/2 |x_i − x_i^0 − t v_i|²`
@@ -28,8 +28,8 @@
 //! as many rounds, each of them dearer, and was as fast or a little faster on nets and cloth; Chebyshev's (Wang
 //! 2015) needs more rounds. `benches/local_global.rs` measures it against the plain method.
 //!
-//! Source: Liu, Bargteil, O'Brien and Kavan, "Fast Simulation of Mass-ElasticSpring Systems", 2013; Jacobson,
-//! "Computer Graphics – Mass-ElasticSpring Systems", the assignment that is built on it.
+//! Source: Liu, Bargteil, O'Brien and Kavan, "Fast Simulation of Mass-Spring Systems", 2013; Jacobson,
+//! "Computer Graphics – Mass-Spring Systems", the assignment that is built on it.
 
 use self::global::Storage;
 use self::lbfgs::Lbfgs;

@@ -34,9 +34,9 @@ pub(super) struct Terms<'a> {
     pub(super) masses: &'a [f64],
     /// Which particles are fixed.
     pub(super) fixed: &'a [bool],
-    /// SpringGroups between particles.
+    /// Springs between particles.
     pub(super) springs: &'a [ElasticSpring],
-    /// Weight of the penalty on a fixed particle; `None` where it is no unknown.
+    /// Weight of the penalty on a fixed particle; `None` if it is no unknown.
     pub(super) pin_weight: Option<f64>,
     /// How `Q` is factorised; `None` chooses by size.
     pub(super) storage: Option<Storage>,
@@ -76,7 +76,7 @@ impl<const P: usize> StepObjective<P> {
     /// Chooses the unknowns, and factorises.
     ///
     /// # Errors
-    /// Where the matrix cannot be factorised.
+    /// If the matrix cannot be factorised.
     pub(super) fn new(
         terms: &Terms<'_>,
         h: f64,
@@ -167,7 +167,7 @@ impl<const P: usize> StepObjective<P> {
     /// they are at the end of the step: its right-hand side.
     ///
     /// # Errors
-    /// Where a spring has no direction.
+    /// If a spring has no direction.
     pub(super) fn start(&mut self) -> Result<(), Degenerate> {
         self.u.fill([0.0; P]);
         self.evaluate::<false>()?;
@@ -183,7 +183,7 @@ impl<const P: usize> StepObjective<P> {
     /// Computes `−∇E` at the iterate, and returns `E` where `ENERGY` is true.
     ///
     /// # Errors
-    /// Where a spring has no direction.
+    /// If a spring has no direction.
     pub(super) fn evaluate<const ENERGY: bool>(&mut self) -> Result<Energy, Degenerate> {
         let mut energy = Energy::default();
         self.x.copy_from_slice(&self.start);

@@ -15,7 +15,7 @@ use crate::scene::error::SceneError;
 use crate::scene::schema::Domain;
 use crate::scene::spelling::closest_above;
 
-/// The keys of a scene, and what else people might call them.
+/// The keys of a scene, with likely alternative names.
 const KEYS: &[(&str, &[&str])] = &[
     ("obj", &["obj", "mesh"]),
     ("k", &["k", "stiffness"]),
@@ -41,7 +41,7 @@ struct Entry<'a> {
     value: &'a str,
 }
 
-/// What a text holds that is no JSON object.
+/// A text that is not a JSON object.
 pub(super) enum NoDocument {
     /// The text is not well-formed.
     Malformed(SceneError),

@@ -44,7 +44,7 @@ pub(super) fn voronoi_areas(mesh: &Mesh) -> Vec<f64> {
     areas
 }
 
-/// What a triangle gives to each of its corners.
+/// The area that a triangle contributes to each of its corners.
 fn corner_areas([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let sides = [distance(&b, &c), distance(&c, &a), distance(&a, &b)];
     let area = area(sides);

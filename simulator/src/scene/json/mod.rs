@@ -74,7 +74,7 @@ pub fn is_scene(path: &Path) -> bool {
 /// Reads a scene from the text of the JSON file at `path`, and from the OBJ file that it names.
 ///
 /// # Errors
-/// Where either file is not as it must be, or the scene is not one this vocabulary can express. The
+/// If either file is not as it must be, or the scene is not one this vocabulary can express. The
 /// error names file, line and column.
 pub fn parse(
     text: &str,
@@ -201,7 +201,7 @@ impl<'a> Settings<'a> {
         })
     }
 
-    /// What acts on every particle.
+    /// The forces that act on every particle.
     fn external_forces(
         &self,
         vocabulary: &Vocabulary,

@@ -44,7 +44,7 @@ const SKIPPED: &[&str] = &[
     "stech",
 ];
 
-/// What an OBJ file holds. Vertices are numbered from 0.
+/// The content of an OBJ file. Vertices are numbered from 0.
 #[derive(Default)]
 pub(super) struct Mesh {
     /// Position of each vertex.
@@ -64,7 +64,7 @@ pub(super) struct Corner {
     pub(super) place: u32,
 }
 
-/// What joins vertices.
+/// Kinds of elements that connect vertices.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum ElementKind {
     /// `f`: each vertex with each.
@@ -88,7 +88,7 @@ impl Mesh {
     /// Reads a mesh.
     ///
     /// # Errors
-    /// Where a vertex, a face or a line is not as it must be, or there is no vertex; under `strict` at
+    /// If a vertex, a face or a line is not as it must be, or there is no vertex; under `strict` at
     /// statements that are not known.
     pub(super) fn read(
         source: &mut Source<'_>,

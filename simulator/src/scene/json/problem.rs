@@ -1,6 +1,6 @@
 //! Errors in JSON scenes and their meshes, with remedies.
 
-/// What is wrong with a scene in JSON or with the OBJ file that it names.
+/// A problem in a JSON scene or its OBJ file.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum JsonProblem {
@@ -63,7 +63,7 @@ pub enum JsonProblem {
 }
 
 impl JsonProblem {
-    /// What the user can do about it.
+    /// A remedy for the user.
     pub fn remedy(&self) -> String {
         match self {
             Self::Empty | Self::NotAnObject => {

@@ -31,7 +31,7 @@ pub(super) struct MeshSpring {
 /// The springs of `mesh`, which stands in `source`.
 ///
 /// # Errors
-/// Where there are too many pairs, or a spring is too long; under `strict` where two vertices are joined
+/// If there are too many pairs, or a spring is too long; under `strict` where two vertices are joined
 /// by an element of their own although they are joined already, or where none are.
 pub(super) fn springs(
     mesh: &Mesh,

@@ -20,7 +20,7 @@ pub struct AttributeValue<'a> {
 }
 
 /// The text of a scene, with the values that `replace` returns in place of those it was given. It is called for each
-/// attribute in the order of the text. `None` where the text is not well-formed XML.
+/// attribute in the order of the text. `None` if the text is not well-formed XML.
 ///
 /// A value is written as it is: one with `"`, `<` or `&` has to be escaped.
 pub fn edit(

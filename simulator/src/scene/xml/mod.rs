@@ -48,7 +48,7 @@ const MAX_DEPTH: usize = 32;
 /// Reads a scene from its text. `name` is what messages call it.
 ///
 /// # Errors
-/// Where the text is not well-formed XML, or is not a scene this vocabulary can express. The error
+/// If the text is not well-formed XML, or is not a scene this vocabulary can express. The error
 /// names line and column.
 pub fn parse(
     text: &str,

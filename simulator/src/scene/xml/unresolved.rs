@@ -26,7 +26,7 @@ pub(super) struct UnresolvedIntegrator {
     pub(super) spelling: String,
     pub(super) type_offset: usize,
     pub(super) time_step: f64,
-    /// Of the integrator that the spelling names; `None` where it names none.
+    /// Of the integrator that the spelling names; `None` if it names none.
     pub(super) options: Option<IntegratorOptions>,
 }
 

@@ -1,5 +1,4 @@
-//! How quickly the local-global method comes near the minimiser of a step, plain and accelerated: the error
-//! against rounds, and against time. See README.md beside this file.
+//! Convergence of the local-global method, plain and accelerated: error against rounds and against time. See README.md beside this file.
 
 use std::time::{Duration, Instant};
 

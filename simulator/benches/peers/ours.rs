@@ -57,7 +57,7 @@ impl Ours {
     /// Steps the net, and returns the time in ns a step. Building the simulation is not timed.
     ///
     /// # Errors
-    /// Where a step has no answer.
+    /// If a step fails.
     pub(crate) fn time(&self) -> Result<f64, String> {
         let mut simulation = Simulation::new(&self.scene);
         advance(&mut simulation, self.untimed)?;
@@ -69,7 +69,7 @@ impl Ours {
     /// The positions after so many steps.
     ///
     /// # Errors
-    /// Where a step has no answer.
+    /// If a step fails.
     pub(crate) fn positions(&self, steps: u64) -> Result<Vec<f64>, String> {
         let mut simulation = Simulation::new(&self.scene);
         advance(&mut simulation, steps)?;

@@ -5,18 +5,16 @@
 //! ```
 //!
 //! (Hestenes and Stiefel 1952) with `M` the matrix that was last factorised, which must have been
-//! positive definite. Where the two are close, a few iterations reach the same backward error as a
-//! factorisation. Cost: a solve with the factor and a product
-//! with the matrix an iteration.
+//! positive definite. If the two are close, a few iterations reach the same backward error as a
+//! factorisation. Cost: a solve with the factor and a product with the matrix per iteration.
 //!
-//! Whether it is tried is decided by counts of operations alone, never by a clock, so that a run is the
-//! same every time:
+//! Counts of operations decide whether it is tried, never a clock, so that runs are deterministic:
 //!
 //! - at most as many iterations as cost less than a factorisation; fewer where the rate so far says
 //!   that these will not do;
 //! - after a solution that cost more than the average since the last factorisation, that one included, the
 //!   next matrix is factorised, since the average would rise from there on;
-//! - after a failure it is left alone for a while, twice as long after each further one.
+//! - after a failure it pauses, twice as long after each further one.
 
 use super::checked::{Checked, Product};
 

@@ -16,7 +16,7 @@ use crate::statistics::LinearStatistics;
 /// The most blocks that are solved by complete pivoting from the start.
 pub const MAX_SMALL_BLOCKS: usize = 3;
 
-/// The most blocks of an unsymmetric part that is dense.
+/// The most blocks of an unsymmetric component that is dense.
 pub const MAX_DENSE_BLOCKS: usize = 16;
 
 /// Two blocks that the matrix couples; a block with itself if its own `D × D` entries are coupled.
@@ -53,7 +53,7 @@ pub struct BlockMatrix<const D: usize> {
 enum BlockLocation {
     /// On the diagonal, as the block of this number.
     Diagonal(usize),
-    /// In a part, as its block of this number.
+    /// In a component, as its block of this number.
     Component { part: usize, local: usize },
 }
 
@@ -191,7 +191,7 @@ impl<const D: usize> BlockMatrix<D> {
         Some(PairSlot { part: u32::try_from(part).ok()?, offsets: narrow })
     }
 
-    /// Adds `block`, which must be symmetric where the part is, to the diagonal blocks of the pair that
+    /// Adds `block`, which must be symmetric if the component is, to the diagonal blocks of the pair that
     /// `slot` is of, and its negative to the other two.
     #[inline]
     pub fn add_pair(&mut self, slot: PairSlot, block: &SMatrix<f64, D, D>) {
@@ -298,7 +298,7 @@ impl<const D: usize> BlockMatrix<D> {
 }
 
 impl<const D: usize> ComponentSystem<D> {
-    /// The system for a part of `n_blocks` blocks.
+    /// The system for a component of `n_blocks` blocks.
     fn new(
         n_blocks: usize,
         couplings: &[[usize; 2]],

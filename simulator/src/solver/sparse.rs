@@ -9,7 +9,7 @@
 //! Why an LDLᵀ of our own: a library call has a fixed cost that matters at 25 to 1000 particles (a whole step of
 //! a square net takes 6, 26, 120 and 710 µs at 4, 8, 16 and 32 segments a side; with faer's Cholesky it
 //! took 11, 54, 330 and 2400 µs on the same machine);
-//! a matrix need not be definite, where Cholesky fails and is paid for in vain; and the bits do not depend
+//! a matrix need not be definite, where Cholesky would fail; and the bits do not depend
 //! on the processor.
 //!
 //! Storage is in proportion to the couplings, and that of the factors to their fill. Everything runs on
@@ -98,7 +98,7 @@ impl<const D: usize> SparseSystem<D> {
     }
 
     /// Adds to block `(row, column)`. Of a symmetric matrix, the blocks above the diagonal are those below
-    /// it: what is added to them is not looked at.
+    /// it: what is added to them is ignored.
     ///
     /// # Panics
     /// If the couplings do not hold that block.

@@ -1,5 +1,4 @@
-//! What is wrong with a scene or a call ends in exit code 2, one message that says where and what to do,
-//! and no change to any file.
+//! Invalid scenes and command lines: exit code 2, one message with place and remedy, no file changed.
 //!
 //! In the scenes of this file the sign ¶ marks the place that the message must name. It is taken out
 //! before the scene is written.

@@ -1,4 +1,4 @@
-//! What `simulate` writes, and where.
+//! Output files of `simulate`.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What `simulate generate` writes, and that it reads back as it was.
+//! Generated scenes: their content, and the round trip through XML.
 
 use std::collections::HashSet;
 use std::fs;

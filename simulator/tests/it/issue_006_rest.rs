@@ -1,5 +1,5 @@
-//! What a stiff step brings to rest passes through numbers below the smallest normal one, which have fewer digits. The
-//! linear solvers took them for lost ones, and a scene at rest failed: found by `grade stability`.
+//! Subnormal numbers: a stiff step that comes to rest passes through them. The linear solvers took their few digits
+//! for an inaccurate solution, and the scene failed. Found by `grade stability`.
 
 use crate::support::parse;
 use simulator::simulation::Simulation;

@@ -1,5 +1,4 @@
-//! Facts about the physics, against closed forms, finite differences and conservation laws; none of it
-//! against what the simulator once said.
+//! Physics against closed forms, finite differences and conservation laws, never against earlier output.
 
 use std::fs;
 

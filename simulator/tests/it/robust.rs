@@ -1,4 +1,4 @@
-//! `--robust` changes what would have failed, and nothing else.
+//! Fallbacks (`--robust`): they change failed steps and nothing else.
 
 use std::fs;
 

@@ -53,13 +53,13 @@ enum GeneratorCommand {
     Bodies(Options<Bodies>),
 }
 
-/// The options of a generator, and where its scene goes.
+/// The options of a generator, and the output.
 #[derive(Args)]
 struct Options<G: Args> {
     #[command(flatten)]
     generator: G,
 
-    /// Where the scene goes [default: standard output]
+    /// Scene file to write [default: standard output]
     #[arg(short, long, value_name = "SCENE", help_heading = "Stepping and output")]
     output: Option<PathBuf>,
 }

@@ -42,7 +42,7 @@ struct Cli {
     #[arg(value_name = "SCENE", required_unless_present = "scene_option")]
     scene: Option<PathBuf>,
 
-    /// Where the trace goes; without it, the scene is simulated and nothing is written
+    /// Trace file to write; without it the scene is simulated and nothing is written
     #[arg(short, long, value_name = "TRACE")]
     output: Option<PathBuf>,
 
@@ -62,16 +62,15 @@ struct Cli {
     #[arg(long, value_name = "SECONDS", value_parser = parse_duration, allow_negative_numbers = true)]
     duration: Option<f64>,
 
-    /// Set an option of the integrator instead of what the scene says; may be given several times
+    /// Set an option of the integrator, overriding the scene; may be given several times
     #[arg(long = "option", value_name = "NAME=VALUE", value_parser = parse_option)]
     options: Vec<(String, String)>,
 
-    /// Solve linear systems by dense or by sparse matrices, whatever fits the scene
+    /// Linear solver: chosen by the scene's size and structure, or always dense or sparse
     #[arg(long, value_enum, default_value_t = LinearSolver::Auto)]
     solver: LinearSolver,
 
-    /// Where a step has no answer, solve its equations with a line search, or take smaller steps in its place; other
-    /// steps stay as they are
+    /// Retry failed steps with a line search, then with smaller steps; other steps are unchanged
     #[arg(long)]
     robust: bool,
 
@@ -79,7 +78,7 @@ struct Cli {
     #[arg(long, value_name = "FILE")]
     energy: Option<PathBuf>,
 
-    /// Print what the run cost: evaluations, factorisations, iterations, solver, residual
+    /// Print statistics of the run: evaluations, factorisations, iterations, solver, residual
     #[arg(long)]
     stats: bool,
 
@@ -96,16 +95,16 @@ struct Cli {
     )]
     scene_option: Option<PathBuf>,
 
-    /// Display; only 0 (none) is there
+    /// Display; only 0 (none) is supported
     #[arg(short = 'd', value_name = "0", value_parser = ["0"], help_heading = "FOSSSim's spelling")]
     display: Option<String>,
 
-    /// Start paused; without a display, it means nothing
+    /// Start paused; ignored, since there is no display
     #[arg(short = 'p', value_name = "0|1", value_parser = ["0", "1"], help_heading = "FOSSSim's spelling")]
     paused: Option<String>,
 }
 
-/// What else it does.
+/// Other commands.
 #[derive(Subcommand)]
 enum Task {
     #[command(disable_help_subcommand = true)]
@@ -260,7 +259,7 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     Ok(())
 }
 
-/// What would replace an input, or the trace by the energies, is refused before anything is written.
+/// Refuses outputs that would replace an input or each other, before anything is written.
 fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Failure> {
     let target = |path: &Path| simulator::output::target(path).ok().flatten();
     let input = target(input);
@@ -511,7 +510,7 @@ fn registry_help() -> String {
     text
 }
 
-/// What an option means, and what it may be.
+/// The meaning of an option and its values.
 fn describe_option(OptionSchema { meaning, kind, .. }: &OptionSchema) -> String {
     match kind {
         OptionKind::Number { default, .. } if *default >= 1e6 => {

@@ -1,5 +1,4 @@
-//! What is wrong with scenes: exit code 2, one message that says where and what to do, and no change to
-//! any file.
+//! Invalid JSON scenes: exit code 2, one message with place and remedy, no file changed.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -20,7 +20,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use fastrand::Rng;
-use simulator::scene::xml::edit::{self, Attribute};
+use simulator::scene::xml::edit::{self, AttributeValue};
 use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::solver::linear::LinearSolver;
 use simulator::trace::{Shape, State};
@@ -111,7 +111,7 @@ impl Change {
             return reorder(text, random);
         }
         let [size, speed] = scales(scene);
-        edit::edit(text, |Attribute { tag, number, name, .. }| {
+        edit::edit(text, |AttributeValue { tag, number, name, .. }| {
             let particle = scene.particles.get(number).filter(|_| tag == "particle")?;
             let axis = || ["x", "y", "z"].iter().position(|axis| name.ends_with(axis));
             let (value, by) = match (self, name) {
@@ -154,7 +154,7 @@ fn moved(value: f64, by: f64, random: &mut Rng) -> String {
 /// The text with the particles that have the attributes of the first in another order.
 fn reorder(text: &str, random: &mut Rng) -> Option<String> {
     let mut particles: Vec<HashMap<String, String>> = Vec::new();
-    edit::edit(text, |Attribute { tag, number, name, value }| {
+    edit::edit(text, |AttributeValue { tag, number, name, value }| {
         if tag == "particle" {
             particles.resize_with(particles.len().max(number + 1), HashMap::new);
             particles[number].insert(name.to_owned(), value.to_owned());
@@ -174,7 +174,7 @@ fn reorder(text: &str, random: &mut Rng) -> Option<String> {
     for (place, particle) in alike.into_iter().zip(shuffled) {
         (old[place], new[particle]) = (particle, place);
     }
-    edit::edit(text, |Attribute { tag, number, name, value }| match (tag, name) {
+    edit::edit(text, |AttributeValue { tag, number, name, value }| match (tag, name) {
         ("particle", _) => particles[old[number]].get(name).cloned(),
         ("edgecolor", _) => None,
         (_, "i" | "j") => Some(new.get(value.trim().parse::<usize>().ok()?)?.to_string()),

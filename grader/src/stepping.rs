@@ -1,18 +1,15 @@
-//! Single steps of the built-in simulator, from whatever state is asked for.
+//! Single steps of the built-in simulator, from any state.
 //!
-//! [`simulator::simulation::Simulation`] runs a scene from its own start; here the caller holds the state. Shapes:
-//! positions and velocities hold `n·D` numbers, particle-major. Cost: that of the scene's integrator, a step.
+//! Shapes: positions and velocities hold `n·D` numbers, particle-major. Cost: one step of the scene's integrator.
 
-use simulator::force::ForceKind;
-use simulator::integrator::{BuildIntegrator, Integrator, IntegratorKind, REGISTRY, Step};
-use simulator::scene::{Dimension, Scene};
+use simulator::scene::Scene;
+use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
-use simulator::statistics::Statistics;
-use simulator::system::{BuildForce, System};
+use simulator::state::StateView;
 
 /// A scene's physics with its integrator.
 pub struct Stepper {
-    physics: Box<dyn Physics>,
+    simulation: Simulation,
     time_step: f64,
 }
 
@@ -26,74 +23,31 @@ pub struct Invariants {
 }
 
 impl Stepper {
-    /// The physics of `scene`, its linear systems given to these solvers.
+    /// The physics of `scene` with the given linear solver.
     ///
     /// # Panics
-    /// Where the scene's integrator is not one of the registry.
+    /// If the scene's integrator is not in the registry.
     pub fn new(scene: &Scene, solver: LinearSolver) -> Self {
-        let physics: Box<dyn Physics> = match scene.dimension {
-            Dimension::Two => Parts::<2>::of(scene, solver),
-            Dimension::Three => Parts::<3>::of(scene, solver),
-        };
-        Self { physics, time_step: scene.time_step }
+        Self { simulation: Simulation::with_solver(scene, solver), time_step: scene.time_step }
     }
 
-    /// Replaces the state at the beginning of step `step`, from 0, by that at its end; false where the step has
-    /// no answer, or one that is not finite. The state is then meaningless.
+    /// Replaces the state at the beginning of step `step`, from 0, by that at its end. Returns false if the step
+    /// fails, or its result is not finite.
     pub fn step(&mut self, step: u64, positions: &mut [f64], velocities: &mut [f64]) -> bool {
-        let time = step as f64 * self.time_step;
-        let step = Step {
-            size: self.time_step,
-            time,
-            positions: &mut *positions,
-            velocities: &mut *velocities,
-            statistics: &mut Statistics::default(),
-        };
-        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        self.physics.step(step) && finite(positions) && finite(velocities)
+        self.simulation.set_state(step, positions, velocities);
+        let done = matches!(self.simulation.advance(), Ok(true));
+        let state = self.simulation.state();
+        positions.copy_from_slice(state.positions);
+        velocities.copy_from_slice(state.velocities);
+        done
     }
 
     /// Energy and momentum of the state at the beginning of step `step`.
     pub fn invariants(&self, step: u64, positions: &[f64], velocities: &[f64]) -> Invariants {
-        self.physics.invariants(step as f64 * self.time_step, positions, velocities)
-    }
-}
-
-/// [`Parts`], their dimension forgotten.
-trait Physics: Send {
-    fn step(&mut self, step: Step<'_>) -> bool;
-    fn invariants(&self, time: f64, positions: &[f64], velocities: &[f64]) -> Invariants;
-}
-
-struct Parts<const D: usize> {
-    system: System<D>,
-    integrator: Box<dyn Integrator<D>>,
-}
-
-impl<const D: usize> Parts<D>
-where
-    ForceKind: BuildForce<D>,
-    IntegratorKind: BuildIntegrator<D>,
-{
-    fn of(scene: &Scene, solver: LinearSolver) -> Box<dyn Physics> {
-        let system = System::new(scene);
-        let kind = REGISTRY.iter().find(|kind| kind.schema.name == scene.integrator.name);
-        let kind = kind.expect("a scene holds schemas of the registry");
-        let integrator = kind.build(scene, &system, solver);
-        Box::new(Self { system, integrator })
-    }
-}
-
-impl<const D: usize> Physics for Parts<D> {
-    fn step(&mut self, step: Step<'_>) -> bool {
-        self.integrator.step(&self.system, step).is_ok()
-    }
-
-    fn invariants(&self, time: f64, positions: &[f64], velocities: &[f64]) -> Invariants {
-        let kinetic = self.system.kinetic_energy(velocities);
-        let potential = self.system.potential_energy(positions, velocities, time);
+        let time = step as f64 * self.time_step;
+        let energies = self.simulation.energies_of(StateView { step, time, positions, velocities });
         let mut momentum = [0.0; 3];
-        momentum[..D].copy_from_slice(&self.system.momentum(velocities));
-        Invariants { energy: kinetic + potential, momentum }
+        momentum[..energies.momentum.len()].copy_from_slice(&energies.momentum);
+        Invariants { energy: energies.kinetic + energies.potential, momentum }
     }
 }

@@ -1,5 +1,4 @@
-//! How quickly the local-global method comes near the minimiser of a step, plain and accelerated: the error
-//! against rounds, and against time. See README.md beside this file.
+//! Convergence of the local-global method, plain and accelerated: error against rounds and against time. See README.md beside this file.
 
 use std::time::{Duration, Instant};
 
@@ -33,7 +32,7 @@ fn main() {
         let springs = Springs { stiffness, damping: 0.0, law: SpringLaw::Hooke };
         Chain { links: 100, springs, ..Chain::default() }
     };
-    let cloth = Cloth { cells: [20, 20], ..Cloth::default() };
+    let cloth = Cloth { nx: 20, ny: 20, ..Cloth::default() };
     study("stretched square, n = 16", &net(16), 0.004);
     study("stretched square, n = 64", &net(64), 0.004);
     study("hanging cloth, 20 × 20", &cloth, 0.01);
@@ -113,11 +112,7 @@ where
     ForceKind: BuildForce<D>,
     IntegratorKind: BuildIntegrator<D>,
 {
-    let vectors = |vector: fn(&simulator::scene::Particle) -> &[f64; 3]| {
-        scene.particles.iter().flat_map(|particle| vector(particle)[..D].to_vec()).collect()
-    };
-    let mut state =
-        [vectors(|particle| &particle.position), vectors(|particle| &particle.velocity)];
+    let mut state = [scene.positions(), scene.velocities()];
     for _ in 0..BEFORE {
         state = step(scene, &state, "lbfgs", 60, 0).0;
     }

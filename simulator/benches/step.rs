@@ -1,4 +1,4 @@
-//! What a step costs, by force, integrator and number of particles; and what reading and writing cost.
+//! Time of a step by force, integrator and number of particles; time of reading and writing.
 //! See README.md beside this file.
 
 mod harness;

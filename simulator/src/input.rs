@@ -1,13 +1,13 @@
-//! Files that are read: regular ones, since a named pipe would be waited for without end.
+//! Opens input files. Only regular files: opening a named pipe could block forever.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-/// Opens a regular file, or one behind links, for reading.
+/// Opens a regular file for reading, following links.
 ///
 /// # Errors
-/// Where it cannot be opened, or is a folder, a pipe, a socket or a device.
+/// If it cannot be opened, or is a folder, a pipe, a socket or a device.
 pub fn open(path: &Path) -> io::Result<File> {
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {

@@ -1,18 +1,18 @@
-//! A mass-spring simulator: from a scene file to a stream of states.
+//! A mass-spring simulator: reads a scene file and produces a stream of states.
 //!
 //! ```text
 //! scene file -> Scene -> System<D> -> Integrator -> Trace
 //! ```
 //!
-//! - [`scene`]: the plain model of a scene, and the one parser that knows its file format.
-//! - [`force`]: one force a file; energy, force and both Jacobians of each, and the registry.
-//! - [`system`]: the masses, forces and fixed particles of one scene, put together.
-//! - [`solver`]: linear and nonlinear solves, with no physics in them.
-//! - [`integrator`]: one time integrator a file, and the registry.
-//! - [`rescue`]: what is tried where a step has no answer.
-//! - [`simulation`]: a scene stepped from its start to its end.
-//! - [`trace`]: states to and from files.
-//! - [`generate`]: scenes of any size, by rule.
+//! - [`scene`]: the scene model and its parsers.
+//! - [`force`]: energies, forces and Jacobians, one force per file, and their registry.
+//! - [`system`]: assembly of a scene's masses, forces and fixed particles.
+//! - [`solver`]: linear and nonlinear solvers, without physics.
+//! - [`integrator`]: time integrators, one per file, and their registry.
+//! - [`fallback`]: optional fallbacks for steps that fail.
+//! - [`simulation`]: runs a scene step by step.
+//! - [`trace`]: reads and writes traces.
+//! - [`generate`]: procedural scenes of any size.
 //!
 //! # Example
 //!
@@ -38,8 +38,8 @@ pub mod system;
 
 pub mod solver;
 
+pub mod fallback;
 pub mod integrator;
-pub mod rescue;
 pub mod simulation;
 pub mod state;
 pub mod statistics;
@@ -52,7 +52,7 @@ pub mod generate;
 
 use scene::schema::Vocabulary;
 
-/// Every force and integrator this crate offers, as the scene parser wants to hear of them.
+/// The schemas of all forces and integrators, for the scene parser.
 pub fn vocabulary() -> Vocabulary {
     Vocabulary {
         forces: force::REGISTRY.iter().map(|kind| &kind.schema).collect(),

@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Atomic output files: a file appears complete or not at all.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -6,31 +6,30 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// A file being written. It takes its name when it is [sealed](Self::seal) and published; without
-/// that, nothing changes.
+/// A file being written under a temporary name. It gets its name when it is [sealed](Self::seal) and
+/// published; until then nothing changes.
 ///
-/// What is no regular file (a pipe, a device) is written to directly: it has no earlier content to
-/// keep.
+/// Pipes and devices are written directly: they have no earlier content to preserve.
 pub struct OutputFile {
-    kind: Kind,
+    destination: Destination,
 }
 
-enum Kind {
+enum Destination {
     Aside { file: BufWriter<NamedTempFile>, path: PathBuf },
     Direct(BufWriter<File>),
 }
 
-/// A file whose content is safe on disk, and which lacks only its name.
+/// A file whose content is on disk, still under its temporary name.
 #[must_use = "a sealed file has no name until it is published"]
 pub struct SealedFile {
     aside: Option<(NamedTempFile, PathBuf)>,
 }
 
 /// The file that writing to `path` would replace: absolute, with links followed, also where they lead
-/// to what is not there yet. `None` where it is no regular file, and nothing would be replaced.
+/// to what is not there yet. `None` if it is no regular file, and nothing would be replaced.
 ///
 /// # Errors
-/// Where its folder is not there, or `path` is a folder.
+/// If its folder is not there, or `path` is a folder.
 pub fn target(path: &Path) -> io::Result<Option<PathBuf>> {
     if let Ok(metadata) = fs::metadata(path) {
         return match () {
@@ -61,11 +60,11 @@ impl OutputFile {
     /// Starts a file that will be called `path`.
     ///
     /// # Errors
-    /// Where its folder does not exist or takes no file, or `path` is a folder or may not be written.
+    /// If its folder does not exist or takes no file, or `path` is a folder or may not be written.
     pub fn create(path: &Path) -> io::Result<Self> {
         let Some(path) = target(path)? else {
             let file = OpenOptions::new().write(true).open(path)?;
-            return Ok(Self { kind: Kind::Direct(BufWriter::new(file)) });
+            return Ok(Self { destination: Destination::Direct(BufWriter::new(file)) });
         };
         Self::aside(path)
     }
@@ -98,26 +97,28 @@ impl OutputFile {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let folder = path.parent().unwrap_or(Path::new("/"));
-        // The error would name the temporary file, which nobody knows.
+        // The error names the temporary file, which means nothing to the user.
         let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
         if let Some(permissions) = old {
             file.as_file().set_permissions(permissions)?;
         }
-        Ok(Self { kind: Kind::Aside { file: BufWriter::with_capacity(1 << 16, file), path } })
+        Ok(Self {
+            destination: Destination::Aside { file: BufWriter::with_capacity(1 << 16, file), path },
+        })
     }
 
-    /// Makes the content safe on disk.
+    /// Writes the content to disk.
     ///
     /// # Errors
-    /// Where it cannot be written out; the old file, if any, is then still there.
+    /// If it cannot be written out; the old file, if any, is then still there.
     pub fn seal(self) -> io::Result<SealedFile> {
-        let aside = match self.kind {
-            Kind::Aside { file, path } => {
+        let aside = match self.destination {
+            Destination::Aside { file, path } => {
                 let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
                 file.as_file().sync_all()?;
                 Some((file, path))
             }
-            Kind::Direct(mut file) => {
+            Destination::Direct(mut file) => {
                 file.flush()?;
                 None
             }
@@ -125,10 +126,10 @@ impl OutputFile {
         Ok(SealedFile { aside })
     }
 
-    /// Makes the content safe on disk, and gives the file its name.
+    /// Writes the content to disk and gives the file its name.
     ///
     /// # Errors
-    /// Where that cannot be done; the old file, if any, is then still there.
+    /// If that cannot be done; the old file, if any, is then still there.
     pub fn commit(self) -> io::Result<()> {
         self.seal()?.publish()
     }
@@ -138,7 +139,7 @@ impl SealedFile {
     /// Gives the file its name.
     ///
     /// # Errors
-    /// Where that cannot be done; the old file, if any, is then still there.
+    /// If that cannot be done; the old file, if any, is then still there.
     pub fn publish(self) -> io::Result<()> {
         let Some((file, path)) = self.aside else { return Ok(()) };
         file.persist(&path).map_err(|error| error.error)?;
@@ -153,16 +154,16 @@ impl SealedFile {
 
 impl Write for OutputFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        match &mut self.kind {
-            Kind::Aside { file, .. } => file.write(bytes),
-            Kind::Direct(file) => file.write(bytes),
+        match &mut self.destination {
+            Destination::Aside { file, .. } => file.write(bytes),
+            Destination::Direct(file) => file.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        match &mut self.kind {
-            Kind::Aside { file, .. } => file.flush(),
-            Kind::Direct(file) => file.flush(),
+        match &mut self.destination {
+            Destination::Aside { file, .. } => file.flush(),
+            Destination::Direct(file) => file.flush(),
         }
     }
 }

@@ -1,10 +1,10 @@
-//! A scene stepped from its start to its end.
+//! Runs a scene step by step, from its initial state to its end.
 
 use std::fmt;
 
+use crate::fallback::MAX_HALVINGS;
 use crate::force::ForceKind;
 use crate::integrator::{BuildIntegrator, Integrator, IntegratorKind, REGISTRY, Step, StepError};
-use crate::rescue::MAX_HALVINGS;
 use crate::scene::{Dimension, Location, Scene};
 use crate::solver::LinearError;
 use crate::solver::linear::LinearSolver;
@@ -12,105 +12,105 @@ use crate::state::{Energies, StateView};
 use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};
 
-/// How a scene is stepped, beside what it says itself.
+/// Options of a simulation that are not part of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Config {
-    /// Which solvers linear systems are given to.
+pub struct SimulationOptions {
+    /// Solver for linear systems.
     pub solver: LinearSolver,
-    /// Whether a step that has no answer is tried again in other ways, as [`rescue`](crate::rescue) says.
+    /// Whether failed steps are retried as described in [`fallback`](crate::fallback).
     pub robust: bool,
 }
 
-/// A scene on its way. The dimension is dispatched here, once.
+/// A running simulation. It dispatches on the dimension once, when it is created.
 pub struct Simulation {
-    run: Box<dyn Run>,
+    stepper: Box<dyn Stepper>,
     scene: String,
     forces: Vec<(&'static str, [usize; 2], Location)>,
     dimension: Dimension,
     time_step: f64,
     n_steps: u64,
+    /// Number of the current state.
+    step: u64,
     positions: Vec<f64>,
     velocities: Vec<f64>,
     statistics: Statistics,
-    rescue: Option<Rescue>,
+    fallback: Option<Fallback>,
 }
 
-/// What it takes to take a step once more.
-struct Rescue {
+/// State and stepper for retrying a failed step.
+struct Fallback {
     scene: Scene,
     solver: LinearSolver,
-    /// Made at the first failure.
-    run: Option<Box<dyn Run>>,
+    /// Created at the first failure.
+    stepper: Option<Box<dyn Stepper>>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
 }
 
 impl Simulation {
-    /// Puts the scene at its initial state.
+    /// A simulation at the scene's initial state.
     ///
     /// # Panics
-    /// Where the scene's integrator is not one of the registry.
+    /// If the scene's integrator is not in the registry.
     pub fn new(scene: &Scene) -> Self {
         Self::with_solver(scene, LinearSolver::Auto)
     }
 
-    /// The same, its linear systems given to these solvers instead of to what fits them.
+    /// The same with a given linear solver instead of the automatic choice.
     ///
     /// # Panics
-    /// Where the scene's integrator is not one of the registry.
+    /// If the scene's integrator is not in the registry.
     pub fn with_solver(scene: &Scene, solver: LinearSolver) -> Self {
-        Self::with_config(scene, Config { solver, robust: false })
+        Self::with_options(scene, SimulationOptions { solver, robust: false })
     }
 
-    /// The same, stepped as `config` says.
+    /// The same with options.
     ///
     /// # Panics
-    /// Where the scene's integrator is not one of the registry.
-    pub fn with_config(scene: &Scene, Config { solver, robust }: Config) -> Self {
-        let of_every_particle = |vector: fn(&crate::scene::Particle) -> &[f64; 3]| {
-            let components = scene.dimension.count();
-            let particles = scene.particles.iter();
-            particles.flat_map(|particle| vector(particle)[..components].to_vec()).collect()
-        };
+    /// If the scene's integrator is not in the registry.
+    pub fn with_options(
+        scene: &Scene,
+        SimulationOptions { solver, robust }: SimulationOptions,
+    ) -> Self {
         let forces = scene.forces.iter().map(|element| {
             (element.schema.tag, element.pair.unwrap_or_default(), element.location)
         });
-        let positions: Vec<f64> = of_every_particle(|particle| &particle.position);
-        let velocities: Vec<f64> = of_every_particle(|particle| &particle.velocity);
-        let rescue = robust.then(|| Rescue {
+        let (positions, velocities) = (scene.positions(), scene.velocities());
+        let fallback = robust.then(|| Fallback {
             scene: scene.clone(),
             solver,
-            run: None,
+            stepper: None,
             positions: positions.clone(),
             velocities: velocities.clone(),
         });
         Self {
-            run: start(scene, solver),
+            stepper: build_stepper(scene, solver),
             scene: scene.name.clone(),
             forces: forces.collect(),
             dimension: scene.dimension,
             time_step: scene.time_step,
             n_steps: scene.n_steps(),
+            step: 0,
             positions,
             velocities,
             statistics: Statistics::default(),
-            rescue,
+            fallback,
         }
     }
 
-    /// Takes the next step; false where the scene is at its end.
+    /// Takes the next step. Returns false at the end of the scene.
     ///
     /// # Errors
-    /// Where the step has no answer. The simulation is then of no further use.
+    /// If the step fails. The state is then undefined until [`set_state`](Self::set_state).
     pub fn advance(&mut self) -> Result<bool, SimulationError> {
-        if self.statistics.steps == self.n_steps {
+        if self.step == self.n_steps {
             return Ok(false);
         }
-        if let Some(rescue) = &mut self.rescue {
-            rescue.positions.copy_from_slice(&self.positions);
-            rescue.velocities.copy_from_slice(&self.velocities);
+        if let Some(fallback) = &mut self.fallback {
+            fallback.positions.copy_from_slice(&self.positions);
+            fallback.velocities.copy_from_slice(&self.velocities);
         }
-        let time = self.statistics.steps as f64 * self.time_step;
+        let time = self.step as f64 * self.time_step;
         let step = Step {
             size: self.time_step,
             time,
@@ -118,45 +118,49 @@ impl Simulation {
             velocities: &mut self.velocities,
             statistics: &mut self.statistics,
         };
-        let taken = self.run.step(step).map_err(|error| FailureKind::of(error, &self.forces));
+        let taken = self.stepper.step(step).map_err(|error| FailureKind::of(error, &self.forces));
         let taken = taken.and_then(|()| self.not_finite().map_or(Ok(()), Err));
         if let Err(kind) = taken
-            && !self.rescue_step()
+            && !self.fall_back()
         {
             return Err(self.failure(kind));
         }
+        self.step += 1;
         self.statistics.steps += 1;
         Ok(true)
     }
 
-    /// Takes the step that has just failed in another way; false where none has an answer, or none is asked for.
-    fn rescue_step(&mut self) -> bool {
-        let Some(mut rescue) = self.rescue.take() else { return false };
-        let mut run = rescue.run.take().unwrap_or_else(|| start(&rescue.scene, rescue.solver));
-        let rescued = self.retry(&rescue, &mut *run);
-        rescue.run = Some(run);
-        self.rescue = Some(rescue);
-        rescued
+    /// Retries the failed step with the fallbacks. Returns false if they are off or all fail.
+    fn fall_back(&mut self) -> bool {
+        let Some(mut fallback) = self.fallback.take() else { return false };
+        let mut stepper = fallback
+            .stepper
+            .take()
+            .unwrap_or_else(|| build_stepper(&fallback.scene, fallback.solver));
+        let succeeded = self.retry(&fallback, &mut *stepper);
+        fallback.stepper = Some(stepper);
+        self.fallback = Some(fallback);
+        succeeded
     }
 
-    fn retry(&mut self, rescue: &Rescue, run: &mut dyn Run) -> bool {
-        let (h, time) = (self.time_step, self.statistics.steps as f64 * self.time_step);
-        self.restore(rescue);
-        let patient = run.step_patiently(self.step_of(h, time));
-        if patient.is_some_and(|taken| taken.is_ok()) && self.not_finite().is_none() {
-            self.statistics.rescue.line_searched += 1;
+    fn retry(&mut self, fallback: &Fallback, stepper: &mut dyn Stepper) -> bool {
+        let (h, time) = (self.time_step, self.step as f64 * self.time_step);
+        self.restore(fallback);
+        let damped = stepper.step_damped(self.step_of(h, time));
+        if damped.is_some_and(|taken| taken.is_ok()) && self.not_finite().is_none() {
+            self.statistics.fallback.line_searched += 1;
             return true;
         }
         for halvings in 1..=MAX_HALVINGS {
-            self.restore(rescue);
+            self.restore(fallback);
             let substeps = 1_u64 << halvings;
             let size = h / substeps as f64;
             let all = (0..substeps).all(|number| {
                 let step = self.step_of(size, time + number as f64 * size);
-                run.step(step).is_ok() && self.not_finite().is_none()
+                stepper.step(step).is_ok() && self.not_finite().is_none()
             });
             if all {
-                let counts = &mut self.statistics.rescue;
+                let counts = &mut self.statistics.fallback;
                 counts.substepped += 1;
                 counts.substeps += substeps;
                 counts.max_substeps = counts.max_substeps.max(substeps);
@@ -166,9 +170,9 @@ impl Simulation {
         false
     }
 
-    fn restore(&mut self, rescue: &Rescue) {
-        self.positions.copy_from_slice(&rescue.positions);
-        self.velocities.copy_from_slice(&rescue.velocities);
+    fn restore(&mut self, fallback: &Fallback) {
+        self.positions.copy_from_slice(&fallback.positions);
+        self.velocities.copy_from_slice(&fallback.velocities);
     }
 
     fn step_of(&mut self, size: f64, time: f64) -> Step<'_> {
@@ -181,11 +185,21 @@ impl Simulation {
         }
     }
 
+    /// Replaces the state by another one, that at the beginning of step `step` (from 0).
+    ///
+    /// # Panics
+    /// If the positions or velocities are not `n·D` numbers.
+    pub fn set_state(&mut self, step: u64, positions: &[f64], velocities: &[f64]) {
+        self.step = step;
+        self.positions.copy_from_slice(positions);
+        self.velocities.copy_from_slice(velocities);
+    }
+
     /// The current state.
     pub fn state(&self) -> StateView<'_> {
         StateView {
-            step: self.statistics.steps,
-            time: self.statistics.steps as f64 * self.time_step,
+            step: self.step,
+            time: self.step as f64 * self.time_step,
             positions: &self.positions,
             velocities: &self.velocities,
         }
@@ -194,16 +208,16 @@ impl Simulation {
     /// Energies and momentum of the current state.
     ///
     /// # Errors
-    /// Where one of them is not finite.
+    /// If one of them is not finite.
     pub fn energies(&self) -> Result<Energies, SimulationError> {
-        let energies = self.run.energies(self.state());
+        let energies = self.energies_of(self.state());
         let Energies { kinetic, potential, momentum } = &energies;
         let finite = (kinetic + potential).is_finite() && momentum.iter().all(|p| p.is_finite());
         if finite {
             return Ok(energies);
         }
-        // A force that is not defined here would say so in the next step; it says more than its energy.
-        let undefined = self.run.check(self.state()).err();
+        // An undefined force is the more specific error: report it instead of the energy.
+        let undefined = self.stepper.check(self.state()).err();
         let kind = match undefined {
             Some(error) => FailureKind::of(error, &self.forces),
             None => FailureKind::EnergyNotFinite,
@@ -211,14 +225,19 @@ impl Simulation {
         Err(self.failure(kind))
     }
 
-    /// What the run has cost so far.
+    /// Energies and momentum of any state, finite or not.
+    pub fn energies_of(&self, state: StateView<'_>) -> Energies {
+        self.stepper.energies(state)
+    }
+
+    /// Statistics of the run so far.
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
     }
 
     /// The kinds of force that a step evaluates, by their tags, in the order of the registry.
     pub fn force_tags(&self) -> &[&'static str] {
-        self.run.force_tags()
+        self.stepper.force_tags()
     }
 
     /// How many coordinates a particle has.
@@ -232,8 +251,8 @@ impl Simulation {
     }
 
     fn failure(&self, kind: FailureKind) -> SimulationError {
-        let step = self.statistics.steps + 1;
-        let time = self.statistics.steps as f64 * self.time_step;
+        let step = self.step + 1;
+        let time = self.step as f64 * self.time_step;
         SimulationError { scene: self.scene.clone(), step, time, kind }
     }
 
@@ -256,18 +275,18 @@ impl Simulation {
     }
 }
 
-/// The scene's system and integrator, of its dimension.
-fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn Run> {
+/// Builds the scene's system and integrator for its dimension.
+fn build_stepper(scene: &Scene, solver: LinearSolver) -> Box<dyn Stepper> {
     match scene.dimension {
-        Dimension::Two => Runner::<2>::start(scene, solver),
-        Dimension::Three => Runner::<3>::start(scene, solver),
+        Dimension::Two => SystemStepper::<2>::start(scene, solver),
+        Dimension::Three => SystemStepper::<3>::start(scene, solver),
     }
 }
 
-/// A system with its integrator, its dimension forgotten.
-trait Run: Send {
+/// A system with its integrator, behind a trait object that hides the dimension.
+trait Stepper: Send {
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError>;
-    fn step_patiently(&mut self, step: Step<'_>) -> Option<Result<(), StepError>>;
+    fn step_damped(&mut self, step: Step<'_>) -> Option<Result<(), StepError>>;
     /// The kinds of force that are evaluated, by their tags.
     fn force_tags(&self) -> &[&'static str];
     fn energies(&self, state: StateView<'_>) -> Energies;
@@ -275,17 +294,17 @@ trait Run: Send {
     fn check(&self, state: StateView<'_>) -> Result<(), StepError>;
 }
 
-struct Runner<const D: usize> {
+struct SystemStepper<const D: usize> {
     system: System<D>,
     integrator: Box<dyn Integrator<D>>,
 }
 
-impl<const D: usize> Runner<D>
+impl<const D: usize> SystemStepper<D>
 where
     ForceKind: BuildForce<D>,
     IntegratorKind: BuildIntegrator<D>,
 {
-    fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn Run> {
+    fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn Stepper> {
         let system = System::new(scene);
         let kind = REGISTRY.iter().find(|kind| kind.schema.name == scene.integrator.name);
         let kind = kind.expect("a scene holds schemas of the registry");
@@ -294,7 +313,7 @@ where
     }
 }
 
-impl<const D: usize> Run for Runner<D> {
+impl<const D: usize> Stepper for SystemStepper<D> {
     fn check(
         &self,
         StateView { time, positions, velocities, .. }: StateView<'_>,
@@ -307,8 +326,8 @@ impl<const D: usize> Run for Runner<D> {
         self.integrator.step(&self.system, step)
     }
 
-    fn step_patiently(&mut self, step: Step<'_>) -> Option<Result<(), StepError>> {
-        self.integrator.step_patiently(&self.system, step)
+    fn step_damped(&mut self, step: Step<'_>) -> Option<Result<(), StepError>> {
+        self.integrator.step_damped(&self.system, step)
     }
 
     fn force_tags(&self) -> &[&'static str] {
@@ -331,15 +350,15 @@ impl<const D: usize> Run for Runner<D> {
 pub struct SimulationError {
     /// The scene, as messages call it.
     pub scene: String,
-    /// The step that has no answer, from 1.
+    /// Number of the failed step, from 1.
     pub step: u64,
     /// The time at which that step starts, in seconds.
     pub time: f64,
-    /// Why.
+    /// The cause.
     pub kind: FailureKind,
 }
 
-/// Why a step has no answer.
+/// Why a step failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum FailureKind {
@@ -354,7 +373,7 @@ pub enum FailureKind {
     )]
     BelowRounding { iterations: u64, update: f64, speed: f64 },
     #[error(
-        "the line search found no descent: after {iterations} iterations, Newton's step of {update:.1e} leads uphill"
+        "the line search found no descent: after {iterations} iterations, Newton's step of {update:.1e} does not decrease the energy"
     )]
     NoDescent { iterations: u64, update: f64 },
     #[error("the linear system of the step cannot be solved: {0}")]
@@ -393,11 +412,11 @@ impl FailureKind {
                 "project the Hessian (projection=\"clamp\"), or shorten the time step"
             }
             Self::BelowRounding { .. } => "choose units in which the velocities are smaller",
-            Self::EnergyNotFinite => "move apart what is in one place; check masses and velocities",
+            Self::EnergyNotFinite => "separate coincident particles; check masses and velocities",
             Self::Linear(LinearError::OutOfMemory { .. }) => {
                 "make the scene smaller, or use symplectic-euler, which needs no matrix"
             }
-            Self::Linear(LinearError::Unsettled { .. }) => {
+            Self::Linear(LinearError::RefinementStalled { .. }) => {
                 "soften the forces, or shorten the time step"
             }
             Self::Linear(_) => "shorten the time step; check masses and stiffnesses",

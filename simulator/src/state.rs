@@ -1,4 +1,4 @@
-//! What a simulation yields at each step, as plain data: what traces and energies are written from.
+//! States of a simulation, with their energies and momentum, as plain data.
 
 /// One state of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
-//! What a run cost, as data: tests assert it, `simulate --stats` prints it.
+//! Statistics of a run: tests assert them, and `simulate --stats` prints them.
 
-use crate::rescue::RescueStatistics;
+use crate::fallback::FallbackStatistics;
 
 /// Counts over a whole run.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Statistics {
     pub max_newton_iterations: u64,
     /// Evaluations of an incremental potential, by a line search.
     pub energy_evaluations: u64,
-    /// Times a line search halved Newton's step.
+    /// Step halvings by line searches.
     pub line_search_halvings: u64,
     /// Element Hessians that were projected to be semi-definite.
     pub projections: u64,
@@ -25,32 +25,32 @@ pub struct Statistics {
     pub local_global_iterations: u64,
     /// The most rounds that a single step took.
     pub max_local_global_iterations: u64,
-    /// Steps whose rounds ended without reaching the tolerance that was asked for.
+    /// Steps that reached the maximum number of rounds before the tolerance.
     pub unconverged_steps: u64,
-    /// The linear solver that the scene was given, in words; empty for an explicit method.
+    /// Description of the linear solver; empty for an explicit method.
     pub linear_solver: String,
-    /// What the linear solver did.
+    /// Counts of the linear solver's work.
     pub linear: LinearStatistics,
-    /// What was done for steps that had no answer.
-    pub rescue: RescueStatistics,
+    /// Fallbacks taken for steps that failed.
+    pub fallback: FallbackStatistics,
 }
 
-/// What a linear solver did.
+/// Counts of a linear solver's work.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LinearStatistics {
     /// Systems solved.
     pub solves: u64,
     /// Sparsity patterns analysed.
     pub symbolic_analyses: u64,
-    /// Matrices factorised; one system may hold several independent ones, or none.
+    /// Matrices factorised; a system may consist of several independent ones, or of none.
     pub factorisations: u64,
-    /// Solutions that were refined once more because their residual was too large.
+    /// Refinement steps, taken when a residual was too large.
     pub refinements: u64,
-    /// Symmetric matrices that turned out not to be positive definite.
+    /// Symmetric matrices found not to be positive definite.
     pub indefinite: u64,
     /// Systems that were solved with the factor of an earlier matrix.
     pub reused: u64,
-    /// Iterations of conjugate gradients with the factor of an earlier matrix, those in vain included.
+    /// Conjugate gradient iterations with the factor of an earlier matrix, unsuccessful ones included.
     pub iterations: u64,
     /// Matrices that needed complete pivoting.
     pub complete_pivotings: u64,

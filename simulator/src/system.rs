@@ -1,4 +1,4 @@
-//! Masses, forces and fixed particles of one scene, put together.
+//! Assembly of a scene: masses, forces and fixed particles.
 //!
 //! All slices of positions, velocities and forces hold `n·D` numbers, particle-major. Sums run in the
 //! order of the registry, and within a force in the order of the file, so that they are the same bits
@@ -99,7 +99,7 @@ impl<const D: usize> System<D> {
     /// Sets `force` to the sum of all forces at `time`, in seconds; zero on fixed particles.
     ///
     /// # Errors
-    /// Where a force is not defined at this state.
+    /// If a force is not defined at this state.
     pub fn force(
         &self,
         positions: &[f64],
@@ -123,7 +123,7 @@ impl<const D: usize> System<D> {
     /// Hands every block of `∂F/∂x` and `∂F/∂v` to `sink`, those of fixed particles included.
     ///
     /// # Errors
-    /// Where a force is not defined at this state.
+    /// If a force is not defined at this state.
     pub fn jacobians(
         &self,
         positions: &[f64],

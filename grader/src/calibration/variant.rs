@@ -12,8 +12,8 @@
 //! Those of the last bits and shuffles are drawn with fixed seeds: the same every time.
 
 use fastrand::Rng;
+use simulator::scene::Scene;
 use simulator::scene::schema::OptionValue;
-use simulator::scene::{Particle, Scene};
 use simulator::solver::linear::LinearSolver;
 
 use crate::stepping::Stepper;
@@ -56,7 +56,7 @@ pub(super) struct Variant {
 }
 
 enum Engine {
-    First(Stepper),
+    First(Box<Stepper>),
     Second(Box<Second>),
 }
 
@@ -73,23 +73,19 @@ const BIT: f64 = f64::EPSILON;
 impl Variant {
     fn of(class: Class, scene: &Scene, engine: Engine) -> Self {
         let dimension = scene.dimension.count();
-        let flat = |vector: fn(&Particle) -> &[f64; 3]| {
-            let particles = scene.particles.iter();
-            particles.flat_map(|particle| vector(particle)[..dimension].to_vec()).collect()
-        };
         Self {
             class,
             engine,
             places: (0..scene.particles.len() * dimension).collect(),
             jitter: None,
             step: 0,
-            positions: flat(|particle| &particle.position),
-            velocities: flat(|particle| &particle.velocity),
+            positions: scene.positions(),
+            velocities: scene.velocities(),
         }
     }
 
     fn first(class: Class, scene: &Scene, solver: LinearSolver) -> Self {
-        Self::of(class, scene, Engine::First(Stepper::new(scene, solver)))
+        Self::of(class, scene, Engine::First(Box::new(Stepper::new(scene, solver))))
     }
 
     /// The scene as the simulator runs it.

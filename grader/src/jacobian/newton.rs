@@ -132,11 +132,7 @@ where
     IntegratorKind: BuildIntegrator<D>,
 {
     let system = System::<D>::new(scene);
-    let coordinates = |of: fn(&simulator::scene::Particle) -> &[f64; 3]| -> Vec<f64> {
-        scene.particles.iter().flat_map(|particle| of(particle)[..D].to_vec()).collect()
-    };
-    let mut positions = coordinates(|particle| &particle.position);
-    let mut velocities = coordinates(|particle| &particle.velocity);
+    let (mut positions, mut velocities) = (scene.positions(), scene.velocities());
     let mut method = integrator.build(scene, &system, LinearSolver::Auto);
     let (sender, receiver) = mpsc::channel();
     method.observe(Box::new(move |system| {
@@ -372,14 +368,11 @@ mod tests {
             integrator.build(&scene, &system, LinearSolver::Auto);
         let (sender, receiver) = mpsc::channel();
         method.observe(Box::new(move |system| sender.send(Observed::of(system)).unwrap()));
-        let coordinates = |of: fn(&simulator::scene::Particle) -> &[f64; 3]| -> Vec<f64> {
-            scene.particles.iter().flat_map(|particle| of(particle)[..2].to_vec()).collect()
-        };
         let step = Step {
             size: 0.05,
             time: 0.0,
-            positions: &mut coordinates(|particle| &particle.position),
-            velocities: &mut coordinates(|particle| &particle.velocity),
+            positions: &mut scene.positions(),
+            velocities: &mut scene.velocities(),
             statistics: &mut Statistics::default(),
         };
         method.step(&system, step).unwrap();

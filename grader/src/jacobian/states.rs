@@ -11,12 +11,9 @@
 use fastrand::Rng;
 use simulator::force::ForceKind;
 use simulator::integrator;
-use simulator::scene::schema::{
-    ActsOn, Domain, IntegratorOptions, MAX_PARAMETERS, ParameterSchema,
-};
+use simulator::scene::schema::{ActsOn, Domain, MAX_PARAMETERS, ParameterSchema};
 use simulator::scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering,
-    Scene,
+    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
 };
 
 /// A scene of which the first moment is the state, and when that is.
@@ -33,22 +30,17 @@ pub struct CheckState {
 impl CheckState {
     /// Positions, `n·D`, particle-major.
     pub fn positions(&self) -> Vec<f64> {
-        self.coordinates(|particle| &particle.position)
+        self.scene.positions()
     }
 
     /// Velocities, the same shape.
     pub fn velocities(&self) -> Vec<f64> {
-        self.coordinates(|particle| &particle.velocity)
+        self.scene.velocities()
     }
 
     /// Mass of each particle.
     pub fn masses(&self) -> Vec<f64> {
         self.scene.particles.iter().map(|particle| particle.mass).collect()
-    }
-
-    fn coordinates(&self, of: fn(&Particle) -> &[f64; 3]) -> Vec<f64> {
-        let count = self.scene.dimension.count();
-        self.scene.particles.iter().flat_map(|particle| of(particle)[..count].to_vec()).collect()
     }
 }
 
@@ -232,15 +224,6 @@ fn compose(
             Particle { mass, position, velocity, fixed: false, radius: PARTICLE_RADIUS, tag: None }
         });
     let scene = Scene {
-        name: "state".to_owned(),
-        description: None,
-        tag: None,
-        dimension,
-        duration: 0.0,
-        time_step: 1.0,
-        integrator: &integrator::REGISTRY[0].schema,
-        integrator_options: IntegratorOptions::defaults(&integrator::REGISTRY[0].schema),
-        max_simulation_frequency: None,
         particles: particles.collect(),
         edges: plan
             .arrangement
@@ -249,7 +232,7 @@ fn compose(
             .map(|pair| Edge { particles: *pair, radius: EDGE_RADIUS })
             .collect(),
         forces: elements,
-        rendering: Rendering::default(),
+        ..Scene::new("state", dimension, &integrator::REGISTRY[0].schema)
     };
     (scene, on_grid(8.0 * rng.f64(), 10))
 }

@@ -196,18 +196,11 @@ fn our_force(scene: &Scene) -> Vec<f64> {
     }
 }
 
-fn start<const D: usize>(scene: &Scene) -> [Vec<f64>; 2] {
-    let collect = |of: fn(&simulator::scene::Particle) -> &[f64; 3]| {
-        scene.particles.iter().flat_map(|particle| of(particle)[..D].to_vec()).collect()
-    };
-    [collect(|particle| &particle.position), collect(|particle| &particle.velocity)]
-}
-
 fn force_of<const D: usize>(scene: &Scene) -> Vec<f64>
 where
     ForceKind: BuildForce<D>,
 {
-    let [x, v] = start::<D>(scene);
+    let (x, v) = (scene.positions(), scene.velocities());
     let mut force = vec![0.0; x.len()];
     if System::<D>::new(scene).force(&x, &v, 0.0, &mut force).is_err() {
         force.fill(f64::NAN);
@@ -227,7 +220,7 @@ fn jacobians_of<const D: usize>(scene: &Scene) -> [DMatrix<f64>; 2]
 where
     ForceKind: BuildForce<D>,
 {
-    let [x, v] = start::<D>(scene);
+    let (x, v) = (scene.positions(), scene.velocities());
     let mut matrices =
         Matrices([DMatrix::zeros(x.len(), x.len()), DMatrix::zeros(x.len(), x.len())]);
     if System::<D>::new(scene).jacobians(&x, &v, 0.0, &mut matrices).is_err() {

@@ -18,10 +18,9 @@ use fastrand::Rng;
 use nalgebra::DMatrix;
 use simulator::force;
 use simulator::integrator;
-use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions, MAX_PARAMETERS};
+use simulator::scene::schema::{ActsOn, ForceSchema, MAX_PARAMETERS};
 use simulator::scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering,
-    Scene,
+    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
 };
 
 /// The pairs of a chain; in the plane, the first two.
@@ -309,19 +308,12 @@ pub(super) fn scene(
         pairs(dimension).iter().map(move |pair| pair.map(|i| group * chain(dimension) + i))
     });
     Scene {
-        name: "probe".to_owned(),
-        description: None,
-        tag: None,
-        dimension,
         duration: time_step,
         time_step,
-        integrator: method,
-        integrator_options: IntegratorOptions::defaults(method),
-        max_simulation_frequency: None,
         particles: groups.iter().flat_map(|group| particles(group, dimension)).collect(),
         edges: edges.map(|particles| Edge { particles, radius: EDGE_RADIUS }).collect(),
         forces: elements.iter().flat_map(|of| force_elements(*of, dimension, groups)).collect(),
-        rendering: Rendering::default(),
+        ..Scene::new("probe", dimension, method)
     }
 }
 

@@ -16,7 +16,7 @@ use simulator::force;
 use simulator::scene::schema::{ActsOn, MAX_PARAMETERS};
 use simulator::scene::{Dimension, ForceElement, Location, Scene};
 use simulator::simulation::{Simulation, SimulationError};
-use simulator::solver::linear::{LinearSolver, SMALL};
+use simulator::solver::linear::{LinearSolver, MAX_SMALL_BLOCKS};
 use simulator::statistics::Statistics;
 
 /// Runs of which the fastest counts.
@@ -59,7 +59,7 @@ pub enum Excess {
     MatrixOfExplicit,
     /// A factorisation where no force couples a particle.
     FactorsWithoutCoupling,
-    /// A sparse solver where no part has more than [`SMALL`] particles.
+    /// A sparse solver where no part has more than [`MAX_SMALL_BLOCKS`] particles.
     SparseForSmall,
     /// A sparsity pattern analysed more than once.
     AnalysedAgain,
@@ -211,7 +211,7 @@ pub fn excess(scene: &Scene, cost: &Cost) -> Vec<Excess> {
     let mentioned: BTreeSet<&str> = scene.forces.iter().map(|force| force.schema.tag).collect();
     let axes = scene.dimension.count();
     let bytes = 2 * axes * scene.particles.len() * size_of::<f64>();
-    let large = parts.iter().filter(|size| **size > SMALL).count() as u64;
+    let large = parts.iter().filter(|size| **size > MAX_SMALL_BLOCKS).count() as u64;
     let found = [
         (Excess::MatrixOfExplicit, is_explicit && has_matrix),
         (Excess::FactorsWithoutCoupling, parts.is_empty() && linear.factorisations > 0),

@@ -32,13 +32,8 @@ struct Run {
 impl Run {
     fn new(scene: &Scene, later: &Scene, switch_at: u64) -> Self {
         let mut state = State::zeros(Shape::of(scene));
-        let dimension = scene.dimension.count();
-        let flat = |vector: fn(&simulator::scene::Particle) -> &[f64; 3]| {
-            let particles = scene.particles.iter();
-            particles.flat_map(|particle| vector(particle)[..dimension].to_vec()).collect()
-        };
-        state.positions = flat(|particle| &particle.position);
-        state.velocities = flat(|particle| &particle.velocity);
+        state.positions = scene.positions();
+        state.velocities = scene.velocities();
         let steppers = [scene, later].map(|scene| Stepper::new(scene, LinearSolver::Auto));
         Self { steppers, switch_at, n_steps: scene.n_steps(), next: 0, state }
     }

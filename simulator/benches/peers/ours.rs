@@ -4,7 +4,7 @@ use std::env;
 use std::process::Command;
 use std::time::Instant;
 
-use simulator::generate::{Generator, Length, Net, SpringLaw, Springs, Timeline};
+use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
@@ -40,7 +40,8 @@ impl Ours {
                 integrator,
                 options: options.collect(),
                 time_step: Some(method.time_step),
-                length: Length::Steps(steps + untimed),
+                duration: 0.0,
+                steps: Some(steps + untimed),
             },
             ..Net::default()
         };
@@ -56,7 +57,7 @@ impl Ours {
     /// Steps the net, and returns the time in ns a step. Building the simulation is not timed.
     ///
     /// # Errors
-    /// Where a step has no answer.
+    /// If a step fails.
     pub(crate) fn time(&self) -> Result<f64, String> {
         let mut simulation = Simulation::new(&self.scene);
         advance(&mut simulation, self.untimed)?;
@@ -68,7 +69,7 @@ impl Ours {
     /// The positions after so many steps.
     ///
     /// # Errors
-    /// Where a step has no answer.
+    /// If a step fails.
     pub(crate) fn positions(&self, steps: u64) -> Result<Vec<f64>, String> {
         let mut simulation = Simulation::new(&self.scene);
         advance(&mut simulation, steps)?;

@@ -14,33 +14,49 @@
 //! Springs stand on all three, at their rest length. Every particle has the mass
 //! `density · volume / particles`. Particles are numbered with z fastest, then y, then x.
 
-use super::draft::{Draft, particle};
+use clap::Args;
+
+use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A clamped beam, in three dimensions.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Beam {
-    /// Cubes along x, y and z, each 1 or more.
-    pub cells: [u64; 3],
-    /// Side of a cube, m.
+    /// Cubes along its length.
+    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().nx)]
+    pub nx: u64,
+    /// Cubes up.
+    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().ny)]
+    pub ny: u64,
+    /// Cubes across.
+    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().nz)]
+    pub nz: u64,
+    /// Side of a cube.
+    #[arg(long, value_name = "M", default_value_t = Beam::default().spacing)]
     pub spacing: f64,
-    /// Mass of a cubic metre, kg.
+    /// Mass of a cubic metre.
+    #[arg(long, value_name = "KG_PER_M3", default_value_t = Beam::default().density)]
     pub density: f64,
-    /// Acceleration downwards, m/s².
+    /// Acceleration downwards.
+    #[arg(long, value_name = "M_PER_S2", default_value_t = Beam::default().gravity)]
     pub gravity: f64,
     /// The springs.
+    #[command(flatten)]
     pub springs: Springs,
-    /// How it is stepped.
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 
 impl Default for Beam {
     fn default() -> Self {
         Self {
-            cells: [8, 2, 2],
+            nx: 8,
+            ny: 2,
+            nz: 2,
             spacing: 0.1,
             density: 1000.0,
             gravity: GRAVITY,
@@ -71,8 +87,8 @@ const DIRECTIONS: [[isize; 3]; 13] = [
 
 impl Generator for Beam {
     fn size(&self) -> Result<Size, GenerateError> {
-        let [nx, ny, nz] = self.cells;
-        let [nx, ny, nz] = [count("nx", nx, 1)?, count("ny", ny, 1)?, count("nz", nz, 1)?];
+        let [nx, ny, nz] =
+            [count("nx", self.nx, 1)?, count("ny", self.ny, 1)?, count("nz", self.nz, 1)?];
         let [px, py, pz] = [nx + 1, ny + 1, nz + 1];
         let edges = nx * py * pz + px * ny * pz + px * py * nz;
         let faces = 2 * (nx * ny * pz + nx * py * nz + px * ny * nz);
@@ -81,16 +97,16 @@ impl Generator for Beam {
 
     fn scene(&self) -> Result<Scene, GenerateError> {
         let size = self.size()?;
-        let mut draft = Draft::new("beam", size, Dimension::Three, &self.timeline)?;
+        let mut builder = SceneBuilder::new("beam", size, Dimension::Three, &self.timeline)?;
         check("spacing", self.spacing, Domain::Positive)?;
         check("density", self.density, Domain::Positive)?;
         check("gravity", self.gravity, Domain::Finite)?;
         self.springs.check()?;
 
-        let cells = self.cells.map(|cells| cells as usize);
+        let cells = [self.nx, self.ny, self.nz].map(|cells| cells as usize);
         let [nx, ny, nz] = cells;
         let [length, height, depth] = cells.map(|cells| cells as f64 * self.spacing);
-        let radius = draft.drawn_for_spacing(self.spacing);
+        let radius = builder.set_drawing_scale(self.spacing);
         let mass = self.density * length * height * depth / size.particles as f64;
         for [i, j, k] in lattice(cells) {
             let position = [
@@ -100,7 +116,7 @@ impl Generator for Beam {
             ];
             let mut node = particle(mass, position, radius);
             node.fixed = i == 0;
-            draft.particle(node);
+            builder.particle(node);
         }
         let id = |[i, j, k]: [usize; 3]| (i * (ny + 1) + j) * (nz + 1) + k;
         for direction in DIRECTIONS {
@@ -108,22 +124,18 @@ impl Generator for Beam {
             let rest_length = self.spacing * (squared as f64).sqrt();
             for node in lattice(cells) {
                 if let Some(other) = neighbour(node, direction, cells) {
-                    draft.spring([id(node), id(other)], rest_length, &self.springs);
+                    builder.spring([id(node), id(other)], rest_length, &self.springs);
                 }
             }
         }
-        draft.gravity(self.gravity);
-        draft.viewport([0.0, -0.5 * length], [length, 0.5 * length]);
+        builder.gravity(self.gravity);
+        builder.viewport([0.0, -0.5 * length], [length, 0.5 * length]);
         let description = format!("A beam of {nx} by {ny} by {nz} cubes, clamped at one end.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        Some(&self.springs)
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, Some(&self.springs))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Bodies: a cloud of small ones around a heavy one, all under each other's gravitation.
+//! Bodies: random small bodies around a heavy one, all attracting each other.
 //!
 //! ```text
 //!       o    o         n bodies at random places of a disc, or a ball, and a heavy one (@) at its
@@ -22,8 +22,11 @@
 //! Everything follows from the seed and the options, by arithmetic and square roots alone: the same
 //! seed is the same scene on every machine.
 
-use super::draft::{Draft, particle};
-use super::error::{Fault, check, count};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use super::builder::{SceneBuilder, particle};
+use super::error::{GenerateErrorKind, check, count};
 use super::random::Random;
 use super::timeline::round_down;
 use super::{GenerateError, Generator, Size, Springs, Timeline};
@@ -31,27 +34,37 @@ use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Particle, Scene};
 
 /// Random bodies that attract each other.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Bodies {
-    /// Bodies, 2 or more; the heavy one comes on top.
+    /// Bodies beside the one in the middle.
+    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Bodies::default().bodies)]
     pub bodies: u64,
-    /// Whether they fill a disc or a ball.
-    pub dimension: Dimension,
-    /// Radius of the disc or ball, m.
-    pub radius: f64,
-    /// The least distance of two bodies at the start, m.
-    pub min_distance: f64,
-    /// Mass of a body in the mean, kg.
-    pub mass: f64,
-    /// Mass of the heavy one in the middle, kg; 0 for none.
-    pub central_mass: f64,
-    /// The gravitational constant.
-    pub gravitation: f64,
-    /// Twice the kinetic by the potential energy, 0 or more.
-    pub virial: f64,
-    /// What the random numbers start from.
+    /// Seed of the random numbers; the same seed gives the same bytes.
+    #[arg(long, value_name = "NUMBER", default_value_t = Bodies::default().seed)]
     pub seed: u64,
-    /// How it is stepped.
+    /// A disc, or a ball.
+    #[arg(long, value_name = "2|3", default_value = "3", value_parser = PossibleValuesParser::new(["2", "3"]).map(dimension_of))]
+    pub dimension: Dimension,
+    /// Radius of the disc or ball they start in.
+    #[arg(long, value_name = "M", default_value_t = Bodies::default().radius)]
+    pub radius: f64,
+    /// The least distance of two of them at the start.
+    #[arg(long, value_name = "M", default_value_t = Bodies::default().min_distance)]
+    pub min_distance: f64,
+    /// Mean mass; each lies between half and one and a half times it.
+    #[arg(long, value_name = "KG", default_value_t = Bodies::default().mass)]
+    pub mass: f64,
+    /// Mass of a heavy one in the middle, on top of the others; 0 for none.
+    #[arg(long, value_name = "KG", default_value_t = Bodies::default().central_mass)]
+    pub central_mass: f64,
+    /// Gravitational constant.
+    #[arg(short = 'G', long, value_name = "G", default_value_t = Bodies::default().gravitation)]
+    pub gravitation: f64,
+    /// Twice the kinetic by the potential energy: 0 at rest, 1 in equilibrium, 2 no longer bound.
+    #[arg(long, value_name = "RATIO", default_value_t = Bodies::default().virial)]
+    pub virial: f64,
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 
@@ -72,8 +85,13 @@ impl Default for Bodies {
     }
 }
 
-/// Places that are tried for a body before there is found to be no room.
+/// Random places tried for a body before it is an error.
 const MAX_TRIES: u32 = 2000;
+
+/// The dimension of a disc or a ball.
+fn dimension_of(text: String) -> Dimension {
+    if text == "2" { Dimension::Two } else { Dimension::Three }
+}
 
 impl Generator for Bodies {
     fn size(&self) -> Result<Size, GenerateError> {
@@ -82,7 +100,8 @@ impl Generator for Bodies {
     }
 
     fn scene(&self) -> Result<Scene, GenerateError> {
-        let mut draft = Draft::new("bodies", self.size()?, self.dimension, &self.timeline)?;
+        let mut builder =
+            SceneBuilder::new("bodies", self.size()?, self.dimension, &self.timeline)?;
         check("radius", self.radius, Domain::Positive)?;
         check("min-distance", self.min_distance, Domain::Positive)?;
         check("mass", self.mass, Domain::Positive)?;
@@ -93,43 +112,43 @@ impl Generator for Bodies {
         let drawn = 0.1 * self.min_distance;
         let mut random = Random(self.seed);
         if self.central_mass != 0.0 {
-            draft.particle(particle(self.central_mass, [0.0; 3], 2.0 * drawn));
+            builder.particle(particle(self.central_mass, [0.0; 3], 2.0 * drawn));
         }
         for _ in 0..self.bodies {
-            let place = self.place(&draft.scene.particles, &mut random)?;
+            let place = self.place(&builder.scene.particles, &mut random)?;
             let mass = self.mass * (1.0 + 0.5 * random.signed());
-            draft.particle(particle(mass, place, drawn));
+            builder.particle(particle(mass, place, drawn));
         }
-        self.set_moving(&mut draft.scene.particles);
-        draft.gravitation(self.gravitation);
-        draft.viewport([-self.radius; 2], [self.radius; 2]);
+        self.set_moving(&mut builder.scene.particles);
+        builder.gravitation(self.gravitation);
+        builder.viewport([-self.radius; 2], [self.radius; 2]);
         // A small part of the time in which two that are as close as can be would go around each other.
         let masses = self.mass + self.central_mass.max(self.mass);
         let fastest = (self.min_distance.powi(3) / (self.gravitation * masses)).sqrt();
         let time_step = round_down(0.01 * fastest);
         let (bodies, seed) = (self.bodies, self.seed);
         let description = format!("{bodies} random bodies attract each other (seed {seed}).");
-        Ok(draft.finish(&self.timeline, time_step, description)?)
+        Ok(builder.finish(&self.timeline, time_step, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        None
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, None)
     }
 }
 
 impl Bodies {
     /// A place far enough from all others, drawn until there is one.
-    fn place(&self, others: &[Particle], random: &mut Random) -> Result<[f64; 3], Fault> {
+    fn place(
+        &self,
+        others: &[Particle],
+        random: &mut Random,
+    ) -> Result<[f64; 3], GenerateErrorKind> {
         let mut draws = (0..MAX_TRIES)
             .map(|_| random.in_ball(self.dimension.count()).map(|part| self.radius * part));
         let is_free = |place: &[f64; 3]| {
             others.iter().all(|other| distance(place, &other.position) >= self.min_distance)
         };
-        draws.find(is_free).ok_or(Fault::NoRoom {
+        draws.find(is_free).ok_or(GenerateErrorKind::NoRoom {
             bodies: self.bodies,
             min_distance: self.min_distance,
             radius: self.radius,

@@ -14,30 +14,40 @@
 //! Every particle has the mass `mass`; the rest length of a link is `length / n`. The uppermost spring
 //! carries them all: at rest it is stretched by `n · mass · gravity / stiffness`.
 
-use super::draft::{Draft, particle, rounded};
+use clap::Args;
+
+use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A hanging chain.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Chain {
-    /// Links, 1 or more.
+    /// Links.
+    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Chain::default().links)]
     pub links: u64,
-    /// Length of the whole at rest, m.
+    /// Length of the whole at rest.
+    #[arg(long, value_name = "M", default_value_t = Chain::default().length)]
     pub length: f64,
-    /// Mass of each particle, kg.
+    /// Mass of each particle.
+    #[arg(long, value_name = "KG", default_value_t = Chain::default().mass)]
     pub mass: f64,
-    /// Where the first link points, in degrees from straight down towards +x.
+    /// Direction of the first link, from straight down towards +x.
+    #[arg(long, value_name = "DEGREES", default_value_t = Chain::default().angle)]
     pub angle: f64,
-    /// How much the angle is lost along the chain, from 0 to 1.
+    /// Part of the angle that is lost along the chain: 0 is a straight line, with 1 its end hangs down.
+    #[arg(long, value_name = "0..1", default_value_t = Chain::default().sag)]
     pub sag: f64,
-    /// Acceleration downwards, m/s².
+    /// Acceleration downwards.
+    #[arg(long, value_name = "M_PER_S2", default_value_t = Chain::default().gravity)]
     pub gravity: f64,
     /// The springs.
+    #[command(flatten)]
     pub springs: Springs,
-    /// How it is stepped.
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 
@@ -65,7 +75,7 @@ impl Generator for Chain {
     }
 
     fn scene(&self) -> Result<Scene, GenerateError> {
-        let mut draft = Draft::new("chain", self.size()?, Dimension::Two, &self.timeline)?;
+        let mut builder = SceneBuilder::new("chain", self.size()?, Dimension::Two, &self.timeline)?;
         check("length", self.length, Domain::Positive)?;
         check("mass", self.mass, Domain::Positive)?;
         check("angle", self.angle, Domain::Finite)?;
@@ -75,30 +85,30 @@ impl Generator for Chain {
 
         let n = self.links as usize;
         let link = self.length / n as f64;
-        let radius = draft.drawn_for_spacing(link);
+        let radius = builder.set_drawing_scale(link);
         let mut end = particle(self.mass, [0.0; 3], radius);
         end.fixed = true;
-        draft.particle(end);
+        builder.particle(end);
         let [mut x, mut y] = [0.0, 0.0];
         for i in 0..n {
             let along = i as f64 / (n - 1).max(1) as f64;
             let (sine, cosine) = (self.angle * (1.0 - self.sag * along)).to_radians().sin_cos();
             x += link * sine;
             y -= link * cosine;
-            draft.particle(particle(self.mass, [rounded(x), rounded(y), 0.0], radius));
-            draft.spring([i, i + 1], link, &self.springs);
+            builder.particle(particle(
+                self.mass,
+                [round_decimals(x), round_decimals(y), 0.0],
+                radius,
+            ));
+            builder.spring([i, i + 1], link, &self.springs);
         }
-        draft.gravity(self.gravity);
-        draft.viewport([-self.length; 2], [self.length; 2]);
+        builder.gravity(self.gravity);
+        builder.viewport([-self.length; 2], [self.length; 2]);
         let description = format!("A chain of {n} links swings from a fixed end.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        Some(&self.springs)
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, Some(&self.springs))
     }
 }

@@ -16,39 +16,54 @@
 //! stays in its plane, and its scene is two-dimensional; any other has three dimensions. Every particle
 //! has the mass `density · width · height / particles`.
 
-use super::draft::{Draft, particle, rounded};
+use clap::Args;
+
+use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A hanging cloth.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Cloth {
-    /// Cells along the fixed edge and down from it, each 1 or more.
-    pub cells: [u64; 2],
-    /// Length of the fixed edge, m.
+    /// Cells along the fixed edge.
+    #[arg(long, value_name = "COUNT", default_value_t = Cloth::default().nx)]
+    pub nx: u64,
+    /// Cells down from it.
+    #[arg(long, value_name = "COUNT", default_value_t = Cloth::default().ny)]
+    pub ny: u64,
+    /// Length of the fixed edge.
+    #[arg(long, value_name = "M", default_value_t = Cloth::default().width)]
     pub width: f64,
-    /// Length down from it, m.
+    /// Length down from it.
+    #[arg(long, value_name = "M", default_value_t = Cloth::default().height)]
     pub height: f64,
-    /// Mass of a square metre, kg.
+    /// Mass of a square metre.
+    #[arg(long, value_name = "KG_PER_M2", default_value_t = Cloth::default().density)]
     pub density: f64,
-    /// How far it is lifted from hanging straight down at the start, in degrees.
+    /// Angle by which it is lifted from hanging straight down; 0 makes a scene of two dimensions.
+    #[arg(long, value_name = "DEGREES", default_value_t = Cloth::default().tilt)]
     pub tilt: f64,
-    /// Acceleration downwards, m/s².
+    /// Acceleration downwards.
+    #[arg(long, value_name = "M_PER_S2", default_value_t = Cloth::default().gravity)]
     pub gravity: f64,
-    /// The structural and the shear springs; the bend springs have their damping.
-    pub springs: Springs,
-    /// Stiffness of the bend springs; 0 for none.
+    /// Stiffness of each bend spring, which has the damping of the others; 0 for none.
+    #[arg(long, value_name = "K", default_value_t = Cloth::default().bend_stiffness)]
     pub bend_stiffness: f64,
-    /// How it is stepped.
+    /// The structural and the shear springs.
+    #[command(flatten)]
+    pub springs: Springs,
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 
 impl Default for Cloth {
     fn default() -> Self {
         Self {
-            cells: [12, 12],
+            nx: 12,
+            ny: 12,
             width: 1.0,
             height: 1.0,
             density: 1.0,
@@ -65,7 +80,7 @@ const TIME_STEP: f64 = 0.005;
 
 impl Generator for Cloth {
     fn size(&self) -> Result<Size, GenerateError> {
-        let [nx, ny] = [count("nx", self.cells[0], 1)?, count("ny", self.cells[1], 1)?];
+        let [nx, ny] = [count("nx", self.nx, 1)?, count("ny", self.ny, 1)?];
         let structural = nx * (ny + 1) + (nx + 1) * ny;
         let bend = match self.bend_stiffness {
             0.0 => 0,
@@ -78,7 +93,7 @@ impl Generator for Cloth {
     fn scene(&self) -> Result<Scene, GenerateError> {
         let dimension = if self.tilt == 0.0 { Dimension::Two } else { Dimension::Three };
         let size = self.size()?;
-        let mut draft = Draft::new("cloth", size, dimension, &self.timeline)?;
+        let mut builder = SceneBuilder::new("cloth", size, dimension, &self.timeline)?;
         check("width", self.width, Domain::Positive)?;
         check("height", self.height, Domain::Positive)?;
         check("density", self.density, Domain::Positive)?;
@@ -87,22 +102,22 @@ impl Generator for Cloth {
         check("bend-stiffness", self.bend_stiffness, Domain::NonNegative)?;
         self.springs.check()?;
 
-        let [nx, ny] = self.cells.map(|cells| cells as usize);
+        let [nx, ny] = [self.nx, self.ny].map(|cells| cells as usize);
         let [dx, dy] = [self.width / nx as f64, self.height / ny as f64];
-        let radius = draft.drawn_for_spacing(dx.min(dy));
+        let radius = builder.set_drawing_scale(dx.min(dy));
         let mass = self.density * self.width * self.height / size.particles as f64;
         let (sine, cosine) = self.tilt.to_radians().sin_cos();
         for row in 0..=ny {
             let down = row as f64 * dy;
             let [y, z] = match dimension {
                 Dimension::Two => [-down, 0.0],
-                Dimension::Three => [rounded(-down * cosine), rounded(down * sine)],
+                Dimension::Three => [round_decimals(-down * cosine), round_decimals(down * sine)],
             };
             for column in 0..=nx {
                 let x = column as f64 * dx - 0.5 * self.width;
                 let mut knot = particle(mass, [x, y, z], radius);
                 knot.fixed = row == 0 && (column == 0 || column == nx);
-                draft.particle(knot);
+                builder.particle(knot);
             }
         }
         let id = |column: usize, row: usize| row * (nx + 1) + column;
@@ -124,23 +139,19 @@ impl Generator for Cloth {
                     let other = column.checked_add_signed(right).filter(|other| *other <= nx);
                     if let (Some(other), true) = (other, row + down <= ny) {
                         let pair = [id(column, row), id(other, row + down)];
-                        draft.spring(pair, rest_length, springs);
+                        builder.spring(pair, rest_length, springs);
                     }
                 }
             }
         }
-        draft.gravity(self.gravity);
+        builder.gravity(self.gravity);
         let half = 0.5 * self.width;
-        draft.viewport([-half, -1.1 * self.height], [half, 0.1 * self.height]);
+        builder.viewport([-half, -1.1 * self.height], [half, 0.1 * self.height]);
         let description = format!("A cloth of {nx} by {ny} cells hangs by two corners.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        Some(&self.springs)
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, Some(&self.springs))
     }
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with the options of a generator.
+//! Errors in the options of a generator.
 
 use std::fmt;
 
@@ -6,15 +6,15 @@ use super::{MAX_PAIRS, MAX_PARTICLES};
 use crate::scene::MAX_STEPS;
 use crate::scene::schema::{Domain, Refusal};
 
-/// Options that make no scene.
+/// Invalid options of a generator.
 ///
-/// Displays as what is wrong, and a second line `  help: remedy`.
+/// Displays as the problem, and a second line `  help: remedy`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub struct GenerateError(#[from] pub Fault);
+pub struct GenerateError(#[from] pub GenerateErrorKind);
 
-/// What is wrong with the options.
+/// Kinds of errors in the options.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Fault {
+pub enum GenerateErrorKind {
     #[error("{option} is {value}, and must be {must_be}")]
     OutOfDomain { option: &'static str, value: f64, must_be: &'static str },
     #[error("{option} is {value}, and must be from {least} to {most}")]
@@ -37,50 +37,60 @@ pub enum Fault {
     Particle { what: &'static str, particle: usize, value: f64 },
     #[error("the rest length of a spring comes out as {value}")]
     RestLength { value: f64 },
-    #[error(
-        "there is no room for {bodies} bodies {min_distance} apart within a radius of {radius}"
-    )]
+    #[error("{bodies} bodies {min_distance} apart do not fit within a radius of {radius}")]
     NoRoom { bodies: u64, min_distance: f64, radius: f64 },
 }
 
 impl fmt::Display for GenerateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let remedy = match &self.0 {
-            Fault::OutOfDomain { .. } | Fault::Count { .. } | Fault::OptionValue { .. } => {
-                "choose another value"
+            GenerateErrorKind::OutOfDomain { .. }
+            | GenerateErrorKind::Count { .. }
+            | GenerateErrorKind::OptionValue { .. } => "choose another value",
+            GenerateErrorKind::UnknownOption { .. } => "simulate --help lists the options of each",
+            GenerateErrorKind::Refused { refusal, .. } => refusal.remedy,
+            GenerateErrorKind::NoDamping => "set the damping to 0, or use the law hooke",
+            GenerateErrorKind::TooManyParticles { .. } | GenerateErrorKind::TooManyPairs { .. } => {
+                "make it smaller"
             }
-            Fault::UnknownOption { .. } => "simulate --help lists the options of each",
-            Fault::Refused { refusal, .. } => refusal.remedy,
-            Fault::NoDamping => "set the damping to 0, or use the law hooke",
-            Fault::TooManyParticles { .. } | Fault::TooManyPairs { .. } => "make it smaller",
-            Fault::TooManySteps { .. } => {
+            GenerateErrorKind::TooManySteps { .. } => {
                 return write!(
                     f,
                     "{}\n  help: at most {MAX_STEPS:e} steps are simulated; shorten the duration or lengthen the step",
                     self.0
                 );
             }
-            Fault::Particle { .. } | Fault::RestLength { .. } => {
+            GenerateErrorKind::Particle { .. } | GenerateErrorKind::RestLength { .. } => {
                 "choose lengths and masses of ordinary size"
             }
-            Fault::NoRoom { .. } => "widen the radius, or let them come closer",
+            GenerateErrorKind::NoRoom { .. } => {
+                "increase the radius, or reduce the minimum distance"
+            }
         };
         write!(f, "{}\n  help: {remedy}", self.0)
     }
 }
 
-/// Refuses a value outside of its domain.
-pub(super) fn check(option: &'static str, value: f64, domain: Domain) -> Result<(), Fault> {
+/// Checks that a value is in its domain.
+pub(super) fn check(
+    option: &'static str,
+    value: f64,
+    domain: Domain,
+) -> Result<(), GenerateErrorKind> {
     if domain.contains(value) {
         return Ok(());
     }
-    Err(Fault::OutOfDomain { option, value, must_be: domain.describe() })
+    Err(GenerateErrorKind::OutOfDomain { option, value, must_be: domain.describe() })
 }
 
 /// Refuses a number of things outside of a range; returns it in a width that products do not leave.
-pub(super) fn count(option: &'static str, value: u64, least: u64) -> Result<u64, Fault> {
+pub(super) fn count(
+    option: &'static str,
+    value: u64,
+    least: u64,
+) -> Result<u64, GenerateErrorKind> {
     if (least..=MAX_PARTICLES).contains(&value) {
         return Ok(value);
     }
-    Err(Fault::Count { option, value, least, most: MAX_PARTICLES })
+    Err(GenerateErrorKind::Count { option, value, least, most: MAX_PARTICLES })
 }

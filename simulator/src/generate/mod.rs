@@ -1,6 +1,7 @@
-//! Scenes by rule: nets, chains, cloths, rings, beams and bodies, of any size.
+//! Procedural scenes of any size: nets, chains, cloths, rings, beams and bodies.
 //!
-//! A generator is a plain struct of options whose [`Generator::scene`] is a pure function: the same
+//! A generator is a struct of options, which are also those of `simulate generate`, and its
+//! [`Generator::scene`] is a pure function: the same
 //! options give the same [`Scene`], seed included. One kind a file, each with its picture, units and
 //! counts; adding one is a new file, and a line in [`REGISTRY`]. Cost: time and memory in proportion to
 //! the scene.
@@ -8,7 +9,7 @@
 //! Units are metres, seconds and kilograms, and so newtons a metre for a stiffness; nothing depends on
 //! their being those.
 //!
-//! | kind | what it is | its integrator by default |
+//! | kind | scene | default integrator |
 //! | --- | --- | --- |
 //! | [`Net`] | the elastic square of the slides, stretched or hung | linearized implicit Euler |
 //! | [`Chain`] | links that swing from a fixed end | linearized implicit Euler |
@@ -38,7 +39,7 @@ mod cloth;
 mod net;
 mod ring;
 
-mod draft;
+mod builder;
 mod random;
 
 pub use beam::Beam;
@@ -48,7 +49,7 @@ pub use cloth::Cloth;
 pub use error::GenerateError;
 pub use net::Net;
 pub use ring::Ring;
-pub use timeline::{Length, Timeline};
+pub use timeline::{Timeline, parse_integrator, parse_option};
 
 use crate::scene::Scene;
 
@@ -63,24 +64,21 @@ pub trait Generator {
     /// How many particles and pairs the scene will have.
     ///
     /// # Errors
-    /// Where a number of particles or cells is out of range.
+    /// If a number of particles or cells is out of range.
     fn size(&self) -> Result<Size, GenerateError>;
 
     /// The scene.
     ///
     /// # Errors
-    /// Where an option is out of its domain, or the scene would be larger than [`MAX_PARTICLES`] or
+    /// If an option is out of its domain, or the scene would be larger than [`MAX_PARTICLES`] or
     /// [`MAX_PAIRS`].
     fn scene(&self) -> Result<Scene, GenerateError>;
 
-    /// How it is stepped.
-    fn timeline(&self) -> &Timeline;
-
-    /// Its springs' law; `None` if it has no springs.
-    fn springs(&self) -> Option<&Springs>;
+    /// Its timeline, and its springs if it has any.
+    fn common(&self) -> (&Timeline, Option<&Springs>);
 }
 
-/// What a scene is made of.
+/// The size of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
     /// Particles.
@@ -90,22 +88,32 @@ pub struct Size {
 }
 
 /// The law of all springs of a scene.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, clap::Args)]
+#[command(next_help_heading = "Springs")]
 pub struct Springs {
-    /// Stiffness of each spring, 0 or more.
+    /// Stiffness of each spring.
+    #[arg(short = 'k', long, value_name = "K", required = false)]
     pub stiffness: f64,
-    /// Damping of each spring along its axis, 0 or more; 0 where the law has none.
+    /// Damping of each spring, along its axis.
+    #[arg(
+        short = 'b',
+        long,
+        value_name = "B",
+        required = false,
+        default_value_if("law", "green", "0")
+    )]
     pub damping: f64,
-    /// Their law.
+    /// Law of each spring; green has no damping.
+    #[arg(long = "spring", value_name = "LAW", value_enum, default_value_t = SpringLaw::Hooke)]
     pub law: SpringLaw,
 }
 
 /// The law of springs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum SpringLaw {
-    /// `springforce`: linear in the length.
+    /// Linear in the length.
     Hooke,
-    /// `greenspringforce`: the lecture's, quadratic in the Green strain, without damping.
+    /// Quadratic in the Green strain, as in the lecture.
     Green,
 }
 
@@ -121,7 +129,7 @@ impl SpringLaw {
 
 /// A generator as the registry knows it.
 pub struct GeneratorKind {
-    /// What the command line calls it.
+    /// Its name on the command line.
     pub name: &'static str,
     /// It with its default options.
     pub default: fn() -> Box<dyn Generator>,

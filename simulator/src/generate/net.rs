@@ -14,28 +14,37 @@
 //! from below. Source: CMU 15-362 (F24), special topics 4; the numbers and their order are those of the
 //! peer script `gen_net.py`.
 
-use super::draft::{Draft, particle};
+use clap::Args;
+
+use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A square net.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Net {
-    /// Segments along a side, 1 or more.
+    /// Segments along a side.
+    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Net::default().segments)]
     pub segments: u64,
-    /// Whether it hangs by its two upper corners, in gravity.
+    /// Hang it by its two upper corners, not stretched, in gravity.
+    #[arg(long = "pin")]
     pub pinned: bool,
-    /// What its initial x is multiplied by; above 0.
+    /// Factor of its initial x [default: 1.4, or 1 with --pin].
+    #[arg(long, value_name = "FACTOR", hide_default_value = true, default_value_t = Net::default().stretch, default_value_if("pinned", "true", "1"))]
     pub stretch: f64,
-    /// Mass of the whole, kg/m²: its side is 1.
+    /// Mass of the whole; its side is 1.
+    #[arg(long, value_name = "KG_PER_M2", default_value_t = Net::default().density)]
     pub density: f64,
-    /// Acceleration downwards, m/s², of a net that is pinned.
+    /// Acceleration downwards, with --pin.
+    #[arg(long, value_name = "M_PER_S2", requires = "pinned", default_value_t = Net::default().gravity)]
     pub gravity: f64,
     /// The springs.
+    #[command(flatten)]
     pub springs: Springs,
-    /// How it is stepped.
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 
@@ -63,7 +72,7 @@ impl Generator for Net {
     }
 
     fn scene(&self) -> Result<Scene, GenerateError> {
-        let mut draft = Draft::new("net", self.size()?, Dimension::Two, &self.timeline)?;
+        let mut builder = SceneBuilder::new("net", self.size()?, Dimension::Two, &self.timeline)?;
         check("stretch", self.stretch, Domain::Positive)?;
         check("density", self.density, Domain::Positive)?;
         check("gravity", self.gravity, Domain::Finite)?;
@@ -79,14 +88,14 @@ impl Generator for Net {
                 // 0.1 is the radius of a particle that names none.
                 let mut corner = particle(mass, [self.stretch * at(column), at(row), 0.0], 0.1);
                 corner.fixed = self.pinned && row == n && (column == 0 || column == n);
-                draft.particle(corner);
+                builder.particle(corner);
             }
         }
         let id = |column: usize, row: usize| column * side + row;
         // Rest lengths are distances of the rounded coordinates, as the peer has them.
         let mut join = |(i, k): (usize, usize), (j, l): (usize, usize)| {
             let [dx, dy] = [at(i) - at(j), at(k) - at(l)];
-            draft.spring([id(i, k), id(j, l)], (dx * dx + dy * dy).sqrt(), &self.springs);
+            builder.spring([id(i, k), id(j, l)], (dx * dx + dy * dy).sqrt(), &self.springs);
         };
         for i in 0..n {
             (0..side).for_each(|k| join((i, k), (i + 1, k)));
@@ -101,19 +110,15 @@ impl Generator for Net {
             }
         }
         if self.pinned {
-            draft.gravity(self.gravity);
+            builder.gravity(self.gravity);
         }
-        draft.scene.max_simulation_frequency = Some(500.0);
+        builder.scene.max_simulation_frequency = Some(500.0);
         let what = if self.pinned { "hung by its upper corners" } else { "stretched along x" };
         let description = format!("A square net of {n} by {n} cells, {what}.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        Some(&self.springs)
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, Some(&self.springs))
     }
 }

@@ -1,4 +1,4 @@
-//! Random numbers of which a seed means the same for good.
+//! Pseudo-random numbers, reproducible for a seed across versions.
 //!
 //! SplitMix64 (Steele, Lea, Flood 2014, figure 17). A crate's generator may change with its version,
 //! and a seed that stands in a course's exercise would then mean another scene.

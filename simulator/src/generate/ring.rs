@@ -13,28 +13,37 @@
 
 use std::f64::consts::PI;
 
-use super::draft::{Draft, particle, rounded};
+use clap::Args;
+
+use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
 use crate::scene::{Dimension, Scene};
 
 /// A ring, or a wheel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Args)]
 pub struct Ring {
-    /// Particles on the circle, 3 or more.
+    /// Particles on the circle.
+    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Ring::default().particles)]
     pub particles: u64,
-    /// Radius of the circle, m.
+    /// Radius of the circle.
+    #[arg(long, value_name = "M", default_value_t = Ring::default().radius)]
     pub radius: f64,
-    /// Mass of each particle, kg.
+    /// Mass of each particle.
+    #[arg(long, value_name = "KG", default_value_t = Ring::default().mass)]
     pub mass: f64,
-    /// Angular velocity, rad/s; counterclockwise if above 0.
+    /// Angular velocity, counterclockwise.
+    #[arg(long, value_name = "RAD_PER_S", default_value_t = Ring::default().spin)]
     pub spin: f64,
-    /// Whether springs lead to a hub.
+    /// Add a hub, and springs from it to all.
+    #[arg(long)]
     pub spokes: bool,
     /// The springs.
+    #[command(flatten)]
     pub springs: Springs,
-    /// How it is stepped.
+    /// Integrator, time step and duration.
+    #[command(flatten)]
     pub timeline: Timeline,
 }
 
@@ -62,42 +71,38 @@ impl Generator for Ring {
     }
 
     fn scene(&self) -> Result<Scene, GenerateError> {
-        let mut draft = Draft::new("ring", self.size()?, Dimension::Two, &self.timeline)?;
+        let mut builder = SceneBuilder::new("ring", self.size()?, Dimension::Two, &self.timeline)?;
         check("radius", self.radius, Domain::Positive)?;
         check("mass", self.mass, Domain::Positive)?;
         check("spin", self.spin, Domain::Finite)?;
         self.springs.check()?;
 
         let n = self.particles as usize;
-        let chord = rounded(2.0 * self.radius * (PI / n as f64).sin());
-        let drawn = draft.drawn_for_spacing(chord);
+        let chord = round_decimals(2.0 * self.radius * (PI / n as f64).sin());
+        let drawn = builder.set_drawing_scale(chord);
         for i in 0..n {
             let (sine, cosine) = (2.0 * PI * (i as f64 / n as f64)).sin_cos();
-            let [x, y] = [cosine, sine].map(|of_one| rounded(self.radius * of_one));
+            let [x, y] = [cosine, sine].map(|of_one| round_decimals(self.radius * of_one));
             let mut bead = particle(self.mass, [x, y, 0.0], drawn);
             bead.velocity = [-self.spin * y, self.spin * x, 0.0];
-            draft.particle(bead);
+            builder.particle(bead);
         }
         for i in 0..n {
-            draft.spring([i, (i + 1) % n], chord, &self.springs);
+            builder.spring([i, (i + 1) % n], chord, &self.springs);
         }
         if self.spokes {
-            draft.particle(particle(self.mass, [0.0; 3], drawn));
+            builder.particle(particle(self.mass, [0.0; 3], drawn));
             for i in 0..n {
-                draft.spring([n, i], self.radius, &self.springs);
+                builder.spring([n, i], self.radius, &self.springs);
             }
         }
-        draft.viewport([-1.2 * self.radius; 2], [1.2 * self.radius; 2]);
+        builder.viewport([-1.2 * self.radius; 2], [1.2 * self.radius; 2]);
         let what = if self.spokes { "wheel" } else { "ring" };
         let description = format!("A {what} of {n} particles spins freely.");
-        Ok(draft.finish(&self.timeline, TIME_STEP, description)?)
+        Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
     }
 
-    fn timeline(&self) -> &Timeline {
-        &self.timeline
-    }
-
-    fn springs(&self) -> Option<&Springs> {
-        Some(&self.springs)
+    fn common(&self) -> (&Timeline, Option<&Springs>) {
+        (&self.timeline, Some(&self.springs))
     }
 }

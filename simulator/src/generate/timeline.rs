@@ -1,4 +1,4 @@
-//! How a generated scene is stepped: integrator, time step, duration.
+//! Integrator, time step and duration of a generated scene.
 //!
 //! Symplectic Euler stays stable as long as
 //!
@@ -12,32 +12,53 @@
 //! most 1, which leaves room for springs that stretch and turn. Explicit Euler is given the same step, for
 //! want of a bound of its own: it gains energy at any step where damping does not take it away.
 
-use super::error::{Fault, check};
+use clap::Args;
+
+use super::error::{GenerateErrorKind, check};
 use crate::scene::schema::{Domain, IntegratorOptions, IntegratorSchema, OptionError};
 use crate::scene::{MAX_STEPS, Scene, step_count};
 use crate::vocabulary;
 
-/// How a scene is stepped.
-#[derive(Debug, Clone, PartialEq)]
+/// Integrator, time step and duration of a generated scene.
+#[derive(Debug, Clone, PartialEq, Args)]
+#[command(next_help_heading = "Stepping and output")]
 pub struct Timeline {
-    /// The time integrator.
+    /// Time integrator; see simulate --help.
+    #[arg(long, value_name = "TYPE", required = false, value_parser = parse_integrator)]
     pub integrator: &'static IntegratorSchema,
-    /// Options of the integrator: name and value.
+    /// Set an option of the integrator; may be given several times.
+    #[arg(long = "option", value_name = "NAME=VALUE", value_parser = parse_option)]
     pub options: Vec<(String, String)>,
-    /// Time step in seconds, above 0; `None` for the one that suits the kind, shortened where an
-    /// explicit or symplectic method needs a shorter one for the springs of this scene.
+    /// Time step in seconds [default: one that suits the scene, and the stability of symplectic Euler; explicit Euler gains energy at any].
+    #[arg(long = "dt", value_name = "SECONDS")]
     pub time_step: Option<f64>,
-    /// How long.
-    pub length: Length,
+    /// Simulated time in seconds.
+    #[arg(long, value_name = "SECONDS", required = false)]
+    pub duration: f64,
+    /// Simulated time, in time steps.
+    #[arg(long, value_name = "COUNT", conflicts_with = "duration")]
+    pub steps: Option<u64>,
 }
 
-/// How long a scene is simulated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Length {
-    /// So many seconds, 0 or more.
-    Seconds(f64),
-    /// So many time steps.
-    Steps(u64),
+/// Parses the name of an integrator.
+///
+/// # Errors
+/// If there is no such integrator; the message lists all.
+pub fn parse_integrator(text: &str) -> Result<&'static IntegratorSchema, String> {
+    let vocabulary = vocabulary();
+    vocabulary.integrator(text).ok_or_else(|| {
+        let names: Vec<&str> = vocabulary.integrators.iter().map(|schema| schema.name).collect();
+        format!("known types: {}", names.join(", "))
+    })
+}
+
+/// Parses `NAME=VALUE`.
+///
+/// # Errors
+/// If there is no `=`.
+pub fn parse_option(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE, such as iterations=20")?;
+    Ok((name.trim().to_owned(), value.trim().to_owned()))
 }
 
 impl Timeline {
@@ -45,11 +66,11 @@ impl Timeline {
     pub(super) fn of(integrator: &str, seconds: f64) -> Self {
         let integrator = vocabulary().integrator(integrator);
         let integrator = integrator.expect("the generators name integrators of the registry");
-        Self { integrator, options: Vec::new(), time_step: None, length: Length::Seconds(seconds) }
+        Self { integrator, options: Vec::new(), time_step: None, duration: seconds, steps: None }
     }
 
     /// Gives the scene its time step and duration. `usual` is the time step that suits the kind.
-    pub(super) fn apply(&self, usual: f64, scene: &mut Scene) -> Result<(), Fault> {
+    pub(super) fn apply(&self, usual: f64, scene: &mut Scene) -> Result<(), GenerateErrorKind> {
         scene.integrator = self.integrator;
         scene.integrator_options = IntegratorOptions::defaults(self.integrator);
         for (option, text) in &self.options {
@@ -57,10 +78,15 @@ impl Timeline {
             match scene.integrator_options.set(&option, &text) {
                 Ok(()) => {}
                 Err(OptionError::Unknown) => {
-                    return Err(Fault::UnknownOption { integrator, option });
+                    return Err(GenerateErrorKind::UnknownOption { integrator, option });
                 }
                 Err(OptionError::Value { must_be }) => {
-                    return Err(Fault::OptionValue { integrator, option, text, must_be });
+                    return Err(GenerateErrorKind::OptionValue {
+                        integrator,
+                        option,
+                        text,
+                        must_be,
+                    });
                 }
             }
         }
@@ -70,17 +96,13 @@ impl Timeline {
             None => usual,
         };
         check("dt", scene.time_step, Domain::Positive)?;
-        scene.duration = match self.length {
-            Length::Seconds(seconds) => {
-                check("duration", seconds, Domain::NonNegative)?;
-                seconds
-            }
-            Length::Steps(steps) => duration_of(steps, scene.time_step),
-        };
+        check("duration", self.duration, Domain::NonNegative)?;
+        scene.duration =
+            self.steps.map_or(self.duration, |steps| duration_of(steps, scene.time_step));
         let steps = step_count(scene.duration, scene.time_step);
         if steps > MAX_STEPS as f64 {
             let (duration, time_step) = (scene.duration, scene.time_step);
-            return Err(Fault::TooManySteps { duration, time_step, steps });
+            return Err(GenerateErrorKind::TooManySteps { duration, time_step, steps });
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The linearisation that both implicit methods solve.
+//! Linearized backward Euler: the linear system of all implicit methods.
 //!
 //! With an iterate `u` of the new velocity, and force and Jacobians at `(q + h u, u)`,
 //!
@@ -12,7 +12,7 @@
 //!
 //! Where `h² ∂F/∂x + h ∂F/∂v` is larger than `M` by many orders, the sum that is stored has lost the digits
 //! of `M`, and no residual of the stored matrix can tell. The solution is then refined with residuals that
-//! never form the sum: each element's share is its block times the *difference* of its two particles'
+//! never form the sum: each element's contribution is its block times the *difference* of its two particles'
 //! `δ`, so that motions which stretch nothing cancel exactly.
 
 use super::StepError;
@@ -24,24 +24,23 @@ use crate::solver::psd::Projection;
 use crate::statistics::Statistics;
 use crate::system::System;
 
-/// Stiffness in units of mass from which the stored sum is not trusted: beyond it, about 2e-12 of `M`
-/// would be lost.
-const STIFF: f64 = 1e4;
+/// Ratio of stiffness to mass above which the stored sum is not trusted: about 2e-12 of `M` would be lost.
+const STIFF_RATIO: f64 = 1e4;
 
-/// Refinements after which the solution must have settled.
+/// Maximum number of refinements.
 const MAX_REFINEMENTS: usize = 10;
 
 /// A correction this small a part of the solution is rounding.
-const SETTLED: f64 = 4.0 * f64::EPSILON;
+const CONVERGED: f64 = 4.0 * f64::EPSILON;
 
 /// A force that is rounded is wrong by this part of itself, in directions that its stiffness does not
 /// hold; a stiffness in units of mass multiplies it. Corrections settle there, whatever the solver.
-const ROUNDED: f64 = 64.0 * f64::EPSILON;
+const FORCE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Above this, nothing that is left of the solution is worth having.
-const WORTHLESS: f64 = 1e-2;
+/// Largest relative correction that is ever accepted.
+const MAX_CORRECTION: f64 = 1e-2;
 
-/// Room for the linearisation of one system.
+/// Workspace for the linearisation of one system.
 pub(super) struct Linearisation<const D: usize> {
     /// `q + h u`.
     trial: Vec<f64>,
@@ -50,28 +49,28 @@ pub(super) struct Linearisation<const D: usize> {
     free: Vec<Option<usize>>,
     matrix: BlockMatrix<D>,
     /// The pairs of free particles, in the order in which their Jacobians come.
-    slots: Vec<Slot>,
+    slots: Vec<PairLocation>,
     /// Right-hand side and solution, of the free particles only.
     reduced: Vec<f64>,
     /// The smallest mass of a free particle.
-    lightest: f64,
+    smallest_mass: f64,
     projection: Projection,
     /// l2 norm of the last right-hand side.
     pub(super) residual: f64,
-    /// Made when a step is first stiff.
-    stiff: Option<StiffRoom>,
+    /// Allocated at the first stiff step.
+    stiff: Option<StiffWorkspace>,
     observer: Option<Observer>,
 }
 
 /// Where the blocks of a pair of particles are in the matrix.
 #[derive(Clone, Copy)]
-struct Slot {
+struct PairLocation {
     particles: [u32; 2],
     place: Option<PairSlot>,
 }
 
-/// What refining a stiff system needs.
-struct StiffRoom {
+/// Workspace for refining a stiff system.
+struct StiffWorkspace {
     right: Vec<f64>,
     solution: Vec<f64>,
     product: Vec<f64>,
@@ -119,7 +118,10 @@ impl<const D: usize> Linearisation<D> {
                     [Some(i), Some(j)] => matrix.pair_slot([i, j]),
                     _ => None,
                 };
-                slots.push(Slot { particles: particles.map(|particle| particle as u32), place });
+                slots.push(PairLocation {
+                    particles: particles.map(|particle| particle as u32),
+                    place,
+                });
             }
         });
         Self {
@@ -128,12 +130,12 @@ impl<const D: usize> Linearisation<D> {
             matrix,
             slots,
             reduced: vec![0.0; n_free * D],
-            lightest: system
+            smallest_mass: system
                 .masses()
                 .iter()
                 .zip(system.fixed())
                 .filter(|(_, fixed)| !**fixed)
-                .fold(f64::INFINITY, |lightest, (mass, _)| lightest.min(*mass)),
+                .fold(f64::INFINITY, |smallest_mass, (mass, _)| smallest_mass.min(*mass)),
             free,
             projection: Projection::None,
             residual: 0.0,
@@ -147,7 +149,7 @@ impl<const D: usize> Linearisation<D> {
         self.observer = Some(observer);
     }
 
-    /// The same, with each element's share of the matrix projected. The elements must be symmetric.
+    /// The same with projected element contributions. The elements must be symmetric.
     pub(super) fn projected(mut self, projection: Projection) -> Self {
         self.projection = projection;
         self
@@ -186,10 +188,10 @@ impl<const D: usize> Linearisation<D> {
             free: &self.free,
             matrix: &mut self.matrix,
             slots: self.slots.iter(),
-            stiffest: 0.0,
+            largest_entry: 0.0,
         };
         system.jacobians(&self.trial, iterate, time, &mut sink)?;
-        let stiffness = sink.stiffest / self.lightest;
+        let stiffness = sink.largest_entry / self.smallest_mass;
         let projected = sink.elements.projected;
         statistics.projections += projected;
         statistics.assemblies += 1;
@@ -207,12 +209,12 @@ impl<const D: usize> Linearisation<D> {
                 projected,
             });
         }
-        if stiffness > STIFF {
-            let floor = ROUNDED * stiffness;
+        if stiffness > STIFF_RATIO {
+            let floor = FORCE_ROUNDING * stiffness;
             self.solve_stiff(system, (h, time, iterate), delta, floor, statistics)
         } else {
             self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
-            spread::<D>(&self.free, &self.reduced, delta);
+            scatter::<D>(&self.free, &self.reduced, delta);
             Ok(())
         }
     }
@@ -227,11 +229,12 @@ impl<const D: usize> Linearisation<D> {
         floor: f64,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
-        let StiffRoom { right, solution, product } = self.stiff.get_or_insert_with(|| StiffRoom {
-            right: vec![0.0; self.reduced.len()],
-            solution: vec![0.0; self.reduced.len()],
-            product: vec![0.0; delta.len()],
-        });
+        let StiffWorkspace { right, solution, product } =
+            self.stiff.get_or_insert_with(|| StiffWorkspace {
+                right: vec![0.0; self.reduced.len()],
+                solution: vec![0.0; self.reduced.len()],
+                product: vec![0.0; delta.len()],
+            });
         right.copy_from_slice(&self.reduced);
         solution.fill(0.0);
         let mut last = f64::INFINITY;
@@ -247,17 +250,17 @@ impl<const D: usize> Linearisation<D> {
             }
             let (correction, size) = (l2(&self.reduced), l2(solution));
             self.reduced.copy_from_slice(solution);
-            spread::<D>(&self.free, &self.reduced, delta);
+            scatter::<D>(&self.free, &self.reduced, delta);
             // At rounding the corrections stop shrinking; far above it, that means that the stored
             // matrix is useless.
-            let settled = correction <= SETTLED * size;
-            let stuck = correction > 0.5 * last;
-            if settled || (stuck && correction <= floor.min(WORTHLESS) * size) {
+            let converged = correction <= CONVERGED * size;
+            let stagnated = correction > 0.5 * last;
+            if converged || (stagnated && correction <= floor.min(MAX_CORRECTION) * size) {
                 return Ok(());
             }
-            if stuck || !correction.is_finite() {
+            if stagnated || !correction.is_finite() {
                 let correction = correction / size;
-                return Err(LinearError::Unsettled { size: right.len(), correction }.into());
+                return Err(LinearError::RefinementStalled { size: right.len(), correction }.into());
             }
             last = correction;
             statistics.linear.refinements += 1;
@@ -275,12 +278,12 @@ impl<const D: usize> Linearisation<D> {
             }
         }
         let correction = last / l2(solution);
-        Err(LinearError::Unsettled { size: right.len(), correction }.into())
+        Err(LinearError::RefinementStalled { size: right.len(), correction }.into())
     }
 }
 
-/// Copies the reduced solution to where its particles are.
-fn spread<const D: usize>(free: &[Option<usize>], reduced: &[f64], delta: &mut [f64]) {
+/// Scatters the reduced solution to the free particles; fixed ones get zero.
+fn scatter<const D: usize>(free: &[Option<usize>], reduced: &[f64], delta: &mut [f64]) {
     for (delta, number) in delta.chunks_exact_mut(D).zip(free) {
         match number {
             Some(number) => delta.copy_from_slice(&reduced[number * D..][..D]),
@@ -293,26 +296,30 @@ fn l2(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
-/// Makes an element's share of the matrix of its Jacobians.
+/// Computes element contributions to the matrix from Jacobians.
 struct Elements {
     h: f64,
     projection: Projection,
-    /// How many shares the projection changed.
+    /// Number of contributions that the projection changed.
     projected: u64,
 }
 
 impl Elements {
     /// `−(h² ∂F/∂x + h ∂F/∂v)`, projected.
-    fn share<const D: usize>(&mut self, jacobian_x: &Block<D>, jacobian_v: &Block<D>) -> Block<D> {
-        let share = jacobian_x * -(self.h * self.h) - jacobian_v * self.h;
-        let (share, changed) = self.projection.project(share);
+    fn element_contribution<const D: usize>(
+        &mut self,
+        jacobian_x: &Block<D>,
+        jacobian_v: &Block<D>,
+    ) -> Block<D> {
+        let contribution = jacobian_x * -(self.h * self.h) - jacobian_v * self.h;
+        let (contribution, changed) = self.projection.project(contribution);
         self.projected += u64::from(changed);
-        share
+        contribution
     }
 }
 
 /// The larger of `known` and the entries of `block`.
-fn stiffest<const D: usize>(known: f64, block: &Block<D>) -> f64 {
+fn largest_entry<const D: usize>(known: f64, block: &Block<D>) -> f64 {
     // A comparison is one instruction, which `max` with its care for NaN is not; the matrix is checked for
     // those anyway. What is known comes last: the blocks do not wait for each other.
     let larger = |a: f64, b: f64| if a > b { a } else { b };
@@ -325,25 +332,25 @@ struct Assembly<'a, const D: usize> {
     free: &'a [Option<usize>],
     matrix: &'a mut BlockMatrix<D>,
     /// Of the pairs that are still to come.
-    slots: std::slice::Iter<'a, Slot>,
+    slots: std::slice::Iter<'a, PairLocation>,
     /// The largest entry of a block so far.
-    stiffest: f64,
+    largest_entry: f64,
 }
 
 impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
     fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         if let (Some(row), Some(column)) = (self.free[row], self.free[column]) {
-            let block = self.elements.share(jacobian_x, jacobian_v);
-            self.stiffest = stiffest(self.stiffest, &block);
+            let block = self.elements.element_contribution(jacobian_x, jacobian_v);
+            self.largest_entry = largest_entry(self.largest_entry, &block);
             self.matrix.add(row, column, &block);
         }
     }
 
     fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        let block = self.elements.share(jacobian_x, jacobian_v);
-        self.stiffest = stiffest(self.stiffest, &block);
-        // A force that hands its pairs over in another order than it said is slower, and no less right.
-        if let Some(Slot { particles, place: Some(place) }) = self.slots.next()
+        let block = self.elements.element_contribution(jacobian_x, jacobian_v);
+        self.largest_entry = largest_entry(self.largest_entry, &block);
+        // If a force yields its pairs in another order than in `couplings`, look the blocks up: slower, same result.
+        if let Some(PairLocation { particles, place: Some(place) }) = self.slots.next()
             && *particles == [i as u32, j as u32]
         {
             self.matrix.add_pair(*place, &block);
@@ -370,12 +377,16 @@ struct ElementProduct<'a> {
 impl<const D: usize> JacobianSink<D> for ElementProduct<'_> {
     fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         let delta = vector_of(self.delta, column);
-        add_to(self.product, row, &(self.elements.share(jacobian_x, jacobian_v) * delta));
+        add_to(
+            self.product,
+            row,
+            &(self.elements.element_contribution(jacobian_x, jacobian_v) * delta),
+        );
     }
 
     fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
         let stretch: Vector<D> = vector_of(self.delta, i) - vector_of(self.delta, j);
-        let product = self.elements.share(jacobian_x, jacobian_v) * stretch;
+        let product = self.elements.element_contribution(jacobian_x, jacobian_v) * stretch;
         add_to(self.product, i, &product);
         add_to(self.product, j, &-product);
     }

@@ -7,19 +7,18 @@
 //! Newton starts from `v` and stops when the l2 norm of the update is below 1e-9. Source: hand-out of
 //! milestone 3, sections 5 and 10, equation (1).
 //!
-//! Where that does not converge and the user asks for it, the same equations are solved with a line search. Where
-//! all forces follow from energies, Newton starts from a minimum of the incremental potential
-//! ([`projected_newton`](super::projected_newton)), which is a solution; else the line search is on the residual,
-//! in the norm `‖r‖²_W = Σ r_i²/m_i`, which has the unit of an energy.
+//! The damped step solves the same equations with a line search. If all forces derive from energies, Newton starts
+//! from a minimum of the incremental potential ([`projected_newton`](super::projected_newton)), which is a solution;
+//! otherwise the line search is on the residual in the norm `‖r‖²_W = Σ r_i²/m_i`, which has the unit of an energy.
 
 use super::backward::{Linearisation, Point};
-use super::projected_newton::{Options, ProjectedNewton};
+use super::projected_newton::{MinimiserOptions, ProjectedNewton};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{IntegratorSchema, refuses_nothing};
-use crate::solver::damped_newton::{Equations, damped_newton};
+use crate::solver::line_search::backtrack_residual;
 use crate::solver::linear::LinearSolver;
-use crate::solver::newton::{NewtonError, NewtonOptions, newton};
+use crate::solver::newton::{Equations, NewtonError, NewtonOptions, newton};
 use crate::solver::psd::Projection;
 use crate::statistics::Statistics;
 use crate::system::System;
@@ -48,28 +47,29 @@ fn build<const D: usize>(
     let linearisation = Linearisation::new(system, solver);
     let variational =
         scene.forces.iter().all(|force| (force.schema.variational)(&force.parameters));
-    let patience = variational.then_some(Patience { solver, minimiser: None });
-    Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros, patience })
+    let descent = variational.then_some(EnergyDescent { solver, minimiser: None });
+    Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros, descent })
 }
 
-/// How near to the minimum Newton's method takes over: with projected Hessians the last digits are slow to come.
-const NEAR: Options = Options {
+/// Descent to near the minimum, where Newton's method takes over: with projected Hessians the last digits converge
+/// slowly.
+const DESCENT: MinimiserOptions = MinimiserOptions {
     tolerance: 1e-2,
     projection: Projection::Clamp,
     line_search: true,
     max_iterations: 200,
 };
 
-/// The way to a solution by a minimum.
-struct Patience<const D: usize> {
+/// Descent on the incremental potential.
+struct EnergyDescent<const D: usize> {
     solver: LinearSolver,
-    /// Made when it is first needed.
+    /// Built at its first use.
     minimiser: Option<ProjectedNewton<D>>,
 }
 
 struct ImplicitEuler<const D: usize> {
-    /// Where all forces follow from energies.
-    patience: Option<Patience<D>>,
+    /// `None` unless all forces derive from energies.
+    descent: Option<EnergyDescent<D>>,
     linearisation: Linearisation<D>,
     iterate: Vec<f64>,
     delta: Vec<f64>,
@@ -78,26 +78,28 @@ struct ImplicitEuler<const D: usize> {
 impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
         self.iterate.copy_from_slice(step.velocities);
-        self.newton(system, step)
+        self.newton(system, step, None)
     }
 
-    fn step_patiently(
+    fn step_damped(
         &mut self,
         system: &System<D>,
         mut step: Step<'_>,
     ) -> Option<Result<(), StepError>> {
-        let Some(Patience { solver, minimiser }) = &mut self.patience else {
-            return Some(self.damped(system, step));
+        let Some(EnergyDescent { solver, minimiser }) = &mut self.descent else {
+            self.iterate.copy_from_slice(step.velocities);
+            let line_search = LineSearch::new(step.velocities.len());
+            return Some(self.newton(system, step, Some(line_search)));
         };
         let minimiser =
-            minimiser.get_or_insert_with(|| ProjectedNewton::new(system, *solver, NEAR));
+            minimiser.get_or_insert_with(|| ProjectedNewton::new(system, *solver, DESCENT));
         match minimiser.minimise(system, &mut step) {
-            // So many steps downhill are a good start in any case.
+            // Even without convergence, the descent is a good initial guess.
             Ok(()) | Err(StepError::NotConverged { .. }) => {}
             Err(error) => return Some(Err(error)),
         }
         self.iterate.copy_from_slice(&minimiser.iterate);
-        Some(self.newton(system, step))
+        Some(self.newton(system, step, None))
     }
 
     fn observe(&mut self, observer: Observer) {
@@ -107,40 +109,25 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
 
 impl<const D: usize> ImplicitEuler<D> {
     /// Newton's method from the iterate.
-    fn newton(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
+    fn newton(
+        &mut self,
+        system: &System<D>,
+        step: Step<'_>,
+        line_search: Option<LineSearch>,
+    ) -> Result<(), StepError> {
         let Step { size: h, time, positions, velocities, statistics } = step;
         let linearisation = &mut self.linearisation;
-        let result = newton(&mut self.iterate, &mut self.delta, NEWTON, |iterate, delta| {
-            let point = Point { h, time: time + h, positions, velocities, iterate };
-            linearisation.solve(system, point, delta, statistics)
-        });
-        let iterations = result.map_err(|error| failure(error, linearisation.residual))?;
-        count(iterations, statistics);
-        velocities.copy_from_slice(&self.iterate);
-        drift(positions, velocities, h);
-        Ok(())
-    }
-
-    /// Newton's method with a line search on the residual.
-    fn damped(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, time, positions, velocities, statistics } = step;
-        self.iterate.copy_from_slice(velocities);
-        let zeros = vec![0.0; velocities.len()];
-        let (mut trial, mut force) = (zeros.clone(), zeros.clone());
-        let mut equations = Residual {
+        let mut equation = Equation {
             system,
-            linearisation: &mut self.linearisation,
+            linearisation,
             start: (h, time + h, positions, velocities),
-            trial: zeros,
-            force: &mut force,
+            line_search,
             statistics,
         };
-        let (iterate, delta) = (&mut self.iterate, &mut self.delta);
-        let result = damped_newton(iterate, delta, &mut trial, NEWTON, &mut equations);
-        let (iterations, halvings) =
-            result.map_err(|error| failure(error, self.linearisation.residual))?;
-        statistics.line_search_halvings += halvings;
-        count(iterations, statistics);
+        let result = newton(&mut self.iterate, &mut self.delta, NEWTON, &mut equation);
+        let iterations = result.map_err(|error| failure(error, equation.linearisation.residual))?;
+        statistics.newton_iterations += iterations;
+        statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
         velocities.copy_from_slice(&self.iterate);
         drift(positions, velocities, h);
         Ok(())
@@ -159,23 +146,32 @@ fn failure(error: NewtonError<StepError>, residual: f64) -> StepError {
     }
 }
 
-fn count(iterations: u64, statistics: &mut Statistics) {
-    statistics.newton_iterations += iterations;
-    statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
-}
-
 /// `r(u) = M (v − u) + h F(q + h u, u)`.
-struct Residual<'a, const D: usize> {
+struct Equation<'a, const D: usize> {
     system: &'a System<D>,
     linearisation: &'a mut Linearisation<D>,
     /// Step, its end, and the state it starts from.
     start: (f64, f64, &'a [f64], &'a [f64]),
-    trial: Vec<f64>,
-    force: &'a mut [f64],
+    /// `None` for whole steps.
+    line_search: Option<LineSearch>,
     statistics: &'a mut Statistics,
 }
 
-impl<const D: usize> Equations for Residual<'_, D> {
+/// Workspace of the line search.
+struct LineSearch {
+    iterate: Vec<f64>,
+    positions: Vec<f64>,
+    force: Vec<f64>,
+}
+
+impl LineSearch {
+    fn new(size: usize) -> Self {
+        let zeros = vec![0.0; size];
+        Self { iterate: zeros.clone(), positions: zeros.clone(), force: zeros }
+    }
+}
+
+impl<const D: usize> Equations for Equation<'_, D> {
     type Error = StepError;
 
     fn update(&mut self, iterate: &[f64], delta: &mut [f64]) -> Result<(), StepError> {
@@ -184,25 +180,33 @@ impl<const D: usize> Equations for Residual<'_, D> {
         self.linearisation.solve(self.system, point, delta, self.statistics)
     }
 
-    fn merit(&mut self, iterate: &[f64]) -> f64 {
-        let (h, time, positions, velocities) = self.start;
-        self.trial.copy_from_slice(positions);
-        drift(&mut self.trial, iterate, h);
-        self.statistics.force_evaluations += 1;
-        if self.system.force(&self.trial, iterate, time, self.force).is_err() {
-            return f64::INFINITY;
-        }
-        // A fixed particle has no force and keeps its velocity: it adds nothing.
-        let particles = iterate.chunks_exact(D).zip(velocities.chunks_exact(D));
-        let mut sum = 0.0;
-        for (((iterate, start), force), mass) in
-            particles.zip(self.force.chunks_exact(D)).zip(self.system.masses())
-        {
-            for axis in 0..D {
-                let residual = mass * (start[axis] - iterate[axis]) + h * force[axis];
-                sum += 0.5 * residual * residual / mass;
+    fn advance(&mut self, iterate: &mut [f64], delta: &[f64]) -> bool {
+        let Some(LineSearch { iterate: trial, positions, force }) = &mut self.line_search else {
+            iterate.iter_mut().zip(delta).for_each(|(value, change)| *value += change);
+            return true;
+        };
+        let (h, time, start, velocities) = self.start;
+        let halvings = backtrack_residual(iterate, delta, trial, |iterate| {
+            positions.copy_from_slice(start);
+            drift(positions, iterate, h);
+            self.statistics.force_evaluations += 1;
+            if self.system.force(positions, iterate, time, force).is_err() {
+                return f64::INFINITY;
             }
-        }
-        sum
+            // A fixed particle has no force and keeps its velocity: it adds nothing.
+            let particles = iterate.chunks_exact(D).zip(velocities.chunks_exact(D));
+            let mut sum = 0.0;
+            for (((iterate, start), force), mass) in
+                particles.zip(force.chunks_exact(D)).zip(self.system.masses())
+            {
+                for axis in 0..D {
+                    let residual = mass * (start[axis] - iterate[axis]) + h * force[axis];
+                    sum += 0.5 * residual * residual / mass;
+                }
+            }
+            sum
+        });
+        self.statistics.line_search_halvings += halvings.unwrap_or(0);
+        halvings.is_some()
     }
 }

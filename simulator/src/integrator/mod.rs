@@ -94,7 +94,7 @@ pub trait Integrator<const D: usize>: Send {
     ///
     /// # Errors
     /// As [`step`](Self::step).
-    fn step_patiently(
+    fn step_damped(
         &mut self,
         _system: &System<D>,
         _step: Step<'_>,

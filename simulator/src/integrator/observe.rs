@@ -1,4 +1,4 @@
-//! The linear systems of implicit methods, for whoever wants to look at them.
+//! Observers of the linear systems that implicit methods solve.
 //!
 //! With the iterate `u` of the new velocity and the residual
 //!
@@ -6,12 +6,12 @@
 //! r(u) = M (v − u) + h F(q + h u, u)
 //! ```
 //!
-//! each iteration solves `A δ = r(u)` with `A = −∂r/∂u = M − h² ∂F/∂x − h ∂F/∂v`. An observer is handed `A` as it is
-//! stored, after assembly and before it is factorised. Without an observer nothing is copied.
+//! each iteration solves `A δ = r(u)` with `A = −∂r/∂u = M − h² ∂F/∂x − h ∂F/∂v`. An observer receives `A`
+//! after assembly and before it is factorised. Without an observer nothing is copied.
 
 use nalgebra::DMatrix;
 
-/// A system that is about to be solved. Shapes: `n·D`, particle-major, unless it says otherwise.
+/// A system before it is solved. Shapes: `n·D`, particle-major, unless noted.
 #[derive(Debug)]
 pub struct NewtonSystem<'a> {
     /// Time step, in seconds.
@@ -28,9 +28,9 @@ pub struct NewtonSystem<'a> {
     pub matrix: DMatrix<f64>,
     /// `r(u)` of the free particles, in units of momentum.
     pub residual: &'a [f64],
-    /// How many elements' shares of the matrix were projected: where some were, it is not `−∂r/∂u`.
+    /// Number of projected element contributions; if it is not 0, the matrix is not `−∂r/∂u`.
     pub projected: u64,
 }
 
-/// Is handed every system.
+/// Receives every system.
 pub type Observer = Box<dyn FnMut(&NewtonSystem<'_>) + Send>;

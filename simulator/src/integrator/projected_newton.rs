@@ -1,4 +1,4 @@
-//! Implicit Euler as a minimisation: projected Newton with a backtracking line search.
+//! Implicit Euler as energy minimisation: projected Newton with backtracking line search.
 //!
 //! The positions of the step's end minimise the incremental potential
 //!
@@ -7,8 +7,7 @@
 //! ```
 //!
 //! with `P` the potential energy and `R` Rayleigh's dissipation function (linear drag). Where its gradient
-//! is zero, implicit Euler's equation holds; a minimum has more to offer than a root, for each step towards
-//! it can be made to descend:
+//! is zero, implicit Euler's equation holds; unlike root finding, minimisation can make every step descend:
 //!
 //! ```text
 //! x ← xⁿ
@@ -86,18 +85,18 @@ fn build<const D: usize>(
     system: &System<D>,
     solver: LinearSolver,
 ) -> Box<dyn Integrator<D>> {
-    let options = Options::of(&scene.integrator_options);
+    let options = MinimiserOptions::of(&scene.integrator_options);
     Box::new(ProjectedNewton::new(system, solver, options))
 }
 
-pub(super) struct Options {
+pub(super) struct MinimiserOptions {
     pub(super) tolerance: f64,
     pub(super) projection: Projection,
     pub(super) line_search: bool,
     pub(super) max_iterations: u64,
 }
 
-impl Options {
+impl MinimiserOptions {
     fn of(values: &IntegratorOptions) -> Self {
         Self {
             tolerance: values.number("tolerance"),
@@ -113,7 +112,7 @@ impl Options {
 }
 
 pub(super) struct ProjectedNewton<const D: usize> {
-    options: Options,
+    options: MinimiserOptions,
     linearisation: Linearisation<D>,
     /// `u`.
     pub(super) iterate: Vec<f64>,
@@ -125,7 +124,7 @@ pub(super) struct ProjectedNewton<const D: usize> {
 }
 
 impl<const D: usize> ProjectedNewton<D> {
-    pub(super) fn new(system: &System<D>, solver: LinearSolver, options: Options) -> Self {
+    pub(super) fn new(system: &System<D>, solver: LinearSolver, options: MinimiserOptions) -> Self {
         let zeros = vec![0.0; system.n_particles() * D];
         Self {
             linearisation: Linearisation::new(system, solver).projected(options.projection),
@@ -231,7 +230,7 @@ struct Line<'a, const D: usize> {
 
 impl<const D: usize> Line<'_, D> {
     /// Moves to `α`.
-    fn go(&mut self, alpha: f64) {
+    fn move_to(&mut self, alpha: f64) {
         let Point { h, positions, iterate, .. } = self.point;
         for ((trial, start), delta) in self.velocities.iter_mut().zip(iterate).zip(self.delta) {
             *trial = start + alpha * delta;
@@ -245,7 +244,7 @@ impl<const D: usize> Objective for Line<'_, D> {
     type Error = Degenerate;
 
     fn value(&mut self, alpha: f64) -> (f64, f64) {
-        self.go(alpha);
+        self.move_to(alpha);
         self.evaluations += 1;
         let Point { h, time, velocities: start, .. } = self.point;
         let mut inertia = 0.0;
@@ -260,7 +259,7 @@ impl<const D: usize> Objective for Line<'_, D> {
     }
 
     fn slope(&mut self, alpha: f64) -> Result<f64, Degenerate> {
-        self.go(alpha);
+        self.move_to(alpha);
         let Point { h, time, velocities: start, .. } = self.point;
         self.system.force(self.positions, self.velocities, time, self.force)?;
         let mut slope = 0.0;

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene file: where, what, and what to do about it.
+//! Errors in scene files: the place, the problem and the remedy.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -16,7 +16,7 @@ pub struct SceneError {
     pub file: String,
     /// Where in the file; `None` if it concerns the file as a whole.
     pub location: Option<Location>,
-    /// What is wrong.
+    /// The problem.
     pub problem: Box<Problem>,
 }
 
@@ -47,7 +47,7 @@ impl fmt::Display for SceneError {
     }
 }
 
-/// What is wrong with a scene file.
+/// A problem in a scene file.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum Problem {
@@ -55,7 +55,7 @@ pub enum Problem {
     Unreadable { source: std::io::Error },
     #[error("the file has {size} bytes, and a scene may have at most {limit}")]
     TooLarge { size: u64, limit: u64 },
-    #[error("this is not UTF-8 text: byte 0x{byte:02x} cannot stand here")]
+    #[error("this is not UTF-8 text: invalid byte 0x{byte:02x}")]
     NotText { byte: u8 },
     #[error("the file is empty")]
     Empty,
@@ -69,13 +69,13 @@ pub enum Problem {
     WrongRoot { found: String },
     #[error("there is no <scene> element")]
     NoRoot,
-    #[error("elements stand more than {limit} deep inside each other")]
+    #[error("elements are nested more than {limit} deep")]
     TooDeep { limit: usize },
     #[error("there is more than one root element: <{found}>")]
     SecondRoot { found: String },
     #[error("there is text between the elements: {text:?}")]
     StrayText { text: String },
-    #[error("<{tag}> may not hold other elements, but <{inner}> stands inside it")]
+    #[error("<{tag}> may not contain other elements, but contains <{inner}>")]
     Nested { tag: String, inner: String },
     #[error("unknown element <{tag}>")]
     UnknownElement { tag: String, suggestion: Option<&'static str> },
@@ -85,13 +85,13 @@ pub enum Problem {
     UnknownAttribute { tag: String, attribute: String, suggestion: Option<&'static str> },
     #[error("there is no <{tag}> element")]
     MissingElement { tag: &'static str, example: &'static str },
-    #[error("<{tag}> is given a second time; the first is at line {first}")]
+    #[error("second <{tag}>; the first is at line {first}")]
     RepeatedElement { tag: &'static str, first: u32, fatal: bool },
     #[error("<{tag}> has no attribute {attribute:?}")]
     MissingAttribute { tag: String, attribute: String, similar: Option<String> },
     #[error("<{tag}> {attribute}={text:?} is not a number")]
     NotANumber { tag: String, attribute: String, text: String },
-    #[error("<{tag}> {attribute}={text:?} is outside of what an f64 can hold")]
+    #[error("<{tag}> {attribute}={text:?} is out of the range of an f64")]
     Overflow { tag: String, attribute: String, text: String },
     #[error("<{tag}> {attribute}={text:?} must be {must_be}")]
     OutOfDomain { tag: String, attribute: String, text: String, must_be: Cow<'static, str> },
@@ -121,7 +121,7 @@ pub enum Problem {
 }
 
 impl Problem {
-    /// What the user can do about it.
+    /// A remedy for the user.
     pub fn remedy(&self) -> String {
         match self {
             Self::Unreadable { .. } => "check the path and its permissions".into(),

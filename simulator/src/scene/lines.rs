@@ -1,4 +1,4 @@
-//! Offsets in a text to lines and columns.
+//! Converts byte offsets in a text to lines and columns.
 
 use super::Location;
 

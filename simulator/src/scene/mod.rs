@@ -1,4 +1,4 @@
-//! The plain model of a scene: what a file says, resolved and checked, and nothing of how it said it.
+//! The scene model: plain data, resolved and validated, independent of any file format.
 //!
 //! Particles, edges and forces are numbered from 0 in the order of the file. Units are whatever the
 //! scene's author chose, used consistently. Sources: the course's XML schema (hand-outs of
@@ -65,7 +65,7 @@ impl Dimension {
 /// A scene: physics, timeline and the data for drawing it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// What messages call the scene: its path, as given.
+    /// Name of the scene in messages: its path, as given.
     pub name: String,
     /// `<description text>`.
     pub description: Option<String>,
@@ -94,6 +94,44 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// A scene without particles and with a duration of 0. Its time step is 1 s.
+    pub fn new(
+        name: impl Into<String>,
+        dimension: Dimension,
+        integrator: &'static IntegratorSchema,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            description: None,
+            tag: None,
+            dimension,
+            duration: 0.0,
+            time_step: 1.0,
+            integrator,
+            integrator_options: IntegratorOptions::defaults(integrator),
+            max_simulation_frequency: None,
+            particles: Vec::new(),
+            edges: Vec::new(),
+            forces: Vec::new(),
+            rendering: Rendering::default(),
+        }
+    }
+
+    /// Initial positions, `n·D`, particle-major.
+    pub fn positions(&self) -> Vec<f64> {
+        self.flattened(|particle| &particle.position)
+    }
+
+    /// Initial velocities, `n·D`, particle-major.
+    pub fn velocities(&self) -> Vec<f64> {
+        self.flattened(|particle| &particle.velocity)
+    }
+
+    fn flattened(&self, vector: fn(&Particle) -> &[f64; 3]) -> Vec<f64> {
+        let components = |particle| vector(particle)[..self.dimension.count()].iter().copied();
+        self.particles.iter().flat_map(components).collect()
+    }
+
     /// Number of steps: `ceil(duration / time_step)`, in f64 as the course's oracle computes it.
     pub fn n_steps(&self) -> u64 {
         step_count(self.duration, self.time_step) as u64
@@ -136,7 +174,7 @@ pub struct Edge {
 pub struct ForceElement {
     /// Which force it is.
     pub schema: &'static ForceSchema,
-    /// The two particles it acts between; `None` where it acts on every particle.
+    /// The two particles it acts between; `None` if it acts on every particle.
     pub pair: Option<[usize; 2]>,
     /// The edge it was attached to by the file, if it was.
     pub edge: Option<usize>,
@@ -157,7 +195,7 @@ pub struct Color {
     pub b: f64,
 }
 
-/// What a scene says of how it should be drawn. Nothing here changes the physics.
+/// Rendering data of a scene. It does not affect the physics.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Rendering {
     /// `<viewport>`, the camera.
@@ -197,7 +235,7 @@ pub struct ParticlePath {
 pub struct ParseOptions {
     /// Unknown elements, attributes and keys are errors instead of warnings.
     pub strict: bool,
-    /// What to use instead of what the file says.
+    /// Values that replace those of the file.
     pub overrides: Overrides,
 }
 
@@ -214,14 +252,14 @@ pub struct Overrides {
     pub duration: Option<f64>,
 }
 
-/// A scene, and what was odd about its file without being wrong.
+/// A parsed scene with its warnings.
 #[derive(Debug)]
 pub struct Parsed {
     /// The scene.
     pub scene: Scene,
-    /// Remarks on the file, in its order; the first hundred of them.
+    /// Warnings in the order of the file; at most the first hundred.
     pub warnings: Vec<SceneError>,
-    /// How many remarks there are.
+    /// The number of all warnings.
     pub n_warnings: usize,
     /// The mesh that a scene in JSON names; `None` for a scene in XML.
     pub mesh: Option<MeshFile>,
@@ -240,7 +278,7 @@ pub struct MeshFile {
 /// lower case, and XML otherwise.
 ///
 /// # Errors
-/// Where the file cannot be read, is larger than [`MAX_FILE_SIZE`], is not UTF-8 text, or is not a
+/// If the file cannot be read, is larger than [`MAX_FILE_SIZE`], is not UTF-8 text, or is not a
 /// scene that this vocabulary can express; the same of the mesh that it names.
 pub fn load(
     path: &Path,
@@ -271,7 +309,7 @@ pub fn parse_bytes(
     }
 }
 
-/// What a file of the name `name` holds, as text without its byte order mark.
+/// Decodes the content of the file `name` as text without its byte order mark.
 fn decode<'b>(bytes: &'b [u8], name: &str) -> Result<&'b str, SceneError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     std::str::from_utf8(bytes).map_err(|error| {
@@ -285,7 +323,7 @@ fn decode<'b>(bytes: &'b [u8], name: &str) -> Result<&'b str, SceneError> {
 /// The whole file, refused by its size before it is read.
 ///
 /// # Errors
-/// Where it cannot be read, or is too large.
+/// If it cannot be read, or is too large.
 pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
     use std::io::Read;
     let unreadable = |source: std::io::Error| SceneError::unreadable(path, source);
@@ -311,7 +349,7 @@ pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
 /// `*.json`, which it reads.
 ///
 /// # Errors
-/// Where a folder cannot be listed.
+/// If a folder cannot be listed.
 pub fn find_scene_files(folder: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let mut found = Vec::new();
     let mut pending = vec![folder.to_path_buf()];

@@ -1,10 +1,10 @@
-//! What is checked of every scene, whatever file it came from.
+//! Validation shared by all scene formats.
 
 use super::ForceElement;
 use super::error::{Problem, SceneError};
 use super::schema::{IntegratorOptions, IntegratorSchema, OptionError};
 
-/// Sets `options` to what the caller asks for.
+/// Sets options of the integrator from text.
 pub(super) fn set_options(
     file: &str,
     integrator: &'static IntegratorSchema,

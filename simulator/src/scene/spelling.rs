@@ -1,4 +1,4 @@
-//! Suggestions for misspelt words.
+//! Suggestions for misspelled words.
 
 /// The known word most like `word`, if any is like it; upper and lower case are alike.
 pub(super) fn closest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {

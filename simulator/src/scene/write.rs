@@ -1,4 +1,4 @@
-//! A scene as XML: the inverse of the [parser](super::xml).
+//! Writes a scene as XML: the inverse of the [parser](super::xml).
 //!
 //! ```text
 //! parse(write(scene)) == scene        but for the scene's name and the places of its elements
@@ -24,7 +24,7 @@ pub enum WriteError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// A number that no scene file can hold.
-    #[error("<{tag}> {attribute} is {value}, and a scene holds finite numbers only")]
+    #[error("<{tag}> {attribute} is {value}; a scene file holds finite numbers only")]
     NotFinite {
         /// The element.
         tag: &'static str,
@@ -43,14 +43,14 @@ pub enum WriteError {
         /// A control character, or one that Unicode does not assign.
         character: char,
     },
-    /// A force that does not say what it acts on.
-    #[error("<{tag}>, force {force} of the scene, does not say which {missing} it acts on")]
+    /// A force without its target.
+    #[error("<{tag}>, force {force} of the scene, lacks the {missing} it acts on")]
     NoTarget {
         /// The element.
         tag: &'static str,
         /// Its number among the scene's forces.
         force: usize,
-        /// What its schema wants.
+        /// The target that its schema requires.
         missing: &'static str,
     },
 }
@@ -58,7 +58,7 @@ pub enum WriteError {
 /// Writes `scene` to `output`, a line at a time.
 ///
 /// # Errors
-/// Where the output takes no more, or the scene holds what its file format cannot express; the output
+/// If the output takes no more, or the scene holds what its file format cannot express; the output
 /// then ends after a whole line.
 pub fn write(scene: &Scene, output: impl Write) -> Result<(), WriteError> {
     let Scene {
@@ -115,14 +115,14 @@ pub fn write(scene: &Scene, output: impl Write) -> Result<(), WriteError> {
 /// How many bytes [`write()`] writes.
 ///
 /// # Errors
-/// Where the scene holds what its file format cannot express.
+/// If the scene cannot be expressed in the file format.
 pub fn size(scene: &Scene) -> Result<u64, WriteError> {
     let mut counter = Counter(0);
     write(scene, &mut counter)?;
     Ok(counter.0)
 }
 
-/// Counts what it is given.
+/// Counts bytes.
 struct Counter(u64);
 
 impl Write for Counter {

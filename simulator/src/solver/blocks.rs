@@ -1,4 +1,4 @@
-//! A sparse matrix of `D × D` blocks, block column by block column.
+//! Sparse matrix of `D × D` blocks, stored by block columns.
 //!
 //! Each block column holds its diagonal block first and then the others by ascending row; a block is `D²`
 //! contiguous numbers, column by column. Of a symmetric matrix only the blocks on and below the diagonal
@@ -56,7 +56,7 @@ impl<const D: usize> BlockColumns<D> {
     /// matrix, which is not kept.
     ///
     /// # Panics
-    /// Where the couplings do not hold that block.
+    /// If the couplings do not hold that block.
     pub(super) fn offset(&self, row: usize, column: usize) -> Option<usize> {
         if self.symmetric && row < column {
             return None;
@@ -92,7 +92,7 @@ impl<const D: usize> BlockColumns<D> {
         entries.iter_mut().step_by(D + 1).for_each(|entry| *entry += value);
     }
 
-    /// Copies the entries, both triangles of a symmetric matrix, to where `to` wants them by row and column.
+    /// Calls `to` with row, column and value of each entry, both triangles of a symmetric matrix.
     pub(super) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
         let mut blocks = self.values.chunks_exact(D * D);
         for column in 0..self.n_blocks() {
@@ -111,7 +111,7 @@ impl<const D: usize> BlockColumns<D> {
     }
 
     /// The same matrix, entry by entry: its pattern, and for each of the pattern's entries where it is
-    /// among the values. Of a symmetric matrix both triangles, for a factorisation that wants them.
+    /// among the values. Both triangles of a symmetric matrix.
     pub(super) fn scalar_columns(&self) -> (SymbolicSparseColMat<u32>, Vec<u32>) {
         let n_blocks = self.n_blocks();
         // Each block with its row, and whether it is to be read transposed.

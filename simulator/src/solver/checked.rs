@@ -1,6 +1,6 @@
-//! A linear solve that is judged by its residual.
+//! Backward error and iterative refinement of a linear solve.
 //!
-//! Every solution is judged by its componentwise backward error
+//! Every solution is checked by its componentwise backward error
 //!
 //! ```text
 //! ω = max_i |b − A x|_i / (|A| |x| + |b|)_i
@@ -17,8 +17,8 @@
 use super::LinearError;
 use crate::statistics::LinearStatistics;
 
-/// A matrix as far as residuals need it.
-pub(super) trait Product {
+/// Products with a matrix, as residuals need them.
+pub(crate) trait Product {
     /// The most entries that a row has.
     fn row_length(&self) -> usize;
 
@@ -29,21 +29,21 @@ pub(super) trait Product {
     fn add_row_sums(&self, sums: &mut [f64]);
 }
 
-/// Right-hand side and solution, with room to judge it.
-pub(super) struct Checked {
-    pub(super) right: Vec<f64>,
-    pub(super) solution: Vec<f64>,
-    /// `b − A x` of the solution that was judged last.
-    pub(super) residual: Vec<f64>,
+/// Right-hand side, solution and residual.
+pub(crate) struct Checked {
+    pub(crate) right: Vec<f64>,
+    pub(crate) solution: Vec<f64>,
+    /// `b − A x` of the solution.
+    pub(crate) residual: Vec<f64>,
     /// `|A| |x| + |b|`.
-    pub(super) scale: Vec<f64>,
-    pub(super) correction: Vec<f64>,
+    pub(crate) scale: Vec<f64>,
+    pub(crate) correction: Vec<f64>,
     /// ω of the solution.
-    pub(super) error: f64,
+    pub(crate) error: f64,
 }
 
 impl Checked {
-    pub(super) fn new(size: usize) -> Self {
+    pub(crate) fn new(size: usize) -> Self {
         let zeros = vec![0.0; size];
         Self {
             right: zeros.clone(),
@@ -55,7 +55,8 @@ impl Checked {
         }
     }
 
-    pub(super) fn refuse_what_is_not_finite(&self, entries: &[f64]) -> Result<(), LinearError> {
+    /// Checks that the right-hand side and `entries` are finite.
+    pub(crate) fn check_finite(&self, entries: &[f64]) -> Result<(), LinearError> {
         let is_finite =
             |values: &[f64]| values.iter().fold(true, |all, value| all & value.is_finite());
         if is_finite(entries) && is_finite(&self.right) {
@@ -64,11 +65,11 @@ impl Checked {
         Err(LinearError::NotFinite { size: self.right.len() })
     }
 
-    /// Solves by `apply`, which overwrites a right-hand side by its solution and returns false where it
+    /// Solves by `apply`, which overwrites a right-hand side by its solution and returns false if it
     /// meets a zero pivot; refines where that is needed, for as long as each time brings a digit, and
-    /// `max_refinements` times at most. `None` where there is a zero pivot, else whether the solution is
+    /// `max_refinements` times at most. `None` if there is a zero pivot, else whether the solution is
     /// at rounding.
-    pub(super) fn attempt(
+    pub(crate) fn attempt(
         &mut self,
         matrix: &impl Product,
         max_refinements: u32,
@@ -80,7 +81,7 @@ impl Checked {
         if !apply(&mut self.solution) {
             return None;
         }
-        self.judge(matrix);
+        self.compute_residual(matrix);
         for _ in 0..max_refinements {
             if self.error <= tolerance {
                 break;
@@ -93,7 +94,7 @@ impl Checked {
                     *value += correction;
                 }
             }
-            self.judge(matrix);
+            self.compute_residual(matrix);
             if self.error.is_nan() || self.error > 0.1 * last {
                 break;
             }
@@ -101,8 +102,8 @@ impl Checked {
         Some(self.error <= tolerance)
     }
 
-    /// Accepts the solution, or says why not: there is nothing better to try.
-    pub(super) fn conclude(
+    /// Accepts the solution, or returns its error.
+    pub(crate) fn accept(
         &mut self,
         matrix: &impl Product,
         statistics: &mut LinearStatistics,
@@ -129,11 +130,11 @@ impl Checked {
         if is_number && largest(&self.residual) <= underflow(matrix.row_length(), norm) {
             return Ok(());
         }
-        Err(LinearError::LostDigits { size: self.right.len(), residual })
+        Err(LinearError::InaccurateSolution { size: self.right.len(), residual })
     }
 
     /// Computes `b − A x` and ω (NaN if there is one in it).
-    pub(super) fn judge(&mut self, matrix: &impl Product) {
+    pub(crate) fn compute_residual(&mut self, matrix: &impl Product) {
         let Self { right, solution, residual, scale, .. } = self;
         residual.fill(0.0);
         for (scale, right) in scale.iter_mut().zip(&*right) {
@@ -158,7 +159,7 @@ impl Checked {
             // A solution of NaNs has no largest residual either.
             return if self.error.is_nan() { f64::NAN } else { 0.0 };
         }
-        // The correction, if there was one, is in the solution: its room is free.
+        // The correction was already added to the solution: reuse its buffer.
         self.correction.fill(0.0);
         matrix.add_row_sums(&mut self.correction);
         residual / (largest(&self.correction) * largest(&self.solution) + largest(&self.right))
@@ -169,12 +170,12 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |max, value| max.max(value.abs()))
 }
 
-/// What ω is at rounding.
-pub(super) fn tolerance(matrix: &impl Product) -> f64 {
+/// The largest ω that counts as rounding error.
+pub(crate) fn tolerance(matrix: &impl Product) -> f64 {
     8.0 * matrix.row_length() as f64 * f64::EPSILON
 }
 
 /// The residual that rounding to multiples of the smallest number leaves.
-pub(crate) fn underflow(row_length: usize, norm: f64) -> f64 {
+fn underflow(row_length: usize, norm: f64) -> f64 {
     8.0 * row_length as f64 * (norm + 1.0) * (f64::MIN_POSITIVE * f64::EPSILON)
 }

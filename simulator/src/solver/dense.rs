@@ -1,14 +1,14 @@
-//! One dense system `A x = b`, solved and checked.
+//! Dense linear system `A x = b`, with a check of every solution.
 //!
-//! Three methods, chosen by who knows what the matrix is:
+//! The caller chooses the first method:
 //!
 //! - LU with complete pivoting (2n³/3 operations and as many comparisons), for a few rows;
 //! - Cholesky (n³/3 operations), for a symmetric matrix; one that turns out not to be positive definite
 //!   goes to the next;
 //! - LU with partial pivoting (2n³/3 operations).
 //!
-//! What falls short of rounding is solved again with complete pivoting. Nothing is allocated by a solve:
-//! the factors of a few rows live on the stack, others in room made once.
+//! A solution that does not reach rounding error is computed again with complete pivoting. Nothing is allocated by a solve:
+//! small factors live on the stack, others in a workspace.
 
 use nalgebra::linalg::FullPivLU;
 use nalgebra::{Const, DMatrix, DimMin, SMatrix, SVector};
@@ -17,20 +17,20 @@ use super::LinearError;
 use super::checked::{Checked, Product};
 use crate::statistics::LinearStatistics;
 
-/// A matrix with room to solve by it.
+/// A matrix with the workspace for solving.
 pub struct DenseSystem {
     /// The matrix, to be filled before each solve.
     pub matrix: DMatrix<f64>,
-    method: Method,
+    method: DenseMethod,
     checked: Checked,
-    factor: Factor,
-    /// What the factor was made by, if it is of the last matrix.
-    last: Option<Method>,
+    factor: DenseFactor,
+    /// The method of the factor; `None` if it is not of the current matrix.
+    last: Option<DenseMethod>,
 }
 
 /// The first method a system is given to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum DenseMethod {
     /// LU with complete pivoting.
     CompletePivoting,
     /// Cholesky factorisation; the matrix must always be filled symmetrically.
@@ -41,12 +41,12 @@ pub enum Method {
 
 impl DenseSystem {
     /// A zero matrix of `size` rows.
-    pub fn new(size: usize, method: Method) -> Self {
+    pub fn new(size: usize, method: DenseMethod) -> Self {
         Self {
             matrix: DMatrix::zeros(size, size),
             method,
             checked: Checked::new(size),
-            factor: Factor::default(),
+            factor: DenseFactor::default(),
             last: None,
         }
     }
@@ -57,7 +57,7 @@ impl DenseSystem {
     }
 
     /// The first method this system is given to.
-    pub fn method(&self) -> Method {
+    pub fn method(&self) -> DenseMethod {
         self.method
     }
 
@@ -74,13 +74,13 @@ impl DenseSystem {
     /// Solves the system; the solution is then in [`solution`](Self::solution).
     ///
     /// # Errors
-    /// Where the matrix is singular to working precision, or holds what is not finite.
+    /// If the matrix is singular to working precision, or contains an infinity or a NaN.
     pub fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
         self.last = None;
-        self.checked.refuse_what_is_not_finite(self.matrix.as_slice())?;
-        let methods: &[Method] = match self.method {
-            // Sizes known to the compiler need no room.
-            Method::CompletePivoting => match self.size() {
+        self.checked.check_finite(self.matrix.as_slice())?;
+        let methods: &[DenseMethod] = match self.method {
+            // Sizes known to the compiler need no workspace.
+            DenseMethod::CompletePivoting => match self.size() {
                 2 => return self.solve_small::<2>(statistics),
                 3 => return self.solve_small::<3>(statistics),
                 4 => return self.solve_small::<4>(statistics),
@@ -88,31 +88,31 @@ impl DenseSystem {
                 9 => return self.solve_small::<9>(statistics),
                 _ => &[],
             },
-            Method::Cholesky => &[Method::Cholesky, Method::Lu],
-            Method::Lu => &[Method::Lu],
+            DenseMethod::Cholesky => &[DenseMethod::Cholesky, DenseMethod::Lu],
+            DenseMethod::Lu => &[DenseMethod::Lu],
         };
         for &method in methods {
             statistics.factorisations += 1;
             if self.factor.factorise(&self.matrix, method).is_ok() {
                 self.last = Some(method);
                 if self.attempt(method, statistics) {
-                    return self.checked.conclude(&self.matrix, statistics);
+                    return self.checked.accept(&self.matrix, statistics);
                 }
                 break;
             }
-            if method == Method::Cholesky {
+            if method == DenseMethod::Cholesky {
                 statistics.indefinite += 1;
             }
         }
         statistics.factorisations += 1;
         statistics.complete_pivotings += 1;
-        let complete = Method::CompletePivoting;
+        let complete = DenseMethod::CompletePivoting;
         self.factor
             .factorise(&self.matrix, complete)
             .map_err(|pivot| LinearError::Singular { pivot, size: self.size() })?;
         self.last = Some(complete);
         self.attempt(complete, statistics);
-        self.checked.conclude(&self.matrix, statistics)
+        self.checked.accept(&self.matrix, statistics)
     }
 
     /// Solves for another right-hand side, with the factor of the last solve. A few rows are factorised
@@ -122,15 +122,15 @@ impl DenseSystem {
     /// As [`solve`](Self::solve).
     pub fn solve_again(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
         let Some(method) = self.last else { return self.solve(statistics) };
-        self.checked.refuse_what_is_not_finite(&[])?;
-        if self.attempt(method, statistics) || method == Method::CompletePivoting {
-            return self.checked.conclude(&self.matrix, statistics);
+        self.checked.check_finite(&[])?;
+        if self.attempt(method, statistics) || method == DenseMethod::CompletePivoting {
+            return self.checked.accept(&self.matrix, statistics);
         }
         self.solve(statistics)
     }
 
     /// Whether the factor brings the solution to rounding.
-    fn attempt(&mut self, method: Method, statistics: &mut LinearStatistics) -> bool {
+    fn attempt(&mut self, method: DenseMethod, statistics: &mut LinearStatistics) -> bool {
         let Self { matrix, checked, factor, .. } = self;
         let solved = checked.attempt(&*matrix, 1, statistics, |b| {
             factor.solve(method, b);
@@ -156,7 +156,7 @@ impl DenseSystem {
             solved
         });
         if solved.is_some() {
-            return self.checked.conclude(&self.matrix, statistics);
+            return self.checked.accept(&self.matrix, statistics);
         }
         let pivots = factor.u().diagonal();
         let pivot = pivots.iter().position(|pivot| *pivot == 0.0).unwrap_or(N - 1);
@@ -164,18 +164,18 @@ impl DenseSystem {
     }
 }
 
-/// A factor, column by column, and what was exchanged for what before each column.
+/// A factor, column by column, with the exchanges before each column.
 #[derive(Default)]
-struct Factor {
+struct DenseFactor {
     entries: Vec<f64>,
     rows: Vec<usize>,
     columns: Vec<usize>,
 }
 
-impl Factor {
-    /// Factorises `matrix`, or says at which pivot that ends: a zero, or for Cholesky one that is not
+impl DenseFactor {
+    /// Factorises `matrix`. The error is the pivot at which that ends: a zero, or for Cholesky one that is not
     /// positive. By columns to the right of the pivot, so that the inner loops are along columns.
-    fn factorise(&mut self, matrix: &DMatrix<f64>, method: Method) -> Result<(), usize> {
+    fn factorise(&mut self, matrix: &DMatrix<f64>, method: DenseMethod) -> Result<(), usize> {
         let size = matrix.nrows();
         let Self { entries, rows, columns } = self;
         // Allocates the first time.
@@ -185,7 +185,7 @@ impl Factor {
         entries.copy_from_slice(matrix.as_slice());
         for k in 0..size {
             (rows[k], columns[k]) = (k, k);
-            if method == Method::Cholesky {
+            if method == DenseMethod::Cholesky {
                 let pivot = entries[k * size + k];
                 if pivot.is_nan() || pivot <= 0.0 {
                     return Err(k);
@@ -196,7 +196,7 @@ impl Factor {
                     .iter_mut()
                     .for_each(|entry| *entry /= root);
             } else {
-                let last = if method == Method::CompletePivoting { size } else { k + 1 };
+                let last = if method == DenseMethod::CompletePivoting { size } else { k + 1 };
                 let mut best = 0.0;
                 for column in k..last {
                     for row in k..size {
@@ -225,7 +225,7 @@ impl Factor {
             let own = &left[k * size..];
             for (number, column) in right.chunks_exact_mut(size).enumerate() {
                 let (start, factor) = match method {
-                    Method::Cholesky => (k + 1 + number, own[k + 1 + number]),
+                    DenseMethod::Cholesky => (k + 1 + number, own[k + 1 + number]),
                     _ => (k + 1, column[k]),
                 };
                 for (entry, of_pivot) in column[start..].iter_mut().zip(&own[start..]) {
@@ -237,14 +237,14 @@ impl Factor {
     }
 
     /// Overwrites a right-hand side by the solution.
-    fn solve(&self, method: Method, b: &mut [f64]) {
+    fn solve(&self, method: DenseMethod, b: &mut [f64]) {
         let size = b.len();
         let Self { entries, rows, columns } = self;
         for (k, row) in rows.iter().enumerate() {
             b.swap(k, *row);
         }
         for (k, column) in entries.chunks_exact(size).enumerate() {
-            if method == Method::Cholesky {
+            if method == DenseMethod::Cholesky {
                 b[k] /= column[k];
             }
             let (done, below) = b.split_at_mut(k + 1);
@@ -254,7 +254,7 @@ impl Factor {
         }
         for (k, column) in entries.chunks_exact(size).enumerate().rev() {
             let (above, done) = b.split_at_mut(k + 1);
-            if method == Method::Cholesky {
+            if method == DenseMethod::Cholesky {
                 let known = column[k + 1..].iter().zip(&*done).map(|(entry, x)| entry * x);
                 above[k] = (above[k] - known.sum::<f64>()) / column[k];
             } else {
@@ -302,7 +302,7 @@ mod tests {
 
     fn solve(
         rows: &[&[f64]],
-        method: Method,
+        method: DenseMethod,
         b: &[f64],
     ) -> (Result<Vec<f64>, LinearError>, LinearStatistics) {
         let mut system = DenseSystem::new(rows.len(), method);
@@ -318,7 +318,7 @@ mod tests {
     }
 
     /// The chain matrix with `diagonal` on its diagonal and -1 beside it, and the solution 1, 2, 3, …
-    fn solve_chain(size: usize, diagonal: f64, method: Method) -> (f64, LinearStatistics) {
+    fn solve_chain(size: usize, diagonal: f64, method: DenseMethod) -> (f64, LinearStatistics) {
         let entry = |row: usize, column: usize| match row.abs_diff(column) {
             0 => diagonal,
             1 => -1.0,
@@ -339,14 +339,14 @@ mod tests {
 
     #[test]
     fn a_positive_definite_matrix_costs_one_cholesky() {
-        let (error, statistics) = solve_chain(10, 3.0, Method::Cholesky);
+        let (error, statistics) = solve_chain(10, 3.0, DenseMethod::Cholesky);
         assert!(error < 1e-13, "{error}");
         assert_eq!((statistics.factorisations, statistics.indefinite), (1, 0));
     }
 
     #[test]
     fn an_indefinite_matrix_is_told_and_solved() {
-        let (error, statistics) = solve_chain(10, 0.5, Method::Cholesky);
+        let (error, statistics) = solve_chain(10, 0.5, DenseMethod::Cholesky);
         assert!(error < 1e-13, "{error}");
         assert_eq!((statistics.factorisations, statistics.indefinite), (2, 1));
     }
@@ -354,7 +354,7 @@ mod tests {
     #[test]
     fn a_small_matrix_costs_one_factorisation_definite_or_not() {
         for diagonal in [3.0, 0.5] {
-            let (error, statistics) = solve_chain(4, diagonal, Method::CompletePivoting);
+            let (error, statistics) = solve_chain(4, diagonal, DenseMethod::CompletePivoting);
             assert!(error < 1e-14, "{error}");
             assert_eq!((statistics.factorisations, statistics.indefinite), (1, 0));
         }
@@ -362,7 +362,7 @@ mod tests {
 
     #[test]
     fn an_unsymmetric_matrix_is_not_taken_for_its_transpose() {
-        for method in [Method::CompletePivoting, Method::Lu] {
+        for method in [DenseMethod::CompletePivoting, DenseMethod::Lu] {
             let (x, _) = solve(&[&[0.0, 2.0], &[1.0, 1.0]], method, &[4.0, 3.0]);
             assert_eq!(x.unwrap(), [1.0, 2.0]);
         }
@@ -370,7 +370,7 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_names_its_pivot() {
-        for method in [Method::CompletePivoting, Method::Cholesky, Method::Lu] {
+        for method in [DenseMethod::CompletePivoting, DenseMethod::Cholesky, DenseMethod::Lu] {
             let (x, _) = solve(&[&[1.0, 1.0], &[1.0, 1.0]], method, &[1.0, 2.0]);
             assert_eq!(x, Err(LinearError::Singular { pivot: 1, size: 2 }));
         }
@@ -378,7 +378,7 @@ mod tests {
 
     #[test]
     fn what_is_not_finite_is_refused() {
-        let (x, _) = solve(&[&[f64::NAN]], Method::Cholesky, &[1.0]);
+        let (x, _) = solve(&[&[f64::NAN]], DenseMethod::Cholesky, &[1.0]);
         assert_eq!(x, Err(LinearError::NotFinite { size: 1 }));
     }
 
@@ -386,7 +386,7 @@ mod tests {
     fn rows_of_very_different_size_keep_their_digits() {
         // x = (1, 3): the second row is a part in 1e18 of the first.
         let rows: [&[f64]; 2] = [&[1e18, 1e9], &[1e9, 7.0]];
-        for method in [Method::CompletePivoting, Method::Lu] {
+        for method in [DenseMethod::CompletePivoting, DenseMethod::Lu] {
             let (x, _) = solve(&rows, method, &[1e18 + 3e9, 1e9 + 21.0]);
             let x = x.unwrap();
             assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 3.0).abs() < 1e-6, "{x:?}");

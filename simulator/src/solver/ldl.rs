@@ -1,8 +1,8 @@
-//! Block LDLᵀ of a sparse symmetric matrix, definite or not: `P A Pᵀ = L D Lᵀ`.
+//! Multifrontal block LDLᵀ of a sparse symmetric matrix, definite or not: `P A Pᵀ = L D Lᵀ`.
 //!
 //! `L` has unit diagonal blocks, `D` is made of `D × D` blocks. Each of these is factorised with
 //! pivoting inside it, so that a block with zeros on its diagonal is no harm; blocks are not exchanged for each
-//! other, so that the plan ([`fronts`](super::fronts)) holds for every matrix of a pattern. What is lost
+//! other, so that the symbolic factor ([`symbolic`](super::symbolic)) holds for every matrix of a pattern. What is lost
 //! where a whole pivot block is tiny shows in the backward error of the solution
 //! ([`checked`](super::checked)), and it is the caller's to try another method.
 //!
@@ -10,44 +10,44 @@
 //! `X Wᵀ` is subtracted from what is to the right, in tiles that are held in registers.
 //!
 //! Everything is sums and products in a fixed order, never fused, whatever vectors the processor has: the
-//! bits are the same on all of them. Cost: `2 D³` operations for each product of blocks that the plan
-//! counts, about an operation a lane and clock; a solution is two passes over the factor. Nothing is
-//! allocated after [`Factor::new`].
+//! bits are the same on all of them. Cost: `2 D³` operations for each product of blocks in the
+//! symbolic factor, about an operation a lane and clock; a solution is two passes over the factor. Nothing is
+//! allocated after [`LdlFactor::new`].
 
 #![expect(clippy::needless_range_loop, reason = "indices run over several arrays at once")]
 
-use super::fronts::{Front, Plan};
+use super::symbolic::{Front, SymbolicFactor};
 
 /// Blocks that are eliminated before what is to their right is updated.
 const PANEL: usize = 8;
 
 /// Rows of a tile.
-const ROWS: usize = 8;
+const TILE_ROWS: usize = 8;
 
 /// A pivot in a block is left in its place where it is this part of what is below it: growth is bounded,
 /// as by partial pivoting.
-const THRESHOLD: f64 = 0.25;
+const PIVOT_THRESHOLD: f64 = 0.25;
 
-/// The factor, with the room that making it and solving by it takes.
-pub(super) struct Factor<const D: usize> {
+/// The numeric factor, with the workspace of factorisation and substitution.
+pub(super) struct LdlFactor<const D: usize> {
     /// Columns of `L`, front by front, each front's from its first pivot on; only what is below the
     /// diagonal blocks is meaningful.
     columns: Vec<f64>,
     /// Diagonal blocks, factorised.
-    pivots: Vec<Pivot<D>>,
+    pivots: Vec<PivotBlock<D>>,
     /// Update matrices that wait for their parents.
     updates: Vec<f64>,
-    /// `W` of the panel at hand.
+    /// `W` of the current panel.
     unscaled: Vec<f64>,
-    /// A right-hand side in the order of the plan.
+    /// A right-hand side in the order of elimination.
     permuted: Vec<f64>,
     /// The part of it that a front sees.
     gathered: Vec<f64>,
 }
 
-/// What a factorisation found.
+/// The signs of the pivots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Outcome {
+pub(super) enum Inertia {
     /// Every pivot block is positive definite, and so is the matrix.
     Definite,
     /// Some pivot block is not positive definite.
@@ -58,77 +58,77 @@ pub(super) enum Outcome {
 
 /// A diagonal block as `P B Q = L U`, reciprocals of the pivots on the diagonal.
 #[derive(Debug, Clone, Copy)]
-struct Pivot<const D: usize> {
+struct PivotBlock<const D: usize> {
     lu: [[f64; D]; D],
     rows: [usize; D],
     columns: [usize; D],
 }
 
-impl<const D: usize> Factor<D> {
-    /// Room for the factor of `plan`; `None` where there is not enough memory.
-    pub(super) fn new(plan: &Plan) -> Option<Self> {
+impl<const D: usize> LdlFactor<D> {
+    /// Allocates the factor; `None` if there is not enough memory.
+    pub(super) fn new(symbolic: &SymbolicFactor) -> Option<Self> {
         let zeros = |count: usize| {
             let mut values = Vec::new();
             values.try_reserve_exact(count).ok()?;
             values.resize(count, 0.0);
             Some(values)
         };
-        let height = plan.tallest * D;
-        let zero = Pivot { lu: [[0.0; D]; D], rows: [0; D], columns: [0; D] };
+        let height = symbolic.max_height * D;
+        let zero = PivotBlock { lu: [[0.0; D]; D], rows: [0; D], columns: [0; D] };
         Some(Self {
-            columns: zeros(plan.n_factor.checked_mul(D * D)?)?,
-            pivots: vec![zero; plan.order.len()],
-            updates: zeros(plan.n_updates.checked_mul(D * D)?)?,
+            columns: zeros(symbolic.n_factor.checked_mul(D * D)?)?,
+            pivots: vec![zero; symbolic.order.len()],
+            updates: zeros(symbolic.n_updates.checked_mul(D * D)?)?,
             unscaled: zeros(height * PANEL * D)?,
-            permuted: zeros(plan.order.len() * D)?,
+            permuted: zeros(symbolic.order.len() * D)?,
             gathered: zeros(height)?,
         })
     }
 
     /// Factorises the matrix whose blocks are `values`.
-    pub(super) fn factorise(&mut self, plan: &Plan, values: &[f64]) -> Outcome {
-        pulp::Arch::new().dispatch(Factorise { plan, values, factor: self })
+    pub(super) fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia {
+        pulp::Arch::new().dispatch(Factorise { symbolic, values, factor: self })
     }
 
     /// Overwrites a right-hand side by the solution.
-    pub(super) fn solve(&mut self, plan: &Plan, values: &mut [f64]) {
-        pulp::Arch::new().dispatch(Solve { plan, values, factor: self });
+    pub(super) fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]) {
+        pulp::Arch::new().dispatch(Solve { symbolic, values, factor: self });
     }
 }
 
 // Code that is compiled for the vectors that the processor has: everything below is inlined into these.
 struct Factorise<'a, const D: usize> {
-    plan: &'a Plan,
+    symbolic: &'a SymbolicFactor,
     values: &'a [f64],
-    factor: &'a mut Factor<D>,
+    factor: &'a mut LdlFactor<D>,
 }
 
 struct Solve<'a, const D: usize> {
-    plan: &'a Plan,
+    symbolic: &'a SymbolicFactor,
     values: &'a mut [f64],
-    factor: &'a mut Factor<D>,
+    factor: &'a mut LdlFactor<D>,
 }
 
 impl<const D: usize> pulp::WithSimd for Factorise<'_, D> {
-    type Output = Outcome;
+    type Output = Inertia;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Outcome {
-        let Self { plan, values, factor } = self;
-        let mut outcome = Outcome::Definite;
-        for front in &plan.fronts {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Inertia {
+        let Self { symbolic, values, factor } = self;
+        let mut inertia = Inertia::Definite;
+        for front in &symbolic.fronts {
             let (height, rows) = (front.height() * D, front.n_rows() * D);
             let first = front.panel * D * D;
             let panel = &mut factor.columns[first..][..front.n_pivots * D * height];
             panel.fill(0.0);
             let start = front.update * D * D;
             factor.updates[start..][..rows * rows].fill(0.0);
-            fill::<D>(plan, front, values, panel);
-            for child in &plan.children[front.children[0]..front.children[1]] {
-                take_in::<D>(
-                    plan,
+            fill::<D>(symbolic, front, values, panel);
+            for child in &symbolic.children[front.children[0]..front.children[1]] {
+                extend_add::<D>(
+                    symbolic,
                     front,
-                    &plan.fronts[*child as usize],
+                    &symbolic.fronts[*child as usize],
                     panel,
                     &mut factor.updates,
                 );
@@ -136,20 +136,25 @@ impl<const D: usize> pulp::WithSimd for Factorise<'_, D> {
             let update = &mut factor.updates[start..][..rows * rows];
             let pivots = &mut factor.pivots[front.first..][..front.n_pivots];
             match eliminate(panel, update, pivots, height, &mut factor.unscaled) {
-                Outcome::Definite => {}
-                Outcome::Indefinite => outcome = Outcome::Indefinite,
-                Outcome::Singular => return Outcome::Singular,
+                Inertia::Definite => {}
+                Inertia::Indefinite => inertia = Inertia::Indefinite,
+                Inertia::Singular => return Inertia::Singular,
             }
         }
-        outcome
+        inertia
     }
 }
 
 /// Copies the matrix's own blocks to the front.
 #[inline(always)]
-fn fill<const D: usize>(plan: &Plan, front: &Front, values: &[f64], panel: &mut [f64]) {
+fn fill<const D: usize>(
+    symbolic: &SymbolicFactor,
+    front: &Front,
+    values: &[f64],
+    panel: &mut [f64],
+) {
     let height = front.height() * D;
-    for entry in &plan.entries[front.entries[0]..front.entries[1]] {
+    for entry in &symbolic.entries[front.entries[0]..front.entries[1]] {
         let block = &values[entry.source as usize * D * D..][..D * D];
         let corner = entry.column as usize * D * height + entry.row as usize * D;
         let target = &mut panel[corner..][..(D - 1) * height + D];
@@ -164,14 +169,14 @@ fn fill<const D: usize>(plan: &Plan, front: &Front, values: &[f64], panel: &mut 
 
 /// Adds the update matrix of `child` to `front`: to its panel, and to its own update matrix.
 #[inline(always)]
-fn take_in<const D: usize>(
-    plan: &Plan,
+fn extend_add<const D: usize>(
+    symbolic: &SymbolicFactor,
     front: &Front,
     child: &Front,
     panel: &mut [f64],
     updates: &mut [f64],
 ) {
-    let places = &plan.in_parent[child.rows[0]..child.rows[1]];
+    let places = &symbolic.rows_in_parent[child.rows[0]..child.rows[1]];
     let (height, child_rows, own_rows) =
         (front.height() * D, child.n_rows() * D, front.n_rows() * D);
     let (from, to) = (child.update * D * D, front.update * D * D);
@@ -216,13 +221,13 @@ fn take_in<const D: usize>(
 fn eliminate<const D: usize>(
     panel: &mut [f64],
     update: &mut [f64],
-    pivots: &mut [Pivot<D>],
+    pivots: &mut [PivotBlock<D>],
     height: usize,
     unscaled: &mut [f64],
-) -> Outcome {
+) -> Inertia {
     let n_columns = pivots.len() * D;
     let n_rows = height - n_columns;
-    let mut outcome = Outcome::Definite;
+    let mut inertia = Inertia::Definite;
     let mut start = 0;
     while start < pivots.len() {
         let end = (start + PANEL).min(pivots.len());
@@ -230,10 +235,10 @@ fn eliminate<const D: usize>(
             let below = (pivot + 1) * D;
             let (left, right) = panel.split_at_mut(below * height);
             let own = &mut left[pivot * D * height..];
-            let (factorised, definite) = Pivot::new(own, height, pivot * D);
-            let Some(factorised) = factorised else { return Outcome::Singular };
+            let (factorised, definite) = PivotBlock::new(own, height, pivot * D);
+            let Some(factorised) = factorised else { return Inertia::Singular };
             if !definite {
-                outcome = Outcome::Indefinite;
+                inertia = Inertia::Indefinite;
             }
             pivots[pivot] = factorised;
             let kept = &mut unscaled[(pivot - start) * D * height..][..D * height];
@@ -275,11 +280,11 @@ fn eliminate<const D: usize>(
         }
         start = end;
     }
-    outcome
+    inertia
 }
 
-impl<const D: usize> Pivot<D> {
-    /// Factorises the block at row `row` of `columns`; `None` where it is singular. Whether it is
+impl<const D: usize> PivotBlock<D> {
+    /// Factorises the block at row `row` of `columns`; `None` if it is singular. Whether it is
     /// positive definite: then, and only then, all pivots are positive and on the diagonal.
     #[inline(always)]
     fn new(columns: &[f64], height: usize, row: usize) -> (Option<Self>, bool) {
@@ -301,7 +306,7 @@ impl<const D: usize> Pivot<D> {
             for i in k + 1..D {
                 largest = largest.max(lu[i][k].abs());
             }
-            if lu[k][k].abs() < THRESHOLD * largest || lu[k][k] == 0.0 {
+            if lu[k][k].abs() < PIVOT_THRESHOLD * largest || lu[k][k] == 0.0 {
                 let at = find_pivot(&lu, k);
                 definite &= at[0] == at[1];
                 lu.swap(k, at[0]);
@@ -371,7 +376,7 @@ fn find_pivot<const D: usize>(lu: &[[f64; D]; D], k: usize) -> [usize; 2] {
 /// Keeps the rows of `columns` from `first` on as `W`, and overwrites them by `X = W B⁻¹`.
 #[inline(always)]
 fn scale<const D: usize>(
-    pivot: &Pivot<D>,
+    pivot: &PivotBlock<D>,
     columns: &mut [f64],
     kept: &mut [f64],
     height: usize,
@@ -382,9 +387,9 @@ fn scale<const D: usize>(
     }
     // X is solved for row by row, B being symmetric; written column by column, it fits vectors.
     let mut row = first;
-    while row + ROWS <= height {
-        scale_rows::<D, ROWS>(pivot, columns, kept, height, row);
-        row += ROWS;
+    while row + TILE_ROWS <= height {
+        scale_rows::<D, TILE_ROWS>(pivot, columns, kept, height, row);
+        row += TILE_ROWS;
     }
     while row + 2 <= height {
         scale_rows::<D, 2>(pivot, columns, kept, height, row);
@@ -397,7 +402,7 @@ fn scale<const D: usize>(
 
 #[inline(always)]
 fn scale_rows<const D: usize, const R: usize>(
-    pivot: &Pivot<D>,
+    pivot: &PivotBlock<D>,
     columns: &mut [f64],
     kept: &[f64],
     height: usize,
@@ -451,9 +456,9 @@ fn subtract<const D: usize>(
         ($wide:literal) => {
             while column + $wide <= width {
                 let mut row = column;
-                while row + ROWS <= rows {
-                    tile::<$wide, ROWS>(target, stride, x, w, height, [row, column], depth);
-                    row += ROWS;
+                while row + TILE_ROWS <= rows {
+                    tile::<$wide, TILE_ROWS>(target, stride, x, w, height, [row, column], depth);
+                    row += TILE_ROWS;
                 }
                 if row + 4 <= rows {
                     tile::<$wide, 4>(target, stride, x, w, height, [row, column], depth);
@@ -516,13 +521,13 @@ impl<const D: usize> pulp::WithSimd for Solve<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { plan, values, factor } = self;
-        let Factor { columns, pivots, permuted, gathered, .. } = factor;
-        for (target, block) in permuted.chunks_exact_mut(D).zip(&plan.order) {
+        let Self { symbolic, values, factor } = self;
+        let LdlFactor { columns, pivots, permuted, gathered, .. } = factor;
+        for (target, block) in permuted.chunks_exact_mut(D).zip(&symbolic.order) {
             target.copy_from_slice(&values[*block as usize * D..][..D]);
         }
-        for front in &plan.fronts {
-            forward::<D>(plan, front, columns, permuted, gathered);
+        for front in &symbolic.fronts {
+            forward::<D>(symbolic, front, columns, permuted, gathered);
         }
         for (values, pivot) in permuted.chunks_exact_mut(D).zip(&*pivots) {
             let mut block = [0.0; D];
@@ -530,10 +535,10 @@ impl<const D: usize> pulp::WithSimd for Solve<'_, D> {
             pivot.solve(&mut block);
             values.copy_from_slice(&block);
         }
-        for front in plan.fronts.iter().rev() {
-            backward::<D>(plan, front, columns, permuted, gathered);
+        for front in symbolic.fronts.iter().rev() {
+            backward::<D>(symbolic, front, columns, permuted, gathered);
         }
-        for (source, block) in permuted.chunks_exact(D).zip(&plan.order) {
+        for (source, block) in permuted.chunks_exact(D).zip(&symbolic.order) {
             values[*block as usize * D..][..D].copy_from_slice(source);
         }
     }
@@ -542,7 +547,7 @@ impl<const D: usize> pulp::WithSimd for Solve<'_, D> {
 /// Solves with the columns of `L` of one front.
 #[inline(always)]
 fn forward<const D: usize>(
-    plan: &Plan,
+    symbolic: &SymbolicFactor,
     front: &Front,
     columns: &[f64],
     permuted: &mut [f64],
@@ -571,7 +576,7 @@ fn forward<const D: usize>(
         }
     }
     permuted[own..][..n_columns].copy_from_slice(&gathered[..n_columns]);
-    let rows = &plan.rows[front.rows[0]..front.rows[1]];
+    let rows = &symbolic.rows[front.rows[0]..front.rows[1]];
     for (change, row) in gathered[n_columns..].chunks_exact(D).zip(rows) {
         let target = &mut permuted[*row as usize * D..][..D];
         for i in 0..D {
@@ -583,7 +588,7 @@ fn forward<const D: usize>(
 /// Solves with the transposed columns of `L` of one front.
 #[inline(always)]
 fn backward<const D: usize>(
-    plan: &Plan,
+    symbolic: &SymbolicFactor,
     front: &Front,
     columns: &[f64],
     permuted: &mut [f64],
@@ -595,7 +600,7 @@ fn backward<const D: usize>(
     let gathered = &mut gathered[..height];
     let own = front.first * D;
     gathered[..n_columns].copy_from_slice(&permuted[own..][..n_columns]);
-    let rows = &plan.rows[front.rows[0]..front.rows[1]];
+    let rows = &symbolic.rows[front.rows[0]..front.rows[1]];
     for (target, row) in gathered[n_columns..].chunks_exact_mut(D).zip(rows) {
         target.copy_from_slice(&permuted[*row as usize * D..][..D]);
     }

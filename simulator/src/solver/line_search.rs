@@ -1,14 +1,16 @@
-//! Backtracking line search: halve a step until the objective does not grow.
+//! Backtracking line searches, on an objective and on a residual.
+//!
+//! [`backtrack`] halves a step until the objective does not increase:
 //!
 //! ```text
 //! α ← 1        while E(x + α p) > E(x):  α ← α/2
 //! ```
 //!
-//! The lecture's algorithm 2. Near a minimum, what `E` gains by a step is less than the rounding of `E`,
-//! and the comparison says nothing (the lecture's loop would then never end). There the slope decides,
+//! The lecture's algorithm 2. Near a minimum, the decrease of `E` is smaller than its rounding error,
+//! and the comparison means nothing (the lecture's loop would then never end). There the slope decides,
 //! which keeps its digits: a step is taken if `|E'(x + α p)·p| ≤ |E'(x)·p|` (Hager and Zhang 2005).
 
-/// A step shorter than this many halvings of the full one is none.
+/// Fails after this many halvings.
 const MAX_HALVINGS: u32 = 50;
 
 /// Differences of the objective below this part of its terms may be rounding.
@@ -16,7 +18,7 @@ const ROUNDING: f64 = 1e-11;
 
 /// The objective along the direction.
 pub trait Objective {
-    /// What can go wrong in an evaluation.
+    /// Errors of an evaluation.
     type Error;
 
     /// `E(x + α p)`, and the size of the terms it is the sum of.
@@ -25,15 +27,15 @@ pub trait Objective {
     /// `E'(x + α p)·p`.
     ///
     /// # Errors
-    /// Where the slope cannot be computed.
+    /// If the slope cannot be computed.
     fn slope(&mut self, alpha: f64) -> Result<f64, Self::Error>;
 }
 
-/// Searches from `E(x)`, which is `start`; returns `α` and the number of halvings, or `None` where no step
+/// Searches from `E(x)`, which is `start`; returns `α` and the number of halvings, or `None` if no step
 /// makes the objective smaller: the direction does not descend.
 ///
 /// # Errors
-/// Where the objective's slope cannot be computed.
+/// If the objective's slope cannot be computed.
 pub fn backtrack<O: Objective>(
     objective: &mut O,
     start: f64,
@@ -57,6 +59,46 @@ pub fn backtrack<O: Objective>(
         alpha *= 0.5;
     }
     Ok(None)
+}
+
+/// The part of the decrease that the linearisation promises, which a step must bring: `c`.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Fails after this many halvings of a step on a residual.
+const MAX_RESIDUAL_HALVINGS: u32 = 40;
+
+/// Moves `x` along Newton's step `delta` as far as the merit of the residual decreases enough:
+///
+/// ```text
+/// φ(x) = ½ ‖r(x)‖²_W        A δ = r(x),  A = −∂r/∂x        φ'(x) δ = −2 φ(x)
+/// α ← 1        while φ(x + α δ) > (1 − 2 c α) φ(x):  α ← α/2            c = 1e-4
+/// x ← x + α δ
+/// ```
+///
+/// Every step decreases the residual, so that Newton's method cannot cycle or diverge. It may stop at a minimum of `φ`
+/// that is not a solution. `trial` is a workspace; `φ` is infinite where `r` is not defined. Returns the number of
+/// halvings, or `None` if no step decreases `φ`. Source: Dennis and Schnabel, Numerical Methods for Unconstrained
+/// Optimization and Nonlinear Equations, section 6.3.
+pub fn backtrack_residual(
+    x: &mut [f64],
+    delta: &[f64],
+    trial: &mut [f64],
+    mut merit: impl FnMut(&[f64]) -> f64,
+) -> Option<u64> {
+    let start = merit(x);
+    let mut alpha = 1.0;
+    for halvings in 0..=MAX_RESIDUAL_HALVINGS {
+        for ((trial, value), change) in trial.iter_mut().zip(&*x).zip(delta) {
+            *trial = value + alpha * change;
+        }
+        // A NaN is never smaller.
+        if merit(trial) <= (1.0 - 2.0 * SUFFICIENT_DECREASE * alpha) * start {
+            x.copy_from_slice(trial);
+            return Some(u64::from(halvings));
+        }
+        alpha *= 0.5;
+    }
+    None
 }
 
 #[cfg(test)]

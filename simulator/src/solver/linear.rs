@@ -1,7 +1,7 @@
-//! Systems made of `D × D` blocks, where each part gets the solver it needs.
+//! Block linear systems, split into connected components with a solver each.
 //!
-//! The blocks are first split into the connected parts of the graph that the couplings draw. A block
-//! that nothing couples needs a division; a part whose blocks are coupled is a system of its own, dense
+//! The blocks are first split into the connected components of the coupling graph. An uncoupled block
+//! needs a division; a component of several blocks is a system of its own, dense
 //! ([`DenseSystem`]) or sparse ([`SparseSystem`]) by its size. Fourteen separate springs are thus
 //! fourteen 4 × 4 systems, and never one of 56 rows. The split is made once; its cost is in proportion
 //! to the couplings.
@@ -9,55 +9,55 @@
 use nalgebra::{DMatrix, SMatrix};
 
 use super::LinearError;
-use super::dense::{DenseSystem, Method};
+use super::dense::{DenseMethod, DenseSystem};
 use super::sparse::SparseSystem;
 use crate::statistics::LinearStatistics;
 
 /// The most blocks that are solved by complete pivoting from the start.
-pub const SMALL: usize = 3;
+pub const MAX_SMALL_BLOCKS: usize = 3;
 
-/// The most blocks of an unsymmetric part that is dense.
-pub const DENSE: usize = 16;
+/// The most blocks of an unsymmetric component that is dense.
+pub const MAX_DENSE_BLOCKS: usize = 16;
 
 /// Two blocks that the matrix couples; a block with itself if its own `D × D` entries are coupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Link {
     /// The two.
     pub blocks: [usize; 2],
-    /// Whether what this link adds to the matrix is symmetric.
+    /// Whether the contribution of this link to the matrix is symmetric.
     pub symmetric: bool,
 }
 
-/// Which solvers the parts of a matrix are given to.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// The solver for the components of a matrix.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum LinearSolver {
-    /// What fits each part: the choice that the module describes.
+    /// Chosen for each component by size and symmetry.
     #[default]
     Auto,
-    /// Dense ones for every part, whatever its size.
+    /// Dense for every component.
     Dense,
-    /// Sparse ones for every part, whatever its size.
+    /// Sparse for every component.
     Sparse,
 }
 
 /// A square matrix of `D × D` blocks, with a solver.
 pub struct BlockMatrix<const D: usize> {
-    places: Vec<Place>,
+    locations: Vec<BlockLocation>,
     /// Diagonals of the uncoupled blocks, `D` entries each.
     diagonal: Vec<f64>,
-    parts: Vec<Part<D>>,
+    parts: Vec<Component<D>>,
 }
 
 /// Where the entries of a block are.
 #[derive(Clone, Copy)]
-enum Place {
+enum BlockLocation {
     /// On the diagonal, as the block of this number.
     Diagonal(usize),
-    /// In a part, as its block of this number.
-    Part { part: usize, local: usize },
+    /// In a component, as its block of this number.
+    Component { part: usize, local: usize },
 }
 
-/// Where the four blocks of a pair are, so that they need not be looked up again and again.
+/// Where the four blocks of a pair are, found once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PairSlot {
     part: u32,
@@ -66,12 +66,12 @@ pub struct PairSlot {
     offsets: [u32; 4],
 }
 
-struct Part<const D: usize> {
+struct Component<const D: usize> {
     blocks: Vec<usize>,
-    system: System<D>,
+    system: ComponentSystem<D>,
 }
 
-enum System<const D: usize> {
+enum ComponentSystem<const D: usize> {
     Dense(Box<DenseSystem>),
     Sparse(Box<SparseSystem<D>>),
 }
@@ -91,13 +91,13 @@ impl<const D: usize> BlockMatrix<D> {
             symmetric[sets.root(link.blocks[0])] = false;
         }
 
-        let mut places = Vec::with_capacity(n_blocks);
+        let mut locations = Vec::with_capacity(n_blocks);
         let mut n_diagonal = 0;
         let mut members: Vec<Vec<usize>> = Vec::new();
         let mut part_of_root = vec![None; n_blocks];
         for block in 0..n_blocks {
             if !coupled[block] {
-                places.push(Place::Diagonal(n_diagonal));
+                locations.push(BlockLocation::Diagonal(n_diagonal));
                 n_diagonal += 1;
                 continue;
             }
@@ -105,23 +105,28 @@ impl<const D: usize> BlockMatrix<D> {
                 members.push(Vec::new());
                 members.len() - 1
             });
-            places.push(Place::Part { part, local: members[part].len() });
+            locations.push(BlockLocation::Component { part, local: members[part].len() });
             members[part].push(block);
         }
         let mut couplings: Vec<Vec<[usize; 2]>> = vec![Vec::new(); members.len()];
         for &Link { blocks: [a, b], .. } in links {
-            if let (Place::Part { part, local: a }, Place::Part { local: b, .. }) =
-                (places[a], places[b])
+            if let (
+                BlockLocation::Component { part, local: a },
+                BlockLocation::Component { local: b, .. },
+            ) = (locations[a], locations[b])
             {
                 couplings[part].push([a, b]);
             }
         }
         let part_of = |(blocks, couplings): (Vec<usize>, Vec<[usize; 2]>)| {
             let symmetric = symmetric[sets.root(blocks[0])];
-            Part { system: System::new(blocks.len(), &couplings, symmetric, choice), blocks }
+            Component {
+                system: ComponentSystem::new(blocks.len(), &couplings, symmetric, choice),
+                blocks,
+            }
         };
         let parts = members.into_iter().zip(couplings).map(part_of).collect();
-        Self { places, diagonal: vec![0.0; n_diagonal * D], parts }
+        Self { locations, diagonal: vec![0.0; n_diagonal * D], parts }
     }
 
     /// Sets the matrix to zero.
@@ -132,11 +137,11 @@ impl<const D: usize> BlockMatrix<D> {
 
     /// Adds `value` to the diagonal of block `(block, block)`.
     pub fn add_diagonal(&mut self, block: usize, value: f64) {
-        match self.places[block] {
-            Place::Diagonal(number) => {
+        match self.locations[block] {
+            BlockLocation::Diagonal(number) => {
                 self.diagonal[number * D..][..D].iter_mut().for_each(|entry| *entry += value);
             }
-            Place::Part { part, local } => {
+            BlockLocation::Component { part, local } => {
                 self.parts[part].system.add_diagonal(local, value);
             }
         }
@@ -145,28 +150,33 @@ impl<const D: usize> BlockMatrix<D> {
     /// Adds `block` to block `(row, column)`, which the links must couple. Of an uncoupled block, only
     /// the diagonal is kept.
     pub fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
-        match (self.places[row], self.places[column]) {
-            (Place::Diagonal(number), _) => {
+        match (self.locations[row], self.locations[column]) {
+            (BlockLocation::Diagonal(number), _) => {
                 for (entry, value) in
                     self.diagonal[number * D..][..D].iter_mut().zip(block.diagonal().iter())
                 {
                     *entry += value;
                 }
             }
-            (Place::Part { part, local }, Place::Part { local: local_column, .. }) => {
+            (
+                BlockLocation::Component { part, local },
+                BlockLocation::Component { local: local_column, .. },
+            ) => {
                 self.parts[part].system.add(local, local_column, block);
             }
-            (Place::Part { .. }, Place::Diagonal(_)) => {
+            (BlockLocation::Component { .. }, BlockLocation::Diagonal(_)) => {
                 debug_assert!(false, "block ({row}, {column}) is not coupled");
             }
         }
     }
 
-    /// Where the blocks of the pair `i ≠ j` are, for [`add_pair`](Self::add_pair); `None` where the links
+    /// Where the blocks of the pair `i ≠ j` are, for [`add_pair`](Self::add_pair); `None` if the links
     /// do not couple the two, or where an offset is beyond 32 bits.
     pub fn pair_slot(&self, [i, j]: [usize; 2]) -> Option<PairSlot> {
-        let (Place::Part { part, local: i }, Place::Part { part: other, local: j }) =
-            (self.places[i], self.places[j])
+        let (
+            BlockLocation::Component { part, local: i },
+            BlockLocation::Component { part: other, local: j },
+        ) = (self.locations[i], self.locations[j])
         else {
             return None;
         };
@@ -181,7 +191,7 @@ impl<const D: usize> BlockMatrix<D> {
         Some(PairSlot { part: u32::try_from(part).ok()?, offsets: narrow })
     }
 
-    /// Adds `block`, which must be symmetric where the part is, to the diagonal blocks of the pair that
+    /// Adds `block`, which must be symmetric if the component is, to the diagonal blocks of the pair that
     /// `slot` is of, and its negative to the other two.
     #[inline]
     pub fn add_pair(&mut self, slot: PairSlot, block: &SMatrix<f64, D, D>) {
@@ -191,17 +201,17 @@ impl<const D: usize> BlockMatrix<D> {
     /// Factorises the matrix, solves for the right-hand side in `values` and puts the solution there.
     ///
     /// # Errors
-    /// Where a part is singular to working precision, or holds what is not finite.
+    /// If a component is singular to working precision, or contains an infinity or a NaN.
     pub fn solve(
         &mut self,
         values: &mut [f64],
         statistics: &mut LinearStatistics,
     ) -> Result<(), LinearError> {
-        self.solve_parts(values, statistics, System::solve)
+        self.solve_components(values, statistics, ComponentSystem::solve)
     }
 
     /// Solves for another right-hand side with the matrix that was solved last, which must not have been
-    /// changed since; parts of more than [`SMALL`] blocks are not factorised anew.
+    /// changed since; components of more than [`MAX_SMALL_BLOCKS`] blocks are not factorised again.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
@@ -210,18 +220,18 @@ impl<const D: usize> BlockMatrix<D> {
         values: &mut [f64],
         statistics: &mut LinearStatistics,
     ) -> Result<(), LinearError> {
-        self.solve_parts(values, statistics, System::solve_again)
+        self.solve_components(values, statistics, ComponentSystem::solve_again)
     }
 
-    fn solve_parts(
+    fn solve_components(
         &mut self,
         values: &mut [f64],
         statistics: &mut LinearStatistics,
-        solve: fn(&mut System<D>, &mut LinearStatistics) -> Result<(), LinearError>,
+        solve: fn(&mut ComponentSystem<D>, &mut LinearStatistics) -> Result<(), LinearError>,
     ) -> Result<(), LinearError> {
         statistics.solves += 1;
-        for (block, place) in self.places.iter().enumerate() {
-            if let Place::Diagonal(number) = *place {
+        for (block, place) in self.locations.iter().enumerate() {
+            if let BlockLocation::Diagonal(number) = *place {
                 let entries = &self.diagonal[number * D..][..D];
                 for (value, entry) in values[block * D..][..D].iter_mut().zip(entries) {
                     if *entry == 0.0 {
@@ -234,7 +244,7 @@ impl<const D: usize> BlockMatrix<D> {
                 }
             }
         }
-        for Part { blocks, system } in &mut self.parts {
+        for Component { blocks, system } in &mut self.parts {
             for (local, block) in blocks.iter().enumerate() {
                 system.right_mut()[local * D..][..D].copy_from_slice(&values[block * D..][..D]);
             }
@@ -246,19 +256,19 @@ impl<const D: usize> BlockMatrix<D> {
         Ok(())
     }
 
-    /// The matrix as it stands, every entry. For inspection: it costs the square of the size.
+    /// The matrix in dense form, for inspection; cost: the square of the size.
     pub fn to_dense(&self) -> DMatrix<f64> {
-        let size = self.places.len() * D;
+        let size = self.locations.len() * D;
         let mut dense = DMatrix::zeros(size, size);
-        for (block, place) in self.places.iter().enumerate() {
-            if let Place::Diagonal(number) = *place {
+        for (block, place) in self.locations.iter().enumerate() {
+            if let BlockLocation::Diagonal(number) = *place {
                 for axis in 0..D {
                     let row = block * D + axis;
                     dense[(row, row)] = self.diagonal[number * D + axis];
                 }
             }
         }
-        for Part { blocks, system } in &self.parts {
+        for Component { blocks, system } in &self.parts {
             let global = |local: usize| blocks[local / D] * D + local % D;
             system.read(&mut |row, column, entry| dense[(global(row), global(column))] = entry);
         }
@@ -271,7 +281,7 @@ impl<const D: usize> BlockMatrix<D> {
         if !self.diagonal.is_empty() {
             kinds.push((format!("diagonal of {}", self.diagonal.len()), 1));
         }
-        for Part { system, .. } in &self.parts {
+        for Component { system, .. } in &self.parts {
             let kind = system.describe();
             match kinds.iter_mut().find(|(known, _)| *known == kind) {
                 Some((_, count)) => *count += 1,
@@ -287,8 +297,8 @@ impl<const D: usize> BlockMatrix<D> {
     }
 }
 
-impl<const D: usize> System<D> {
-    /// The system for a part of `n_blocks` blocks.
+impl<const D: usize> ComponentSystem<D> {
+    /// The system for a component of `n_blocks` blocks.
     fn new(
         n_blocks: usize,
         couplings: &[[usize; 2]],
@@ -296,12 +306,14 @@ impl<const D: usize> System<D> {
         choice: LinearSolver,
     ) -> Self {
         let method = match (n_blocks, symmetric) {
-            (..=SMALL, _) => Method::CompletePivoting,
-            (_, true) => Method::Cholesky,
-            (_, false) => Method::Lu,
+            (..=MAX_SMALL_BLOCKS, _) => DenseMethod::CompletePivoting,
+            (_, true) => DenseMethod::Cholesky,
+            (_, false) => DenseMethod::Lu,
         };
         let dense = match choice {
-            LinearSolver::Auto => n_blocks <= SMALL || (n_blocks <= DENSE && !symmetric),
+            LinearSolver::Auto => {
+                n_blocks <= MAX_SMALL_BLOCKS || (n_blocks <= MAX_DENSE_BLOCKS && !symmetric)
+            }
             LinearSolver::Dense => true,
             LinearSolver::Sparse => false,
         };
@@ -420,9 +432,9 @@ impl<const D: usize> System<D> {
         let (kind, size) = match self {
             Self::Dense(system) => {
                 let kind = match system.method() {
-                    Method::CompletePivoting => "dense complete-pivoting LU",
-                    Method::Cholesky => "dense Cholesky",
-                    Method::Lu => "dense LU",
+                    DenseMethod::CompletePivoting => "dense complete-pivoting LU",
+                    DenseMethod::Cholesky => "dense Cholesky",
+                    DenseMethod::Lu => "dense LU",
                 };
                 (kind, system.size())
             }

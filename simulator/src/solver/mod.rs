@@ -1,30 +1,25 @@
-//! Linear and nonlinear solves. Nothing here knows of particles or forces.
+//! Linear and nonlinear solvers, independent of particles and forces.
 //!
-//! - [`linear`]: systems made of `D × D` blocks, split into independent parts, each solved by what it
-//!   needs.
-//! - [`dense`]: one part as a dense matrix.
-//! - [`sparse`]: one part as a sparse matrix.
-//! - `checked`: what both do to a solution before it is believed.
+//! - [`linear`]: systems of `D × D` blocks, split into independent components with a solver each.
+//! - [`dense`]: a component as a dense matrix.
+//! - [`sparse`]: a component as a sparse matrix.
+//! - `checked`: backward error and iterative refinement, for both.
 //! - [`newton`]: Newton's method on a callback.
-//! - [`damped_newton`]: the same with a line search on the residual.
 //! - [`line_search`]: backtracking along a step.
 //! - [`psd`]: projection of a block to a positive semi-definite one.
 
 mod blocks;
-mod checked;
-pub mod damped_newton;
+pub(crate) mod checked;
 pub mod dense;
-mod fronts;
-mod general;
+mod lagged;
 mod ldl;
 pub mod line_search;
 pub mod linear;
+mod lu;
 pub mod newton;
 pub mod psd;
 pub mod sparse;
-mod stale;
-
-pub(crate) use checked::underflow;
+mod symbolic;
 
 /// A linear system that could not be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -37,7 +32,7 @@ pub enum LinearError {
         /// Rows of the matrix.
         size: usize,
     },
-    /// The matrix is singular as far as its digits go.
+    /// The matrix is singular to working precision.
     #[error("the {size} × {size} matrix is singular to working precision")]
     SingularToPrecision {
         /// Rows of the matrix.
@@ -45,23 +40,23 @@ pub enum LinearError {
     },
     /// The corrections of a stiff system did not become small.
     #[error(
-        "stiffness swamps the masses: refining the {size} × {size} system still changes its solution by {correction:.1e} of itself"
+        "the {size} × {size} system is too stiff: iterative refinement stalls at a relative correction of {correction:.1e}"
     )]
-    Unsettled {
+    RefinementStalled {
         /// Rows of the matrix.
         size: usize,
         /// The last correction, relative to the solution in the l2 norm.
         correction: f64,
     },
     /// The matrix or the right-hand side holds an infinity or a NaN.
-    #[error("the {size} × {size} system holds a number that is not finite")]
+    #[error("the {size} × {size} system contains an infinity or a NaN")]
     NotFinite {
         /// Rows of the matrix.
         size: usize,
     },
     /// Refinement and complete pivoting left a residual far above rounding.
     #[error("the solution of the {size} × {size} system has a relative residual of {residual:.1e}")]
-    LostDigits {
+    InaccurateSolution {
         /// Rows of the matrix.
         size: usize,
         /// `‖b − Ax‖ / (‖A‖·‖x‖ + ‖b‖)` in the maximum norm.

@@ -14,7 +14,7 @@
 
 use nalgebra::SMatrix;
 
-/// What is done to a block.
+/// The projection of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Projection {
     /// Nothing.

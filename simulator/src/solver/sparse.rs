@@ -1,16 +1,15 @@
-//! One sparse system `A x = b` of `D × D` blocks, solved and checked.
+//! Sparse linear system `A x = b` of `D × D` blocks, with a check of every solution.
 //!
-//! A symmetric matrix is given to four methods, each where the one before does not reach rounding:
+//! A symmetric matrix has up to three methods; each is used if the one before does not reach rounding error:
 //!
-//! 1. conjugate gradients with the factor of an earlier matrix (`stale`), where counts say that it pays;
-//! 2. block LDLᵀ without exchange of blocks (`ldl`), planned once for the pattern (`fronts`);
-//! 3. LBLᵀ with pivoting inside supernodes (`general`);
-//! 4. LU with partial pivoting (`general`), which is also what any other matrix is given to.
+//! 1. conjugate gradients with the factor of an earlier matrix (`lagged`), where counts say that it pays;
+//! 2. block LDLᵀ without exchange of blocks (`ldl`), analysed once per pattern (`symbolic`);
+//! 3. LU with partial pivoting (`lu`), which is also the method for any other matrix.
 //!
-//! Why an LDLᵀ of our own: a library call has a fixed cost that tells at 25 to 1000 particles (a whole step of
+//! Why an LDLᵀ of our own: a library call has a fixed cost that matters at 25 to 1000 particles (a whole step of
 //! a square net takes 6, 26, 120 and 710 µs at 4, 8, 16 and 32 segments a side; with faer's Cholesky it
 //! took 11, 54, 330 and 2400 µs on the same machine);
-//! a matrix need not be definite, where Cholesky fails and is paid for in vain; and the bits do not depend
+//! a matrix need not be definite, where Cholesky would fail; and the bits do not depend
 //! on the processor.
 //!
 //! Storage is in proportion to the couplings, and that of the factors to their fill. Everything runs on
@@ -22,39 +21,37 @@ use nalgebra::SMatrix;
 use super::LinearError;
 use super::blocks::BlockColumns;
 use super::checked::Checked;
-use super::fronts::Plan;
-use super::general::{Lblt, Lu};
-use super::ldl::{Factor, Outcome};
-use super::stale::Stale;
+use super::lagged::LaggedPreconditioner;
+use super::ldl::{Inertia, LdlFactor};
+use super::lu::Lu;
+use super::symbolic::SymbolicFactor;
 use crate::statistics::LinearStatistics;
 
 /// Refinements that may bring a solution by LDLᵀ to rounding; each is far cheaper than another method.
 const LDL_REFINEMENTS: u32 = 4;
 
-/// A matrix with room to solve by it.
+/// A matrix with the workspace for solving.
 pub struct SparseSystem<const D: usize> {
     matrix: BlockColumns<D>,
     checked: Checked,
     last: Last,
     ldl: Option<Box<Ldl<D>>>,
-    lblt: Option<Box<Lblt>>,
     lu: Option<Box<Lu>>,
 }
 
-/// What the last matrix was solved by.
+/// The method that solved the last matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Last {
     Nothing,
-    Stale,
+    Lagged,
     Ldl,
-    Lblt,
     Lu,
 }
 
 struct Ldl<const D: usize> {
-    plan: Plan,
-    factor: Factor<D>,
-    stale: Stale,
+    symbolic: SymbolicFactor,
+    factor: LdlFactor<D>,
+    lagged: LaggedPreconditioner,
 }
 
 impl<const D: usize> SparseSystem<D> {
@@ -66,7 +63,6 @@ impl<const D: usize> SparseSystem<D> {
             checked: Checked::new(n_blocks * D),
             last: Last::Nothing,
             ldl: None,
-            lblt: None,
             lu: None,
         }
     }
@@ -102,15 +98,15 @@ impl<const D: usize> SparseSystem<D> {
     }
 
     /// Adds to block `(row, column)`. Of a symmetric matrix, the blocks above the diagonal are those below
-    /// it: what is added to them is not looked at.
+    /// it: what is added to them is ignored.
     ///
     /// # Panics
-    /// Where the couplings do not hold that block.
+    /// If the couplings do not hold that block.
     pub fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
         self.matrix.add(row, column, block);
     }
 
-    /// Copies the entries, both triangles of a symmetric matrix, to where `to` wants them by row and column.
+    /// Calls `to` with row, column and value of each entry, both triangles of a symmetric matrix.
     pub(super) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
         self.matrix.read(to);
     }
@@ -119,7 +115,7 @@ impl<const D: usize> SparseSystem<D> {
     /// last two are one where only one of them is kept.
     ///
     /// # Panics
-    /// Where the couplings do not hold them.
+    /// If the couplings do not hold them.
     pub(super) fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
         let kept = |row, column| self.matrix.offset(row, column);
         let [ij, ji] = [kept(i, j), kept(j, i)];
@@ -137,41 +133,35 @@ impl<const D: usize> SparseSystem<D> {
     /// Solves the system; the solution is then in [`solution`](Self::solution).
     ///
     /// # Errors
-    /// Where the matrix is singular to working precision, holds what is not finite, or has more fill
+    /// If the matrix is singular to working precision, contains an infinity or a NaN, or has more fill
     /// than there is memory.
     pub fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
         self.last = Last::Nothing;
-        self.checked.refuse_what_is_not_finite(&self.matrix.values)?;
+        self.checked.check_finite(&self.matrix.values)?;
         let solved = self.matrix.symmetric
-            && (self.solve_stale(statistics)
-                || self.solve_ldl(statistics)?
-                || self.solve_lblt(statistics)?);
+            && (self.solve_lagged(statistics) || self.solve_ldl(statistics)?);
         if !solved {
             self.solve_lu(statistics)?;
         }
-        self.checked.conclude(&self.matrix, statistics)
+        self.checked.accept(&self.matrix, statistics)
     }
 
-    /// Solves for another right-hand side, with the same matrix and what the last one was solved by.
+    /// Solves for another right-hand side, with the factor of the last solve.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn solve_again(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
-        self.checked.refuse_what_is_not_finite(&[])?;
-        let Self { matrix, checked, ldl, lblt, lu, .. } = self;
-        let solved = match (self.last, ldl, lblt, lu) {
+        self.checked.check_finite(&[])?;
+        let Self { matrix, checked, ldl, lu, .. } = self;
+        let solved = match (self.last, ldl, lu) {
             (Last::Ldl, Some(ldl), ..) => {
-                let Ldl { plan, factor, .. } = &mut **ldl;
+                let Ldl { symbolic, factor, .. } = &mut **ldl;
                 checked.attempt(matrix, LDL_REFINEMENTS, statistics, |b| {
-                    factor.solve(plan, b);
+                    factor.solve(symbolic, b);
                     true
                 })
             }
-            (Last::Lblt, _, Some(lblt), _) => checked.attempt(matrix, 1, statistics, |b| {
-                lblt.solve(b);
-                true
-            }),
-            (Last::Lu, .., Some(lu)) => {
+            (Last::Lu, _, Some(lu)) => {
                 checked.attempt(matrix, 1, statistics, |b| {
                     lu.solve(b);
                     true
@@ -183,22 +173,22 @@ impl<const D: usize> SparseSystem<D> {
         if solved != Some(true) {
             return self.solve(statistics);
         }
-        self.checked.conclude(&self.matrix, statistics)
+        self.checked.accept(&self.matrix, statistics)
     }
 
     /// Whether an earlier factor brought the solution to rounding.
-    fn solve_stale(&mut self, statistics: &mut LinearStatistics) -> bool {
+    fn solve_lagged(&mut self, statistics: &mut LinearStatistics) -> bool {
         let Some(ldl) = &mut self.ldl else { return false };
-        let Ldl { plan, factor, stale } = &mut **ldl;
-        if !stale.is_worth_trying() {
+        let Ldl { symbolic, factor, lagged } = &mut **ldl;
+        if !lagged.is_worthwhile() {
             return false;
         }
         let (solved, iterations) =
-            stale.solve(&self.matrix, &mut self.checked, |b| factor.solve(plan, b));
+            lagged.solve(&self.matrix, &mut self.checked, |b| factor.solve(symbolic, b));
         statistics.iterations += iterations;
         if solved {
             statistics.reused += 1;
-            self.last = Last::Stale;
+            self.last = Last::Lagged;
         }
         solved
     }
@@ -213,37 +203,21 @@ impl<const D: usize> SparseSystem<D> {
                 empty.insert(Box::new(Ldl::new(matrix)?))
             }
         };
-        let Ldl { plan, factor, stale } = &mut **ldl;
+        let Ldl { symbolic, factor, lagged } = &mut **ldl;
         statistics.factorisations += 1;
-        let outcome = factor.factorise(plan, &matrix.values);
-        stale.renew(outcome == Outcome::Definite);
-        if outcome != Outcome::Definite {
+        let inertia = factor.factorise(symbolic, &matrix.values);
+        lagged.reset(inertia == Inertia::Definite);
+        if inertia != Inertia::Definite {
             statistics.indefinite += 1;
         }
-        if outcome == Outcome::Singular {
+        if inertia == Inertia::Singular {
             return Ok(false);
         }
         let solved = checked.attempt(matrix, LDL_REFINEMENTS, statistics, |b| {
-            factor.solve(plan, b);
+            factor.solve(symbolic, b);
             true
         });
         self.last = Last::Ldl;
-        Ok(solved == Some(true))
-    }
-
-    /// Whether LBLᵀ brought the solution to rounding.
-    fn solve_lblt(&mut self, statistics: &mut LinearStatistics) -> Result<bool, LinearError> {
-        let Self { matrix, checked, .. } = self;
-        let lblt = match &mut self.lblt {
-            Some(lblt) => lblt,
-            empty => empty.insert(Box::new(Lblt::new(matrix, statistics)?)),
-        };
-        lblt.factorise(matrix, statistics);
-        let solved = checked.attempt(matrix, 1, statistics, |b| {
-            lblt.solve(b);
-            true
-        });
-        self.last = Last::Lblt;
         Ok(solved == Some(true))
     }
 
@@ -272,11 +246,13 @@ impl<const D: usize> Ldl<D> {
     fn new(matrix: &BlockColumns<D>) -> Result<Self, LinearError> {
         let size = matrix.size();
         let out_of_memory = LinearError::OutOfMemory { size };
-        let Some(plan) = Plan::new(&matrix.starts, &matrix.rows) else { return Err(out_of_memory) };
-        let Some(factor) = Factor::new(&plan) else { return Err(out_of_memory) };
-        let entries = (plan.n_factor + matrix.rows.len()) as u64;
-        let budget = D as u64 * plan.n_products / (RATE * 2 * entries);
-        Ok(Self { plan, factor, stale: Stale::new(size, budget) })
+        let Some(symbolic) = SymbolicFactor::new(&matrix.starts, &matrix.rows) else {
+            return Err(out_of_memory);
+        };
+        let Some(factor) = LdlFactor::new(&symbolic) else { return Err(out_of_memory) };
+        let entries = (symbolic.n_factor + matrix.rows.len()) as u64;
+        let budget = D as u64 * symbolic.n_products / (RATE * 2 * entries);
+        Ok(Self { symbolic, factor, lagged: LaggedPreconditioner::new(size, budget) })
     }
 }
 
@@ -285,7 +261,7 @@ const RATE: u64 = 4;
 
 #[cfg(test)]
 mod tests {
-    use super::super::dense::{DenseSystem, Method};
+    use super::super::dense::{DenseMethod, DenseSystem};
     use super::*;
 
     /// The couplings of a square net of `side` blocks a side, with one diagonal.
@@ -313,7 +289,7 @@ mod tests {
         fn new(n_blocks: usize, couplings: &[[usize; 2]], symmetric: bool) -> Self {
             let mut both = Self {
                 sparse: SparseSystem::new(n_blocks, couplings, symmetric),
-                dense: DenseSystem::new(D * n_blocks, Method::Lu),
+                dense: DenseSystem::new(D * n_blocks, DenseMethod::Lu),
             };
             for row in 0..D * n_blocks {
                 both.sparse.right_mut()[row] = row as f64 - 20.0;

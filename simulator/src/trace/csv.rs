@@ -44,17 +44,17 @@ impl<W: Write> CsvWriter<W> {
     /// Starts a trace with its header.
     ///
     /// # Errors
-    /// Where the output takes nothing.
+    /// If the output takes nothing.
     pub fn new(output: W, shape: Shape) -> io::Result<Self> {
         let mut writer = csv::Writer::from_writer(output);
         writer.write_record(header(shape))?;
         Ok(Self { writer, dimension: shape.dimension.count() })
     }
 
-    /// Writes out what is buffered, and gives the output back.
+    /// Flushes the buffer and returns the output.
     ///
     /// # Errors
-    /// Where the output takes no more.
+    /// If the output takes no more.
     pub fn into_inner(self) -> io::Result<W> {
         self.writer.into_inner().map_err(|error| error.into_error())
     }
@@ -85,10 +85,10 @@ pub struct CsvReader<R: Read> {
 }
 
 impl<R: Read> CsvReader<R> {
-    /// Reads the header. `path` is what messages call the trace.
+    /// Reads the header. `path` names the trace in messages.
     ///
     /// # Errors
-    /// Where the header is not the one of a trace of this shape.
+    /// If the header is not the one of a trace of this shape.
     pub fn new(input: R, path: &Path, shape: Shape) -> Result<Self, TraceError> {
         let limit = MAX_FIELD * (2 + 2 * shape.n_coordinates());
         let input = LimitedLines::new(BufReader::with_capacity(1 << 16, input), limit);
@@ -130,7 +130,7 @@ impl<R: Read> CsvReader<R> {
         Err(self.at_line(1, fault))
     }
 
-    /// Reads the next row; false where there is none.
+    /// Reads the next row. Returns false at the end of the file.
     fn read_record(&mut self) -> Result<bool, TraceError> {
         self.reader.read_byte_record(&mut self.record).map_err(|error| {
             match error.into_kind() {
@@ -197,7 +197,7 @@ impl<R: Read + Send> TraceReader for CsvReader<R> {
     }
 }
 
-/// A number as any language prints it; `None` if it is none.
+/// Parses a number in the notation of any common language; `None` if it is not a number.
 fn parse_number(field: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(field).ok()?;
     text.parse().ok().or_else(|| {

@@ -21,7 +21,7 @@ impl<W: Write> EnergyWriter<W> {
     /// Starts the file with its header.
     ///
     /// # Errors
-    /// Where the output takes nothing.
+    /// If the output takes nothing.
     pub fn new(output: W, dimension: Dimension) -> io::Result<Self> {
         let mut writer = csv::Writer::from_writer(output);
         let columns = ["step", "time", "kinetic", "potential", "total"].into_iter();
@@ -33,7 +33,7 @@ impl<W: Write> EnergyWriter<W> {
     /// Writes the energies of `state`.
     ///
     /// # Errors
-    /// Where the output takes no more.
+    /// If the output takes no more.
     pub fn write(&mut self, state: StateView<'_>, energies: &Energies) -> io::Result<()> {
         self.writer.write_field(state.step.to_string())?;
         let total = energies.kinetic + energies.potential;
@@ -45,10 +45,10 @@ impl<W: Write> EnergyWriter<W> {
         Ok(self.writer.write_record(None::<&[u8]>)?)
     }
 
-    /// Writes out what is buffered, and gives the output back.
+    /// Flushes the buffer and returns the output.
     ///
     /// # Errors
-    /// Where the output takes no more.
+    /// If the output takes no more.
     pub fn into_inner(self) -> io::Result<W> {
         self.writer.into_inner().map_err(|error| error.into_error())
     }

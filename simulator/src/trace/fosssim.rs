@@ -1,4 +1,4 @@
-//! The course's binary traces.
+//! Traces in the course's binary format.
 //!
 //! Raw little-endian f64 without a header, a record a state, the initial state first: all positions,
 //! then all velocities, `x0 y0 x1 y1 … vx0 vy0 vx1 vy1 …` (with z in three dimensions).
@@ -46,7 +46,7 @@ pub struct FosssimReader<R: Read> {
 }
 
 impl<R: Read> FosssimReader<R> {
-    /// Starts at the first record. `path` is what messages call the trace.
+    /// Starts at the first record. `path` names the trace in messages.
     pub fn new(input: R, path: &Path, shape: Shape) -> Self {
         let record = vec![0; 2 * shape.n_coordinates() * size_of::<f64>()];
         let input = BufReader::with_capacity(1 << 16, input);

@@ -1,4 +1,4 @@
-//! States to and from files, one at a time: memory does not grow with the length of a trace.
+//! Reads and writes traces, one state at a time: memory does not grow with the length of a trace.
 //!
 //! A trace holds the initial state and one state after every step.
 
@@ -34,11 +34,12 @@ impl Shape {
 }
 
 /// A trace's file format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum TraceFormat {
-    /// Comma-separated text: see [`mod@csv`].
+    /// Comma-separated text, one row a state.
     Csv,
-    /// The course's binary: see [`fosssim`].
+    /// FOSSSim's raw little-endian f64.
+    #[value(alias = "bin")]
     Fosssim,
 }
 
@@ -64,7 +65,7 @@ impl TraceFormat {
 /// A state read from a trace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// Time in seconds, where the format tells it.
+    /// Time in seconds, if the format stores it.
     pub time: Option<f64>,
     /// Positions, `n·D`, particle-major.
     pub positions: Vec<f64>,
@@ -80,28 +81,28 @@ impl State {
     }
 }
 
-/// Where states go.
+/// A sink of states.
 pub trait TraceWriter {
     /// Writes the next state.
     ///
     /// # Errors
-    /// Where the output takes no more.
+    /// If writing fails.
     fn write(&mut self, state: StateView<'_>) -> io::Result<()>;
 }
 
-/// Where states come from.
+/// A source of states.
 pub trait TraceReader: Send {
-    /// Reads the next state into `state`; false where there is none.
+    /// Reads the next state into `state`. Returns false at the end of the trace.
     ///
     /// # Errors
-    /// Where the trace cannot be read on, or what is there is no state of the expected shape.
+    /// If the trace cannot be read, or does not continue with a state of the expected shape.
     fn read(&mut self, state: &mut State) -> Result<bool, TraceError>;
 }
 
 /// Opens the trace at `path` for reading.
 ///
 /// # Errors
-/// Where it cannot be opened, or its first lines already show that it is no such trace.
+/// If it cannot be opened, or its first lines are not those of such a trace.
 pub fn open(
     path: &Path,
     format: TraceFormat,
@@ -127,7 +128,7 @@ pub enum TraceError {
     Record { path: PathBuf, record: u64, fault: TraceFault },
 }
 
-/// What is wrong with the content of a trace.
+/// A fault in the content of a trace.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum TraceFault {

@@ -24,7 +24,8 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         integrator: vocabulary().integrator("implicit-euler").unwrap(),
         options: Vec::new(),
         time_step: Some(1e-3),
-        length: simulator::generate::Length::Steps(FIRST_STEPS + STEPS),
+        duration: 0.0,
+        steps: Some(FIRST_STEPS + STEPS),
     };
     let springs = |damping| Springs { stiffness: 100.0, damping, law: SpringLaw::Hooke };
     let chain = |links, damping| {

@@ -1,6 +1,5 @@
-//! The scenes of the fast mass-spring assignment, as they are, against the assignment's algorithm in plain
-//! dense algebra: one matrix, one factorisation, 50 rounds a step. Nothing of the simulator is used on that
-//! side, its reader of meshes included.
+//! The assignment's own scenes against the assignment's algorithm in plain dense algebra: one matrix, one
+//! factorisation, 50 rounds a step. That side uses no code of the simulator, not even its mesh reader.
 
 use std::collections::BTreeSet;
 use std::fs;

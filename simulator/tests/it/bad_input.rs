@@ -1,5 +1,4 @@
-//! What is wrong with a scene or a call ends in exit code 2, one message that says where and what to do,
-//! and no change to any file.
+//! Invalid scenes and command lines: exit code 2, one message with place and remedy, no file changed.
 //!
 //! In the scenes of this file the sign ¶ marks the place that the message must name. It is taken out
 //! before the scene is written.
@@ -192,13 +191,13 @@ fn a_binary_file_is_refused_where_it_stops_being_text() {
     let message = refuse("a byte in a comment", &spoilt, &[]);
     assert_eq!(
         message.lines().next(),
-        Some("error: scene.xml:2:14: this is not UTF-8 text: byte 0xff cannot stand here")
+        Some("error: scene.xml:2:14: this is not UTF-8 text: invalid byte 0xff")
     );
 
     let utf16: Vec<u8> = "\u{feff}<scene/>".encode_utf16().flat_map(u16::to_le_bytes).collect();
     let message = refuse("UTF-16", &utf16, &[]);
     assert!(
-        message.starts_with("error: scene.xml:1:1: this is not UTF-8 text: byte 0xff"),
+        message.starts_with("error: scene.xml:1:1: this is not UTF-8 text: invalid byte 0xff"),
         "{message}"
     );
 
@@ -232,10 +231,10 @@ fn a_scene_says_when_it_starts_ends_and_how_it_steps() {
         no time | <duration time="1"/> | ¶<duration/> | no attribute "time" | add time=
         time NaN | time="1" | ¶time="NaN" | time="NaN" must be a finite number |
         time negative | time="1" | ¶time="-1" | time="-1" must be | 0 or more
-        time twice | <particle m="2" | ¶<duration time="1"/><particle m="2" | a second time; the first is at line 2 | keep one
+        time twice | <particle m="2" | ¶<duration time="1"/><particle m="2" | second <duration>; the first is at line 2 | keep one
         too many steps | <duration time="1" | ¶<duration time="2.5e11" | is 1e12 steps | at most 1e9 steps
         no integrator | <integrator type="symplectic-euler" dt="0.25"/> |  | no <integrator> | <integrator type=
-        two integrators | <edge | ¶<integrator type="implicit" dt="1"/><edge | <integrator> is given a second time; the first is at line 3 | keep one
+        two integrators | <edge | ¶<integrator type="implicit" dt="1"/><edge | second <integrator>; the first is at line 3 | keep one
         no type | <integrator type="symplectic-euler" | ¶<integrator | no attribute "type" | add type=
         type misspelt | type="symplectic-euler" | ¶type="simplectic-euler" | unknown integrator type "simplectic-euler" | did you mean "symplectic-euler"?
         type unknown | type="symplectic-euler" | ¶type="rk4" | unknown integrator type "rk4" | known types: explicit-euler, symplectic-euler,
@@ -246,7 +245,7 @@ fn a_scene_says_when_it_starts_ends_and_how_it_steps() {
         dt negative | dt="0.25" | ¶dt="-0.1" | dt="-0.1" must be a finite number above 0 |
         dt NaN | dt="0.25" | ¶dt="nan" | dt="nan" must be a finite number above 0 |
         dt infinite | dt="0.25" | ¶dt="inf" | dt="inf" must be a finite number above 0 |
-        dt too large | dt="0.25" | ¶dt="1e400" | dt="1e400" is outside of what an f64 | below 1.8e308
+        dt too large | dt="0.25" | ¶dt="1e400" | dt="1e400" is out of the range of an f64 | below 1.8e308
         dt too small | dt="0.25" | ¶dt="1e-400" | dt="1e-400" must be a finite number above 0 |
         dt empty | dt="0.25" | ¶dt="" | dt="" is not a number | 0.5 or 1e-3
         dt a word | dt="0.25" | ¶dt="abc" | dt="abc" is not a number |
@@ -280,8 +279,8 @@ fn a_particle_needs_a_mass_a_place_and_a_velocity() {
         mass NaN | m="3" | ¶m="NaN" | must be a finite number above 0 |
         no mass | <particle m="3" | ¶<particle | <particle> has no attribute "m" | add m=
         no px | <particle m="3" px="1.5" | ¶<particle m="3" | no attribute "px" |
-        a position too large | px="1.5" | ¶px="1e400" | px="1e400" is outside of | 1.8e308
-        a position too small | px="1.5" | ¶px="-1e400" | px="-1e400" is outside of |
+        a position too large | px="1.5" | ¶px="1e400" | px="1e400" is out of the range | 1.8e308
+        a position too small | px="1.5" | ¶px="-1e400" | px="-1e400" is out of the range |
         a velocity that is none | vy="1" | ¶vy="up" | vy="up" is not a number |
         no fixed | <particle m="3" px="1.5" py="0" vx="0" vy="0" fixed="1" | ¶<particle m="3" px="1.5" py="0" vx="0" vy="0" | no attribute "fixed" | add fixed=
         fixed 2 | fixed="1" | ¶fixed="2" | fixed="2" must be 0 (free) or 1 (fixed) |
@@ -374,7 +373,7 @@ fn what_is_unknown_is_a_warning_and_under_strict_an_error() {
         strange attribute | radius="0.2" | ¶zzz="0.2" | unknown attribute "zzz" | remove it
         attribute of the root | <scene> | <scene ¶version="1"> | <scene> has an unknown attribute | remove it
         text | <edge | ¶wind<edge | text between the elements: "wind" | <!-- ... -->
-        second viewport | </scene> | <viewport cx="0" cy="0" size="1"/>¶<viewport cx="0" cy="0" size="2"/></scene> | <viewport> is given a second time; the first is at line 12 | the last one counts
+        second viewport | </scene> | <viewport cx="0" cy="0" size="1"/>¶<viewport cx="0" cy="0" size="2"/></scene> | second <viewport>; the first is at line 12 | the last one counts
     "#;
     for [name, marked, says, help] in spoilt(unknown) {
         refuse_scene(&name, &marked, &["--strict"], &says, &help);
@@ -394,7 +393,7 @@ fn what_is_unknown_is_a_warning_and_under_strict_an_error() {
 #[test]
 fn elements_inside_an_element_are_refused() {
     let scene = GOOD.replace("<edge", "<edge i=\"1\" j=\"0\">¶<dragdamping b=\"1\"/></edge><edge");
-    let says = "<edge> may not hold other elements, but <dragdamping> stands inside it";
+    let says = "<edge> may not contain other elements, but contains <dragdamping>";
     refuse_scene("drag inside an edge", &scene, &[], says, "close <edge .../> before");
 }
 
@@ -655,8 +654,8 @@ fn an_extension_that_names_no_format_is_refused() {
         let run = simulate(folder.path(), &["scene.xml", "-o", output]);
         assert_eq!(run.status.code(), Some(2), "{output}");
         let message = format!(
-            "error: {output}: the extension names no trace format\n  \
-             help: call it .csv or .bin, or add --format csv or --format fosssim\n"
+            "error: {output}: the extension is not that of a trace format\n  \
+             help: name it .csv or .bin, or add --format csv or --format fosssim\n"
         );
         assert_eq!(stderr(&run), message);
         assert_eq!(listing(folder.path()).len(), 1, "{output}: a file appeared");

@@ -1,9 +1,9 @@
-//! What `simulate` writes, and where.
+//! Output files of `simulate`.
 
 use std::fs;
 use std::path::Path;
 
-use crate::support::{simulate, stderr};
+use crate::support::{bits, simulate, stderr};
 use simulator::integrator;
 use simulator::scene::Dimension;
 use simulator::trace::csv::CsvReader;
@@ -63,10 +63,6 @@ fn records(bytes: &[u8], n_numbers: usize) -> Vec<Vec<f64>> {
     let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().unwrap());
     let record = |bytes: &[u8]| bytes.chunks(8).map(number).collect();
     bytes.chunks(8 * n_numbers).map(record).collect()
-}
-
-fn bits(numbers: &[f64]) -> Vec<u64> {
-    numbers.iter().map(|number| number.to_bits()).collect()
 }
 
 #[test]

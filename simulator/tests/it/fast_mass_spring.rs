@@ -1,6 +1,7 @@
 //! The local-global method against the assignment in plain dense algebra, against implicit Euler, and against
 //! what its options promise.
 
+use crate::support::largest_difference;
 use crate::support::local_global::Assignment;
 use simulator::scene::{Overrides, ParseOptions, Scene, xml};
 use simulator::simulation::{FailureKind, Simulation};
@@ -101,14 +102,6 @@ fn failure(scene: &Scene) -> FailureKind {
             Err(error) => return error.kind,
         }
     }
-}
-
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    a.iter().zip(b).fold(0.0, |largest: f64, (a, b)| {
-        let difference = (a - b).abs();
-        if difference <= largest { largest } else { difference }
-    })
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What the fuzzers found, tried again: `ci/fuzz/seeds/<target>/`, inputs that reach different parts of the
+//! Regression tests from the fuzzers: `ci/fuzz/seeds/<target>/` holds inputs that reach different parts of the
 //! parsers of scenes and readers of traces, and every input that once failed.
 
 #[path = "../../../ci/fuzz/src/checks.rs"]

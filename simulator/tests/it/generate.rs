@@ -1,24 +1,18 @@
-//! What `simulate generate` writes, and that it reads back as it was.
+//! Generated scenes: their content, and the round trip through XML.
 
 use std::collections::HashSet;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use crate::support::{simulate, stderr};
+use crate::support::{parse, shipped_scenes, simulate, stderr};
 use simulator::generate::{
-    Beam, Bodies, Chain, Cloth, Generator, Length, Net, REGISTRY, Ring, Size, Timeline,
+    Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Size, Timeline,
 };
 use simulator::scene::{
-    self, Color, Dimension, Location, ParseOptions, ParticlePath, Scene, Viewport, write, xml,
+    self, Color, Dimension, Location, ParseOptions, ParticlePath, Scene, Viewport, write,
 };
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 use tempfile::TempDir;
-
-fn workspace() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_path_buf()
-}
 
 /// What `simulate generate` with these options prints.
 fn generate(options: &[&str]) -> String {
@@ -26,13 +20,6 @@ fn generate(options: &[&str]) -> String {
     let run = simulate(folder.path(), &[&["generate"], options].concat());
     assert_eq!((run.status.code(), stderr(&run)), (Some(0), ""), "{options:?}");
     String::from_utf8(run.stdout).unwrap()
-}
-
-fn parse(text: &str) -> Scene {
-    let options = ParseOptions { strict: true, ..ParseOptions::default() };
-    let parsed = xml::parse(text, "scene", &vocabulary(), &options).unwrap();
-    assert_eq!(parsed.n_warnings, 0);
-    parsed.scene
 }
 
 fn written(scene: &Scene) -> String {
@@ -59,14 +46,12 @@ fn assert_same(found: Scene, expected: Scene, what: &str) {
 #[test]
 fn every_shipped_scene_reads_back_as_it_was() {
     let mut count = 0;
-    for folder in ["assets", "extracreditassets"] {
-        for path in scene::find_scene_files(&workspace().join(folder)).unwrap() {
-            let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
-            let text = written(&scene);
-            assert_eq!(write::size(&scene).unwrap(), text.len() as u64);
-            assert_same(parse(&text), scene, &path.display().to_string());
-            count += 1;
-        }
+    for path in shipped_scenes() {
+        let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
+        let text = written(&scene);
+        assert_eq!(write::size(&scene).unwrap(), text.len() as u64);
+        assert_same(parse(&text), scene, &path.display().to_string());
+        count += 1;
     }
     assert!(count >= 108, "{count} scenes");
 }
@@ -76,7 +61,7 @@ fn every_field_of_a_scene_reads_back() {
     let color = |r| Color { r, g: 0.1, b: 1.0 };
     for dimension in [Dimension::Two, Dimension::Three] {
         let mut scene = Bodies { dimension, ..Bodies::default() }.scene().unwrap();
-        let cloth = Cloth { cells: [2, 2], tilt: 0.0, ..Cloth::default() }.scene().unwrap();
+        let cloth = Cloth { nx: 2, ny: 2, tilt: 0.0, ..Cloth::default() }.scene().unwrap();
         scene.edges = cloth.edges;
         scene.forces.extend(cloth.forces);
         let text = "<a href=\"b\">\n\tfish & chips' ]]> \r\n &amp; größer, 🜨   two  spaces ";
@@ -131,53 +116,21 @@ fn what_no_file_can_hold_is_refused_by_name() {
         write::size(&scene).unwrap_err().to_string()
     };
     let infinite = refusal(|scene| scene.particles[2].position[1] = f64::INFINITY);
-    assert_eq!(infinite, "<particle> py is inf, and a scene holds finite numbers only");
+    assert_eq!(infinite, "<particle> py is inf; a scene file holds finite numbers only");
     let character = refusal(|scene| scene.description = Some("bell \x07".to_owned()));
     assert_eq!(
         character,
         "<description> text holds the character '\\u{7}', which XML cannot express"
     );
     let target = refusal(|scene| scene.forces[1].edge = None);
-    assert_eq!(target, "<springforce>, force 1 of the scene, does not say which edge it acts on");
-}
-
-#[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says so")]
-fn the_net_is_the_peers_number_for_number() {
-    let script = workspace().join("../shared/peers/gen_net.py");
-    let python_runs = Command::new("python3").arg("--version").output().is_ok();
-    if !script.is_file() || !python_runs {
-        eprintln!("skipped: it needs {} and python3", script.display());
-        return;
-    }
-    for (n, integrator, dt, steps, k, b) in [
-        ("4", "symplectic-euler", "0.001", "200", "1000", "0"),
-        ("1", "explicit-euler", "0.1", "1", "7.3", "0.01"),
-        ("3", "linearized-implicit-euler", "0.004", "20", "1e5", "2.5"),
-        ("37", "implicit-euler", "0.01", "100", "12345.678", "0.3"),
-    ] {
-        for pin in [false, true] {
-            let mut peer = Command::new("python3");
-            peer.arg(&script).args([n, integrator, dt, steps, k, b]);
-            let mut options = vec!["net", "-n", n, "--integrator", integrator, "--dt", dt];
-            options.extend(["--steps", steps, "--stiffness", k, "--damping", b]);
-            if pin {
-                peer.arg("--pin");
-                options.push("--pin");
-            }
-            let peer = peer.output().unwrap();
-            assert!(peer.status.success(), "{}", stderr(&peer));
-            let mut ours = parse(&generate(&options));
-            assert!(ours.description.take().is_some(), "the peer writes none");
-            assert_same(ours, parse(std::str::from_utf8(&peer.stdout).unwrap()), n);
-        }
-    }
+    assert_eq!(target, "<springforce>, force 1 of the scene, lacks the edge it acts on");
 }
 
 /// Generators of several sizes, and what the documented formulas say of them by hand.
 fn counted() -> Vec<(Box<dyn Generator>, Size)> {
     let size = |particles, pairs| Size { particles, pairs };
-    let cloth = |cells, bend_stiffness| Cloth { cells, bend_stiffness, ..Cloth::default() };
+    let cloth =
+        |[nx, ny]: [u64; 2], bend_stiffness| Cloth { nx, ny, bend_stiffness, ..Cloth::default() };
     let bodies = |bodies, central_mass| Bodies { bodies, central_mass, ..Bodies::default() };
     vec![
         (Box::new(Net { segments: 1, ..Net::default() }), size(4, 6)),
@@ -189,9 +142,9 @@ fn counted() -> Vec<(Box<dyn Generator>, Size)> {
         (Box::new(cloth([3, 2], 1.0)), size(12, 9 + 8 + 12 + 2 * 3 + 4)),
         (Box::new(Ring { particles: 3, ..Ring::default() }), size(3, 3)),
         (Box::new(Ring { particles: 9, spokes: true, ..Ring::default() }), size(10, 18)),
-        (Box::new(Beam { cells: [1, 1, 1], ..Beam::default() }), size(8, 28)),
+        (Box::new(Beam { nx: 1, ny: 1, nz: 1, ..Beam::default() }), size(8, 28)),
         (
-            Box::new(Beam { cells: [3, 2, 1], ..Beam::default() }),
+            Box::new(Beam { nx: 3, ny: 2, nz: 1, ..Beam::default() }),
             size(24, (18 + 16 + 12) + 2 * (12 + 9 + 8) + 24),
         ),
         (Box::new(bodies(2, 0.0)), size(2, 1)),
@@ -208,7 +161,7 @@ fn particles_and_springs_are_as_many_as_the_formulas_say() {
         assert_eq!(scene.particles.len() as u64, expected.particles, "{what}");
         assert_eq!(pairs.len() as u64, expected.pairs, "{what}");
         assert_eq!(generator.size().unwrap(), expected, "{what}");
-        let n_edges = if generator.springs().is_some() { pairs.len() } else { 0 };
+        let n_edges = if generator.common().1.is_some() { pairs.len() } else { 0 };
         assert_eq!(scene.edges.len(), n_edges, "{what}");
         let different: HashSet<[usize; 2]> =
             pairs.iter().map(|[i, j]| [*i.min(j), *i.max(j)]).collect();
@@ -269,7 +222,7 @@ fn every_kind_as_it_comes_is_a_strict_scene_that_simulates_to_its_end() {
         let trace = fs::read_to_string(folder.path().join("trace.csv")).unwrap();
         let scene = parse(&text);
         assert_eq!(trace.lines().count() as u64, 2 + scene.n_steps(), "{}", kind.name);
-        assert_eq!(default.timeline().integrator, scene.integrator);
+        assert_eq!(default.common().0.integrator, scene.integrator);
     }
 }
 
@@ -384,7 +337,7 @@ fn bad_options_are_refused_and_nothing_is_written() {
         (&["beam", "--nz", "1048577"], "nz is 1048577, and must be from 1 to 1048576"),
         (&["bodies", "-n", "1"], "bodies is 1, and must be from 2"),
         (&["bodies", "-n", "3000"], "springs or pairs, and may have at most"),
-        (&["bodies", "--min-distance", "3.5"], "no room for 16 bodies 3.5 apart"),
+        (&["bodies", "--min-distance", "3.5"], "16 bodies 3.5 apart do not fit"),
         (&["bodies", "--virial", "-1"], "virial is -1, and must be"),
         (&["bodies", "--dimension", "4"], "invalid value '4'"),
         (&["torus"], "unrecognized subcommand 'torus'"),
@@ -431,15 +384,15 @@ fn help_lists_every_kind_and_its_defaults() {
     for kind in REGISTRY {
         assert!(overview.contains(&format!("\n  {} ", kind.name)), "{overview}");
         let text = help(&["generate", kind.name, "--help"]);
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let default = (kind.default)();
-        let Timeline { integrator, length, .. } = default.timeline();
-        let Length::Seconds(seconds) = length else { panic!("{}", kind.name) };
+        let (Timeline { integrator, duration, .. }, springs) = default.common();
         assert!(text.contains(&format!("[default: {}]", integrator.name)), "{text}");
         assert!(
-            text.contains(&format!("Simulated time in seconds [default: {seconds}]")),
+            text.contains(&format!("Simulated time in seconds [default: {duration}]")),
             "{text}"
         );
-        if let Some(springs) = default.springs() {
+        if let Some(springs) = springs {
             assert!(text.contains(&format!("[default: {}]", springs.stiffness)), "{text}");
         }
     }

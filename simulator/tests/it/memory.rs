@@ -1,5 +1,4 @@
-//! Memory that a hostile trace or scene can make a reader hold: bounded by the scene's shape, or by the size of
-//! the scene's file.
+//! Peak memory of readers on hostile traces and scenes: bounded by the scene's shape or by the file's size.
 
 use std::io::{self, Read};
 use std::path::Path;

@@ -1,26 +1,19 @@
-//! Facts about the physics, against closed forms, finite differences and conservation laws; none of it
-//! against what the simulator once said.
+//! Physics against closed forms, finite differences and conservation laws, never against earlier output.
 
 use std::fs;
 
-use crate::support::{simulate, stderr};
+use crate::support::{bits, largest, largest_difference, parse, simulate, stderr};
 use simulator::force::{Block, Coupling, ForceKind, JacobianSink, REGISTRY as FORCES};
 use simulator::integrator::{BuildIntegrator, REGISTRY as INTEGRATORS, Step};
+use simulator::scene::Scene;
 use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions};
 use simulator::scene::write::write;
-use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::system::{BuildForce, System};
 use simulator::vocabulary;
 use tempfile::TempDir;
-
-fn parse(text: &str) -> Scene {
-    let options = ParseOptions { strict: true, ..ParseOptions::default() };
-    let parsed = xml::parse(text, "test.xml", &vocabulary(), &options);
-    parsed.unwrap_or_else(|error| panic!("{error}\n{text}")).scene
-}
 
 /// A scene of these elements, by this integrator; without what the integrator refuses, and iterated to
 /// the end where it iterates.
@@ -76,21 +69,6 @@ fn is_implicit(name: &str) -> bool {
 
 fn names() -> impl Iterator<Item = &'static str> {
     INTEGRATORS.iter().map(|kind| kind.schema.name)
-}
-
-fn bits(numbers: &[f64]) -> Vec<u64> {
-    numbers.iter().map(|number| number.to_bits()).collect()
-}
-
-fn largest(numbers: impl IntoIterator<Item = f64>) -> f64 {
-    numbers
-        .into_iter()
-        .fold(0.0, |largest, number| if number.abs() <= largest { largest } else { number.abs() })
-}
-
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    largest(a.iter().zip(b).map(|(a, b)| a - b))
 }
 
 fn uniform(random: &mut fastrand::Rng, (low, high): (f64, f64)) -> f64 {

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::support::{simulate, stderr};
-use simulator::generate::{Generator, Length, Net, SpringLaw, Springs, Timeline};
-use simulator::scene::{ParseOptions, Scene, xml};
+use crate::support::{largest_difference, parse, simulate, stderr};
+use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
+use simulator::scene::Scene;
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::statistics::Statistics;
 use simulator::vocabulary;
@@ -15,9 +15,7 @@ use tempfile::TempDir;
 fn scene(integrator: &str, elements: &str) -> Scene {
     let text =
         format!(r#"<scene><duration time="1"/><integrator {integrator}/>{elements}</scene>"#);
-    let options = ParseOptions { strict: true, ..ParseOptions::default() };
-    let parsed = xml::parse(&text, "test.xml", &vocabulary(), &options);
-    parsed.unwrap_or_else(|error| panic!("{error}")).scene
+    parse(&text)
 }
 
 /// The lecture's square, of so many segments.
@@ -30,7 +28,8 @@ fn square(segments: u64, law: SpringLaw, steps: u64, options: &[(&str, &str)]) -
             integrator: vocabulary().integrator("projected-newton").unwrap(),
             options: options.collect(),
             time_step: Some(0.004),
-            length: Length::Steps(steps),
+            duration: 0.0,
+            steps: Some(steps),
         },
         ..Net::default()
     };
@@ -55,14 +54,6 @@ fn run(scene: &Scene) -> Result<(Vec<f64>, Statistics), FailureKind> {
             return Ok((states, simulation.statistics().clone()));
         }
     }
-}
-
-fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    a.iter().zip(b).fold(0.0, |largest: f64, (a, b)| {
-        let difference = (a - b).abs();
-        if difference <= largest { largest } else { difference }
-    })
 }
 
 /// The square as the lecture's own algorithm moves it, in numpy and scipy, a state an entry; the start

@@ -1,16 +1,15 @@
-//! `--robust` changes what would have failed, and nothing else.
+//! Fallbacks (`--robust`): they change failed steps and nothing else.
 
 use std::fs;
-use std::path::Path;
 
-use crate::support::{simulate, stderr};
-use simulator::scene::{self, ParseOptions, Scene, xml};
-use simulator::simulation::{Config, FailureKind, Simulation, SimulationError};
+use crate::support::{bits, parse, shipped_scenes, simulate, stderr};
+use simulator::scene::{self, ParseOptions, Scene};
+use simulator::simulation::{FailureKind, Simulation, SimulationError, SimulationOptions};
 use simulator::statistics::Statistics;
 use simulator::vocabulary;
 
-const ROBUST: Config =
-    Config { solver: simulator::solver::linear::LinearSolver::Auto, robust: true };
+const ROBUST: SimulationOptions =
+    SimulationOptions { solver: simulator::solver::linear::LinearSolver::Auto, robust: true };
 
 /// Four particles, flung at 30 m/s with every pair of five tied by a spring of its own stiffness: plain Newton runs
 /// in circles in the first step of 1 s. `b` is the springs' damping.
@@ -49,16 +48,11 @@ fn flung(b: &str) -> String {
     text + "</scene>"
 }
 
-fn parse(text: &str) -> Scene {
-    xml::parse(text, "scene.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
-}
-
 type Run = (Vec<[Vec<u64>; 2]>, Statistics, Option<SimulationError>);
 
 /// The bits of every state, what it cost, and how it failed, if it did.
-fn run(scene: &Scene, config: Config) -> Run {
-    let mut simulation = Simulation::with_config(scene, config);
-    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+fn run(scene: &Scene, config: SimulationOptions) -> Run {
+    let mut simulation = Simulation::with_options(scene, config);
     let mut states = Vec::new();
     loop {
         let state = simulation.state();
@@ -73,17 +67,14 @@ fn run(scene: &Scene, config: Config) -> Run {
 
 #[test]
 fn runs_without_failures_are_the_same_bits() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let mut count = 0;
-    for folder in ["assets", "extracreditassets"] {
-        for path in scene::find_scene_files(&root.join(folder)).unwrap() {
-            let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
-            let plain = run(&scene, Config::default());
-            let robust = run(&scene, ROBUST);
-            assert!(plain.2.is_none(), "{:?}", plain.2);
-            assert!(plain == robust, "{}", path.display());
-            count += 1;
-        }
+    for path in shipped_scenes() {
+        let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
+        let plain = run(&scene, SimulationOptions::default());
+        let robust = run(&scene, ROBUST);
+        assert!(plain.2.is_none(), "{:?}", plain.2);
+        assert!(plain == robust, "{}", path.display());
+        count += 1;
     }
     assert!(count > 100, "{count} scenes");
 }
@@ -91,12 +82,12 @@ fn runs_without_failures_are_the_same_bits() {
 #[test]
 fn a_line_search_solves_the_equations_that_plain_newton_does_not() {
     let scene = parse(&flung("0"));
-    let (plain, _, failure) = run(&scene, Config::default());
+    let (plain, _, failure) = run(&scene, SimulationOptions::default());
     let failure = failure.expect("plain Newton does not converge");
     assert!(matches!(failure.kind, FailureKind::NotConverged { .. }), "{failure}");
     let (states, statistics, failure) = run(&scene, ROBUST);
-    assert_eq!((failure, statistics.rescue.substepped), (None, 0));
-    assert!(statistics.rescue.line_searched > 0);
+    assert_eq!((failure, statistics.fallback.substepped), (None, 0));
+    assert!(statistics.fallback.line_searched > 0);
     // What came before is what it was.
     assert_eq!(states[..plain.len()], plain);
     // v' − v = h F(x'): to the change of force of an update below 1e-9, by springs of 5e8 N/m.
@@ -137,10 +128,10 @@ fn forces(scene: &Scene, x: &[f64]) -> Vec<f64> {
 #[test]
 fn forces_without_an_energy_are_rescued_too() {
     let scene = parse(&flung("3"));
-    assert!(run(&scene, Config::default()).2.is_some());
+    assert!(run(&scene, SimulationOptions::default()).2.is_some());
     let (_, statistics, failure) = run(&scene, ROBUST);
     assert_eq!(failure, None);
-    assert!(statistics.rescue.steps() > 0);
+    assert!(statistics.fallback.steps() > 0);
 }
 
 /// A particle that the first step's guess `q + h v` puts onto the end of its spring.
@@ -152,14 +143,14 @@ const ONTO: &str = r#"<scene><duration time="1"/><integrator type="linearized-im
 #[test]
 fn smaller_steps_are_the_method_at_that_step() {
     let scene = parse(ONTO);
-    let (_, _, failure) = run(&scene, Config::default());
+    let (_, _, failure) = run(&scene, SimulationOptions::default());
     assert!(matches!(failure.unwrap().kind, FailureKind::Coincident { .. }));
     let (states, statistics, failure) = run(&scene, ROBUST);
     assert_eq!(failure, None);
-    let counts = statistics.rescue;
+    let counts = statistics.fallback;
     assert_eq!((counts.substepped, counts.substeps, counts.max_substeps), (1, 2, 2));
     let halved = Scene { time_step: 0.25, ..scene };
-    assert_eq!(states[1], run(&halved, Config::default()).0[2]);
+    assert_eq!(states[1], run(&halved, SimulationOptions::default()).0[2]);
 }
 
 #[test]
@@ -167,7 +158,7 @@ fn what_has_no_answer_at_any_step_fails_as_it_did() {
     let text =
         ONTO.replace("linearized-implicit-euler", "explicit-euler").replace("0.5\" py", "0\" py");
     let scene = parse(&text);
-    let (plain, robust) = (run(&scene, Config::default()), run(&scene, ROBUST));
+    let (plain, robust) = (run(&scene, SimulationOptions::default()), run(&scene, ROBUST));
     assert!(robust.2.is_some() && plain.2 == robust.2, "{:?}", robust.2);
 }
 
@@ -191,7 +182,7 @@ fn the_command_says_what_it_did() {
     assert!(folder.path().join("flung.csv").exists());
 
     let onto = simulate(folder.path(), &["onto.xml", "--robust"]);
-    let said = "in the place of 1, 2 smaller ones were taken, so that the trace is not that of \
+    let said = "1 were replaced by 2 substeps, so the trace differs from plain \
                 linearized-implicit-euler at dt = 0.5";
     assert!(stderr(&onto).contains(said), "{}", stderr(&onto));
 }

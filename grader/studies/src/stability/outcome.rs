@@ -1,6 +1,6 @@
 //! What became of a trial, and what was measured on the way.
 
-use simulator::rescue::RescueStatistics;
+use simulator::fallback::FallbackStatistics;
 use simulator::simulation::FailureKind;
 use simulator::solver::LinearError;
 
@@ -92,8 +92,8 @@ pub(super) fn reason(kind: &FailureKind) -> &'static str {
         FailureKind::Linear(
             LinearError::Singular { .. } | LinearError::SingularToPrecision { .. },
         ) => 4,
-        FailureKind::Linear(LinearError::LostDigits { .. }) => 5,
-        FailureKind::Linear(LinearError::Unsettled { .. }) => 6,
+        FailureKind::Linear(LinearError::InaccurateSolution { .. }) => 5,
+        FailureKind::Linear(LinearError::RefinementStalled { .. }) => 6,
         FailureKind::Linear(LinearError::OutOfMemory { .. }) => 7,
         FailureKind::Linear(LinearError::NotFinite { .. })
         | FailureKind::EnergyNotFinite
@@ -145,5 +145,5 @@ pub struct Measured {
     /// Largest accepted residual of a linear system.
     pub worst_residual: f64,
     /// What was done for steps that had no answer.
-    pub rescue: RescueStatistics,
+    pub rescue: FallbackStatistics,
 }

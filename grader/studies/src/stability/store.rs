@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use simulator::fallback::FallbackStatistics;
 use simulator::output::OutputFile;
-use simulator::rescue::RescueStatistics;
 use simulator::scene::schema::IntegratorSchema;
 
 use super::cases::Case;
@@ -166,7 +166,7 @@ impl Kept {
                 newton_iterations,
                 max_newton_iterations,
                 worst_residual,
-                rescue: RescueStatistics { line_searched, substepped, substeps, max_substeps },
+                rescue: FallbackStatistics { line_searched, substepped, substeps, max_substeps },
             },
             seconds,
         })

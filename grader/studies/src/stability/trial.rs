@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use simulator::scene::Scene;
 use simulator::scene::schema::{ActsOn, IntegratorSchema};
-use simulator::simulation::{Config, Simulation};
+use simulator::simulation::{Simulation, SimulationOptions};
 use simulator::solver::linear::LinearSolver;
 
 use super::cases::Case;
@@ -77,8 +77,8 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(case: &'a Case, scene: &'a Scene, robust: bool) -> Self {
-        let config = Config { solver: LinearSolver::Auto, robust };
-        let simulation = Simulation::with_config(scene, config);
+        let config = SimulationOptions { solver: LinearSolver::Auto, robust };
+        let simulation = Simulation::with_options(scene, config);
         let energies = simulation.energies().ok();
         let energy = energies.as_ref().map_or(f64::NAN, |all| all.kinetic + all.potential);
         let momentum = energies.map_or_else(Vec::new, |all| all.momentum);
@@ -104,7 +104,7 @@ impl<'a> Run<'a> {
         measured.newton_iterations = statistics.newton_iterations;
         measured.max_newton_iterations = statistics.max_newton_iterations;
         measured.worst_residual = statistics.linear.worst_residual;
-        measured.rescue = statistics.rescue;
+        measured.rescue = statistics.fallback;
         self.check_end();
         let outcome = match (outcome, self.failed) {
             (_, Some((check, excess))) => Outcome::Wrong { check, excess },
@@ -122,7 +122,7 @@ impl<'a> Run<'a> {
                 let state = self.simulation.state();
                 from = State { x: state.positions.to_vec(), v: state.velocities.to_vec() };
             }
-            let substepped = self.simulation.statistics().rescue.substepped;
+            let substepped = self.simulation.statistics().fallback.substepped;
             if let Err(error) = self.simulation.advance() {
                 let message = error.kind.to_string();
                 return Outcome::Failed { step, reason: reason(&error.kind), message };
@@ -138,7 +138,7 @@ impl<'a> Run<'a> {
             self.measured.energy = rise;
             self.measured.energy_rise = self.measured.energy_rise.max(rise);
             // A step that smaller ones stand for is not one of this equation.
-            if is_checked && self.simulation.statistics().rescue.substepped == substepped {
+            if is_checked && self.simulation.statistics().fallback.substepped == substepped {
                 self.check_equation(&from, (step - 1) as f64 * self.scene.time_step);
             }
             if rise > BOUND {

@@ -8,14 +8,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use simulator::fallback::FallbackStatistics;
 use simulator::force::PARALLEL;
+use simulator::generate::{parse_integrator, parse_option};
 use simulator::output::OutputFile;
-use simulator::rescue::RescueStatistics;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
 use simulator::scene::{self, Overrides, ParseOptions, Scene};
-use simulator::simulation::{Config, Simulation};
+use simulator::simulation::{Simulation, SimulationOptions};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::trace::csv::CsvWriter;
@@ -41,13 +42,13 @@ struct Cli {
     #[arg(value_name = "SCENE", required_unless_present = "scene_option")]
     scene: Option<PathBuf>,
 
-    /// Where the trace goes; without it, the scene is simulated and nothing is written
+    /// Trace file to write; without it the scene is simulated and nothing is written
     #[arg(short, long, value_name = "TRACE")]
     output: Option<PathBuf>,
 
     /// Format of the trace [default: by extension; .csv or .bin]
     #[arg(long, value_enum, requires = "output")]
-    format: Option<Format>,
+    format: Option<TraceFormat>,
 
     /// Use this integrator instead of the scene's
     #[arg(long, value_name = "TYPE", value_parser = parse_integrator)]
@@ -61,16 +62,15 @@ struct Cli {
     #[arg(long, value_name = "SECONDS", value_parser = parse_duration, allow_negative_numbers = true)]
     duration: Option<f64>,
 
-    /// Set an option of the integrator instead of what the scene says; may be given several times
+    /// Set an option of the integrator, overriding the scene; may be given several times
     #[arg(long = "option", value_name = "NAME=VALUE", value_parser = parse_option)]
     options: Vec<(String, String)>,
 
-    /// Solve linear systems by dense or by sparse matrices, whatever fits the scene
-    #[arg(long, value_enum, default_value_t = Solver::Auto)]
-    solver: Solver,
+    /// Linear solver: chosen by the scene's size and structure, or always dense or sparse
+    #[arg(long, value_enum, default_value_t = LinearSolver::Auto)]
+    solver: LinearSolver,
 
-    /// Where a step has no answer, solve its equations with a line search, or take smaller steps in its place; other
-    /// steps stay as they are
+    /// Retry failed steps with a line search, then with smaller steps; other steps are unchanged
     #[arg(long)]
     robust: bool,
 
@@ -78,7 +78,7 @@ struct Cli {
     #[arg(long, value_name = "FILE")]
     energy: Option<PathBuf>,
 
-    /// Print what the run cost: evaluations, factorisations, iterations, solver, residual
+    /// Print statistics of the run: evaluations, factorisations, iterations, solver, residual
     #[arg(long)]
     stats: bool,
 
@@ -95,49 +95,20 @@ struct Cli {
     )]
     scene_option: Option<PathBuf>,
 
-    /// Display; only 0 (none) is there
+    /// Display; only 0 (none) is supported
     #[arg(short = 'd', value_name = "0", value_parser = ["0"], help_heading = "FOSSSim's spelling")]
     display: Option<String>,
 
-    /// Start paused; without a display, it means nothing
+    /// Start paused; ignored, since there is no display
     #[arg(short = 'p', value_name = "0|1", value_parser = ["0", "1"], help_heading = "FOSSSim's spelling")]
     paused: Option<String>,
 }
 
-/// What else it does.
+/// Other commands.
 #[derive(Subcommand)]
 enum Task {
     #[command(disable_help_subcommand = true)]
     Generate(generate::Generate),
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Format {
-    /// Comma-separated text, one row a state
-    Csv,
-    /// FOSSSim's raw little-endian f64
-    #[value(alias = "bin")]
-    Fosssim,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Solver {
-    /// What fits the scene
-    Auto,
-    /// Dense matrices, whatever their size
-    Dense,
-    /// Sparse matrices, whatever their size
-    Sparse,
-}
-
-impl From<Solver> for LinearSolver {
-    fn from(solver: Solver) -> Self {
-        match solver {
-            Solver::Auto => Self::Auto,
-            Solver::Dense => Self::Dense,
-            Solver::Sparse => Self::Sparse,
-        }
-    }
 }
 
 /// A message for the user; the run has failed.
@@ -173,11 +144,11 @@ impl<E: std::error::Error> From<E> for Failure {
 }
 
 fn main() -> ExitCode {
-    let command = generate::with_defaults(Cli::command().after_help(registries()));
+    let command = generate::with_defaults(Cli::command().after_help(registry_help()));
     let matches = command.get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     std::panic::set_hook(Box::new(|panic| {
-        complain(
+        print_message(
             "internal error",
             format!(
                 "{panic}\n  help: this is a defect of simulate; please report it with the scene"
@@ -191,11 +162,11 @@ fn main() -> ExitCode {
     match std::panic::catch_unwind(task) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure::Input(message))) => {
-            complain("error", message);
+            print_message("error", message);
             ExitCode::from(2)
         }
         Ok(Err(Failure::Output(error))) => {
-            complain("error", format!("standard output: {error}; what it shows is not complete"));
+            print_message("error", format!("standard output: {error}; the output is incomplete"));
             ExitCode::from(3)
         }
         Err(_) => ExitCode::from(3),
@@ -213,16 +184,16 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         },
     };
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
-    let path = path.ok_or_else(|| Failure::Input("no scene is named".to_owned()))?;
+    let path = path.ok_or_else(|| Failure::Input("no scene file given".to_owned()))?;
     let format = trace_format(cli)?;
     refuse_one_file_for_two("the scene", path, cli)?;
     let parsed = scene::load(path, &vocabulary(), &options)?;
     for warning in &parsed.warnings {
-        complain("warning", warning);
+        print_message("warning", warning);
     }
     match parsed.n_warnings - parsed.warnings.len() {
         0 => {}
-        more => complain("warning", format!("{more} more like these")),
+        more => print_message("warning", format!("{more} more warnings")),
     }
     if let Some(mesh) = &parsed.mesh {
         refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
@@ -238,8 +209,8 @@ fn run(cli: &Cli) -> Result<(), Failure> {
 
 /// Takes all steps of the scene and writes what was asked for.
 fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure> {
-    let config = Config { solver: cli.solver.into(), robust: cli.robust };
-    let mut simulation = Simulation::with_config(scene, config);
+    let config = SimulationOptions { solver: cli.solver, robust: cli.robust };
+    let mut simulation = Simulation::with_options(scene, config);
 
     let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(scene))?;
     let mut energy = match &cli.energy {
@@ -279,8 +250,8 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     for (file, path) in sealed {
         file.publish().map_err(|error| Failure::at(&path, error))?;
     }
-    if let Some(note) = rescue_note(&simulation.statistics().rescue, scene) {
-        complain("note", note);
+    if let Some(note) = fallback_note(&simulation.statistics().fallback, scene) {
+        print_message("note", note);
     }
     if cli.stats {
         Failure::of_stdout(print_statistics(&simulation, elapsed))?;
@@ -288,7 +259,7 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     Ok(())
 }
 
-/// What would replace an input, or the trace by the energies, is refused before anything is written.
+/// Refuses outputs that would replace an input or each other, before anything is written.
 fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Failure> {
     let target = |path: &Path| simulator::output::target(path).ok().flatten();
     let input = target(input);
@@ -307,14 +278,12 @@ fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Fa
 fn trace_format(cli: &Cli) -> Result<TraceFormat, Failure> {
     let Some(path) = &cli.output else { return Ok(TraceFormat::Csv) };
     let by_extension = TraceFormat::of_path(path);
-    match (cli.format, by_extension) {
-        (Some(Format::Csv), _) => Ok(TraceFormat::Csv),
-        (Some(Format::Fosssim), _) => Ok(TraceFormat::Fosssim),
-        (None, Some(format)) => Ok(format),
-        (None, None) if cli.scene_option.is_some() => Ok(TraceFormat::Fosssim),
-        (None, None) => Err(Failure::at(
+    match cli.format.or(by_extension) {
+        Some(format) => Ok(format),
+        None if cli.scene_option.is_some() => Ok(TraceFormat::Fosssim),
+        None => Err(Failure::at(
             path,
-            "the extension names no trace format\n  help: call it .csv or .bin, or add --format csv or --format fosssim",
+            "the extension is not that of a trace format\n  help: name it .csv or .bin, or add --format csv or --format fosssim",
         )),
     }
 }
@@ -431,7 +400,7 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
         unconverged_steps,
         linear_solver,
         linear,
-        rescue,
+        fallback,
     } = simulation.statistics();
     let mut rows: Vec<(&str, String)> = vec![
         ("steps", steps.to_string()),
@@ -478,8 +447,8 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
             ("unconverged steps", unconverged_steps.to_string()),
         ]);
     }
-    if rescue.steps() > 0 {
-        let RescueStatistics { line_searched, substepped, substeps, max_substeps } = rescue;
+    if fallback.steps() > 0 {
+        let FallbackStatistics { line_searched, substepped, substeps, max_substeps } = fallback;
         rows.extend([
             ("steps by line search", line_searched.to_string()),
             (
@@ -495,11 +464,11 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
     out.flush()
 }
 
-/// What a trace that was made robustly is, where it is not what the scene's method alone gives.
-fn rescue_note(rescue: &RescueStatistics, scene: &Scene) -> Option<String> {
-    let RescueStatistics { line_searched, substepped, substeps, .. } = rescue;
+/// A note for traces in which steps were recovered by fallbacks.
+fn fallback_note(fallback: &FallbackStatistics, scene: &Scene) -> Option<String> {
+    let FallbackStatistics { line_searched, substepped, substeps, .. } = fallback;
     let (name, method, h) = (&scene.name, scene.integrator.name, scene.time_step);
-    let mut note = format!("{name}: {} steps had no answer by the usual way;", rescue.steps());
+    let mut note = format!("{name}: {} steps failed at first;", fallback.steps());
     match (line_searched, substepped) {
         (0, 0) => return None,
         (_, 0) => note += " a line search solved their equations",
@@ -508,7 +477,7 @@ fn rescue_note(rescue: &RescueStatistics, scene: &Scene) -> Option<String> {
                 note += &format!(" a line search solved the equations of {line_searched};");
             }
             note += &format!(
-                " in the place of {substepped}, {substeps} smaller ones were taken, so that the trace is not that of \
+                " {substepped} were replaced by {substeps} substeps, so the trace differs from plain \
                  {method} at dt = {h}"
             );
         }
@@ -516,12 +485,12 @@ fn rescue_note(rescue: &RescueStatistics, scene: &Scene) -> Option<String> {
     Some(note)
 }
 
-fn complain(kind: &str, message: impl Display) {
+fn print_message(kind: &str, message: impl Display) {
     let _ = writeln!(anstream::stderr(), "{kind}: {message}");
 }
 
-/// The forces and integrators there are, for the help text.
-fn registries() -> String {
+/// Integrators and forces for the help text.
+fn registry_help() -> String {
     let mut text = String::from("Integrators:\n");
     for kind in integrator::REGISTRY {
         text += &format!("  {:<26} {}\n", kind.schema.name, kind.schema.summary);
@@ -541,20 +510,7 @@ fn registries() -> String {
     text
 }
 
-fn parse_integrator(text: &str) -> Result<&'static IntegratorSchema, String> {
-    let vocabulary = vocabulary();
-    vocabulary.integrator(text).ok_or_else(|| {
-        let names: Vec<&str> = vocabulary.integrators.iter().map(|schema| schema.name).collect();
-        format!("known types: {}", names.join(", "))
-    })
-}
-
-fn parse_option(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE, such as iterations=20")?;
-    Ok((name.trim().to_owned(), value.trim().to_owned()))
-}
-
-/// What an option means, and what it may be.
+/// The meaning of an option and its values.
 fn describe_option(OptionSchema { meaning, kind, .. }: &OptionSchema) -> String {
     match kind {
         OptionKind::Number { default, .. } if *default >= 1e6 => {

@@ -1,19 +1,12 @@
-//! Global step: `Q δ = r` with the constant matrix of a run, factorised once.
+//! Global step: solves `Q δ = r`; the matrix is constant over a run and factorised once.
 //!
 //! ```text
 //! Q = Σ k A_eᵀ A_e + M/h² (+ w on pins)        N × N, symmetric positive definite
 //! ```
 //!
 //! A small matrix is factorised as a dense one by nalgebra, a large one by faer's supernodal Cholesky, its rows
-//! in the order of approximate minimum degree; both factors become [`Panels`]. The last solution of a step is
-//! judged by its componentwise backward error
-//!
-//! ```text
-//! ω = max_i |r − Q δ|_i / (|Q| |δ| + |r|)_i
-//! ```
-//!
-//! (Oettli and Prager 1964), refined once where `ω > 8 p ε` with `p` the entries of a row, and refused where it
-//! is then still far from rounding in the maximum norm too.
+//! in the order of approximate minimum degree; both factors become [`Panels`]. The backward error of the last solution
+//! of a step is checked (`solver/checked.rs`), and the solution refined at most once.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -27,7 +20,8 @@ use faer::{Par, Side, Spec};
 use nalgebra::DMatrix;
 
 use super::panels::Panels;
-use crate::solver::{LinearError, underflow};
+use crate::solver::LinearError;
+use crate::solver::checked::{Checked, Product, tolerance};
 use crate::statistics::LinearStatistics;
 
 /// How the matrix is factorised.
@@ -39,45 +33,46 @@ pub(super) enum Storage {
 
 /// Rows up to which `auto` takes a dense factor: it is one panel, and there is nothing to analyse. From nine rows
 /// on a sparse one is as quick or quicker, on chains and square nets alike.
-pub(super) const DENSE: usize = 8;
+pub(super) const MAX_DENSE_ROWS: usize = 8;
 
 /// `Q`, its rows still in the order of the scene.
-pub(super) struct Matrix {
+pub(super) struct GlobalMatrix {
     /// Its diagonal.
     pub(super) diagonal: Vec<f64>,
     /// Stiffness `k` between two rows: `−k` in both places off the diagonal. Several add up.
     pub(super) links: Vec<([usize; 2], f64)>,
 }
 
-/// A factor of `Q`, with what its solutions are judged by; rows in the order of elimination.
-pub(super) struct Global<const P: usize> {
+/// A factor of `Q` and the check of its solutions; rows in the order of elimination.
+pub(super) struct GlobalSolver<const P: usize> {
     panels: Panels,
-    /// `Q`, row by row, without its diagonal.
-    diagonal: Vec<f64>,
-    starts: Vec<usize>,
-    columns: Vec<u32>,
-    values: Vec<f64>,
-    /// The most entries of a row.
-    row_length: usize,
-    /// Largest row sum of `|Q|`.
-    norm: f64,
-    residual: Vec<[f64; P]>,
+    matrix: Rows<P>,
+    checked: Checked,
     correction: Vec<[f64; P]>,
     storage: Storage,
 }
 
-impl<const P: usize> Global<P> {
+/// `Q`, row by row; it acts on vectors of `P` components.
+struct Rows<const P: usize> {
+    diagonal: Vec<f64>,
+    /// The other entries.
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl<const P: usize> GlobalSolver<P> {
     /// Factorises `Q`; also returns the order of elimination: which row of `matrix` each row now is.
     ///
     /// # Errors
-    /// Where `Q` is not finite, not positive definite to working precision, or its factor is too large.
+    /// If `Q` is not finite, not positive definite to working precision, or its factor is too large.
     pub(super) fn new(
-        matrix: &Matrix,
+        matrix: &GlobalMatrix,
         storage: Storage,
         statistics: &mut LinearStatistics,
     ) -> Result<(Self, Vec<usize>), LinearError> {
         let size = matrix.diagonal.len();
-        let links = merged(&matrix.links);
+        let links = merge_links(&matrix.links);
         let finite = |mut values: std::slice::Iter<'_, f64>| values.all(|value| value.is_finite());
         if !finite(matrix.diagonal.iter()) || !links.iter().all(|(_, value)| value.is_finite()) {
             return Err(LinearError::NotFinite { size });
@@ -104,20 +99,16 @@ impl<const P: usize> Global<P> {
         entries.sort_unstable_by_key(|&(row, column, _)| (row, column));
         let mut starts = vec![0; size + 1];
         entries.iter().for_each(|(row, ..)| starts[row + 1] += 1);
-        let row_length = 1 + starts.iter().max().copied().unwrap_or(0);
         (0..size).for_each(|row| starts[row + 1] += starts[row]);
-        let diagonal: Vec<f64> = order.iter().map(|row| matrix.diagonal[*row]).collect();
-        let mut sums = diagonal.clone();
-        entries.iter().for_each(|(row, _, value)| sums[*row] += value.abs());
         let global = Self {
             panels,
-            diagonal,
-            starts,
-            columns: entries.iter().map(|entry| entry.1).collect(),
-            values: entries.iter().map(|entry| entry.2).collect(),
-            row_length,
-            norm: sums.into_iter().fold(0.0, f64::max),
-            residual: vec![[0.0; P]; size],
+            matrix: Rows {
+                diagonal: order.iter().map(|row| matrix.diagonal[*row]).collect(),
+                starts,
+                columns: entries.iter().map(|entry| entry.1).collect(),
+                values: entries.iter().map(|entry| entry.2).collect(),
+            },
+            checked: Checked::new(size * P),
             correction: vec![[0.0; P]; size],
             storage,
         };
@@ -129,80 +120,38 @@ impl<const P: usize> Global<P> {
         self.panels.solve(x);
     }
 
-    /// Judges the solution `x` for `right`, refines it where that is needed, and returns the correction
-    /// that it then made.
+    /// Checks the solution `x` for `right` and refines it once if its backward error is more than rounding. Returns
+    /// the correction that it then added.
     ///
     /// # Errors
-    /// Where the solution is worthless.
+    /// If the residual stays far above rounding.
     pub(super) fn check(
         &mut self,
         x: &mut [[f64; P]],
         right: &[[f64; P]],
         statistics: &mut LinearStatistics,
     ) -> Result<Option<&[[f64; P]]>, LinearError> {
-        let size = self.diagonal.len();
-        let tolerance = 8.0 * self.row_length as f64 * f64::EPSILON;
-        let first = self.judge(x, right);
-        if first.componentwise <= tolerance {
-            statistics.worst_residual = statistics.worst_residual.max(first.normwise);
-            return Ok(None);
+        let Self { panels, matrix, checked, correction, .. } = self;
+        checked.right.copy_from_slice(right.as_flattened());
+        checked.solution.copy_from_slice(x.as_flattened());
+        checked.compute_residual(matrix);
+        if checked.error <= tolerance(matrix) {
+            return checked.accept(matrix, statistics).map(|()| None);
         }
-        if !first.normwise.is_finite() {
-            return Err(LinearError::NotFinite { size });
-        }
+        checked.check_finite(&checked.solution)?;
+        checked.check_finite(&checked.residual)?;
         statistics.refinements += 1;
-        self.correction.copy_from_slice(&self.residual);
-        self.panels.solve(&mut self.correction);
-        add(x, &self.correction);
-        let second = self.judge(x, right);
-        // Rounding may leave a row of zeros and tiny numbers short of its componentwise bound.
-        if second.componentwise <= tolerance || second.normwise <= tolerance {
-            statistics.worst_residual = statistics.worst_residual.max(second.normwise);
-        } else if second.largest.is_nan() || second.largest > underflow(self.row_length, self.norm)
-        {
-            return Err(LinearError::LostDigits { size, residual: second.normwise });
-        }
-        Ok(Some(&self.correction))
-    }
-
-    /// The residual, and how large it is.
-    fn judge(&mut self, x: &[[f64; P]], right: &[[f64; P]]) -> Judgement {
-        let (mut componentwise, mut largest_residual) = (0.0, 0.0);
-        let (mut largest_x, mut largest_right) = (0.0, 0.0);
-        for (row, residual) in self.residual.iter_mut().enumerate() {
-            let of_row = self.starts[row]..self.starts[row + 1];
-            let mut product = x[row].map(|x| self.diagonal[row] * x);
-            let mut scale = product.map(f64::abs);
-            for (column, value) in self.columns[of_row.clone()].iter().zip(&self.values[of_row]) {
-                for axis in 0..P {
-                    let term = value * x[*column as usize][axis];
-                    product[axis] += term;
-                    scale[axis] += term.abs();
-                }
-            }
-            for axis in 0..P {
-                let right = right[row][axis];
-                residual[axis] = right - product[axis];
-                if residual[axis] != 0.0 {
-                    let error = residual[axis].abs() / (scale[axis] + right.abs());
-                    componentwise = larger(componentwise, error);
-                }
-                largest_residual = larger(largest_residual, residual[axis].abs());
-                largest_x = larger(largest_x, x[row][axis].abs());
-                largest_right = larger(largest_right, right.abs());
-            }
-        }
-        let normwise = if largest_residual == 0.0 {
-            0.0
-        } else {
-            largest_residual / (self.norm * largest_x + largest_right)
-        };
-        Judgement { componentwise, normwise, largest: largest_residual }
+        correction.as_flattened_mut().copy_from_slice(&checked.residual);
+        panels.solve(correction);
+        add(x, correction);
+        checked.solution.copy_from_slice(x.as_flattened());
+        checked.compute_residual(matrix);
+        checked.accept(matrix, statistics).map(|()| Some(&**correction))
     }
 
     /// The solver, in words.
     pub(super) fn describe(&self) -> String {
-        let size = self.diagonal.len();
+        let size = self.matrix.diagonal.len();
         let kind = match self.storage {
             Storage::Dense => "dense",
             Storage::Sparse => "sparse",
@@ -212,11 +161,38 @@ impl<const P: usize> Global<P> {
     }
 }
 
-struct Judgement {
-    componentwise: f64,
-    normwise: f64,
-    /// The largest entry of the residual.
-    largest: f64,
+impl<const P: usize> Product for Rows<P> {
+    fn row_length(&self) -> usize {
+        let lengths = self.starts.windows(2).map(|window| window[1] - window[0]);
+        1 + lengths.max().unwrap_or(0)
+    }
+
+    fn add_products(&self, x: &[f64], product: &mut [f64], scale: &mut [f64]) {
+        let x = x.as_chunks::<P>().0;
+        let rows = product.as_chunks_mut::<P>().0.iter_mut().zip(scale.as_chunks_mut::<P>().0);
+        for (row, (product, scale)) in rows.enumerate() {
+            let mut add = |value: f64, x: &[f64; P]| {
+                for axis in 0..P {
+                    let term = value * x[axis];
+                    product[axis] += term;
+                    scale[axis] += term.abs();
+                }
+            };
+            add(self.diagonal[row], &x[row]);
+            let of_row = self.starts[row]..self.starts[row + 1];
+            for (column, value) in self.columns[of_row.clone()].iter().zip(&self.values[of_row]) {
+                add(*value, &x[*column as usize]);
+            }
+        }
+    }
+
+    fn add_row_sums(&self, sums: &mut [f64]) {
+        for (row, sums) in sums.as_chunks_mut::<P>().0.iter_mut().enumerate() {
+            let values = &self.values[self.starts[row]..self.starts[row + 1]];
+            let sum = self.diagonal[row] + values.iter().map(|value| value.abs()).sum::<f64>();
+            sums.iter_mut().for_each(|of_axis| *of_axis += sum);
+        }
+    }
 }
 
 /// Adds vector by vector.
@@ -228,13 +204,8 @@ pub(super) fn add<const P: usize>(values: &mut [[f64; P]], amounts: &[[f64; P]])
     }
 }
 
-/// The larger of two, or a NaN if one is.
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
-}
-
 /// One entry a pair of rows, the smaller row first, sorted; with the sign they have in `Q`.
-fn merged(links: &[([usize; 2], f64)]) -> Vec<([usize; 2], f64)> {
+fn merge_links(links: &[([usize; 2], f64)]) -> Vec<([usize; 2], f64)> {
     let ordered = links.iter().map(|&([a, b], stiffness)| ([a.min(b), a.max(b)], -stiffness));
     let mut links: Vec<([usize; 2], f64)> = ordered.collect();
     // Stable: several springs of one pair add up in the order of the file.

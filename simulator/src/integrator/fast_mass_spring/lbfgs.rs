@@ -1,4 +1,4 @@
-//! L-BFGS on the energy of a step, with `Q` as the first guess of its Hessian.
+//! L-BFGS on the energy of a step, with `Q` as the initial Hessian.
 //!
 //! ```text
 //! p = H (−∇E)        H: the inverse BFGS matrix of the last changes of u and ∇E, from Q⁻¹
@@ -12,7 +12,7 @@
 //! Source: Liu, Bouaziz and Kavan, "Quasi-Newton Methods for Real-Time Simulation of Hyperelastic Materials",
 //! 2017, sections 4 and 5.
 
-use super::problem::{Energy, Problem, largest};
+use super::objective::{Energy, StepObjective, largest};
 use crate::integrator::StepError;
 use crate::statistics::Statistics;
 
@@ -25,10 +25,10 @@ const DECREASE: f64 = 1e-4;
 /// Halvings of a step before the plain round is taken.
 const HALVINGS: u32 = 4;
 
-/// History and room of the method.
+/// History and workspace of the method.
 pub(super) struct Lbfgs<const P: usize> {
     /// Changes of `u`, and of `∇E`, with the reciprocal of their product; a ring.
-    pairs: Vec<Pair<P>>,
+    pairs: Vec<HistoryPair<P>>,
     n_pairs: usize,
     newest: usize,
     coefficients: [f64; HISTORY],
@@ -39,17 +39,18 @@ pub(super) struct Lbfgs<const P: usize> {
     pub(super) largest_change: f64,
 }
 
-struct Pair<const P: usize> {
+struct HistoryPair<const P: usize> {
     by_position: Vec<[f64; P]>,
     by_gradient: Vec<[f64; P]>,
     scale: f64,
 }
 
 impl<const P: usize> Lbfgs<P> {
-    /// Room for so many unknowns.
+    /// A workspace for so many unknowns.
     pub(super) fn new(n_unknowns: usize) -> Self {
         let zeros = vec![[0.0; P]; n_unknowns];
-        let pair = || Pair { by_position: zeros.clone(), by_gradient: zeros.clone(), scale: 0.0 };
+        let pair =
+            || HistoryPair { by_position: zeros.clone(), by_gradient: zeros.clone(), scale: 0.0 };
         Self {
             pairs: (0..HISTORY).map(|_| pair()).collect(),
             n_pairs: 0,
@@ -67,79 +68,79 @@ impl<const P: usize> Lbfgs<P> {
         self.n_pairs = 0;
     }
 
-    /// One round from an iterate of this energy, at which `problem` has its `−∇E`; the same of the next.
+    /// One round from an iterate of this energy, at which `objective` has its `−∇E`; the same of the next.
     ///
     /// # Errors
-    /// Where a spring has no direction.
+    /// If a spring has no direction.
     pub(super) fn round(
         &mut self,
-        problem: &mut Problem<P>,
+        objective: &mut StepObjective<P>,
         energy: Energy,
         statistics: &mut Statistics,
     ) -> Result<Energy, StepError> {
-        self.start.copy_from_slice(&problem.u);
-        self.residual.copy_from_slice(problem.residual());
-        self.find_direction(problem);
+        self.start.copy_from_slice(&objective.u);
+        self.residual.copy_from_slice(objective.residual());
+        self.find_direction(objective);
         statistics.linear.solves += 1;
         let slope = dot(&self.residual, &self.direction);
         self.largest_change = largest(&self.direction);
         let mut length = 1.0;
         let halvings = if slope > 0.0 { 0..HALVINGS } else { 0..0 };
         for _ in halvings {
-            for ((u, start), p) in problem.u.iter_mut().zip(&self.start).zip(&self.direction) {
+            for ((u, start), p) in objective.u.iter_mut().zip(&self.start).zip(&self.direction) {
                 *u = std::array::from_fn(|axis| start[axis] + length * p[axis]);
             }
-            let next = problem.evaluate::<true>()?;
+            let next = objective.evaluate::<true>()?;
             let rounding = 4.0 * f64::EPSILON * energy.magnitude;
             let falls = next.value <= energy.value - DECREASE * length * slope;
             let flat = next.value <= energy.value + rounding
                 && length * slope <= rounding / DECREASE
-                && dot(problem.residual(), &self.direction) >= -(1.0 - 2.0 * DECREASE) * slope;
+                && dot(objective.residual(), &self.direction) >= -(1.0 - 2.0 * DECREASE) * slope;
             if falls || flat {
                 self.largest_change *= length;
-                self.remember(problem);
+                self.remember(objective);
                 return Ok(next);
             }
             length *= 0.5;
         }
         self.forget();
-        problem.u.copy_from_slice(&self.start);
-        problem.solve(|_, right| right.copy_from_slice(&self.residual));
+        objective.u.copy_from_slice(&self.start);
+        objective.solve(|_, right| right.copy_from_slice(&self.residual));
         statistics.linear.solves += 1;
-        problem.apply_change();
-        self.largest_change = largest(problem.change());
-        Ok(problem.evaluate::<true>()?)
+        objective.apply_change();
+        self.largest_change = largest(objective.change());
+        Ok(objective.evaluate::<true>()?)
     }
 
     /// `p = H (−∇E)` by the two loops of Nocedal (1980).
-    fn find_direction(&mut self, problem: &mut Problem<P>) {
+    fn find_direction(&mut self, objective: &mut StepObjective<P>) {
         let Self { pairs, n_pairs, newest, coefficients, .. } = self;
         let age = |age: usize| (*newest + HISTORY - age) % HISTORY;
-        problem.solve(|residual, right| {
+        objective.solve(|residual, right| {
             right.copy_from_slice(residual);
             for number in (0..*n_pairs).map(age) {
-                let Pair { by_position, by_gradient, scale } = &pairs[number];
+                let HistoryPair { by_position, by_gradient, scale } = &pairs[number];
                 coefficients[number] = scale * dot(by_position, right);
                 add_multiple(right, -coefficients[number], by_gradient);
             }
         });
-        self.direction.copy_from_slice(problem.change());
+        self.direction.copy_from_slice(objective.change());
         for number in (0..*n_pairs).rev().map(age) {
-            let Pair { by_position, by_gradient, scale } = &pairs[number];
+            let HistoryPair { by_position, by_gradient, scale } = &pairs[number];
             let coefficient = scale * dot(by_gradient, &self.direction);
             add_multiple(&mut self.direction, coefficients[number] - coefficient, by_position);
         }
     }
 
     /// Keeps the change that was made, where `E` curves upwards along it.
-    fn remember(&mut self, problem: &Problem<P>) {
+    fn remember(&mut self, objective: &StepObjective<P>) {
         let number = (self.newest + 1) % HISTORY;
-        let Pair { by_position, by_gradient, scale } = &mut self.pairs[number];
-        let ends = problem.u.iter().zip(&self.start);
+        let HistoryPair { by_position, by_gradient, scale } = &mut self.pairs[number];
+        let ends = objective.u.iter().zip(&self.start);
         for (change, (new, old)) in by_position.iter_mut().zip(ends) {
             *change = std::array::from_fn(|axis| new[axis] - old[axis]);
         }
-        let ends = problem.residual().iter().zip(&self.residual);
+        let ends = objective.residual().iter().zip(&self.residual);
         for (change, (new, old)) in by_gradient.iter_mut().zip(ends) {
             *change = std::array::from_fn(|axis| old[axis] - new[axis]);
         }

@@ -1,4 +1,4 @@
-//! Local step: the springs' part of the gradient, from the iterate.
+//! Local step: the springs' contribution to the gradient at the iterate.
 //!
 //! ```text
 //! d = l0 (x_i − x_j)/l        k (d − (x_i − x_j)) = k (l0 − l)/l (x_i − x_j)        l = |x_i − x_j|
@@ -15,7 +15,7 @@ const GROUP: usize = 8;
 
 /// A spring, as the scene has it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spring {
+pub(super) struct ElasticSpring {
     /// Particles, or slots.
     pub(super) ends: [usize; 2],
     pub(super) stiffness: f64,
@@ -25,16 +25,16 @@ pub(super) struct Spring {
 }
 
 /// All springs of a scene, in groups; the last is filled up with springs that do nothing.
-pub(super) struct Springs {
+pub(super) struct SpringGroups {
     ends: Vec<[[u32; 2]; GROUP]>,
     stiffness: Vec<[f64; GROUP]>,
     rest_length: Vec<[f64; GROUP]>,
     elements: Vec<usize>,
 }
 
-impl Springs {
-    /// The springs, whose ends are slots; `spare` is a slot that nothing else is told of.
-    pub(super) fn new(springs: &mut [Spring], spare: usize) -> Self {
+impl SpringGroups {
+    /// The springs, whose ends are slots; `spare` is an unused slot.
+    pub(super) fn new(springs: &mut [ElasticSpring], spare: usize) -> Self {
         springs
             .sort_by_key(|spring| (spring.ends.iter().max().copied(), spring.ends, spring.element));
         let n_groups = springs.len().div_ceil(GROUP);

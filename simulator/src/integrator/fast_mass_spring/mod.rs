@@ -1,4 +1,4 @@
-//! Fast mass-spring: implicit Euler for springs as a minimisation, by local and global steps in turn.
+//! Fast mass-spring: implicit Euler for springs, minimised by alternating local and global steps.
 //!
 //! ```text
 //! E(x) = 1/(2h²) Σ m_i |x_i − x̃_i|² + Σ_springs k/2 (|x_i − x_j| − l0)² − Σ x_i·f_i        x̃ = x^n + h v^n
@@ -33,8 +33,8 @@
 
 use self::global::Storage;
 use self::lbfgs::Lbfgs;
-use self::local::Spring;
-use self::problem::{Energy, Problem, Terms, largest};
+use self::local::ElasticSpring;
+use self::objective::{Energy, StepObjective, Terms, largest};
 use super::{Integrator, IntegratorKind, Step, StepError};
 use crate::force::{Degenerate, ForceKind};
 use crate::scene::schema::{ActsOn, Domain, IntegratorSchema, OptionKind, OptionSchema, Refusal};
@@ -46,8 +46,8 @@ use crate::system::{BuildForce, System};
 mod global;
 mod lbfgs;
 mod local;
+mod objective;
 mod panels;
-mod problem;
 
 /// The force that the local step projects on.
 const SPRING: &str = "springforce";
@@ -115,7 +115,6 @@ where
 {
     let options = &scene.integrator_options;
     let penalty = options.choice("pins") == "penalty";
-    let (external, elements) = External::new(scene, penalty);
     Box::new(FastMassSpring::<D, P> {
         iterations: options.count("iterations"),
         tolerance: options.number("tolerance"),
@@ -127,41 +126,45 @@ where
         },
         springs: elastic_springs(scene),
         initial: scene.particles.iter().map(|particle| first(particle.position)).collect(),
-        external: External { system: external, elements },
+        external: External::new(scene, penalty),
         force: vec![0.0; system.n_particles() * D],
         accelerated: options.choice("acceleration") == "lbfgs",
-        problem: None,
+        objective: None,
         lbfgs: None,
     })
 }
 
 /// The springs that pull: not those between two fixed particles, nor those of no stiffness.
-fn elastic_springs(scene: &Scene) -> Vec<Spring> {
+fn elastic_springs(scene: &Scene) -> Vec<ElasticSpring> {
     let numbered = scene.forces.iter().enumerate();
     let springs = numbered.filter(|(_, force)| force.schema.tag == SPRING);
     let elastic = springs.filter_map(|(element, force)| {
         let ends = force.pair?;
         let [stiffness, rest_length, ..] = force.parameters;
         let moves = ends.iter().any(|end| !scene.particles[*end].fixed);
-        (moves && stiffness > 0.0).then_some(Spring { ends, stiffness, rest_length, element })
+        (moves && stiffness > 0.0).then_some(ElasticSpring {
+            ends,
+            stiffness,
+            rest_length,
+            element,
+        })
     });
     elastic.collect()
 }
 
 /// Every force but the springs' elastic part.
-struct External<S> {
-    system: S,
+struct External<const D: usize> {
+    system: System<D>,
     /// The number that each of its elements has in the scene.
     elements: Vec<usize>,
 }
 
-impl External<()> {
+impl<const D: usize> External<D>
+where
+    ForceKind: BuildForce<D>,
+{
     /// A system without the springs' stiffness; with a penalty, fixed particles feel it too.
-    #[expect(clippy::new_ret_no_self, reason = "the dimension is that of the system, not of this")]
-    fn new<const D: usize>(scene: &Scene, penalty: bool) -> (System<D>, Vec<usize>)
-    where
-        ForceKind: BuildForce<D>,
-    {
+    fn new(scene: &Scene, penalty: bool) -> Self {
         let mut scene = scene.clone();
         let forces = std::mem::take(&mut scene.forces).into_iter().enumerate();
         let mut elements = Vec::new();
@@ -179,7 +182,7 @@ impl External<()> {
         if penalty {
             scene.particles.iter_mut().for_each(|particle| particle.fixed = false);
         }
-        (System::new(&scene), elements)
+        Self { system: System::new(&scene), elements }
     }
 }
 
@@ -188,15 +191,15 @@ struct FastMassSpring<const D: usize, const P: usize> {
     tolerance: f64,
     pin_weight: Option<f64>,
     storage: Option<Storage>,
-    springs: Vec<Spring>,
+    springs: Vec<ElasticSpring>,
     initial: Vec<[f64; P]>,
-    external: External<System<D>>,
+    external: External<D>,
     /// Sum of the external forces, `n·D`.
     force: Vec<f64>,
     accelerated: bool,
-    /// Made in the first step, and anew for a step of another size.
-    problem: Option<Problem<P>>,
-    /// Made in the first step of an accelerated run.
+    /// Built in the first step, and rebuilt if the time step changes.
+    objective: Option<StepObjective<P>>,
+    /// Built in the first step of an accelerated run.
     lbfgs: Option<Lbfgs<P>>,
 }
 
@@ -216,16 +219,16 @@ impl<const D: usize, const P: usize> Integrator<D> for FastMassSpring<D, P> {
         let Step { size: h, time, positions, velocities, statistics } = step;
         self.evaluate_external(positions, velocities, time)?;
         statistics.force_evaluations += 1;
-        let mut problem = match self.problem.take() {
-            Some(problem) if problem.h == h => problem,
-            _ => Problem::new(&self.terms(system), h, statistics)?,
+        let mut objective = match self.objective.take() {
+            Some(objective) if objective.h == h => objective,
+            _ => StepObjective::new(&self.terms(system), h, statistics)?,
         };
-        self.fill(&mut problem, system, time, positions, velocities);
-        self.minimise(&mut problem, statistics)?;
-        for (slot, particle) in problem.particles.iter().enumerate() {
+        self.fill(&mut objective, system, time, positions, velocities);
+        self.minimise(&mut objective, statistics)?;
+        for (slot, particle) in objective.particles.iter().enumerate() {
             let of_particle = particle * D..particle * D + D;
             let (x, v) = (&mut positions[of_particle.clone()], &mut velocities[of_particle]);
-            match problem.u.get(slot) {
+            match objective.u.get(slot) {
                 Some(u) => {
                     for axis in 0..D {
                         x[axis] += u[axis];
@@ -237,7 +240,7 @@ impl<const D: usize, const P: usize> Integrator<D> for FastMassSpring<D, P> {
                 None => (0..D).for_each(|axis| x[axis] += h * v[axis]),
             }
         }
-        self.problem = Some(problem);
+        self.objective = Some(objective);
         Ok(())
     }
 }
@@ -264,28 +267,28 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
         evaluated.map_err(|Degenerate { element }| Degenerate { element: elements[element] })
     }
 
-    /// Puts the start of the step into `problem`.
+    /// Puts the start of the step into `objective`.
     fn fill(
         &self,
-        problem: &mut Problem<P>,
+        objective: &mut StepObjective<P>,
         system: &System<D>,
         time: f64,
         positions: &[f64],
         velocities: &[f64],
     ) {
-        let (h, n_unknowns) = (problem.h, problem.n_unknowns());
-        for (slot, &particle) in problem.particles.iter().enumerate() {
+        let (h, n_unknowns) = (objective.h, objective.n_unknowns());
+        for (slot, &particle) in objective.particles.iter().enumerate() {
             let of_particle = particle * D..particle * D + D;
             let x: [f64; P] = padded(&positions[of_particle.clone()]);
             let v: [f64; P] = padded(&velocities[of_particle.clone()]);
-            problem.start[slot] = x;
+            objective.start[slot] = x;
             if slot >= n_unknowns {
-                problem.drift[slot] = v.map(|v| h * v);
+                objective.drift[slot] = v.map(|v| h * v);
                 continue;
             }
             let force: [f64; P] = padded(&self.force[of_particle]);
             let inertia = system.masses()[particle] / h;
-            let load = &mut problem.load[slot];
+            let load = &mut objective.load[slot];
             *load = std::array::from_fn(|axis| inertia * v[axis] + force[axis]);
             if let (Some(weight), true) = (self.pin_weight, system.fixed()[particle]) {
                 for axis in 0..P {
@@ -299,21 +302,21 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
     /// The rounds of a step.
     fn minimise(
         &mut self,
-        problem: &mut Problem<P>,
+        objective: &mut StepObjective<P>,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
         let lbfgs = self.accelerated.then(|| {
-            let lbfgs = self.lbfgs.get_or_insert_with(|| Lbfgs::new(problem.n_unknowns()));
+            let lbfgs = self.lbfgs.get_or_insert_with(|| Lbfgs::new(objective.n_unknowns()));
             lbfgs.forget();
             lbfgs
         });
-        problem.start()?;
+        objective.start()?;
         let mut rounds = Rounds { most: self.iterations, tolerance: self.tolerance, made: 0 };
         let reached = match lbfgs {
-            Some(lbfgs) => rounds.accelerated(problem, lbfgs, statistics)?,
-            None => rounds.plain(problem, statistics)?,
+            Some(lbfgs) => rounds.accelerated(objective, lbfgs, statistics)?,
+            None => rounds.plain(objective, statistics)?,
         };
-        problem.check(!self.accelerated || rounds.made == 1, statistics)?;
+        objective.check(!self.accelerated || rounds.made == 1, statistics)?;
         let made = rounds.made;
         statistics.local_global_iterations += made;
         statistics.max_local_global_iterations = statistics.max_local_global_iterations.max(made);
@@ -333,34 +336,34 @@ impl Rounds {
     /// Whether the tolerance is reached.
     fn plain<const P: usize>(
         &mut self,
-        problem: &mut Problem<P>,
+        objective: &mut StepObjective<P>,
         statistics: &mut Statistics,
     ) -> Result<bool, StepError> {
         loop {
-            let reached = self.round(problem, statistics);
+            let reached = self.round(objective, statistics);
             if reached || self.made == self.most {
                 return Ok(reached);
             }
-            problem.evaluate::<false>()?;
+            objective.evaluate::<false>()?;
         }
     }
 
     /// The same with a history; the first round of a step has none.
     fn accelerated<const P: usize>(
         &mut self,
-        problem: &mut Problem<P>,
+        objective: &mut StepObjective<P>,
         lbfgs: &mut Lbfgs<P>,
         statistics: &mut Statistics,
     ) -> Result<bool, StepError> {
-        let mut reached = self.round(problem, statistics);
+        let mut reached = self.round(objective, statistics);
         let mut energy = Energy::default();
         while !reached && self.made < self.most {
             if self.made == 1 {
-                energy = problem.evaluate::<true>()?;
+                energy = objective.evaluate::<true>()?;
             }
-            energy = lbfgs.round(problem, energy, statistics)?;
+            energy = lbfgs.round(objective, energy, statistics)?;
             self.made += 1;
-            reached = lbfgs.largest_change / problem.h < self.tolerance;
+            reached = lbfgs.largest_change / objective.h < self.tolerance;
         }
         Ok(reached)
     }
@@ -368,13 +371,13 @@ impl Rounds {
     /// A plain round: whether it changed the iterate by less than the tolerance.
     fn round<const P: usize>(
         &mut self,
-        problem: &mut Problem<P>,
+        objective: &mut StepObjective<P>,
         statistics: &mut Statistics,
     ) -> bool {
-        problem.round();
+        objective.round();
         statistics.linear.solves += 1;
         self.made += 1;
-        self.tolerance > 0.0 && largest(problem.change()) / problem.h < self.tolerance
+        self.tolerance > 0.0 && largest(objective.change()) / objective.h < self.tolerance
     }
 }
 

@@ -1,4 +1,4 @@
-//! A Cholesky factor, stored so that substitution reads it once a sweep for all coordinates.
+//! Supernodal Cholesky factor with substitution for all coordinates at once.
 //!
 //! ```text
 //! Q = L Lᵀ        L y = b, then Lᵀ x = y, for the D columns of b at once
@@ -31,7 +31,7 @@ struct Panel {
 }
 
 impl Panels {
-    /// Room for a factor of about so many entries.
+    /// An empty factor with the capacity for about so many entries.
     pub(super) fn with_capacity(
         n_values: usize,
     ) -> Result<Self, std::collections::TryReserveError> {

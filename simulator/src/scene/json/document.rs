@@ -1,4 +1,4 @@
-//! A scene's JSON object: which keys it has, their values, and where each stands.
+//! The JSON object of a scene: its keys and values, with their places in the text.
 //!
 //! Values are kept as slices of the text, checked for their grammar and not parsed further than a scene
 //! needs. Nothing recurses, however deep a value is; numbers are parsed by the standard library, which
@@ -10,12 +10,12 @@ use serde::de::{Deserializer as _, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
 use super::problem::JsonProblem;
-use super::source::{Remarks, Source, shown};
+use super::source::{Source, Warnings, excerpt};
 use crate::scene::error::SceneError;
 use crate::scene::schema::Domain;
 use crate::scene::spelling::closest_above;
 
-/// The keys of a scene, and what else people might call them.
+/// The keys of a scene, with likely alternative names.
 const KEYS: &[(&str, &[&str])] = &[
     ("obj", &["obj", "mesh"]),
     ("k", &["k", "stiffness"]),
@@ -41,7 +41,7 @@ struct Entry<'a> {
     value: &'a str,
 }
 
-/// What a text holds that is no JSON object.
+/// A text that is not a JSON object.
 pub(super) enum NoDocument {
     /// The text is not well-formed.
     Malformed(SceneError),
@@ -71,7 +71,7 @@ impl<'a> Document<'a> {
             let text = serde_json::from_str::<String>(key.get());
             let key_offset = source.offset_of(key.get());
             text.map(|key| Entry { key, key_offset, value: value.get() }).map_err(|error| {
-                let detail = without_place(&error);
+                let detail = without_location(&error);
                 let problem = JsonProblem::Malformed { detail };
                 NoDocument::Malformed(source.error(key_offset, problem))
             })
@@ -88,20 +88,20 @@ impl<'a> Document<'a> {
     pub(super) fn check_keys(
         &self,
         source: &mut Source<'_>,
-        remarks: &mut Remarks,
+        warnings: &mut Warnings,
     ) -> Result<(), SceneError> {
         let mut by_key: Vec<&Entry<'_>> = self.entries.iter().collect();
         by_key.sort_by_key(|entry| (&entry.key, entry.key_offset));
         let repeated = by_key.windows(2).filter(|pair| pair[0].key == pair[1].key);
         if let Some([first, second]) = repeated.min_by_key(|pair| pair[1].key_offset) {
-            let (key, first) = (shown(&second.key), source.locate(first.key_offset).line);
+            let (key, first) = (excerpt(&second.key), source.locate(first.key_offset).line);
             return Err(source.error(second.key_offset, JsonProblem::RepeatedKey { key, first }));
         }
         for Entry { key, key_offset, .. } in &self.entries {
             if !KEYS.iter().any(|(known, _)| known == key) {
                 let suggestion = suggestion(key).filter(|suggestion| !self.has(suggestion));
-                let key = shown(key);
-                remarks.add(source, *key_offset, JsonProblem::UnknownKey { key, suggestion })?;
+                let key = excerpt(key);
+                warnings.add(source, *key_offset, JsonProblem::UnknownKey { key, suggestion })?;
             }
         }
         Ok(())
@@ -128,7 +128,7 @@ impl<'a> Document<'a> {
         match parse_number(text) {
             Some(value) if domain.contains(value) => Ok(Some(value)),
             Some(value) if value.is_infinite() => {
-                Err(source.error(offset, JsonProblem::Overflow { key, text: shown(text) }))
+                Err(source.error(offset, JsonProblem::Overflow { key, text: excerpt(text) }))
             }
             _ => Err(wrong_value(source, key, text, domain.describe())),
         }
@@ -184,7 +184,7 @@ pub(super) fn wrong_value(
     must_be: &'static str,
 ) -> SceneError {
     let offset = source.offset_of(text);
-    source.error(offset, JsonProblem::Value { key, text: shown(text), must_be })
+    source.error(offset, JsonProblem::Value { key, text: excerpt(text), must_be })
 }
 
 fn suggestion(word: &str) -> Option<&'static str> {
@@ -194,7 +194,7 @@ fn suggestion(word: &str) -> Option<&'static str> {
 }
 
 fn malformed(source: &mut Source<'_>, error: &serde_json::Error) -> SceneError {
-    let detail = without_place(error);
+    let detail = without_location(error);
     if error.is_eof() {
         return source.error(source.text.trim_end().len(), JsonProblem::Truncated { detail });
     }
@@ -206,7 +206,7 @@ fn malformed(source: &mut Source<'_>, error: &serde_json::Error) -> SceneError {
 }
 
 /// The message without the place, which stands before it in ours.
-fn without_place(error: &serde_json::Error) -> String {
+fn without_location(error: &serde_json::Error) -> String {
     let message = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
     message.strip_suffix(&place).unwrap_or(&message).to_owned()

@@ -1,4 +1,4 @@
-//! Masses from areas: each vertex weighs what the mixed Voronoi region around it does, at density 1.
+//! Masses from areas: the mixed Voronoi area of each vertex, at density 1.
 //!
 //! A triangle of area `A` with angles `α_i` gives to its corner `i`, with `j` and `k` the others,
 //!
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! where `l_i` is the side opposite to corner `i`, and `w_i` are the barycentric weights of the
-//! circumcentre: without an obtuse angle the shares are the areas nearer to a corner than to the others.
+//! circumcentre: without an obtuse angle these are the areas nearer to a corner than to the others.
 //! They add up to `A`. Faces of more than three corners are fans of triangles around their first, and
 //! those of two have no area. Shares add up in the order of libigl's `massmatrix`, all first corners,
 //! then all second and all third ones, so that the sums are the same bits. Time is in proportion to the triangles.
@@ -18,7 +18,7 @@
 //! 2-Manifolds* (2003), section 3.3; the area is Kahan's, *Miscalculating Area and Angles of a
 //! Needle-like Triangle*.
 
-use super::obj::{Kind, Mesh};
+use super::obj::{ElementKind, Mesh};
 use super::springs::distance;
 
 /// The area around each vertex, in the order of the mesh; 0 where no triangle has one, and not finite
@@ -27,10 +27,11 @@ pub(super) fn voronoi_areas(mesh: &Mesh) -> Vec<f64> {
     let mut shares = Vec::new();
     for (kind, corners) in mesh.elements() {
         let [first, rest @ ..] = corners else { continue };
-        if kind == Kind::Face {
+        if kind == ElementKind::Face {
             for pair in rest.windows(2) {
                 let triangle = [first, &pair[0], &pair[1]].map(|corner| corner.vertex as usize);
-                shares.push((triangle, shares_of(triangle.map(|vertex| mesh.positions[vertex]))));
+                shares
+                    .push((triangle, corner_areas(triangle.map(|vertex| mesh.positions[vertex]))));
             }
         }
     }
@@ -43,8 +44,8 @@ pub(super) fn voronoi_areas(mesh: &Mesh) -> Vec<f64> {
     areas
 }
 
-/// What a triangle gives to each of its corners.
-fn shares_of([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+/// The area that a triangle contributes to each of its corners.
+fn corner_areas([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let sides = [distance(&b, &c), distance(&c, &a), distance(&a, &b)];
     let area = area(sides);
     if area == 0.0 {
@@ -86,7 +87,7 @@ mod tests {
             let angles = [50.0 + 20.0 * random.f64(), 50.0 + 20.0 * random.f64()];
             let [a, b] = angles.map(f64::to_radians);
             let at = |angle: f64| [angle.cos(), 0.6 * angle.sin(), 0.8 * angle.sin() + 3.0];
-            let shares = shares_of([at(0.0), at(2.0 * a), at(2.0 * (a + b))]);
+            let shares = corner_areas([at(0.0), at(2.0 * a), at(2.0 * (a + b))]);
             // Each corner has half of the two triangles that join it, a neighbour and the circumcentre;
             // the angle there is twice the one at the corner opposite.
             let c = std::f64::consts::PI - a - b;
@@ -105,7 +106,7 @@ mod tests {
         for turn in 0..3 {
             let turned = std::array::from_fn(|i| corners[(i + turn) % 3]);
             let expected: [f64; 3] = std::array::from_fn(|i| [1.0, 0.5, 0.5][(i + turn) % 3]);
-            for (share, expected) in shares_of(turned).iter().zip(expected) {
+            for (share, expected) in corner_areas(turned).iter().zip(expected) {
                 assert!((share - expected).abs() < 1e-14, "{turn}");
             }
         }
@@ -114,7 +115,7 @@ mod tests {
     #[test]
     fn a_triangle_that_is_a_line_or_a_point_has_no_area() {
         let line = [[0.0; 3], [0.1, 0.2, 0.3], [0.3, 0.6, 0.9]];
-        assert!(shares_of(line).iter().sum::<f64>() < 1e-8);
-        assert_eq!(shares_of([[7.0, 8.0, 9.0]; 3]), [0.0; 3]);
+        assert!(corner_areas(line).iter().sum::<f64>() < 1e-8);
+        assert_eq!(corner_areas([[7.0, 8.0, 9.0]; 3]), [0.0; 3]);
     }
 }

@@ -1,5 +1,4 @@
-//! Scenes of the fast mass-spring assignment: a JSON file beside an OBJ file; the only code that knows
-//! either format.
+//! Parser for scenes of the fast mass-spring assignment: a JSON file with an OBJ mesh.
 //!
 //! ```text
 //! {"obj": "net.obj", "k": 300, "m": 1, "b": [1, 5], "wind": false, "png": "net.png"}
@@ -12,7 +11,7 @@
 //!
 //! Only `obj` and `k` are required. Lengths, masses and stiffness are in the author's units, time is in
 //! seconds. Time and memory are in proportion to the two files and the pairs of vertices. Source:
-//! *Computer Graphics – Mass-Spring Systems*, the assignment's hand-out.
+//! *Computer Graphics – Mass-MeshSpring Systems*, the assignment's hand-out.
 
 pub mod problem;
 
@@ -31,12 +30,12 @@ use super::schema::{
 };
 use super::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, MAX_STEPS, MeshFile, PARTICLE_RADIUS,
-    ParseOptions, Parsed, Particle, Rendering, Scene, decode, read_bounded, step_count,
+    ParseOptions, Parsed, Particle, Scene, decode, read_bounded, step_count,
 };
 use document::{Document, NoDocument, parse_number, wrong_value};
 use obj::Mesh;
 use problem::JsonProblem;
-use source::{Remarks, Source, shown};
+use source::{Source, Warnings, excerpt};
 
 /// The assignment's external force on each vertex, along y.
 const GRAVITY: f64 = -9.8;
@@ -56,8 +55,8 @@ pub fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
 }
 
-/// Whether the JSON file at `path` is meant to be a scene, and not somebody else's JSON: it is an object
-/// with a key `obj` or `k`. One that cannot be read, or is not well-formed, is taken for a spoilt scene.
+/// Whether the JSON file at `path` is meant to be a scene: it is an object with a key `obj` or `k`. A file that
+/// cannot be read, or is malformed, counts as a scene, so that its error is reported.
 pub fn is_scene(path: &Path) -> bool {
     // What is no file, such as a pipe, would be waited for.
     if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
@@ -75,7 +74,7 @@ pub fn is_scene(path: &Path) -> bool {
 /// Reads a scene from the text of the JSON file at `path`, and from the OBJ file that it names.
 ///
 /// # Errors
-/// Where either file is not as it must be, or the scene is not one this vocabulary can express. The
+/// If either file is not as it must be, or the scene is not one this vocabulary can express. The
 /// error names file, line and column.
 pub fn parse(
     text: &str,
@@ -85,15 +84,15 @@ pub fn parse(
 ) -> Result<Parsed, SceneError> {
     let name = path.display().to_string();
     let source = &mut Source::new(&name, text);
-    let mut remarks = Remarks { strict: options.strict, kept: Vec::new(), count: 0 };
-    let settings = Settings::read(source, &mut remarks)?;
+    let mut warnings = Warnings { strict: options.strict, kept: Vec::new(), count: 0 };
+    let settings = Settings::read(source, &mut warnings)?;
 
     let mesh_path = path.parent().unwrap_or(Path::new("")).join(&settings.mesh);
     let mesh_name = mesh_path.display().to_string();
     let bytes = read_mesh(&mesh_path, &settings, source)?;
     let mesh_source = &mut Source::new(&mesh_name, decode(&bytes, &mesh_name)?);
-    let mesh = Mesh::read(mesh_source, &mut remarks)?;
-    let springs = springs::springs(&mesh, mesh_source, &mut remarks)?;
+    let mesh = Mesh::read(mesh_source, &mut warnings)?;
+    let springs = springs::springs(&mesh, mesh_source, &mut warnings)?;
     let masses = match settings.mass {
         Some(mass) => vec![mass; mesh.positions.len()],
         None => areas(&mesh, mesh_source)?,
@@ -108,7 +107,7 @@ pub fn parse(
         tag: None,
     };
     let mut particles: Vec<Particle> = mesh.positions.iter().zip(masses).map(particle).collect();
-    pin(&mut particles, &settings, source, &mut remarks)?;
+    pin(&mut particles, &settings, source, &mut warnings)?;
 
     let spring_force = force(vocabulary, &name, "springforce")?;
     let mut edges = Vec::with_capacity(springs.len());
@@ -142,25 +141,19 @@ pub fn parse(
     }
 
     let scene = Scene {
-        name: name.clone(),
-        description: None,
-        tag: None,
-        dimension: Dimension::Three,
         duration,
         time_step,
-        integrator,
         integrator_options,
-        max_simulation_frequency: None,
         particles,
         edges,
         forces,
-        rendering: Rendering::default(),
+        ..Scene::new(name.clone(), Dimension::Three, integrator)
     };
     let mesh = Some(MeshFile { path: mesh_path, bytes });
-    Ok(Parsed { scene, warnings: remarks.kept, n_warnings: remarks.count, mesh })
+    Ok(Parsed { scene, warnings: warnings.kept, n_warnings: warnings.count, mesh })
 }
 
-/// What the JSON file says.
+/// Settings from the JSON file.
 struct Settings<'a> {
     mesh: String,
     mesh_offset: usize,
@@ -173,11 +166,11 @@ struct Settings<'a> {
 }
 
 impl<'a> Settings<'a> {
-    fn read(source: &mut Source<'a>, remarks: &mut Remarks) -> Result<Self, SceneError> {
+    fn read(source: &mut Source<'a>, warnings: &mut Warnings) -> Result<Self, SceneError> {
         let document = Document::read(source).map_err(|error| match error {
             NoDocument::Malformed(error) | NoDocument::NotAnObject(error) => error,
         })?;
-        document.check_keys(source, remarks)?;
+        document.check_keys(source, warnings)?;
         let missing = |source: &Source<'_>, key, example| {
             source.whole(JsonProblem::MissingKey { key, example })
         };
@@ -208,7 +201,7 @@ impl<'a> Settings<'a> {
         })
     }
 
-    /// What acts on every particle.
+    /// The forces that act on every particle.
     fn external_forces(
         &self,
         vocabulary: &Vocabulary,
@@ -227,7 +220,7 @@ impl<'a> Settings<'a> {
     }
 }
 
-/// The whole mesh file. Where there is none, it is the scene's fault.
+/// Reads the mesh file. A missing mesh is an error of the scene file.
 fn read_mesh(
     path: &Path,
     settings: &Settings<'_>,
@@ -261,7 +254,7 @@ fn pin(
     particles: &mut [Particle],
     settings: &Settings<'_>,
     source: &mut Source<'_>,
-    remarks: &mut Remarks,
+    warnings: &mut Warnings,
 ) -> Result<(), SceneError> {
     let count = particles.len();
     for text in &settings.pinned {
@@ -270,12 +263,12 @@ fn pin(
         };
         let offset = source.offset_of(text);
         if !(1.0..=count as f64).contains(&vertex) {
-            let problem = JsonProblem::NoSuchPin { text: shown(text), count };
+            let problem = JsonProblem::NoSuchPin { text: excerpt(text), count };
             return Err(source.error(offset, problem));
         }
         let vertex = vertex as usize;
         if std::mem::replace(&mut particles[vertex - 1].fixed, true) {
-            remarks.add(source, offset, JsonProblem::PinnedTwice { vertex })?;
+            warnings.add(source, offset, JsonProblem::PinnedTwice { vertex })?;
         }
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! A mesh in Wavefront's OBJ format: vertices, faces and lines, as far as springs need them.
+//! Parser for Wavefront OBJ meshes: vertices, faces and lines.
 //!
 //! ```text
 //! v x y z [w] [r g b]      a vertex; weight and colour are ignored
@@ -17,7 +17,7 @@
 //! column of what is wrong.
 
 use super::problem::JsonProblem;
-use super::source::{Remarks, Source, shown};
+use super::source::{Source, Warnings, excerpt};
 use crate::scene::error::SceneError;
 
 /// Statements that say nothing of the mesh's shape.
@@ -44,7 +44,7 @@ const SKIPPED: &[&str] = &[
     "stech",
 ];
 
-/// What an OBJ file holds. Vertices are numbered from 0.
+/// The content of an OBJ file. Vertices are numbered from 0.
 #[derive(Default)]
 pub(super) struct Mesh {
     /// Position of each vertex.
@@ -52,7 +52,7 @@ pub(super) struct Mesh {
     /// Where each vertex stands in the file.
     pub(super) places: Vec<u32>,
     corners: Vec<Corner>,
-    elements: Vec<(Kind, usize)>,
+    elements: Vec<(ElementKind, usize)>,
 }
 
 /// A vertex as a face or a line names it.
@@ -64,9 +64,9 @@ pub(super) struct Corner {
     pub(super) place: u32,
 }
 
-/// What joins vertices.
+/// Kinds of elements that connect vertices.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ElementKind {
     /// `f`: each vertex with each.
     Face,
     /// `l`: each vertex with the next.
@@ -76,7 +76,7 @@ pub(super) enum Kind {
 impl Mesh {
     /// Every face and line, in the order of the file; each has two corners or more, at different
     /// vertices but for a line's that are no neighbours.
-    pub(super) fn elements(&self) -> impl Iterator<Item = (Kind, &[Corner])> {
+    pub(super) fn elements(&self) -> impl Iterator<Item = (ElementKind, &[Corner])> {
         let ends = self.elements.iter().skip(1).map(|(_, start)| *start);
         let ends = ends.chain([self.corners.len()]);
         self.elements
@@ -88,9 +88,12 @@ impl Mesh {
     /// Reads a mesh.
     ///
     /// # Errors
-    /// Where a vertex, a face or a line is not as it must be, or there is no vertex; under `strict` at
+    /// If a vertex, a face or a line is not as it must be, or there is no vertex; under `strict` at
     /// statements that are not known.
-    pub(super) fn read(source: &mut Source<'_>, remarks: &mut Remarks) -> Result<Self, SceneError> {
+    pub(super) fn read(
+        source: &mut Source<'_>,
+        warnings: &mut Warnings,
+    ) -> Result<Self, SceneError> {
         let mut mesh = Self::default();
         let mut words: Vec<&str> = Vec::new();
         let mut continued = false;
@@ -106,7 +109,7 @@ impl Mesh {
             words.extend(line.split_ascii_whitespace());
             continued = goes_on;
             if !continued {
-                mesh.statement(&words, source, remarks)?;
+                mesh.statement(&words, source, warnings)?;
             }
         }
         if continued {
@@ -124,21 +127,21 @@ impl Mesh {
         &mut self,
         words: &[&str],
         source: &mut Source<'_>,
-        remarks: &mut Remarks,
+        warnings: &mut Warnings,
     ) -> Result<(), SceneError> {
         let [statement, arguments @ ..] = words else { return Ok(()) };
         let kind = match *statement {
             "v" => return self.vertex(statement, arguments, source),
-            "f" => Kind::Face,
-            "l" => Kind::Line,
+            "f" => ElementKind::Face,
+            "l" => ElementKind::Line,
             skipped if SKIPPED.contains(&skipped) => return Ok(()),
             unknown => {
-                let problem = JsonProblem::UnknownStatement { statement: shown(unknown) };
-                return remarks.add(source, source.offset_of(unknown), problem);
+                let problem = JsonProblem::UnknownStatement { statement: excerpt(unknown) };
+                return warnings.add(source, source.offset_of(unknown), problem);
             }
         };
         if arguments.len() < 2 {
-            let problem = JsonProblem::TooFewVertices { statement: shown(statement) };
+            let problem = JsonProblem::TooFewVertices { statement: excerpt(statement) };
             return Err(source.error(source.offset_of(statement), problem));
         }
         self.elements.push((kind, self.corners.len()));
@@ -170,8 +173,8 @@ impl Mesh {
                     }
                     continue;
                 }
-                Ok(_) => JsonProblem::NotFinite { text: shown(text) },
-                Err(_) => JsonProblem::NotANumber { text: shown(text) },
+                Ok(_) => JsonProblem::NotFinite { text: excerpt(text) },
+                Err(_) => JsonProblem::NotANumber { text: excerpt(text) },
             };
             return Err(source.error(source.offset_of(text), problem));
         }
@@ -192,12 +195,12 @@ impl Mesh {
                 let index =
                     if vertex < 0 { vertex.saturating_add(count as i64) } else { vertex - 1 };
                 if index < 0 {
-                    let problem = JsonProblem::NoSuchVertex { text: shown(text), count };
+                    let problem = JsonProblem::NoSuchVertex { text: excerpt(text), count };
                     return Err(source.error(place, problem));
                 }
                 Ok(index.try_into().unwrap_or(u32::MAX))
             }
-            _ => Err(source.error(place, JsonProblem::NotAVertex { text: shown(text) })),
+            _ => Err(source.error(place, JsonProblem::NotAVertex { text: excerpt(text) })),
         }
     }
 
@@ -207,7 +210,7 @@ impl Mesh {
         for corner in &self.corners {
             if corner.vertex as usize >= count {
                 let text = source.text[corner.place as usize..].split_ascii_whitespace().next();
-                let text = shown(text.unwrap_or_default());
+                let text = excerpt(text.unwrap_or_default());
                 let problem = JsonProblem::NoSuchVertex { text, count };
                 return Err(source.error(corner.place as usize, problem));
             }
@@ -216,8 +219,8 @@ impl Mesh {
         for (kind, corners) in self.elements() {
             let next = |pair: &&[Corner]| pair[0].vertex == pair[1].vertex;
             let same = match kind {
-                Kind::Line => corners.windows(2).find(next).map(|pair| pair[1]),
-                Kind::Face => {
+                ElementKind::Line => corners.windows(2).find(next).map(|pair| pair[1]),
+                ElementKind::Face => {
                     sorted.clear();
                     sorted.extend(corners);
                     sorted.sort_by_key(|corner| (corner.vertex, corner.place));

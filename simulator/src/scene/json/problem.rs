@@ -1,6 +1,6 @@
-//! What can be wrong with a scene in JSON or with its mesh, and what to do about it.
+//! Errors in JSON scenes and their meshes, with remedies.
 
-/// What is wrong with a scene in JSON or with the OBJ file that it names.
+/// A problem in a JSON scene or its OBJ file.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum JsonProblem {
@@ -8,9 +8,9 @@ pub enum JsonProblem {
     Empty,
     #[error("this is not well-formed JSON: {detail}")]
     Malformed { detail: String },
-    #[error("the file ends before what it holds does: {detail}")]
+    #[error("the file ends too early: {detail}")]
     Truncated { detail: String },
-    #[error("a scene in JSON is an object, and this is none")]
+    #[error("a JSON scene must be an object")]
     NotAnObject,
     #[error("unknown key {key:?}")]
     UnknownKey { key: String, suggestion: Option<&'static str> },
@@ -20,7 +20,7 @@ pub enum JsonProblem {
     MissingKey { key: &'static str, example: &'static str },
     #[error("{key:?}: {text} must be {must_be}")]
     Value { key: &'static str, text: String, must_be: &'static str },
-    #[error("{key:?}: {text} is outside of what an f64 can hold")]
+    #[error("{key:?}: {text} is out of the range of an f64")]
     Overflow { key: &'static str, text: String },
     #[error("\"b\" pins vertex {text}, and there is no such vertex")]
     NoSuchPin { text: String, count: usize },
@@ -58,12 +58,12 @@ pub enum JsonProblem {
     RestLength { i: usize, j: usize },
     #[error("vertex {vertex} has no mass: the scene has no \"m\", and no face at it has an area")]
     NoArea { vertex: usize },
-    #[error("the area of the faces at vertex {vertex} is outside of what an f64 can hold")]
+    #[error("the area of the faces at vertex {vertex} is out of the range of an f64")]
     AreaOverflow { vertex: usize },
 }
 
 impl JsonProblem {
-    /// What the user can do about it.
+    /// A remedy for the user.
     pub fn remedy(&self) -> String {
         match self {
             Self::Empty | Self::NotAnObject => {

@@ -1,4 +1,4 @@
-//! A text that is read: its name, its places, and the remarks on it.
+//! A text being parsed: its name, locations in it, and the warnings about it.
 
 use super::problem::JsonProblem;
 use crate::scene::error::SceneError;
@@ -36,14 +36,14 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The remarks on both files.
-pub(super) struct Remarks {
+/// The warnings on both files.
+pub(super) struct Warnings {
     pub(super) strict: bool,
     pub(super) kept: Vec<SceneError>,
     pub(super) count: usize,
 }
 
-impl Remarks {
+impl Warnings {
     /// A remark at a place; under `strict`, an error.
     pub(super) fn add(
         &mut self,
@@ -63,7 +63,7 @@ impl Remarks {
 }
 
 /// The beginning of what the user wrote, for a message.
-pub(super) fn shown(text: &str) -> String {
+pub(super) fn excerpt(text: &str) -> String {
     const LONGEST: usize = 40;
     match text.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}…", &text[..end]),

@@ -1,4 +1,4 @@
-//! Which vertices springs join, and how long the springs are at rest.
+//! Springs of a mesh: the vertices they connect and their rest lengths.
 //!
 //! ```text
 //! face  a b c d   every pair: ab ac ad bc bd cd     (a quad brings both diagonals)
@@ -13,9 +13,9 @@
 
 use std::collections::HashSet;
 
-use super::obj::{Corner, Kind, Mesh};
+use super::obj::{Corner, ElementKind, Mesh};
 use super::problem::JsonProblem;
-use super::source::{Remarks, Source};
+use super::source::{Source, Warnings};
 use crate::scene::error::SceneError;
 
 /// The most pairs that faces and lines may join, each counted as often as it is joined. A face of n
@@ -23,7 +23,7 @@ use crate::scene::error::SceneError;
 pub(super) const MAX_PAIRS: usize = 10_000_000;
 
 /// A spring, and its length at rest.
-pub(super) struct Spring {
+pub(super) struct MeshSpring {
     pub(super) particles: [usize; 2],
     pub(super) rest_length: f64,
 }
@@ -31,20 +31,20 @@ pub(super) struct Spring {
 /// The springs of `mesh`, which stands in `source`.
 ///
 /// # Errors
-/// Where there are too many pairs, or a spring is too long; under `strict` where two vertices are joined
+/// If there are too many pairs, or a spring is too long; under `strict` where two vertices are joined
 /// by an element of their own although they are joined already, or where none are.
 pub(super) fn springs(
     mesh: &Mesh,
     source: &mut Source<'_>,
-    remarks: &mut Remarks,
-) -> Result<Vec<Spring>, SceneError> {
+    warnings: &mut Warnings,
+) -> Result<Vec<MeshSpring>, SceneError> {
     let mut springs = Vec::new();
     let mut joined = HashSet::new();
     let mut n_pairs = 0;
     for (kind, corners) in mesh.elements() {
         n_pairs += match kind {
-            Kind::Face => corners.len().saturating_mul(corners.len() - 1) / 2,
-            Kind::Line => corners.len() - 1,
+            ElementKind::Face => corners.len().saturating_mul(corners.len() - 1) / 2,
+            ElementKind::Line => corners.len() - 1,
         };
         if n_pairs > MAX_PAIRS {
             let problem = JsonProblem::TooManyPairs { limit: MAX_PAIRS };
@@ -52,8 +52,8 @@ pub(super) fn springs(
         }
         for (start, a) in corners.iter().enumerate() {
             let others = match kind {
-                Kind::Face => &corners[start + 1..],
-                Kind::Line => &corners[start + 1..(start + 2).min(corners.len())],
+                ElementKind::Face => &corners[start + 1..],
+                ElementKind::Line => &corners[start + 1..(start + 2).min(corners.len())],
             };
             for b in others {
                 let [i, j] = [a, b].map(|corner: &Corner| corner.vertex);
@@ -61,14 +61,14 @@ pub(super) fn springs(
                     springs.push(spring(mesh, [a, b], source)?);
                 } else if corners.len() == 2 {
                     let [i, j] = [i, j].map(|vertex| vertex as usize + 1);
-                    remarks.add(source, a.place as usize, JsonProblem::JoinedTwice { i, j })?;
+                    warnings.add(source, a.place as usize, JsonProblem::JoinedTwice { i, j })?;
                 }
             }
         }
     }
     if springs.is_empty() {
         let first = mesh.places.first().map_or(0, |place| *place as usize);
-        remarks.add(source, first, JsonProblem::NoSprings)?;
+        warnings.add(source, first, JsonProblem::NoSprings)?;
     }
     Ok(springs)
 }
@@ -77,11 +77,11 @@ fn spring(
     mesh: &Mesh,
     corners: [&Corner; 2],
     source: &mut Source<'_>,
-) -> Result<Spring, SceneError> {
+) -> Result<MeshSpring, SceneError> {
     let particles @ [i, j] = corners.map(|corner| corner.vertex as usize);
     let rest_length = distance(&mesh.positions[i], &mesh.positions[j]);
     if rest_length.is_finite() {
-        return Ok(Spring { particles, rest_length });
+        return Ok(MeshSpring { particles, rest_length });
     }
     let problem = JsonProblem::RestLength { i: i + 1, j: j + 1 };
     Err(source.error(corners[0].place as usize, problem))

@@ -1,4 +1,4 @@
-//! Attributes: found, parsed, checked, each with its place.
+//! Finds, parses and validates attributes, with their places in the text.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use quick_xml::XmlVersion;
 use quick_xml::events::BytesStart;
 use quick_xml::events::attributes::AttrError;
 
-use super::draft::Reference;
+use super::unresolved::Reference;
 use super::{Parser, closest};
 use crate::scene::error::{Problem, SceneError};
 use crate::scene::schema::Domain;

@@ -1,4 +1,4 @@
-//! Replaces values of attributes in the text of a scene; every other byte stays.
+//! Replaces attribute values in the text of a scene; all other bytes stay.
 //!
 //! Comments, white space, the order of elements and of attributes remain as their author wrote them, so that any
 //! program that reads the scene reads the edited one as well. Time and memory in proportion to the text.
@@ -8,7 +8,7 @@ use quick_xml::events::{BytesStart, Event};
 
 /// An attribute of an element of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Attribute<'a> {
+pub struct AttributeValue<'a> {
     /// The element's tag.
     pub tag: &'a str,
     /// The element's number among those with the same tag, from 0.
@@ -20,12 +20,12 @@ pub struct Attribute<'a> {
 }
 
 /// The text of a scene, with the values that `replace` returns in place of those it was given. It is called for each
-/// attribute in the order of the text. `None` where the text is not well-formed XML.
+/// attribute in the order of the text. `None` if the text is not well-formed XML.
 ///
 /// A value is written as it is: one with `"`, `<` or `&` has to be escaped.
 pub fn edit(
     text: &str,
-    mut replace: impl FnMut(Attribute<'_>) -> Option<String>,
+    mut replace: impl FnMut(AttributeValue<'_>) -> Option<String>,
 ) -> Option<String> {
     // The reader's positions do not count a byte order mark.
     let (mark, text) = text.split_at(if text.starts_with('\u{feff}') { 3 } else { 0 });
@@ -49,7 +49,7 @@ pub fn edit(
         for attribute in start.attributes() {
             let attribute = attribute.ok()?;
             let (name, value) = (attribute.key.into_inner(), attribute.value.as_ref());
-            let Some(new) = replace(Attribute { tag, number, name, value }) else { continue };
+            let Some(new) = replace(AttributeValue { tag, number, name, value }) else { continue };
             let begin = offset + 1 + (value.as_ptr() as usize - content);
             edited.push_str(text.get(copied..begin)?);
             edited.push_str(&new);
@@ -87,8 +87,8 @@ mod tests {
     #[test]
     fn what_is_not_replaced_keeps_its_bytes() {
         let mut seen = Vec::new();
-        let note = |attribute: Attribute<'_>| {
-            let Attribute { tag, number, name, value } = attribute;
+        let note = |attribute: AttributeValue<'_>| {
+            let AttributeValue { tag, number, name, value } = attribute;
             seen.push(format!("{tag} {number} {name} {value}"));
             None
         };
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn a_value_is_replaced_where_it_stands() {
-        let double = |attribute: Attribute<'_>| {
+        let double = |attribute: AttributeValue<'_>| {
             (attribute.tag == "particle" && attribute.name == "m").then(|| "two".to_owned())
         };
         let expected = TEXT.replace("1.50", "two").replace("m=\"\"", "m=\"two\"");

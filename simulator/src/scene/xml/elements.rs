@@ -1,9 +1,11 @@
-//! The elements of the schema, one by one.
+//! Parses each element of the XML schema.
 
 use quick_xml::events::BytesStart;
 
 use super::attributes::Element;
-use super::draft::{Draft, ForceDraft, IntegratorDraft, Once, Reference, TargetDraft};
+use super::unresolved::{
+    Once, Reference, UnresolvedForce, UnresolvedIntegrator, UnresolvedScene, UnresolvedTarget,
+};
 use super::{ELEMENTS, Parser, UNMODELLED, closest};
 use crate::scene::error::{Problem, SceneError};
 use crate::scene::schema::{
@@ -30,39 +32,27 @@ impl Parser<'_> {
         let known_attributes: &[&str] = match known {
             "description" => {
                 let text = self.text_of(&element, "text")?.to_owned();
-                self.once(|draft| &mut draft.description, text, known, offset, Repeat::LastCounts)?;
+                self.set_once(|draft| &mut draft.description, text, &element)?;
                 &["text"]
             }
             "scenetag" => {
                 let text = self.text_of(&element, "tag")?.to_owned();
-                self.once(|draft| &mut draft.tag, text, known, offset, Repeat::LastCounts)?;
+                self.set_once(|draft| &mut draft.tag, text, &element)?;
                 &["tag"]
             }
             "duration" => {
                 let time = self.number(&element, "time", Domain::NonNegative)?;
-                self.once(|draft| &mut draft.duration, time, known, offset, Repeat::Forbidden)?;
+                self.set_once(|draft| &mut draft.duration, time, &element)?;
                 &["time"]
             }
             "integrator" => {
-                let (integrator, attributes) = self.integrator_draft(&element)?;
-                self.once(
-                    |draft| &mut draft.integrator,
-                    integrator,
-                    known,
-                    offset,
-                    Repeat::Forbidden,
-                )?;
+                let (integrator, attributes) = self.unresolved_integrator(&element)?;
+                self.set_once(|draft| &mut draft.integrator, integrator, &element)?;
                 return self.check_attributes(&element, &attributes);
             }
             "maxsimfreq" => {
                 let max = self.number(&element, "max", Domain::NonNegative)?;
-                self.once(
-                    |draft| &mut draft.max_simulation_frequency,
-                    max,
-                    known,
-                    offset,
-                    Repeat::LastCounts,
-                )?;
+                self.set_once(|draft| &mut draft.max_simulation_frequency, max, &element)?;
                 &["max"]
             }
             "particle" => {
@@ -72,7 +62,7 @@ impl Parser<'_> {
             }
             "edge" => {
                 let ends = [self.reference(&element, "i")?, self.reference(&element, "j")?];
-                self.different(ends)?;
+                self.check_distinct(ends)?;
                 let radius =
                     self.number_or(&element, "radius", Domain::NonNegative, EDGE_RADIUS)?;
                 self.draft.edges.push((ends, radius));
@@ -90,7 +80,7 @@ impl Parser<'_> {
             }
             "backgroundcolor" => {
                 let color = self.color(&element)?;
-                self.once(|draft| &mut draft.background, color, known, offset, Repeat::LastCounts)?;
+                self.set_once(|draft| &mut draft.background, color, &element)?;
                 &["r", "g", "b"]
             }
             "particlepath" => {
@@ -105,13 +95,7 @@ impl Parser<'_> {
                     self.number(&element, "cy", Domain::Finite)?,
                 ];
                 let size = self.number(&element, "size", Domain::Positive)?;
-                self.once(
-                    |draft| &mut draft.viewport,
-                    Viewport { center, size },
-                    known,
-                    offset,
-                    Repeat::LastCounts,
-                )?;
+                self.set_once(|draft| &mut draft.viewport, Viewport { center, size }, &element)?;
                 &["cx", "cy", "size"]
             }
             _ => return self.unknown_element(tag, offset),
@@ -121,7 +105,7 @@ impl Parser<'_> {
 
     fn unknown_element(&mut self, tag: &str, offset: usize) -> Result<(), SceneError> {
         let lower = tag.to_ascii_lowercase();
-        // Past the remarks that are kept, a suggestion would be made for nobody.
+        // A warning that is not kept needs no suggestion.
         let suggestion = if self.keeps_warnings() || lower.ends_with("force") {
             let forces = self.vocabulary.forces.iter().map(|schema| schema.tag);
             let known: Vec<&'static str> = ELEMENTS.iter().copied().chain(forces).collect();
@@ -139,10 +123,10 @@ impl Parser<'_> {
     }
 
     /// The integrator, and the attributes it has.
-    fn integrator_draft(
+    fn unresolved_integrator(
         &mut self,
         element: &Element<'_>,
-    ) -> Result<(IntegratorDraft, Vec<&'static str>), SceneError> {
+    ) -> Result<(UnresolvedIntegrator, Vec<&'static str>), SceneError> {
         let spelling = self.text_of(element, "type")?.trim().to_owned();
         let type_offset = element.find("type").map_or(element.offset, |attribute| attribute.offset);
         let time_step = self.number(element, "dt", Domain::Positive)?;
@@ -161,7 +145,7 @@ impl Parser<'_> {
             }
             options = Some(values);
         }
-        Ok((IntegratorDraft { spelling, type_offset, time_step, options }, known))
+        Ok((UnresolvedIntegrator { spelling, type_offset, time_step, options }, known))
     }
 
     fn particle(&mut self, element: &Element<'_>) -> Result<Particle, SceneError> {
@@ -196,15 +180,15 @@ impl Parser<'_> {
         schema: &'static ForceSchema,
     ) -> Result<(), SceneError> {
         let (target, mut known): (_, Vec<&'static str>) = match schema.acts_on {
-            ActsOn::EveryParticle => (TargetDraft::EveryParticle, vec![]),
+            ActsOn::EveryParticle => (UnresolvedTarget::EveryParticle, vec![]),
             ActsOn::Pair => {
                 let pair = [self.reference(element, "i")?, self.reference(element, "j")?];
-                self.different(pair)?;
-                (TargetDraft::Pair(pair), vec!["i", "j"])
+                self.check_distinct(pair)?;
+                (UnresolvedTarget::Pair(pair), vec!["i", "j"])
             }
             ActsOn::Edge => {
                 let edge = self.reference(element, "edge")?;
-                (TargetDraft::Edge(edge), vec!["edge"])
+                (UnresolvedTarget::Edge(edge), vec!["edge"])
             }
         };
         let mut parameters = [0.0; MAX_PARAMETERS];
@@ -220,7 +204,7 @@ impl Parser<'_> {
             known.push(parameter.name);
         }
         let location = self.lines.locate(element.offset);
-        self.draft.forces.push(ForceDraft { schema, target, parameters, location });
+        self.draft.forces.push(UnresolvedForce { schema, target, parameters, location });
         self.check_attributes(element, &known)
     }
 
@@ -232,7 +216,7 @@ impl Parser<'_> {
         })
     }
 
-    fn different(&mut self, [i, j]: [Reference; 2]) -> Result<(), SceneError> {
+    fn check_distinct(&mut self, [i, j]: [Reference; 2]) -> Result<(), SceneError> {
         if i.index != j.index {
             return Ok(());
         }
@@ -241,30 +225,19 @@ impl Parser<'_> {
     }
 
     /// Stores the value of an element that counts once.
-    fn once<T>(
+    fn set_once<T>(
         &mut self,
-        slot: fn(&mut Draft) -> &mut Once<T>,
+        slot: fn(&mut UnresolvedScene) -> &mut Once<T>,
         value: T,
-        tag: &'static str,
-        offset: usize,
-        repeat: Repeat,
+        &Element { tag, offset, .. }: &Element<'_>,
     ) -> Result<(), SceneError> {
         let location = self.lines.locate(offset);
         let Some((_, first)) = slot(&mut self.draft).0.replace((value, location)) else {
             return Ok(());
         };
-        let problem = |fatal| Problem::RepeatedElement { tag, first: first.line, fatal };
-        match repeat {
-            Repeat::LastCounts => self.warn(offset, problem(false)),
-            Repeat::Forbidden => Err(self.error(offset, problem(true))),
-        }
+        // Of the others, the last one counts.
+        let fatal = ["duration", "integrator"].contains(&tag);
+        let problem = Problem::RepeatedElement { tag, first: first.line, fatal };
+        if fatal { Err(self.error(offset, problem)) } else { self.warn(offset, problem) }
     }
-}
-
-/// What becomes of an element that counts once and is there again.
-enum Repeat {
-    /// The last counts, with a remark.
-    LastCounts,
-    /// Which one counts would change the physics.
-    Forbidden,
 }

@@ -1,14 +1,14 @@
-//! Scenes in the course's XML schema. With its siblings, the only code that reads XML.
+//! Parser for the course's XML scenes.
 //!
 //! The parser is a pull parser over the text in memory: no recursion, no entity expansion, one pass,
 //! time and memory in proportion to the file. Elements may come in any order: what names another
 //! element by its number is resolved after the last one.
 
 mod attributes;
-mod draft;
 pub mod edit;
 mod elements;
 mod resolve;
+mod unresolved;
 
 use quick_xml::Reader;
 use quick_xml::errors::{Error as XmlError, IllFormedError};
@@ -19,7 +19,7 @@ use super::lines::LineCounter;
 use super::schema::Vocabulary;
 use super::spelling::closest;
 use super::{MAX_WARNINGS, ParseOptions, Parsed};
-use draft::Draft;
+use unresolved::UnresolvedScene;
 
 /// Elements of the schema that are not forces.
 const ELEMENTS: &[&str] = &[
@@ -48,7 +48,7 @@ const MAX_DEPTH: usize = 32;
 /// Reads a scene from its text. `name` is what messages call it.
 ///
 /// # Errors
-/// Where the text is not well-formed XML, or is not a scene this vocabulary can express. The error
+/// If the text is not well-formed XML, or is not a scene this vocabulary can express. The error
 /// names line and column.
 pub fn parse(
     text: &str,
@@ -64,7 +64,7 @@ pub fn parse(
         lines: LineCounter::new(text),
         warnings: Vec::new(),
         n_warnings: 0,
-        draft: Draft::default(),
+        draft: UnresolvedScene::default(),
     };
     parser.read_document()?;
     parser.finish()
@@ -78,7 +78,7 @@ struct Parser<'a> {
     lines: LineCounter<'a>,
     warnings: Vec<SceneError>,
     n_warnings: usize,
-    draft: Draft,
+    draft: UnresolvedScene,
 }
 
 impl Parser<'_> {

@@ -1,6 +1,6 @@
-//! From what was read to a scene: references resolved, overrides applied, the whole checked.
+//! Resolves references, applies overrides and validates the scene.
 
-use super::draft::{ForceDraft, IntegratorDraft, Reference, TargetDraft};
+use super::unresolved::{Reference, UnresolvedForce, UnresolvedIntegrator, UnresolvedTarget};
 use super::{Parser, closest};
 use crate::scene::error::{Problem, SceneError};
 use crate::scene::resolve::{refuse_force, set_options};
@@ -23,14 +23,14 @@ impl Parser<'_> {
             edges.push(Edge { particles, radius });
         }
         let mut forces = Vec::with_capacity(draft.forces.len());
-        for ForceDraft { schema, target, parameters, location } in draft.forces {
+        for UnresolvedForce { schema, target, parameters, location } in draft.forces {
             let (pair, edge) = match target {
-                TargetDraft::EveryParticle => (None, None),
-                TargetDraft::Pair([i, j]) => {
+                UnresolvedTarget::EveryParticle => (None, None),
+                UnresolvedTarget::Pair([i, j]) => {
                     let i = self.particle_index(i, n_particles)?;
                     (Some([i, self.particle_index(j, n_particles)?]), None)
                 }
-                TargetDraft::Edge(edge) => {
+                UnresolvedTarget::Edge(edge) => {
                     let edge = self.resolve(edge, "edge", n_edges)?;
                     (Some(edges[edge].particles), Some(edge))
                 }
@@ -106,7 +106,7 @@ impl Parser<'_> {
 
     fn integrator(
         &mut self,
-        draft: IntegratorDraft,
+        draft: UnresolvedIntegrator,
     ) -> Result<(&'static IntegratorSchema, IntegratorOptions), SceneError> {
         if let (Some(schema), Some(options)) =
             (self.vocabulary.integrator(&draft.spelling), draft.options)

@@ -1,4 +1,4 @@
-//! The scenes of the assignment itself, where they are there.
+//! The assignment's own scenes, if they are available.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Scenes in JSON beside OBJ: what they come to, and what is wrong with them.
+//! Scenes in JSON with OBJ meshes: their models and their errors.
 //!
 //! In the scenes of these files the sign ¶ marks the place that a message must name. It is taken out
 //! before the scenes are written.

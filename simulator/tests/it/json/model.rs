@@ -1,4 +1,4 @@
-//! What scenes come to.
+//! Models of JSON scenes.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,5 +1,4 @@
-//! What is wrong with scenes: exit code 2, one message that says where and what to do, and no change to
-//! any file.
+//! Invalid JSON scenes: exit code 2, one message with place and remedy, no file changed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -74,9 +73,9 @@ fn a_json_file_without_a_scene_is_refused() {
     for (name, json, says) in [
         ("empty", "", "the file is empty"),
         ("blank", " \n\t\r\n", "the file is empty"),
-        ("a list", "\n ¶[1, 2]", "a scene in JSON is an object, and this is none"),
-        ("a number", "¶12", "is an object, and this is none"),
-        ("null", "¶null", "is an object, and this is none"),
+        ("a list", "\n ¶[1, 2]", "a JSON scene must be an object"),
+        ("a number", "¶12", "a JSON scene must be an object"),
+        ("null", "¶null", "a JSON scene must be an object"),
     ] {
         refuse(name, json, OBJ, &[], says, write);
     }
@@ -85,7 +84,7 @@ fn a_json_file_without_a_scene_is_refused() {
     refuse("XML", "¶<scene/>", OBJ, &[], "not well-formed JSON: expected value", correct);
     refuse("more", "{\"k\": 1}\n¶{}", OBJ, &[], "not well-formed JSON: trailing", correct);
     let lost = "restore the lost end";
-    refuse("cut in a key", "{\"k¶", OBJ, &[], "ends before what it holds does: EOF while", lost);
+    refuse("cut in a key", "{\"k¶", OBJ, &[], "the file ends too early: EOF while", lost);
     refuse("cut in a list", "{\"b\": [1, 2¶\n\n", OBJ, &[], "EOF while parsing a list", lost);
     refuse("cut after a key", "{\n\"grüße\": 1,\n\"b\":¶", OBJ, &[], "EOF while parsing", lost);
 }
@@ -119,7 +118,7 @@ fn a_wrong_value_is_named_at_its_place() {
         no k | "k": 100, |  | there is no key "k" | "k": 100
         k a string | 100 | ¶"100" | "k": "100" must be a finite number, 0 or more | give "k"
         k negative | 100 | ¶-1 | "k": -1 must be a finite number, 0 or more | give "k"
-        k too large | 100 | ¶1e999 | "k": 1e999 is outside of what an f64 | below 1.8e308
+        k too large | 100 | ¶1e999 | "k": 1e999 is out of the range of an f64 | below 1.8e308
         k a list | 100 | ¶[100] | "k": [100] must be a finite number | give "k"
         k twice | "m": 2, | "m": 2, ¶"k": 3, | the key "k" is given a second time; the first is at line 3 | keep one
         k twice in other letters | "m": 2, | "m": 2, ¶"\u006b": 3, | the key "k" is given a second time | keep one
@@ -193,12 +192,18 @@ fn a_mesh_that_is_none_is_refused() {
         "bytes",
         b"v 0 0 0\n# gr\xfc\n",
         "error: mesh.obj:2:5: ",
-        "not UTF-8 text: byte 0xfc",
+        "not UTF-8 text: invalid byte 0xfc",
         "",
     );
     let folder = folder_of(b"{\n\"\xff\": 1}", OBJ);
     let message = refuse_in(folder.path(), "bytes in JSON", &[]);
-    assert_message("bytes", &message, "error: scene.json:2:2: ", "not UTF-8 text: byte 0xff", "");
+    assert_message(
+        "bytes",
+        &message,
+        "error: scene.json:2:2: ",
+        "not UTF-8 text: invalid byte 0xff",
+        "",
+    );
 }
 
 #[test]
@@ -212,7 +217,14 @@ fn a_vertex_without_mass_is_named() {
     let point = "¶v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3";
     refuse("in a point", &json, point, &[], "vertex 1 has no mass", "\"m\": 1");
     let large = "¶v 0 0 0\nv 1e100 0 0\nv 0 1e100 0\nf 1 2 3";
-    refuse("too large", &json, large, &[], "area of the faces at vertex 1 is outside", "units");
+    refuse(
+        "too large",
+        &json,
+        large,
+        &[],
+        "area of the faces at vertex 1 is out of the range",
+        "units",
+    );
 }
 
 #[test]
@@ -258,7 +270,14 @@ fn depth_and_size_are_no_way_to_exhaust_it() {
     let deep = format!("{{\"deep\": {}{}, ", "[".repeat(1 << 20), "]".repeat(1 << 20));
     let folder = folder_of(JSON.replacen('{', &deep, 1), OBJ);
     assert_eq!(load(&folder.path().join("scene.json"), false).unwrap().n_warnings, 1);
-    refuse("a million lists", &format!("¶{}", "[".repeat(1 << 20)), OBJ, &[], "is none", "");
+    refuse(
+        "a million lists",
+        &format!("¶{}", "[".repeat(1 << 20)),
+        OBJ,
+        &[],
+        "must be an object",
+        "",
+    );
     let pins =
         JSON.replace("[1, 3]", &format!("[¶{}1{}]", "[".repeat(1 << 20), "]".repeat(1 << 20)));
     refuse("a million lists in b", &pins, OBJ, &[], "[[[… must be a whole number", "");

@@ -1,5 +1,4 @@
-//! The fast mass-spring assignment in plain dense algebra, straight from its matrices: what the integrator is
-//! held to, with none of its code.
+//! The fast mass-spring assignment in plain dense algebra: the reference for the integrator, without its code.
 //!
 //! ```text
 //! Q = k AᵀA + M/h² + w CᵀC        y = M/h² (2 p^t − p^{t−h}) + f        b = k Aᵀ d + y + w CᵀC p^rest

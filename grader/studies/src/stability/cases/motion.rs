@@ -1,6 +1,6 @@
 //! Cases whose difficulty is in where particles are and go: meetings, compression, long chains, nothing at all.
 
-use simulator::generate::{Chain, Generator, Length, SpringLaw, Springs, Timeline};
+use simulator::generate::{Chain, Generator, SpringLaw, Springs, Timeline};
 use simulator::vocabulary;
 
 use super::Case;
@@ -366,7 +366,8 @@ fn chain() -> Draft {
             integrator: integrator.expect("it is of the registry"),
             options: Vec::new(),
             time_step: Some(1e-3),
-            length: Length::Steps(1),
+            duration: 0.0,
+            steps: Some(1),
         },
         ..Chain::default()
     };

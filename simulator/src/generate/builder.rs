@@ -1,57 +1,45 @@
-//! A scene being put together: particles, springs, and what they have in common.
+//! Builds a generated scene from particles, springs and a timeline.
 
-use super::error::{Fault, check};
+use super::error::{GenerateErrorKind, check};
 use super::{MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
-use crate::scene::schema::{Domain, ForceSchema, IntegratorOptions, MAX_PARAMETERS};
+use crate::scene::schema::{Domain, ForceSchema, MAX_PARAMETERS};
 use crate::scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Rendering, Scene, Viewport,
+    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Scene, Viewport,
 };
 use crate::vocabulary;
 
-/// The scene so far.
-pub(super) struct Draft {
+/// A scene under construction.
+pub(super) struct SceneBuilder {
     pub(super) scene: Scene,
     hooke: &'static ForceSchema,
     green: &'static ForceSchema,
     edge_radius: f64,
 }
 
-impl Draft {
-    /// An empty scene with room for what it will hold.
+impl SceneBuilder {
+    /// An empty scene with the capacity for its particles and springs.
     pub(super) fn new(
         name: &str,
         size: Size,
         dimension: Dimension,
         timeline: &Timeline,
-    ) -> Result<Self, Fault> {
+    ) -> Result<Self, GenerateErrorKind> {
         let Size { particles, pairs } = size;
         if particles > MAX_PARTICLES {
-            return Err(Fault::TooManyParticles { particles });
+            return Err(GenerateErrorKind::TooManyParticles { particles });
         }
         if pairs > MAX_PAIRS {
-            return Err(Fault::TooManyPairs { pairs });
+            return Err(GenerateErrorKind::TooManyPairs { pairs });
         }
-        let scene = Scene {
-            name: name.to_owned(),
-            description: None,
-            tag: None,
-            dimension,
-            duration: 0.0,
-            time_step: 0.0,
-            integrator: timeline.integrator,
-            integrator_options: IntegratorOptions::defaults(timeline.integrator),
-            max_simulation_frequency: None,
-            particles: Vec::with_capacity(particles as usize),
-            edges: Vec::new(),
-            forces: Vec::with_capacity(pairs as usize + 1),
-            rendering: Rendering::default(),
-        };
+        let mut scene = Scene::new(name, dimension, timeline.integrator);
+        scene.particles.reserve_exact(particles as usize);
+        scene.forces.reserve_exact(pairs as usize + 1);
         let [hooke, green] = [SpringLaw::Hooke, SpringLaw::Green].map(|law| force(law.tag()));
         Ok(Self { scene, hooke, green, edge_radius: EDGE_RADIUS })
     }
 
     /// From here on, particles and edges are drawn in proportion to their distance.
-    pub(super) fn drawn_for_spacing(&mut self, spacing: f64) -> f64 {
+    pub(super) fn set_drawing_scale(&mut self, spacing: f64) -> f64 {
         self.edge_radius = 0.06 * spacing;
         0.15 * spacing
     }
@@ -104,11 +92,11 @@ impl Draft {
         timeline: &Timeline,
         usual_time_step: f64,
         description: String,
-    ) -> Result<Scene, Fault> {
+    ) -> Result<Scene, GenerateErrorKind> {
         for (particle, Particle { mass, position, velocity, .. }) in
             self.scene.particles.iter().enumerate()
         {
-            let fault = |what, value| Err(Fault::Particle { what, particle, value });
+            let fault = |what, value| Err(GenerateErrorKind::Particle { what, particle, value });
             if !Domain::Positive.contains(*mass) {
                 return fault("mass", *mass);
             }
@@ -121,7 +109,7 @@ impl Draft {
         for force in &self.scene.forces {
             let value = force.parameters[1];
             if force.edge.is_some() && !Domain::Positive.contains(value) {
-                return Err(Fault::RestLength { value });
+                return Err(GenerateErrorKind::RestLength { value });
             }
         }
         timeline.apply(usual_time_step, &mut self.scene)?;
@@ -129,7 +117,7 @@ impl Draft {
         for force in &self.scene.forces {
             if let Some(refusal) = (integrator.refuses)(force) {
                 let (integrator, tag) = (integrator.name, force.schema.tag);
-                return Err(Fault::Refused { integrator, tag, refusal });
+                return Err(GenerateErrorKind::Refused { integrator, tag, refusal });
             }
         }
         self.scene.description = Some(description);
@@ -153,12 +141,12 @@ impl Draft {
 }
 
 impl Springs {
-    /// Refuses what no spring has.
-    pub(super) fn check(&self) -> Result<(), Fault> {
+    /// Checks the options of the springs.
+    pub(super) fn check(&self) -> Result<(), GenerateErrorKind> {
         check("stiffness", self.stiffness, Domain::NonNegative)?;
         check("damping", self.damping, Domain::NonNegative)?;
         match self.law {
-            SpringLaw::Green if self.damping != 0.0 => Err(Fault::NoDamping),
+            SpringLaw::Green if self.damping != 0.0 => Err(GenerateErrorKind::NoDamping),
             _ => Ok(()),
         }
     }
@@ -169,8 +157,8 @@ pub(super) fn particle(mass: f64, position: [f64; 3], radius: f64) -> Particle {
     Particle { mass, position, velocity: [0.0; 3], fixed: false, radius, tag: None }
 }
 
-/// Twelve decimals: what sines and cosines of different systems agree on.
-pub(super) fn rounded(value: f64) -> f64 {
+/// Rounds to twelve decimals, on which sines and cosines of different systems agree.
+pub(super) fn round_decimals(value: f64) -> f64 {
     let scaled = value * 1e12;
     // Beyond 2^53, a number has no decimals that far down.
     if scaled.abs() < 9e15 { scaled.round() / 1e12 } else { value }

@@ -1,37 +1,35 @@
-//! An old factor as a preconditioner: conjugate gradients on the matrix of now.
+//! Lagged preconditioner: conjugate gradients with the factor of an earlier matrix.
 //!
 //! ```text
 //! z = M⁻¹ r    p = z + (rᵀz / r'ᵀz') p    α = rᵀz / pᵀA p    x ← x + α p    r ← r − α A p
 //! ```
 //!
 //! (Hestenes and Stiefel 1952) with `M` the matrix that was last factorised, which must have been
-//! positive definite. Where the two are close, a few iterations reach the same backward error as a
-//! factorisation, which is what the solution is judged by. Cost: a solve with the factor and a product
-//! with the matrix an iteration.
+//! positive definite. If the two are close, a few iterations reach the same backward error as a
+//! factorisation. Cost: a solve with the factor and a product with the matrix per iteration.
 //!
-//! Whether it is tried is decided by counts of operations alone, never by a clock, so that a run is the
-//! same every time:
+//! Counts of operations decide whether it is tried, never a clock, so that runs are deterministic:
 //!
 //! - at most as many iterations as cost less than a factorisation; fewer where the rate so far says
 //!   that these will not do;
 //! - after a solution that cost more than the average since the last factorisation, that one included, the
-//!   next is factorised anew: from there on the average would rise;
-//! - after a failure it is left alone for a while, twice as long after each further one.
+//!   next matrix is factorised, since the average would rise from there on;
+//! - after a failure it pauses, twice as long after each further one.
 
 use super::checked::{Checked, Product};
 
 /// Below this many iterations in the time of a factorisation, there is nothing to gain.
 const WORTHWHILE: u64 = 4;
 
-/// The most solutions until it is tried again.
+/// Longest pause, in solutions.
 const LONGEST_PAUSE: u64 = 64;
 
-/// The state of the iteration, and what the decision is based on.
-pub(super) struct Stale {
+/// The state of the iteration, and the counts that the decisions are based on.
+pub(super) struct LaggedPreconditioner {
     direction: Vec<f64>,
     product: Vec<f64>,
     scale: Vec<f64>,
-    /// What a factorisation costs, in iterations.
+    /// Cost of a factorisation, in iterations.
     budget: u64,
     /// Whether there is a factor, and of a positive definite matrix.
     usable: bool,
@@ -39,13 +37,13 @@ pub(super) struct Stale {
     spent: u64,
     solved: u64,
     /// Whether the last solution cost more than the average.
-    tired: bool,
-    /// Solutions until it is tried again, and how many the next failure will make these.
+    degraded: bool,
+    /// Solutions until the next attempt, and the length of the pause after the next failure.
     pause: u64,
     next_pause: u64,
 }
 
-impl Stale {
+impl LaggedPreconditioner {
     /// For a matrix of `size` rows whose factorisation costs as much as `budget` iterations.
     pub(super) fn new(size: usize, budget: u64) -> Self {
         let zeros = vec![0.0; if budget >= WORTHWHILE { size } else { 0 }];
@@ -57,23 +55,23 @@ impl Stale {
             usable: false,
             spent: 0,
             solved: 0,
-            tired: false,
+            degraded: false,
             pause: 0,
             next_pause: 1,
         }
     }
 
-    /// Whether the next solution should be tried with the old factor.
-    pub(super) fn is_worth_trying(&self) -> bool {
-        self.budget >= WORTHWHILE && self.usable && !self.tired && self.pause == 0
+    /// Whether to try the old factor for the next solution.
+    pub(super) fn is_worthwhile(&self) -> bool {
+        self.budget >= WORTHWHILE && self.usable && !self.degraded && self.pause == 0
     }
 
-    /// A matrix was factorised.
-    pub(super) fn renew(&mut self, definite: bool) {
+    /// Resets the counts after a factorisation.
+    pub(super) fn reset(&mut self, definite: bool) {
         self.usable = definite;
         self.spent = self.budget;
         self.solved = 1;
-        self.tired = false;
+        self.degraded = false;
         self.pause = self.pause.saturating_sub(1);
     }
 
@@ -89,7 +87,7 @@ impl Stale {
         if solved {
             self.spent += iterations;
             self.solved += 1;
-            self.tired = iterations * self.solved > self.spent;
+            self.degraded = iterations * self.solved > self.spent;
             self.next_pause = 1;
         } else {
             self.pause = self.next_pause;
@@ -107,7 +105,7 @@ impl Stale {
         let tolerance = super::checked::tolerance(matrix);
         checked.solution.copy_from_slice(&checked.right);
         apply(&mut checked.solution);
-        checked.judge(matrix);
+        checked.compute_residual(matrix);
         let first = checked.error;
         let mut iterations = 1;
         let mut last = None;
@@ -156,7 +154,7 @@ impl Stale {
             checked.error = error;
             if error <= tolerance {
                 // What was updated all along has drifted from what it stands for.
-                checked.judge(matrix);
+                checked.compute_residual(matrix);
                 last = None;
             }
         }

@@ -1,4 +1,4 @@
-//! What a step minimises, and where its iterate stands.
+//! The objective of a step, and its iterate.
 //!
 //! With `u = x − x^n`, the displacement that is sought, and up to a constant,
 //!
@@ -11,10 +11,10 @@
 //! so that a round of the method, `Q x' = b`, is `x' = x + Q⁻¹ (b − Q x)`: it is solved for the change, whose
 //! rounding errors the next round takes back. Velocities are `u/h`, without the digits that a difference of
 //! positions would lose. Everything is in slots: unknowns in the order of elimination, then the fixed
-//! particles that are none, then one slot that belongs to nobody.
+//! particles that are not unknowns, then one unused slot.
 
-use super::global::{DENSE, Global, Matrix, Storage, add};
-use super::local::{Spring, Springs};
+use super::global::{GlobalMatrix, GlobalSolver, MAX_DENSE_ROWS, Storage, add};
+use super::local::{ElasticSpring, SpringGroups};
 use crate::force::Degenerate;
 use crate::integrator::StepError;
 use crate::solver::LinearError;
@@ -28,30 +28,30 @@ pub(super) struct Energy {
     pub(super) magnitude: f64,
 }
 
-/// A scene, as far as its minimisation goes, that does not change from step to step.
+/// The data of a scene that stay constant over a run.
 pub(super) struct Terms<'a> {
     /// Mass of each particle.
     pub(super) masses: &'a [f64],
     /// Which particles are fixed.
     pub(super) fixed: &'a [bool],
     /// Springs between particles.
-    pub(super) springs: &'a [Spring],
-    /// Weight of the penalty on a fixed particle; `None` where it is no unknown.
+    pub(super) springs: &'a [ElasticSpring],
+    /// Weight of the penalty on a fixed particle; `None` if it is no unknown.
     pub(super) pin_weight: Option<f64>,
-    /// How `Q` is factorised; by its size where nothing is said.
+    /// How `Q` is factorised; `None` chooses by size.
     pub(super) storage: Option<Storage>,
 }
 
 /// The minimisation of one step, of vectors padded to `P` components.
-pub(super) struct Problem<const P: usize> {
+pub(super) struct StepObjective<const P: usize> {
     /// Time step.
     pub(super) h: f64,
     /// The particle of each slot; unknowns first.
     pub(super) particles: Vec<usize>,
     n_unknowns: usize,
-    springs: Springs,
-    global: Global<P>,
-    /// Springs from an unknown to a fixed particle that is none: slots and stiffness.
+    springs: SpringGroups,
+    global: GlobalSolver<P>,
+    /// Springs from an unknown to a fixed particle that is not one: slots and stiffness.
     boundary: Vec<(usize, usize, f64)>,
     /// `a`, of each unknown.
     pub(super) weights: Vec<f64>,
@@ -72,11 +72,11 @@ pub(super) struct Problem<const P: usize> {
     change: Vec<[f64; P]>,
 }
 
-impl<const P: usize> Problem<P> {
+impl<const P: usize> StepObjective<P> {
     /// Chooses the unknowns, and factorises.
     ///
     /// # Errors
-    /// Where the matrix cannot be factorised.
+    /// If the matrix cannot be factorised.
     pub(super) fn new(
         terms: &Terms<'_>,
         h: f64,
@@ -97,17 +97,18 @@ impl<const P: usize> Problem<P> {
             }
         };
         let mut matrix =
-            Matrix { diagonal: unknowns.iter().map(weight).collect(), links: Vec::new() };
-        for Spring { ends, stiffness, .. } in terms.springs {
+            GlobalMatrix { diagonal: unknowns.iter().map(weight).collect(), links: Vec::new() };
+        for ElasticSpring { ends, stiffness, .. } in terms.springs {
             let rows = ends.map(|end| row_of[end]);
             rows.iter().flatten().for_each(|row| matrix.diagonal[*row] += stiffness);
             if let [Some(i), Some(j)] = rows {
                 matrix.links.push(([i, j], *stiffness));
             }
         }
-        let by_size = if unknowns.len() <= DENSE { Storage::Dense } else { Storage::Sparse };
+        let by_size =
+            if unknowns.len() <= MAX_DENSE_ROWS { Storage::Dense } else { Storage::Sparse };
         let storage = terms.storage.unwrap_or(by_size);
-        let (global, order) = Global::new(&matrix, storage, &mut statistics.linear)?;
+        let (global, order) = GlobalSolver::new(&matrix, storage, &mut statistics.linear)?;
         statistics.assemblies += 1;
         statistics.linear_solver = global.describe();
 
@@ -118,13 +119,15 @@ impl<const P: usize> Problem<P> {
         for (slot, particle) in particles.iter().enumerate() {
             slot_of[*particle] = slot;
         }
-        let in_slots =
-            |spring: &Spring| Spring { ends: spring.ends.map(|end| slot_of[end]), ..*spring };
-        let mut springs: Vec<Spring> = terms.springs.iter().map(in_slots).collect();
+        let in_slots = |spring: &ElasticSpring| ElasticSpring {
+            ends: spring.ends.map(|end| slot_of[end]),
+            ..*spring
+        };
+        let mut springs: Vec<ElasticSpring> = terms.springs.iter().map(in_slots).collect();
         let n_slots = particles.len() + 1;
-        let groups = Springs::new(&mut springs, n_slots - 1);
+        let groups = SpringGroups::new(&mut springs, n_slots - 1);
         let boundary =
-            springs.iter().filter_map(|&Spring { ends: [i, j], stiffness, .. }| {
+            springs.iter().filter_map(|&ElasticSpring { ends: [i, j], stiffness, .. }| {
                 match (i < n_unknowns, j < n_unknowns) {
                     (true, false) => Some((i, j, stiffness)),
                     (false, true) => Some((j, i, stiffness)),
@@ -164,7 +167,7 @@ impl<const P: usize> Problem<P> {
     /// they are at the end of the step: its right-hand side.
     ///
     /// # Errors
-    /// Where a spring has no direction.
+    /// If a spring has no direction.
     pub(super) fn start(&mut self) -> Result<(), Degenerate> {
         self.u.fill([0.0; P]);
         self.evaluate::<false>()?;
@@ -180,7 +183,7 @@ impl<const P: usize> Problem<P> {
     /// Computes `−∇E` at the iterate, and returns `E` where `ENERGY` is true.
     ///
     /// # Errors
-    /// Where a spring has no direction.
+    /// If a spring has no direction.
     pub(super) fn evaluate<const ENERGY: bool>(&mut self) -> Result<Energy, Degenerate> {
         let mut energy = Energy::default();
         self.x.copy_from_slice(&self.start);
@@ -234,7 +237,7 @@ impl<const P: usize> Problem<P> {
     /// taken back.
     ///
     /// # Errors
-    /// Where it is worthless.
+    /// If the error is larger than refinement can repair.
     pub(super) fn check(
         &mut self,
         changed_by_it: bool,

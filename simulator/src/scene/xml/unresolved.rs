@@ -1,49 +1,49 @@
-//! What has been read of a scene before references are resolved.
+//! A scene during parsing, before references are resolved.
 
 use crate::scene::schema::{ForceSchema, IntegratorOptions, MAX_PARAMETERS};
 use crate::scene::{Color, Location, Particle, Viewport};
 
-/// What has been read so far. References by number are kept with the attribute that made them.
+/// The elements read so far. References by number keep the attribute they came from.
 #[derive(Default)]
-pub(super) struct Draft {
+pub(super) struct UnresolvedScene {
     pub(super) description: Once<String>,
     pub(super) tag: Once<String>,
     pub(super) duration: Once<f64>,
-    pub(super) integrator: Once<IntegratorDraft>,
+    pub(super) integrator: Once<UnresolvedIntegrator>,
     pub(super) max_simulation_frequency: Once<f64>,
     pub(super) viewport: Once<Viewport>,
     pub(super) background: Once<Color>,
     pub(super) particles: Vec<Particle>,
     pub(super) three_dimensional: bool,
     pub(super) edges: Vec<([Reference; 2], f64)>,
-    pub(super) forces: Vec<ForceDraft>,
+    pub(super) forces: Vec<UnresolvedForce>,
     pub(super) particle_colors: Vec<(Reference, Color)>,
     pub(super) edge_colors: Vec<(Reference, Color)>,
     pub(super) particle_paths: Vec<(Reference, f64, Color)>,
 }
 
-pub(super) struct IntegratorDraft {
+pub(super) struct UnresolvedIntegrator {
     pub(super) spelling: String,
     pub(super) type_offset: usize,
     pub(super) time_step: f64,
-    /// Of the integrator that the spelling names; `None` where it names none.
+    /// Of the integrator that the spelling names; `None` if it names none.
     pub(super) options: Option<IntegratorOptions>,
 }
 
-pub(super) struct ForceDraft {
+pub(super) struct UnresolvedForce {
     pub(super) schema: &'static ForceSchema,
-    pub(super) target: TargetDraft,
+    pub(super) target: UnresolvedTarget,
     pub(super) parameters: [f64; MAX_PARAMETERS],
     pub(super) location: Location,
 }
 
-pub(super) enum TargetDraft {
+pub(super) enum UnresolvedTarget {
     EveryParticle,
     Pair([Reference; 2]),
     Edge(Reference),
 }
 
-/// A number that names a particle or an edge, and where it stands.
+/// A reference to a particle or an edge, with its place in the text.
 #[derive(Clone, Copy)]
 pub(super) struct Reference {
     pub(super) index: usize,
@@ -52,7 +52,7 @@ pub(super) struct Reference {
     pub(super) offset: usize,
 }
 
-/// The value of an element that counts once, and its place.
+/// The value of an element that may occur once, with its place.
 pub(super) struct Once<T>(pub(super) Option<(T, Location)>);
 
 impl<T> Default for Once<T> {

@@ -1,10 +1,10 @@
-//! The plan of a block LDLᵀ factorisation: what is eliminated when, and where everything is kept.
+//! Symbolic factorisation for block LDLᵀ: elimination order, fronts and storage offsets.
 //!
 //! Made once for a pattern, by the multifrontal method (Duff and Reid 1983): the blocks are put in order
 //! of approximate minimum degree (Amestoy, Davis and Duff 1996), their elimination tree is found (Liu 1990),
-//! and neighbours in the tree are joined into *fronts* wherever the zeros that are then stored cost less
+//! and neighbours in the tree are amalgamated into *fronts* wherever the zeros that are then stored cost less
 //! than a front of its own. A front eliminates its pivots, a few blocks that follow each other in the
-//! order, and leaves an update matrix on its other rows, which its parent in the tree takes in. Every
+//! order, and leaves an update matrix on its other rows, which its parent in the tree assembles (extend-add). Every
 //! offset is known before a number is. Cost: in proportion to the entries of the factor, in blocks.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -12,10 +12,10 @@ use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
 
 /// A pattern with this many blocks or fewer has one front, in the order of the file.
-const ONE_FRONT: usize = 4;
+const MAX_SINGLE_FRONT: usize = 4;
 
-/// The plan.
-pub(super) struct Plan {
+/// The symbolic factor of a sparsity pattern.
+pub(super) struct SymbolicFactor {
     /// The block at each place of the order.
     pub(super) order: Vec<u32>,
     /// Children before parents.
@@ -23,17 +23,17 @@ pub(super) struct Plan {
     /// Places of the rows below the pivots of each front, ascending.
     pub(super) rows: Vec<u32>,
     /// Number of each of these rows among all rows of the parent front.
-    pub(super) in_parent: Vec<u32>,
+    pub(super) rows_in_parent: Vec<u32>,
     /// The children of each front.
     pub(super) children: Vec<u32>,
     /// Where the blocks of the matrix go, front by front.
     pub(super) entries: Vec<Entry>,
     /// Blocks of the factor.
     pub(super) n_factor: usize,
-    /// Blocks of room for update matrices.
+    /// Blocks in the workspace of the update matrices.
     pub(super) n_updates: usize,
     /// The most rows of a front, in blocks.
-    pub(super) tallest: usize,
+    pub(super) max_height: usize,
     /// Products of blocks in a factorisation.
     pub(super) n_products: u64,
 }
@@ -48,7 +48,7 @@ pub(super) struct Front {
     pub(super) rows: [usize; 2],
     /// Offset of the pivots' columns in the factor: `n_pivots` columns of `n_pivots + rows`.
     pub(super) panel: usize,
-    /// Offset of the update matrix in its room.
+    /// Offset of the update matrix in the workspace.
     pub(super) update: usize,
     pub(super) children: [usize; 2],
     pub(super) entries: [usize; 2],
@@ -74,7 +74,7 @@ pub(super) struct Entry {
     pub(super) transposed: bool,
 }
 
-/// A front while the tree is still being joined.
+/// A front while the tree is still being amalgamated.
 #[derive(Default)]
 struct Node {
     pivots: Vec<u32>,
@@ -83,15 +83,15 @@ struct Node {
     children: Vec<usize>,
 }
 
-impl Plan {
-    /// The plan for a symmetric matrix with the blocks `(rows[i], column)`, `i` in
-    /// `starts[column]..starts[column + 1]`, on and below its diagonal. `None` where there is no memory
+impl SymbolicFactor {
+    /// The symbolic factor of a symmetric matrix with the blocks `(rows[i], column)`, `i` in
+    /// `starts[column]..starts[column + 1]`, on and below its diagonal. `None` if there is no memory
     /// for the ordering.
     pub(super) fn new(starts: &[usize], rows: &[u32]) -> Option<Self> {
         let n_blocks = starts.len() - 1;
         let neighbours = neighbours(starts, rows);
         let order = minimum_degree(&neighbours)?;
-        let nodes = joined(eliminate(&order, &neighbours));
+        let nodes = amalgamate(elimination_tree(&order, &neighbours));
         let numbered = postorder(&nodes);
 
         // The final order: pivots front by front.
@@ -108,61 +108,61 @@ impl Plan {
             front_of_node[node] = front;
         }
 
-        let mut plan = Self {
+        let mut symbolic = Self {
             order: final_order,
             fronts: Vec::with_capacity(nodes.len()),
             rows: Vec::new(),
-            in_parent: Vec::new(),
+            rows_in_parent: Vec::new(),
             children: Vec::new(),
             entries: Vec::new(),
             n_factor: 0,
             n_updates: 0,
-            tallest: 0,
+            max_height: 0,
             n_products: 0,
         };
         let mut first = 0;
         for &node in &numbered {
             let Node { pivots, rows, children, .. } = &nodes[node];
-            let start = plan.rows.len();
-            plan.rows.extend(rows.iter().map(|row| place[*row as usize]));
-            plan.rows[start..].sort_unstable();
-            let first_child = plan.children.len();
-            plan.children.extend(children.iter().map(|child| front_of_node[*child] as u32));
-            plan.children[first_child..].sort_unstable();
+            let start = symbolic.rows.len();
+            symbolic.rows.extend(rows.iter().map(|row| place[*row as usize]));
+            symbolic.rows[start..].sort_unstable();
+            let first_child = symbolic.children.len();
+            symbolic.children.extend(children.iter().map(|child| front_of_node[*child] as u32));
+            symbolic.children[first_child..].sort_unstable();
             let front = Front {
                 first,
                 n_pivots: pivots.len(),
-                rows: [start, plan.rows.len()],
-                panel: plan.n_factor,
+                rows: [start, symbolic.rows.len()],
+                panel: symbolic.n_factor,
                 update: 0,
-                children: [first_child, plan.children.len()],
+                children: [first_child, symbolic.children.len()],
                 entries: [0, 0],
             };
             first += pivots.len();
-            plan.n_factor += front.n_pivots * front.height();
-            plan.tallest = plan.tallest.max(front.height());
-            plan.n_products += n_products(front.n_pivots, front.n_rows());
-            plan.fronts.push(front);
+            symbolic.n_factor += front.n_pivots * front.height();
+            symbolic.max_height = symbolic.max_height.max(front.height());
+            symbolic.n_products += n_products(front.n_pivots, front.n_rows());
+            symbolic.fronts.push(front);
         }
-        plan.place_rows_in_parents(&numbered, &nodes, &front_of_node);
-        plan.place_updates();
-        plan.place_entries(starts, rows, &place);
-        Some(plan)
+        symbolic.place_rows_in_parents(&numbered, &nodes, &front_of_node);
+        symbolic.place_updates();
+        symbolic.place_entries(starts, rows, &place);
+        Some(symbolic)
     }
 
     fn place_rows_in_parents(&mut self, numbered: &[usize], nodes: &[Node], front_of: &[usize]) {
-        self.in_parent = vec![0; self.rows.len()];
+        self.rows_in_parent = vec![0; self.rows.len()];
         for (front, &node) in self.fronts.iter().zip(numbered) {
             let Some(parent) = nodes[node].parent else { continue };
             let parent = &self.fronts[front_of[parent]];
             for row in front.rows[0]..front.rows[1] {
-                self.in_parent[row] = local(parent, &self.rows, self.rows[row]);
+                self.rows_in_parent[row] = local_row(parent, &self.rows, self.rows[row]);
             }
         }
     }
 
     /// Gives each update matrix its place: the first gap that is wide enough from when it is made until
-    /// its parent has taken it in.
+    /// its parent has assembled it.
     fn place_updates(&mut self) {
         // Gaps by offset; the last has no end.
         let mut gaps: Vec<[usize; 2]> = vec![[0, usize::MAX]];
@@ -208,7 +208,7 @@ impl Plan {
                 let front = &self.fronts[number as usize];
                 let entry = Entry {
                     source: source as u32,
-                    row: local(front, &self.rows, high),
+                    row: local_row(front, &self.rows, high),
                     column: low - front.first as u32,
                     transposed,
                 };
@@ -229,7 +229,7 @@ impl Plan {
 }
 
 /// Number of the row at `place` among all rows of `front`.
-fn local(front: &Front, rows: &[u32], place: u32) -> u32 {
+fn local_row(front: &Front, rows: &[u32], place: u32) -> u32 {
     let pivot = place as usize - front.first;
     if pivot < front.n_pivots {
         return pivot as u32;
@@ -267,7 +267,7 @@ fn neighbours(starts: &[usize], rows: &[u32]) -> Vec<Vec<u32>> {
 fn minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<u32>> {
     let n_blocks = neighbours.len();
     let mut order: Vec<u32> = (0..n_blocks as u32).collect();
-    if n_blocks <= ONE_FRONT {
+    if n_blocks <= MAX_SINGLE_FRONT {
         return Some(order);
     }
     let (mut starts, mut rows) = (vec![0_u32], Vec::new());
@@ -286,7 +286,7 @@ fn minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<u32>> {
 }
 
 /// Eliminates block by block in `order`: a tree of fronts of one pivot each.
-fn eliminate(order: &[u32], neighbours: &[Vec<u32>]) -> Vec<Node> {
+fn elimination_tree(order: &[u32], neighbours: &[Vec<u32>]) -> Vec<Node> {
     let n_blocks = order.len();
     let mut place = vec![0_u32; n_blocks];
     for (number, block) in order.iter().enumerate() {
@@ -323,7 +323,7 @@ fn eliminate(order: &[u32], neighbours: &[Vec<u32>]) -> Vec<Node> {
     nodes
 }
 
-/// What a front costs, in units of a tenth of a nanosecond on the machine it was weighed on: its set-up,
+/// Cost of a front, in units of a tenth of a nanosecond on the machine it was measured on: its set-up,
 /// its columns, the update matrix that is cleared, filled and handed on, and the products of blocks. Only
 /// ratios matter, and they only choose between plans that are all right.
 fn cost(n_pivots: usize, n_rows: usize) -> u64 {
@@ -332,8 +332,8 @@ fn cost(n_pivots: usize, n_rows: usize) -> u64 {
 }
 
 /// Joins each front with its parent where the two together cost no more than each alone.
-fn joined(mut nodes: Vec<Node>) -> Vec<Node> {
-    // Nodes are numbered children first, and a node that is joined hands its children to its parent.
+fn amalgamate(mut nodes: Vec<Node>) -> Vec<Node> {
+    // Nodes are numbered children first, and an amalgamated node passes its children to its parent.
     for number in 0..nodes.len() {
         let mut children = std::mem::take(&mut nodes[number].children);
         // The widest first: it has the most rows in common with its parent.

@@ -1,0 +1,35 @@
+//! Optional fallbacks for steps that fail (`simulate --robust`).
+//!
+//! ```text
+//! step of h fails  ->  the same equations, with a line search       (if the method has one)
+//!                  ->  2, 4, … 2¹⁰ steps of h/2, h/4, … h/2¹⁰
+//!                  ->  the original error
+//! ```
+//!
+//! The line search solves the method's own equations. Substeps do not: they are the same method at a smaller time
+//! step. A step that succeeds is never changed, so a run without failures has the same bits with and without
+//! fallbacks. Inaccuracy and unbounded growth are not failures. A second integrator, built at the first failure,
+//! makes the attempts; the factors of the first one stay untouched. Cost: a copy of the state per step.
+
+/// The most times a step is halved.
+pub const MAX_HALVINGS: u32 = 10;
+
+/// Counts of the fallbacks taken.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FallbackStatistics {
+    /// Steps whose equations a line search solved.
+    pub line_searched: u64,
+    /// Steps that were replaced by substeps.
+    pub substepped: u64,
+    /// Substeps taken.
+    pub substeps: u64,
+    /// The largest number of substeps in one step.
+    pub max_substeps: u64,
+}
+
+impl FallbackStatistics {
+    /// Steps that failed and were recovered.
+    pub fn steps(&self) -> u64 {
+        self.line_searched + self.substepped
+    }
+}

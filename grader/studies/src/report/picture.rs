@@ -112,7 +112,10 @@ impl DrawingBackend for Surface<'_> {
     }
 
     fn draw_pixel(&mut self, at: BackendCoord, color: BackendColor) -> Done {
-        self.draw_rect(at, (at.0 + 1, at.1 + 1), &color, true)
+        match self {
+            Self::Svg(svg) => svg.draw_pixel(at, color),
+            Self::Pixels { .. } => self.draw_rect(at, (at.0 + 1, at.1 + 1), &color, true),
+        }
     }
 
     fn draw_line<S: BackendStyle>(
@@ -121,7 +124,10 @@ impl DrawingBackend for Surface<'_> {
         to: BackendCoord,
         style: &S,
     ) -> Done {
-        self.draw_path([from, to], style)
+        match self {
+            Self::Svg(svg) => svg.draw_line(from, to, style),
+            Self::Pixels { .. } => self.draw_path([from, to], style),
+        }
     }
 
     fn draw_rect<S: BackendStyle>(

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::calls::{self, Policy};
 use super::tree::Owner;
-use super::{Job, Keep, identity, landlock, world};
+use super::{Job, Keep, identity, landlock};
 
 /// Where systems keep programs, libraries and what these need to start.
 pub(super) const SYSTEM: &[&str] = &[
@@ -25,6 +25,12 @@ pub(super) const SYSTEM: &[&str] = &[
 /// What run-time systems keep in `/etc`: entries whose names begin so. There are no accounts, hosts or keys among them.
 const SETTINGS: &[&str] =
     &["R", "alternatives", "fonts", "java", "jvm", "ld.so.", "localtime", "octave"];
+
+/// Folders to write; the first is the working directory of a run.
+const WRITABLE: [&str; 3] = [WORK, "/tmp", "/dev/shm"];
+
+/// The working directory.
+pub(super) const WORK: &str = "/tmp/work";
 
 /// Devices that programs read and write, and that keep nothing.
 pub(super) const DEVICES: &[&str] =
@@ -79,10 +85,10 @@ pub(super) fn system() -> Vec<PathBuf> {
 pub(super) fn writable(job: &Job, namespaces: Namespaces) -> Vec<PathBuf> {
     match (namespaces, &job.keep) {
         (Namespaces::None, _) => vec![job.folder.clone()],
-        (_, Keep::File(..)) => world::WRITABLE.map(PathBuf::from).to_vec(),
+        (_, Keep::File(..)) => WRITABLE.map(PathBuf::from).to_vec(),
         (_, Keep::Tree(_)) => {
             let mut folders = vec![job.folder.clone()];
-            folders.extend(world::WRITABLE.map(PathBuf::from));
+            folders.extend(WRITABLE.map(PathBuf::from));
             folders
         }
     }

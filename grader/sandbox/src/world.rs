@@ -29,14 +29,8 @@ use rustix::mount::{
 use rustix::process::{chdir, pivot_root};
 
 use super::tree::{self, Bounds, Owner};
-use super::walls::{DEVICES, Walls, writable};
+use super::walls::{DEVICES, WORK, Walls, writable};
 use super::{Job, Keep};
-
-/// Folders to write; the first is the working directory of a run.
-pub(super) const WRITABLE: [&str; 3] = [WORK, "/tmp", "/dev/shm"];
-
-/// The working directory.
-const WORK: &str = "/tmp/work";
 
 /// The size of the tmpfs of the root, which holds folders and mount points alone.
 const ROOT: &str = "size=1M,mode=755";

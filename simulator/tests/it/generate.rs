@@ -2,6 +2,8 @@
 
 use std::collections::HashSet;
 use std::fs;
+use std::path::Path;
+use std::process::Command;
 
 use crate::support::{parse, shipped_scenes, simulate, stderr};
 use simulator::generate::{
@@ -124,6 +126,39 @@ fn what_no_file_can_hold_is_refused_by_name() {
     );
     let target = refusal(|scene| scene.forces[1].edge = None);
     assert_eq!(target, "<springforce>, force 1 of the scene, lacks the edge it acts on");
+}
+
+#[test]
+#[expect(clippy::print_stderr, reason = "a skipped test says so")]
+fn the_net_is_the_peers_number_for_number() {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/peers/gen_net.py");
+    let python_runs = Command::new("python3").arg("--version").output().is_ok();
+    if !script.is_file() || !python_runs {
+        eprintln!("skipped: it needs {} and python3", script.display());
+        return;
+    }
+    for (n, integrator, dt, steps, k, b) in [
+        ("4", "symplectic-euler", "0.001", "200", "1000", "0"),
+        ("1", "explicit-euler", "0.1", "1", "7.3", "0.01"),
+        ("3", "linearized-implicit-euler", "0.004", "20", "1e5", "2.5"),
+        ("37", "implicit-euler", "0.01", "100", "12345.678", "0.3"),
+    ] {
+        for pin in [false, true] {
+            let mut peer = Command::new("python3");
+            peer.arg(&script).args([n, integrator, dt, steps, k, b]);
+            let mut options = vec!["net", "-n", n, "--integrator", integrator, "--dt", dt];
+            options.extend(["--steps", steps, "--stiffness", k, "--damping", b]);
+            if pin {
+                peer.arg("--pin");
+                options.push("--pin");
+            }
+            let peer = peer.output().unwrap();
+            assert!(peer.status.success(), "{}", stderr(&peer));
+            let mut ours = parse(&generate(&options));
+            assert!(ours.description.take().is_some(), "the peer writes none");
+            assert_same(ours, parse(std::str::from_utf8(&peer.stdout).unwrap()), n);
+        }
+    }
 }
 
 /// Generators of several sizes, and what the documented formulas say of them by hand.

@@ -183,7 +183,7 @@ mod tests {
         };
         let text = Report { name: "\0all".to_owned(), suites: vec![suite] }.render().unwrap();
         assert!(text.contains("<testsuites name=\"all\" tests=\"1\""), "{text}");
-        let expected = "message=\"ared\t\u{1f600} &lt;&amp;&quot;&gt;\" type=\"crashed\"/>";
+        let expected = "message=\"ared&#9;\u{1f600} &lt;&amp;&quot;&gt;\" type=\"crashed\"/>";
         assert!(text.contains(expected), "{text}");
     }
 }

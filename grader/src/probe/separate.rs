@@ -137,10 +137,11 @@ pub(super) fn block_entries<'a>(
     block: Block,
     state: usize,
     count: usize,
-    found: &'a Estimate,
+    found: &'a Separated,
     expected: &'a Derivatives,
-    which: usize,
 ) -> impl Iterator<Item = Entry> + use<'a> {
+    let which = usize::from(!block.is_by_position());
+    let found = &found.matrices[which];
     let size = found.value.nrows();
     let indices = (0..size).flat_map(move |row| (0..size).map(move |column| (row, column)));
     let own = &expected.own[which];

@@ -235,7 +235,7 @@ impl<'a> Session<'a> {
             let which = usize::from(!block.is_by_position());
             let entries = separated.iter().zip(&derivatives).enumerate();
             let entries = entries.flat_map(|(state, (found, expected))| {
-                block_entries(block, state, count, &found.matrices[which], expected, which)
+                block_entries(block, state, count, found, expected)
             });
             let mut finding = Finding::of(entries, scale(which));
             if let Some(Entry { state, row, column: Some(column), block, .. }) = &mut finding.worst

@@ -139,7 +139,7 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
         Format::Csv => TraceFormat::Csv,
         Format::Fosssim => TraceFormat::Fosssim,
     };
-    Ok(Built::Program(Program::new(name, program, arguments, format, runner, copy)))
+    Ok(Built::Program(Program { name, path: program, arguments, format, runner, copy }))
 }
 
 fn home_of(folder: &Path) -> PathBuf {

@@ -63,13 +63,14 @@ pub struct Runner {
 /// A program with the way in which it is called.
 #[derive(Debug, Clone)]
 pub struct Program {
-    name: String,
-    path: PathBuf,
-    arguments: Vec<String>,
-    format: TraceFormat,
-    runner: Runner,
-    /// Where it was built; it lives as long as the program.
-    copy: Option<Copy>,
+    pub(super) name: String,
+    pub(super) path: PathBuf,
+    /// In which `{scene}` and `{trace}` stand for files.
+    pub(super) arguments: Vec<String>,
+    pub(super) format: TraceFormat,
+    pub(super) runner: Runner,
+    /// The folder that it was built in; it lives as long as the program.
+    pub(super) copy: Option<Copy>,
 }
 
 /// A way to call a program.
@@ -135,19 +136,6 @@ pub enum Identified {
 }
 
 impl Program {
-    /// A program with these arguments, in which `{scene}` and `{trace}` stand for files, and traces in this
-    /// format. `copy` is the folder that it was built in.
-    pub(super) fn new(
-        name: String,
-        path: PathBuf,
-        arguments: Vec<String>,
-        format: TraceFormat,
-        runner: Runner,
-        copy: Option<Copy>,
-    ) -> Self {
-        Self { name, path, arguments, format, runner, copy }
-    }
-
     /// Finds out how the program at `path` is called. Costs one run, up to eight where it lacks methods.
     ///
     /// # Errors

@@ -411,7 +411,7 @@ pub fn study(
         for (method, foreign) in plan {
             let mut curve = Curve { method, foreign, points: Vec::new() };
             progress(&format!("{}: {}", target.name, curve.label()), done, total);
-            fill(&mut curve, &target, &reference, submission, config, store)?;
+            fill(&mut curve, &target, &reference, Measuring { submission, config, store })?;
             curves.push(curve);
             done += 1;
         }
@@ -430,15 +430,22 @@ fn plan(scene: &Scene, submission: Option<&Submission>) -> Vec<(Method, bool)> {
     ours.into_iter().map(|method| (method, false)).chain(theirs).collect()
 }
 
+/// What is measured besides the built-in simulator, how, and where results are kept.
+#[derive(Clone, Copy)]
+struct Measuring<'a> {
+    submission: Option<&'a Submission>,
+    config: Config,
+    store: Option<&'a Store>,
+}
+
 /// Measures the points of a curve, or finds them in the store.
 fn fill(
     curve: &mut Curve,
     target: &Target,
     reference: &Reference,
-    submission: Option<&Submission>,
-    config: Config,
-    store: Option<&Store>,
+    measuring: Measuring<'_>,
 ) -> Result<(), AccuracyError> {
+    let Measuring { submission, config, store } = measuring;
     let kept = store.map(|store| {
         let mut scene = Vec::new();
         // Nothing in a scene that was read cannot be written.
@@ -467,7 +474,12 @@ fn fill(
                 match spelt {
                     Ok(spelt) => {
                         spelling = Some(spelt);
-                        program::measure(program, spelt, &scene, reference, refinement, config)
+                        program::measure(
+                            program,
+                            spelt,
+                            program::Rung { scene: &scene, reference, refinement },
+                            config,
+                        )
                     }
                     Err(outcome) => {
                         curve.points.push(Point {

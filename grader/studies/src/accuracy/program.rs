@@ -18,6 +18,15 @@ use grader::verdict::Verdict;
 /// The most timed runs of a time step.
 const REPEATS: u32 = 3;
 
+/// A scene at one time step of the ladder.
+#[derive(Clone, Copy)]
+pub(super) struct Rung<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) reference: &'a Reference,
+    /// Steps in the place of each of the coarsest.
+    pub(super) refinement: u64,
+}
+
 /// The spelling of the method by which the program goes through `scene`; what came of the first spelling where it
 /// does by none.
 pub(super) fn spelling(
@@ -29,7 +38,8 @@ pub(super) fn spelling(
     let mut first = None;
     let spellings = method.integrator.aliases.iter().chain([&method.integrator.name]).rev();
     for spelling in spellings {
-        let (outcome, _) = run(program, &text(scene, spelling), scene, reference, 1);
+        let (outcome, _) =
+            run(program, &text(scene, spelling), Rung { scene, reference, refinement: 1 });
         match outcome {
             Outcome::Failed { step: 0, .. } => first = first.or(Some(outcome)),
             _ => return Ok(spelling),
@@ -40,20 +50,14 @@ pub(super) fn spelling(
 }
 
 /// The program on `scene`.
-pub(super) fn measure(
-    program: &Program,
-    spelling: &str,
-    scene: &Scene,
-    reference: &Reference,
-    refinement: u64,
-    config: Config,
-) -> Point {
+pub(super) fn measure(program: &Program, spelling: &str, rung: Rung<'_>, config: Config) -> Point {
+    let scene = rung.scene;
     let text = text(scene, spelling);
-    let (outcome, first) = run(program, &text, scene, reference, refinement);
+    let (outcome, first) = run(program, &text, rung);
     let (mut times, mut spent) = (vec![first], first);
     // The first run is one of them: a process starts cold each time.
     while times.len() < config.repeats.min(REPEATS) as usize && spent < config.budget {
-        let (_, time) = run(program, &text, scene, reference, refinement);
+        let (_, time) = run(program, &text, rung);
         spent += time;
         times.push(time);
     }
@@ -62,13 +66,8 @@ pub(super) fn measure(
 }
 
 /// A run, and its wall time in seconds.
-fn run(
-    program: &Program,
-    text: &str,
-    scene: &Scene,
-    reference: &Reference,
-    refinement: u64,
-) -> (Outcome, f64) {
+fn run(program: &Program, text: &str, rung: Rung<'_>) -> (Outcome, f64) {
+    let Rung { scene, reference, refinement } = rung;
     let started = Instant::now();
     let run = program.run(SceneSource::Xml(text), Shape::of(scene));
     let time = started.elapsed().as_secs_f64();

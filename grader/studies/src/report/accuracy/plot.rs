@@ -151,7 +151,7 @@ fn draw(area: &Area<'_>, scene: &SceneStudy) -> Drawn {
 
     let (plot, legend) = area.split_horizontally(LEGEND);
     let title = format!("{}: {}", scene.target.name, scene.target.title);
-    plot.draw(&text(title, (24, 12), 20, BLACK, HPos::Left, VPos::Top))?;
+    plot.draw(&text(title, (24, 12), 20, BLACK, (HPos::Left, VPos::Top)))?;
     let mut chart = ChartBuilder::on(&plot)
         .margin(14)
         .margin_top(44)
@@ -201,8 +201,7 @@ fn text<'a>(
     at: (i32, i32),
     size: u32,
     color: RGBColor,
-    across: HPos,
-    down: VPos,
+    (across, down): (HPos, VPos),
 ) -> Text<'a, (i32, i32), String> {
     let style = ("sans-serif", size).into_font().color(&color).pos(Pos::new(across, down));
     Text::new(words, at, style)
@@ -287,7 +286,7 @@ fn key(area: &Area<'_>, scene: &SceneStudy, lost: bool) -> Drawn {
             x = end + gap.max(1);
         }
         area.draw(&(EmptyElement::at((27, y)) + marker(look)))?;
-        area.draw(&text(curve.label(), (60, y), 14, BLACK, HPos::Left, VPos::Center))?;
+        area.draw(&text(curve.label(), (60, y), 14, BLACK, (HPos::Left, VPos::Center)))?;
         y += 26;
     }
     y += 8;
@@ -317,7 +316,7 @@ fn key(area: &Area<'_>, scene: &SceneStudy, lost: bool) -> Drawn {
         ]);
     }
     for note in notes {
-        area.draw(&text(note, (4, y), 13, GREY, HPos::Left, VPos::Center))?;
+        area.draw(&text(note, (4, y), 13, GREY, (HPos::Left, VPos::Center)))?;
         y += 18;
     }
     Ok(())

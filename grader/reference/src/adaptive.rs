@@ -9,10 +9,10 @@
 //! and Wanner, *Solving Ordinary Differential Equations I*, section II.10.
 
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ODE};
-use simulator::scene::{ForceElement, Scene};
+use simulator::scene::Scene;
 
 use super::closed::starts;
-use crate::law::{self, Expectation};
+use crate::laws::Laws;
 
 /// Tolerances, relative and (by the size of the scene) absolute: of the reference, and of what it is held
 /// against.
@@ -27,8 +27,7 @@ const MAX_STEPS: usize = 200_000;
 /// # Errors
 /// Where the method does not get there, in words.
 pub fn solve(scene: &Scene, times: &[f64], tolerance: f64) -> Result<Vec<Vec<f64>>, String> {
-    let parts = parts(scene);
-    let motion = Motion::new(scene, &parts)?;
+    let motion = Motion::new(scene);
     let (positions, velocities) = starts(scene);
     let mut state = [positions, velocities].concat();
     let size = |values: &[f64]| values.iter().fold(0.0, |max: f64, value| max.max(value.abs()));
@@ -58,49 +57,22 @@ pub fn solve(scene: &Scene, times: &[f64], tolerance: f64) -> Result<Vec<Vec<f64
     Ok(states)
 }
 
-/// The scene once a kind of force, with the forces of that kind alone.
-pub fn parts(scene: &Scene) -> Vec<Scene> {
-    let mut parts: Vec<Scene> = Vec::new();
-    for element in &scene.forces {
-        let is_of_kind = |part: &&mut Scene| part.forces[0].schema == element.schema;
-        if let Some(part) = parts.iter_mut().find(is_of_kind) {
-            part.forces.push(element.clone());
-        } else {
-            let forces: Vec<ForceElement> = vec![element.clone()];
-            parts.push(Scene { forces, ..scene.clone() });
-        }
-    }
-    parts
-}
-
-/// The laws of a scene, summed.
+/// The equation of motion of a scene, by the laws.
 pub struct Motion<'a> {
     scene: &'a Scene,
-    laws: Vec<Expectation<'a>>,
+    laws: Laws,
 }
 
 impl<'a> Motion<'a> {
-    /// # Errors
-    /// Where a force has no law.
-    pub fn new(scene: &'a Scene, parts: &'a [Scene]) -> Result<Self, String> {
-        let law = |part: &'a Scene| {
-            let tag = part.forces[0].schema.tag;
-            let law = law::find(tag).ok_or_else(|| format!("there is no second law of <{tag}>"))?;
-            Ok(Expectation::new(law, part))
-        };
-        let laws = parts.iter().map(law).collect::<Result<_, String>>()?;
-        Ok(Self { scene, laws })
+    /// That of `scene`.
+    pub fn new(scene: &'a Scene) -> Self {
+        Self { scene, laws: Laws::new(scene) }
     }
 
     /// The force on every particle; zero on fixed ones.
     pub fn force(&self, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
         let dimension = self.scene.dimension.count();
-        let mut total = vec![0.0; x.len()];
-        for law in &self.laws {
-            for (sum, force) in total.iter_mut().zip(law.force(x, v, time)) {
-                *sum += force;
-            }
-        }
+        let mut total = self.laws.force(x, v, time);
         for (force, particle) in total.chunks_exact_mut(dimension).zip(&self.scene.particles) {
             if particle.fixed {
                 force.fill(0.0);

@@ -3,6 +3,7 @@
 //! ```text
 //! law        each force, written from the documents; its derivatives by dual numbers
 //! laws       the forces of a whole scene by the laws
+//! method     each integrator's equation
 //! equation   does a step obey its method's equation?
 //! closed     motions with a closed form
 //! adaptive   motions by a method of order 8
@@ -16,4 +17,5 @@ pub mod closed;
 pub mod equation;
 pub mod law;
 pub mod laws;
+pub mod method;
 pub mod second;

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::mistake::{self, Area, Mistake};
+use super::mistake::{self, Mistake};
 use super::student::{self, Student};
 use super::{Expectation, Graded, Outcome, Row};
-use grader::blame::{Family, Feature, Part, Symptom};
+use grader::blame::Symptom;
 use grader::compare::{Comparison, Criteria};
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
@@ -46,7 +46,7 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
             subject: mistake.subject.to_owned(),
             description: mistake.description.to_owned(),
             language: LANGUAGE.to_owned(),
-            expectation: Expectation::Mistake(Symptom::Wrong, feature(mistake)),
+            expectation: Expectation::Mistake(Symptom::Wrong, mistake.feature()),
             result: Outcome::Graded(Graded::of(&grading)),
         }
     };
@@ -73,40 +73,4 @@ const LANGUAGE: &str = "Rust";
 /// The scenes of a suite that the student knows.
 pub fn known(suite: &mut Suite) {
     suite.cases.retain(|case| student::knows(&case.scene));
-}
-
-/// What a mistake is to be blamed on: where it was planted.
-pub fn feature(mistake: &Mistake) -> Feature {
-    let subject = mistake.subject;
-    let is = |name: &str| subject.starts_with(name);
-    match mistake.area {
-        Area::Force => Feature::Force(part(subject)),
-        Area::Jacobian => Feature::Jacobian(part(subject)),
-        Area::Integrator => Feature::Integrator(match () {
-            () if is("explicit") => "explicit-euler",
-            () if is("symplectic") => "symplectic-euler",
-            () if is("linearized") => "linearized-implicit-euler",
-            () => "implicit-euler",
-        }),
-        Area::Fixed => Feature::Fixed(match () {
-            () if is("explicit") => Family::Explicit,
-            () if is("linearized") => Family::Implicit,
-            () => Family::Any,
-        }),
-    }
-}
-
-/// The part of a force that a subject is about.
-fn part(subject: &str) -> Part {
-    let parts = [
-        ("simple gravity", Part::All("simplegravity")),
-        ("constant force", Part::All("constantforce")),
-        ("spring of squared length", Part::All("greenspringforce")),
-        ("spring, elastic force", Part::Elastic),
-        ("spring, damping", Part::Damping),
-        ("gravitation", Part::All("gravitationalforce")),
-        ("linear drag", Part::All("dragdamping")),
-    ];
-    let found = parts.iter().find(|(name, _)| subject.starts_with(name));
-    found.map_or(Part::All("vortexforce"), |(_, part)| *part)
 }

@@ -208,7 +208,7 @@ mod tests {
     use super::*;
 
     const DAMPING: (Symptom, Feature) =
-        (Symptom::Wrong, Feature::Force(grader::blame::Part::Damping));
+        (Symptom::Wrong, Feature::Force(grader::blame::Part::One("springforce", "damping")));
     const OUTPUT: (Symptom, Feature) = (Symptom::Wrong, Feature::Output);
 
     fn row(expectation: Expectation, failed: usize, named: &[(Symptom, Feature)]) -> Row {

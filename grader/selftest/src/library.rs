@@ -12,6 +12,8 @@ const SINGLE: Build = Build::Cpp(&["-O2", "-DREAL=float"]);
 const C: Build = Build::C(&["-O2"]);
 const PYTHON: Build = Build::Python;
 
+const ELASTIC: Part = Part::One("springforce", "elastic");
+const DAMPING: Part = Part::One("springforce", "damping");
 const GRAVITY: Part = Part::All("simplegravity");
 const GRAVITATION: Part = Part::All("gravitationalforce");
 const DRAG: Part = Part::All("dragdamping");
@@ -87,9 +89,9 @@ const MISTAKES: &[Mistake] = &[
     ("reading", "the duration is always 1 s", CPP, &["MISTAKE=reading: the duration is always 1 s"], Symptom::Wrong, Feature::Reading),
     ("reading", "only the first force", CPP, &["MISTAKE=reading: only the first force"], Symptom::Wrong, Feature::Reading),
     ("reading", "every mass is 1", CPP, &["MISTAKE=reading: every mass is 1"], Symptom::Wrong, Feature::Reading),
-    ("reading", "l0 is read as k", CPP, &["MISTAKE=reading: l0 as k"], Symptom::Wrong, Feature::Force(Part::Elastic)),
+    ("reading", "l0 is read as k", CPP, &["MISTAKE=reading: l0 as k"], Symptom::Wrong, Feature::Force(ELASTIC)),
     ("simple gravity", "only along y", CPP, &["MISTAKE=gravity: only along y"], Symptom::Wrong, Feature::Force(GRAVITY)),
-    ("crash", "segmentation fault with damping", CPP, &["MISTAKE=crash: segmentation fault with damping"], Symptom::Crash, Feature::Force(Part::Damping)),
+    ("crash", "segmentation fault with damping", CPP, &["MISTAKE=crash: segmentation fault with damping"], Symptom::Crash, Feature::Force(DAMPING)),
     ("crash", "exception in the vortex", CPP, &["MISTAKE=crash: exception in the vortex"], Symptom::Crash, Feature::Force(VORTEX)),
     ("crash", "gravitation is refused", CPP, &["MISTAKE=crash: no gravitation"], Symptom::Crash, Feature::Force(GRAVITATION)),
     ("crash", "exception at a fixed particle", CPP, &["MISTAKE=crash: exception at a fixed particle"], Symptom::Crash, Feature::Fixed(Family::Any)),
@@ -113,20 +115,20 @@ const MISTAKES: &[Mistake] = &[
     ("fixed particles", "the right-hand side is not cleared", CPP, &["MISTAKE=fixed: the right-hand side is not cleared"], Symptom::Wrong, Feature::Fixed(Family::Implicit)),
     ("explicit Euler", "position with the new velocity", CPP, &["MISTAKE=explicit: position with the new velocity"], Symptom::Wrong, EXPLICIT),
     ("symplectic Euler", "position with the old velocity", CPP, &["MISTAKE=symplectic: position with the old velocity"], Symptom::Wrong, SYMPLECTIC),
-    ("spring", "one spring too stiff by 1e-6 in its Jacobian", CPP, &["MISTAKE=spring: Jacobian off by 1e-6"], Symptom::Wrong, Feature::Jacobian(Part::Elastic)),
-    ("spring", "Jacobian without l0", CPP, &["MISTAKE=spring: Jacobian without l0"], Symptom::Wrong, Feature::Jacobian(Part::Elastic)),
-    ("damping", "∂F/∂x made symmetric", CPP, &["MISTAKE=damping: dF/dx made symmetric"], Symptom::Wrong, Feature::Jacobian(Part::Damping)),
-    ("damping", "∂F/∂x over l²", CPP, &["MISTAKE=damping: dF/dx over l²"], Symptom::Wrong, Feature::Jacobian(Part::Damping)),
+    ("spring", "one spring too stiff by 1e-6 in its Jacobian", CPP, &["MISTAKE=spring: Jacobian off by 1e-6"], Symptom::Wrong, Feature::Jacobian(ELASTIC)),
+    ("spring", "Jacobian without l0", CPP, &["MISTAKE=spring: Jacobian without l0"], Symptom::Wrong, Feature::Jacobian(ELASTIC)),
+    ("damping", "∂F/∂x made symmetric", CPP, &["MISTAKE=damping: dF/dx made symmetric"], Symptom::Wrong, Feature::Jacobian(DAMPING)),
+    ("damping", "∂F/∂x over l²", CPP, &["MISTAKE=damping: dF/dx over l²"], Symptom::Wrong, Feature::Jacobian(DAMPING)),
     ("gravitation", "1/l in force and Jacobian", CPP, &["MISTAKE=gravitation: 1/l in force and Jacobian"], Symptom::Wrong, Feature::Force(GRAVITATION)),
     ("vortex", "cross blocks transposed", CPP, &["MISTAKE=vortex: cross blocks transposed"], Symptom::Wrong, Feature::Jacobian(VORTEX)),
-    ("spring", "l0/r² in ∂F/∂x", C, &["MISTAKE=l0/r² in dF/dx"], Symptom::Wrong, Feature::Jacobian(Part::Elastic)),
-    ("damping", "∂F/∂x of d·w missing", C, &["MISTAKE=dF/dx of d·w missing"], Symptom::Wrong, Feature::Jacobian(Part::Damping)),
+    ("spring", "l0/r² in ∂F/∂x", C, &["MISTAKE=l0/r² in dF/dx"], Symptom::Wrong, Feature::Jacobian(ELASTIC)),
+    ("damping", "∂F/∂x of d·w missing", C, &["MISTAKE=dF/dx of d·w missing"], Symptom::Wrong, Feature::Jacobian(DAMPING)),
     ("gravitation", "its force doubled, its Jacobian not", C, &["MISTAKE=gravitation's force doubled, its Jacobian not"], Symptom::Wrong, Feature::Force(GRAVITATION)),
     ("linear drag", "no Jacobian", C, &["MISTAKE=drag without its Jacobian"], Symptom::Wrong, Feature::Jacobian(DRAG)),
     ("linearized implicit Euler", "forces at q instead of q + h v", C, &["MISTAKE=no h v ahead"], Symptom::Wrong, LINEARIZED),
     ("linearized implicit Euler", "h² B instead of h B", C, &["MISTAKE=h² B"], Symptom::Wrong, LINEARIZED),
     ("linear drag", "its Jacobian divided by the mass", PYTHON, &["MISTAKE=drag's Jacobian divided by the mass"], Symptom::Wrong, Feature::Jacobian(DRAG)),
-    ("damping", "n and its change swapped", PYTHON, &["MISTAKE=n and its change swapped"], Symptom::Wrong, Feature::Jacobian(Part::Damping)),
+    ("damping", "n and its change swapped", PYTHON, &["MISTAKE=n and its change swapped"], Symptom::Wrong, Feature::Jacobian(DAMPING)),
 ];
 
 /// All rows, correct variants first.

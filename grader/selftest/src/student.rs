@@ -10,12 +10,19 @@
 //! linearized, implicit    (M − h² ∂F/∂q − h ∂F/∂v) δ = −M (u − v) + h F(q + h u, u),  u ← u + δ
 //! ```
 //!
+//! A force or an explicit method that has no formula here is computed by the `reference` crate's law or substeps, in
+//! the student's own loop; [`Others`] says what mistakes are made with them.
+//!
 //! Sources: hand-out of milestone 2, section 3; of milestone 3, sections 5 to 10; the course's
 //! definition of the vortex force, of which the Jacobians are derived by hand.
 
+use std::ops::Index;
+
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
-use simulator::scene::schema::MAX_PARAMETERS;
-use simulator::scene::{Dimension, Particle, Scene};
+use reference::laws::Laws;
+use reference::method::{Method, Substep};
+use simulator::scene::schema::{Family, StepEquation};
+use simulator::scene::{Dimension, ForceElement, Particle, Scene};
 use simulator::trace::State;
 
 use grader::submission::StateSource;
@@ -24,8 +31,16 @@ use grader::verdict::Failure;
 pub(crate) type Vec2 = Vector2<f64>;
 pub(crate) type Mat2 = Matrix2<f64>;
 
-/// Parameters of a force element, in the order of the scene's attributes.
-pub(crate) type Parameters = [f64; MAX_PARAMETERS];
+/// Parameters of a force element, by their attributes: `p["k"]`.
+pub(crate) struct Parameters(ForceElement);
+
+impl Index<&str> for Parameters {
+    type Output = f64;
+
+    fn index(&self, name: &str) -> &f64 {
+        &self.0.parameters[self.0.schema.parameter_idx(name)]
+    }
+}
 
 /// Newton gives up, and the student goes on, after this many iterations.
 const MAX_NEWTON_ITERATIONS: usize = 50;
@@ -182,54 +197,81 @@ pub struct Student {
     pub(crate) linearized: Implicit,
     pub(crate) implicit: Implicit,
     pub(crate) fixed: Fixed,
+    pub(crate) others: Others,
+}
+
+/// What becomes of the forces and methods without a formula here.
+#[derive(Clone, Copy)]
+pub(crate) struct Others {
+    /// A force's factor and its Jacobians', by its tag.
+    pub(crate) factors: fn(&str) -> [f64; 2],
+    /// The substeps that are made of a method's.
+    pub(crate) substeps: fn(&[Substep]) -> Vec<Substep>,
+}
+
+/// The forces that have a formula here.
+pub(crate) const OWN_FORCES: [&str; 7] = [
+    "simplegravity",
+    "constantforce",
+    "dragdamping",
+    "springforce",
+    "greenspringforce",
+    "gravitationalforce",
+    "vortexforce",
+];
+
+/// Whether the student has formulas of its own for the steps of this equation.
+pub(crate) fn steps_by_itself(equation: StepEquation) -> bool {
+    use StepEquation::{ExplicitEuler, ImplicitEuler, LinearizedImplicitEuler, SymplecticEuler};
+    matches!(equation, ExplicitEuler | SymplecticEuler | LinearizedImplicitEuler | ImplicitEuler)
 }
 
 /// `F = m g`.
 pub(crate) fn simple_gravity(body: &Body, p: &Parameters) -> Vec2 {
-    body.m * Vec2::new(p[0], p[1])
+    body.m * Vec2::new(p["fx"], p["fy"])
 }
 
 /// `F = f`.
 pub(crate) fn constant_force(_body: &Body, p: &Parameters) -> Vec2 {
-    Vec2::new(p[0], p[1])
+    Vec2::new(p["fx"], p["fy"])
 }
 
 /// `F = −b v`.
 pub(crate) fn drag(body: &Body, p: &Parameters) -> Vec2 {
-    -p[0] * body.v
+    -p["b"] * body.v
 }
 
 /// `F_i = −k (l − l0) n`.
 fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
-    -p[0] * (pair.l() - p[1]) * pair.n()
+    -p["k"] * (pair.l() - p["l0"]) * pair.n()
 }
 
-/// Whether the student can simulate the scene: in the plane, with the methods and forces below. The others
-/// are held to references of their own, in the simulator's tests.
+/// Whether the student can simulate the scene: in the plane, by methods that do not minimise, with forces that do not
+/// depend on the time. The others are held to references of their own, in the simulator's tests.
 pub fn knows(scene: &Scene) -> bool {
-    let minimises = ["projected-newton", "fast-mass-spring"].contains(&scene.integrator.name);
-    let windy = scene.forces.iter().any(|force| force.schema.tag == "windforce");
-    scene.dimension == Dimension::Two && !minimises && !windy
+    let minimizes = scene.integrator.family == Family::Minimization;
+    let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
+    scene.dimension == Dimension::Two && !minimizes && !by_time
 }
 
 /// `F_i = −2 k (l²/l0² − 1) (x_i − x_j)`.
 fn green(pair: &Pair, p: &Parameters) -> Vec2 {
-    -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.d()
+    -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.d()
 }
 
 /// `F_i = −b n·(v_i − v_j) n`.
 fn damping(pair: &Pair, p: &Parameters) -> Vec2 {
-    -p[2] * pair.n().dot(&pair.w()) * pair.n()
+    -p["b"] * pair.n().dot(&pair.w()) * pair.n()
 }
 
 /// `F_i = −G m_i m_j / l² n`.
 fn gravitation(pair: &Pair, p: &Parameters) -> Vec2 {
-    -p[0] * pair.m[0] * pair.m[1] / pair.l().powi(2) * pair.n()
+    -p["G"] * pair.m[0] * pair.m[1] / pair.l().powi(2) * pair.n()
 }
 
 /// `F_i = (kvc / l²) (kbs R n − (v_i − v_j))`.
 fn vortex(pair: &Pair, p: &Parameters) -> Vec2 {
-    p[1] / pair.l().powi(2) * (p[0] * quarter_turn() * pair.n() - pair.w())
+    p["kvc"] / pair.l().powi(2) * (p["kbs"] * quarter_turn() * pair.n() - pair.w())
 }
 
 /// R: `(x, y) → (−y, x)`.
@@ -239,47 +281,47 @@ pub(crate) fn quarter_turn() -> Mat2 {
 
 /// `−k (n nᵀ + (l − l0)/l (I − n nᵀ))`.
 fn elastic_dx(pair: &Pair, p: &Parameters) -> Mat2 {
-    -p[0] * (pair.nn() + (pair.l() - p[1]) / pair.l() * pair.across())
+    -p["k"] * (pair.nn() + (pair.l() - p["l0"]) / pair.l() * pair.across())
 }
 
 /// `−2 k ((l²/l0² − 1) I + 2 l²/l0² n nᵀ)`.
 fn green_dx(pair: &Pair, p: &Parameters) -> Mat2 {
-    let ratio = (pair.l() / p[1]).powi(2);
-    -2.0 * p[0] * ((ratio - 1.0) * Mat2::identity() + 2.0 * ratio * pair.nn())
+    let ratio = (pair.l() / p["l0"]).powi(2);
+    -2.0 * p["k"] * ((ratio - 1.0) * Mat2::identity() + 2.0 * ratio * pair.nn())
 }
 
 /// `−(b/l) (n·w I + n wᵀ) (I − n nᵀ)`.
 fn damping_dx(pair: &Pair, p: &Parameters) -> Mat2 {
     let (n, w) = (pair.n(), pair.w());
-    -p[2] / pair.l() * (n.dot(&w) * Mat2::identity() + n * w.transpose()) * pair.across()
+    -p["b"] / pair.l() * (n.dot(&w) * Mat2::identity() + n * w.transpose()) * pair.across()
 }
 
 /// `−b n nᵀ`.
 fn damping_dv(pair: &Pair, p: &Parameters) -> Mat2 {
-    -p[2] * pair.nn()
+    -p["b"] * pair.nn()
 }
 
 /// `−(G m_i m_j / l³) (I − 3 n nᵀ)`.
 fn gravitation_dx(pair: &Pair, p: &Parameters) -> Mat2 {
-    let strength = p[0] * pair.m[0] * pair.m[1] / pair.l().powi(3);
+    let strength = p["G"] * pair.m[0] * pair.m[1] / pair.l().powi(3);
     -strength * (Mat2::identity() - 3.0 * pair.nn())
 }
 
 /// `−b I`.
 pub(crate) fn drag_dv(_body: &Body, p: &Parameters) -> Mat2 {
-    -p[0] * Mat2::identity()
+    -p["b"] * Mat2::identity()
 }
 
 /// `(kvc / l³) (kbs (R − 3 R n nᵀ) + 2 w nᵀ)`.
 fn vortex_dx(pair: &Pair, p: &Parameters) -> Mat2 {
     let turn = quarter_turn();
-    let rotation = p[0] * (turn - 3.0 * turn * pair.nn());
-    p[1] / pair.l().powi(3) * (rotation + 2.0 * pair.w() * pair.n().transpose())
+    let rotation = p["kbs"] * (turn - 3.0 * turn * pair.nn());
+    p["kvc"] / pair.l().powi(3) * (rotation + 2.0 * pair.w() * pair.n().transpose())
 }
 
 /// `−(kvc / l²) I`.
 fn vortex_dv(pair: &Pair, p: &Parameters) -> Mat2 {
-    -p[1] / pair.l().powi(2) * Mat2::identity()
+    -p["kvc"] / pair.l().powi(2) * Mat2::identity()
 }
 
 /// Newton's third law.
@@ -351,6 +393,7 @@ impl Student {
                 ahead: |_, moved| moved,
                 position: |_, moved| moved,
             },
+            others: Others { factors: |_| [1.0; 2], substeps: <[Substep]>::to_vec },
         }
     }
 
@@ -401,15 +444,42 @@ impl StateSource for Run {
 }
 
 impl Run {
-    /// The student makes a step; the integrator is chosen by its name.
+    /// The student makes a step.
     fn step(&mut self) {
         let student = self.student;
-        match self.scene.integrator.name {
-            "explicit-euler" => self.explicit_step(student.explicit),
-            "symplectic-euler" => self.explicit_step(student.symplectic),
-            "linearized-implicit-euler" => self.implicit_step(student.linearized),
-            "implicit-euler" => self.implicit_step(student.implicit),
-            other => panic!("the student knows no {other}"),
+        let equation = self.scene.integrator.equation;
+        match equation {
+            StepEquation::ExplicitEuler => self.explicit_step(student.explicit),
+            StepEquation::SymplecticEuler => self.explicit_step(student.symplectic),
+            StepEquation::LinearizedImplicitEuler => self.implicit_step(student.linearized),
+            StepEquation::ImplicitEuler => self.implicit_step(student.implicit),
+            _ => match Method::of(equation) {
+                Method::Explicit(substeps) => self.substeps((student.others.substeps)(substeps)),
+                method => panic!("the student cannot step by {method:?}"),
+            },
+        }
+    }
+
+    fn substeps(&mut self, substeps: Vec<Substep>) {
+        let h = self.scene.time_step;
+        for substep in substeps {
+            let old = self.v.clone();
+            if let Substep::Both(c) | Substep::Kick(c) = substep {
+                let force = self.force(&self.q, &self.v);
+                for (i, particle) in self.scene.particles.iter().enumerate() {
+                    let free = self.v[i] + c * h / particle.mass * force[i];
+                    let held = self.student.fixed.held;
+                    self.v[i] = if particle.fixed { held(self.v[i], free) } else { free };
+                }
+            }
+            if let Substep::Both(c) | Substep::Drift(c) = substep {
+                let along = if matches!(substep, Substep::Both(_)) { &old } else { &self.v };
+                for (i, particle) in self.scene.particles.iter().enumerate() {
+                    let moved = self.q[i] + c * h * along[i];
+                    let fixed = self.student.fixed.position;
+                    self.q[i] = if particle.fixed { fixed(self.q[i], moved) } else { moved };
+                }
+            }
         }
     }
 
@@ -487,7 +557,7 @@ impl Run {
     /// The acceleration of simple gravity.
     fn gravity(&self) -> Vec2 {
         let elements = self.scene.forces.iter().filter(|e| e.schema.tag == "simplegravity");
-        elements.map(|e| Vec2::new(e.parameters[0], e.parameters[1])).sum()
+        elements.map(|e| Vec2::new(e.parameter("fx"), e.parameter("fy"))).sum()
     }
 
     fn body(&self, number: usize, v: &[Vec2]) -> Body {
@@ -515,7 +585,7 @@ impl Run {
             }
         };
         for element in &self.scene.forces {
-            let (p, ij) = (&element.parameters, element.pair.unwrap_or_default());
+            let (p, ij) = (&Parameters(element.clone()), element.pair.unwrap_or_default());
             match element.schema.tag {
                 "simplegravity" => on_every_particle(student.simple_gravity, p, &mut force),
                 "constantforce" => on_every_particle(student.constant_force, p, &mut force),
@@ -527,7 +597,14 @@ impl Run {
                 "greenspringforce" => on_pair(student.green, ij, p, &mut force),
                 "gravitationalforce" => on_pair(student.gravitation, ij, p, &mut force),
                 "vortexforce" => on_pair(student.vortex, ij, p, &mut force),
-                other => panic!("the student knows no {other}"),
+                tag => {
+                    let [factor, _] = (student.others.factors)(tag);
+                    let laws = Laws::of(&self.scene, std::slice::from_ref(element));
+                    let by_law = laws.force(&flat(q), &flat(v), 0.0);
+                    for (force, law) in force.iter_mut().zip(by_law.as_chunks::<2>().0) {
+                        *force += factor * Vec2::from(*law);
+                    }
+                }
             }
         }
         force
@@ -548,7 +625,7 @@ impl Run {
             }
         };
         for element in &self.scene.forces {
-            let (p, ij) = (&element.parameters, element.pair.unwrap_or_default());
+            let (p, ij) = (&Parameters(element.clone()), element.pair.unwrap_or_default());
             match element.schema.tag {
                 "springforce" => {
                     of_pair(student.elastic_dx, ij, p, &mut dx);
@@ -568,8 +645,16 @@ impl Run {
                     of_pair(student.vortex_dx, ij, p, &mut dx);
                     of_pair(student.vortex_dv, ij, p, &mut dv);
                 }
-                // Simple gravity and the constant force are the same everywhere.
-                _ => {}
+                tag if OWN_FORCES.contains(&tag) => {
+                    // Simple gravity and the constant force are the same everywhere.
+                }
+                tag => {
+                    let [_, factor] = (student.others.factors)(tag);
+                    let laws = Laws::of(&self.scene, std::slice::from_ref(element));
+                    let by_law = laws.jacobians(&flat(q), &flat(v), 0.0);
+                    dx += factor * by_law.by_position;
+                    dv += factor * by_law.by_velocity;
+                }
             }
         }
         (dx, dv)

@@ -8,6 +8,7 @@
 
 use std::fmt;
 
+use reference::method::Method;
 use simulator::scene::Scene;
 
 use super::feature::{Family, Feature, Symptom};
@@ -195,12 +196,14 @@ impl Evidence {
 /// Whether positions do not follow from the submission's own velocities.
 fn rule_is_broken(scene: &Scene, context: &[ContextRow]) -> bool {
     let (h, axes) = (scene.time_step, scene.dimension.count());
-    let by_old = scene.integrator.name == "explicit-euler";
+    let Some([of_old, of_new]) = Method::of(scene.integrator.equation).drift() else {
+        return false;
+    };
     let steps = context.windows(2).filter(|rows| rows[0].step + 1 == rows[1].step);
     steps.into_iter().any(|rows| {
         let (old, new) = (&rows[0].got, &rows[1].got);
         (0..axes).any(|axis| {
-            let v = if by_old { old[axes + axis] } else { new[axes + axis] };
+            let v = of_old * old[axes + axis] + of_new * new[axes + axis];
             let scale = old[axis].abs() + new[axis].abs() + (h * v).abs();
             let off = (new[axis] - old[axis] - h * v).abs();
             off.is_finite() && off > CLOSE * scale

@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+use simulator::force;
+use simulator::scene::ForceElement;
+use simulator::scene::schema::{Dependence, ForceSchema};
+
 /// A part of a simulator that may be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Feature {
@@ -86,28 +90,58 @@ impl fmt::Display for Symptom {
 pub enum Part {
     /// A whole force, by its tag.
     All(&'static str),
-    /// The springs' pull, `−k (l − l0) n`.
-    Elastic,
-    /// The springs' damping, `−b n·(v_i − v_j) n`.
-    Damping,
+    /// A part of a force, by the force's tag and the part's name.
+    One(&'static str, &'static str),
 }
 
 impl Part {
+    /// The parts of a force: each by itself where they stand alone, or the force as a whole.
+    pub fn of(schema: &'static ForceSchema) -> Vec<Self> {
+        match schema.is_separable() {
+            true => schema.parts.iter().map(|part| Self::One(schema.tag, part.name)).collect(),
+            false => vec![Self::All(schema.tag)],
+        }
+    }
+
     /// The tag of the force.
     pub fn tag(self) -> &'static str {
         match self {
-            Self::All(tag) => tag,
-            Self::Elastic | Self::Damping => "springforce",
+            Self::All(tag) | Self::One(tag, _) => tag,
+        }
+    }
+
+    /// The force.
+    ///
+    /// # Panics
+    /// Where no force of the registry has this tag.
+    pub fn schema(self) -> &'static ForceSchema {
+        let mut kinds = force::REGISTRY.iter();
+        let kind = kinds.find(|kind| kind.schema.tag == self.tag());
+        &kind.unwrap_or_else(|| panic!("{} is no registered force", self.tag())).schema
+    }
+
+    /// What it depends on.
+    pub fn depends_on(self) -> Dependence {
+        match self {
+            Self::All(_) => self.schema().depends_on(),
+            Self::One(_, name) => self.schema().part(name).depends_on,
+        }
+    }
+
+    /// Whether it is in an element of its force.
+    pub fn is_in(self, element: &ForceElement) -> bool {
+        match self {
+            Self::All(_) => element.parameters.iter().any(|parameter| *parameter != 0.0),
+            Self::One(_, name) => element.has_part(element.schema.part(name)),
         }
     }
 }
 
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
+        match *self {
             Self::All(tag) => f.write_str(tag),
-            Self::Elastic => f.write_str("springforce: elastic force"),
-            Self::Damping => f.write_str("springforce: damping"),
+            Self::One(tag, name) => write!(f, "{tag}: {}", self.schema().part(name).title),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Each cause with the scenes that it would make fail.
 
+use simulator::integrator::IntegratorKind;
 use simulator::scene::Scene;
-use simulator::scene::schema::ActsOn;
+use simulator::scene::schema::{self, Convergence, Masses, StepEquation};
 use simulator::{force, integrator};
 
 use super::feature::{Family, Feature, Part};
@@ -72,9 +73,7 @@ const OF_INTEGRATORS: [Circumstance<()>; 6] = [
     ("", |_, ()| true),
     ("where forces act", |scene, ()| parts().any(|part| acts(scene, part))),
     ("where forces depend on positions", |scene, ()| some(scene, by_position)),
-    ("where forces depend on velocities", |scene, ()| {
-        acts(scene, Part::Damping) || some(scene, by_velocity)
-    }),
+    ("where forces depend on velocities", |scene, ()| some(scene, by_velocity)),
     ("where forces have Jacobians", |scene, ()| {
         some(scene, by_position) || some(scene, by_velocity)
     }),
@@ -94,7 +93,7 @@ const OF_FIXED: [Circumstance<()>; 5] = [
     }),
     ("that forces join to others", |scene, ()| joined(scene)),
     ("under simple gravity", |scene, ()| {
-        scene.forces.iter().any(|element| element.schema.tag == "simplegravity")
+        scene.forces.iter().any(|element| element.schema.masses == Masses::Own)
     }),
 ];
 
@@ -107,11 +106,11 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
             all.push(hypothesis(Feature::Force(part), detail, expects));
         }
     }
-    for part in parts().filter(|part| by_position(part.tag()) || by_velocity(part.tag())) {
+    for part in parts().filter(|part| part.depends_on().has_jacobian()) {
         for (detail, holds) in OF_JACOBIANS {
-            let expects = move |scene: &Scene| match scene.integrator.name {
+            let expects = move |scene: &Scene| match scene.integrator.equation {
                 _ if !(acts(scene, part) && holds(scene, part)) => Expected::Passes,
-                "linearized-implicit-euler" => Expected::Fails,
+                StepEquation::LinearizedImplicitEuler => Expected::Fails,
                 _ if family(scene) == Family::Implicit => Expected::May,
                 _ => Expected::Passes,
             };
@@ -127,15 +126,15 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
         }
     }
     // Newton's method may end too early, and be near enough in most scenes.
-    let newton = |scene: &Scene| match scene.integrator.name {
-        "implicit-euler" if some(scene, by_position) => Expected::May,
-        _ => Expected::Passes,
-    };
-    all.push(hypothesis(
-        Feature::Integrator("implicit-euler"),
-        "the end of Newton's method",
-        newton,
-    ));
+    let ends = |kind: &&&IntegratorKind| matches!(kind.schema.convergence, Convergence::Update(_));
+    for kind in integrator::REGISTRY.iter().filter(ends) {
+        let name = kind.schema.name;
+        let newton = move |scene: &Scene| match scene.integrator.name == name {
+            true if some(scene, by_position) => Expected::May,
+            _ => Expected::Passes,
+        };
+        all.push(hypothesis(Feature::Integrator(name), "the end of Newton's method", newton));
+    }
     for of in [Family::Any, Family::Explicit, Family::Implicit] {
         for (detail, holds) in OF_FIXED {
             let expects = move |scene: &Scene| {
@@ -150,7 +149,8 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
         when(scene.forces.len() > 1)
     }));
     all.push(hypothesis(Feature::Reading, "masses", |scene: &Scene| {
-        let feels = |part: Part| part.tag() != "simplegravity" && acts(scene, part);
+        // What is proportional to the mass accelerates alike whatever it is.
+        let feels = |part: Part| part.schema().masses != Masses::Own && acts(scene, part);
         when(unusual_masses(scene) && parts().any(feels))
     }));
     let mut steps: Vec<f64> = cases.map(|case| case.scene.time_step).collect();
@@ -164,7 +164,7 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
     all.push(hypothesis(Feature::Precision, "", |_: &Scene| Expected::Fails));
     for (detail, of_pairs) in [("of forces", false), ("of forces between particles", true)] {
         all.push(hypothesis(Feature::Precision, detail, move |scene: &Scene| {
-            when(parts().any(|part| acts(scene, part) && (!of_pairs || by_position(part.tag()))))
+            when(parts().any(|part| acts(scene, part) && (!of_pairs || by_position(part))))
         }));
     }
     all.push(hypothesis(Feature::Everything, "", |_: &Scene| Expected::Fails));
@@ -184,12 +184,9 @@ fn when(fails: bool) -> Expected {
     if fails { Expected::Fails } else { Expected::Passes }
 }
 
-/// Every force, springs in two parts.
+/// Every force, in the parts that stand alone.
 fn parts() -> impl Iterator<Item = Part> {
-    force::REGISTRY.iter().flat_map(|kind| match kind.schema.tag {
-        "springforce" => vec![Part::Elastic, Part::Damping],
-        tag => vec![Part::All(tag)],
-    })
+    force::REGISTRY.iter().flat_map(|kind| Part::of(&kind.schema))
 }
 
 /// A force's element: its parameters, its pair, and its edge.
@@ -200,16 +197,11 @@ fn elements(scene: &Scene, part: Part) -> impl Iterator<Item = Element<'_>> {
     let is_free = |particle: &usize| !scene.particles[*particle].fixed;
     let all = scene.forces.iter().filter(move |element| element.schema.tag == part.tag());
     let all = all.filter(move |element| {
-        let acting = match part {
-            Part::Elastic => element.parameters[0] != 0.0,
-            Part::Damping => element.parameters[2] != 0.0,
-            Part::All(_) => element.parameters.iter().any(|parameter| *parameter != 0.0),
-        };
         let reaches = match element.pair {
             Some(pair) => pair.iter().any(is_free),
             None => scene.particles.iter().any(|particle| !particle.fixed),
         };
-        acting && reaches
+        part.is_in(element) && reaches
     });
     all.map(|element| (&element.parameters[..], element.pair, element.edge))
 }
@@ -229,23 +221,21 @@ fn joined(scene: &Scene) -> bool {
 }
 
 fn family(scene: &Scene) -> Family {
-    match scene.integrator.name {
-        "explicit-euler" | "symplectic-euler" => Family::Explicit,
-        _ => Family::Implicit,
+    match scene.integrator.family {
+        schema::Family::Explicit | schema::Family::Symplectic => Family::Explicit,
+        schema::Family::Implicit | schema::Family::Minimization => Family::Implicit,
     }
 }
 
 /// Whether some force that acts is of this sort.
-fn some(scene: &Scene, is: impl Fn(&str) -> bool) -> bool {
-    parts().any(|part| part != Part::Damping && is(part.tag()) && acts(scene, part))
+fn some(scene: &Scene, is: impl Fn(Part) -> bool) -> bool {
+    parts().any(|part| is(part) && acts(scene, part))
 }
 
-/// Of the forces that depend on positions, all act between two particles.
-fn by_position(tag: &str) -> bool {
-    let schema = force::REGISTRY.iter().map(|kind| &kind.schema).find(|schema| schema.tag == tag);
-    schema.is_some_and(|schema| matches!(schema.acts_on, ActsOn::Pair | ActsOn::Edge))
+fn by_position(part: Part) -> bool {
+    part.depends_on().position
 }
 
-fn by_velocity(tag: &str) -> bool {
-    ["dragdamping", "vortexforce"].contains(&tag)
+fn by_velocity(part: Part) -> bool {
+    part.depends_on().velocity
 }

@@ -13,7 +13,7 @@
 
 use fastrand::Rng;
 use simulator::scene::Scene;
-use simulator::scene::schema::OptionValue;
+use simulator::scene::schema::{Convergence, Family, Matrix, OptionValue};
 use simulator::solver::linear::LinearSolver;
 
 use crate::stepping::Stepper;
@@ -184,8 +184,7 @@ fn renumber(scene: &Scene, order: &[usize]) -> Scene {
 }
 
 fn solvers(scene: &Scene, all: &mut Vec<Variant>) {
-    let solves = !["explicit-euler", "symplectic-euler"].contains(&scene.integrator.name);
-    if solves {
+    if scene.integrator.matrix != Matrix::None {
         for solver in [LinearSolver::Dense, LinearSolver::Sparse] {
             all.push(Variant::first(Class::Solver, scene, solver));
         }
@@ -236,17 +235,17 @@ fn last_bits(scene: &Scene, all: &mut Vec<Variant>) {
         }
         all.push(Variant::first(Class::Start, &changed, LinearSolver::Auto));
     }
-    let minimises = ["projected-newton", "fast-mass-spring"].contains(&scene.integrator.name);
+    let is_quotient = scene.integrator.family == Family::Minimization;
     for seed in 0..4 {
         let mut variant = Variant::first(Class::Rounding, scene, LinearSolver::Auto);
-        let quotient = minimises.then_some(scene.time_step);
+        let quotient = is_quotient.then_some(scene.time_step);
         variant.jitter = Some(Jitter { random: Rng::with_seed(seed), quotient });
         all.push(variant);
     }
 }
 
 fn stopping(scene: &Scene, all: &mut Vec<Variant>) {
-    if scene.integrator.name == "implicit-euler" {
+    if matches!(scene.integrator.convergence, Convergence::Update(_)) {
         for stop in [Stop::OneMore, Stop::AtRounding] {
             push_second(Class::Stopping, scene, Style { stop, ..Style::default() }, all);
         }

@@ -53,7 +53,7 @@ pub(super) fn explain(
     if let Some(found) = by_precision(samples, steps) {
         return Some(found);
     }
-    let physics = Physics::new(scene, Method::of(scene)?);
+    let physics = Physics::new(scene, reference::method::Method::one_point(scene.integrator)?);
     if physics.mass.len() > MAX_COORDINATES {
         return None;
     }
@@ -118,7 +118,7 @@ fn momentum_noise(physics: &Physics<'_>, samples: &[Sample]) -> f64 {
     let h = physics.h;
     let of = |sample: &Sample| {
         let mass = physics.mass.iter().copied().fold(0.0, f64::max);
-        let stiffness = match physics.method.is_implicit() {
+        let stiffness = match physics.is_implicit() {
             true => {
                 let at = physics.point(sample);
                 let (k, b) = physics.jacobians(&physics.scene.forces, &at);
@@ -252,18 +252,14 @@ fn follows(
 
 /// Whether the steps are those of another method.
 fn other_method(physics: &Physics<'_>, samples: &[Sample], noise: f64) -> Option<Explanation> {
-    let methods = [
-        (Method::Explicit, "explicit-euler"),
-        (Method::Symplectic, "symplectic-euler"),
-        (Method::Linearized, "linearized-implicit-euler"),
-        (Method::Implicit, "implicit-euler"),
-    ];
-    for (method, name) in methods.into_iter().filter(|(method, _)| *method != physics.method) {
+    for integrator in simulator::vocabulary().integrators {
+        let method = reference::method::Method::one_point(integrator);
+        let Some(method) = method.filter(|method| *method != physics.method) else { continue };
         let other = Physics::new(physics.scene, method);
         if Motion::of(&other, samples).positions_right
             && Trial::new(&other, samples).norm() <= LEFT * noise
         {
-            let words = format!("the steps are those of {name}");
+            let words = format!("the steps are those of {}", integrator.name);
             return Some(Explanation::of(words, Culprit::Integrator, 0.0));
         }
     }

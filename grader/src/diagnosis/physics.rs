@@ -4,36 +4,13 @@
 //! simulator's.
 
 use nalgebra::{DMatrix, DVector, Vector3};
+use simulator::scene::schema::ForceSchema;
 use simulator::scene::{ForceElement, Scene};
 
-use super::formulas::Pair;
+use super::formulas::{self, Pair};
 use super::steps::Sample;
-use reference::law;
-
-/// A method of the course.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Method {
-    Explicit,
-    Symplectic,
-    Linearized,
-    Implicit,
-}
-
-impl Method {
-    pub(super) fn of(scene: &Scene) -> Option<Self> {
-        match scene.integrator.name {
-            "explicit-euler" => Some(Self::Explicit),
-            "symplectic-euler" => Some(Self::Symplectic),
-            "linearized-implicit-euler" => Some(Self::Linearized),
-            "implicit-euler" => Some(Self::Implicit),
-            _ => None,
-        }
-    }
-
-    pub(super) fn is_implicit(self) -> bool {
-        matches!(self, Self::Linearized | Self::Implicit)
-    }
-}
+use reference::laws::Laws;
+pub(super) use reference::method::OnePoint as Method;
 
 /// A force, or a part of one.
 #[derive(Debug, Clone)]
@@ -45,39 +22,48 @@ pub(super) struct Term {
 }
 
 impl Term {
-    /// Every term of a scene. A spring's damping is apart from what is elastic of it.
+    /// Every term of a scene.
     pub(super) fn all(scene: &Scene) -> Vec<Self> {
-        let mut tags: Vec<&'static str> = Vec::new();
+        let mut schemas: Vec<&'static ForceSchema> = Vec::new();
         for element in &scene.forces {
-            if !tags.contains(&element.schema.tag) {
-                tags.push(element.schema.tag);
+            if !schemas.contains(&element.schema) {
+                schemas.push(element.schema);
             }
         }
-        let mut terms = Vec::new();
-        for tag in tags {
-            let of = |change: fn(&mut ForceElement)| {
-                let is_of = |element: &&ForceElement| element.schema.tag == tag;
-                let mut elements: Vec<ForceElement> =
-                    scene.forces.iter().filter(is_of).cloned().collect();
-                elements.iter_mut().for_each(change);
-                elements
-            };
-            if tag != "springforce" {
-                terms.push(Self { name: tag.to_owned(), tag, elements: of(|_| ()) });
-                continue;
-            }
-            let elastic = of(|element| element.parameters[2] = 0.0);
-            let mut damping = of(|element| element.parameters[0] = 0.0);
-            damping.retain(|element| element.parameters[2] != 0.0);
-            let is_damped = !damping.is_empty();
-            let name = if is_damped { "springforce's elastic part" } else { "springforce" };
-            terms.push(Self { name: name.to_owned(), tag, elements: elastic });
-            if is_damped {
-                let name = "springforce's damping".to_owned();
-                terms.push(Self { name, tag, elements: damping });
-            }
+        schemas.into_iter().flat_map(|schema| Self::of(scene, schema)).collect()
+    }
+
+    /// The terms of one force: its parts, where they stand alone and more than one is there.
+    fn of(scene: &Scene, schema: &'static ForceSchema) -> Vec<Self> {
+        let tag = schema.tag;
+        let is_of = |element: &&ForceElement| element.schema == schema;
+        let elements: Vec<ForceElement> = scene.forces.iter().filter(is_of).cloned().collect();
+        let whole = |elements| vec![Self { name: tag.to_owned(), tag, elements }];
+        if !schema.is_separable() {
+            return whole(elements);
         }
-        terms
+        let alone = |number: usize| {
+            let mut alone = elements.clone();
+            for element in &mut alone {
+                let others = schema.parts.iter().enumerate().filter(|(other, _)| *other != number);
+                others.for_each(|(_, part)| element.remove_part(part));
+            }
+            // The first part keeps elements of which nothing is left.
+            alone.retain(|element| number == 0 || element.has_part(&schema.parts[number]));
+            alone
+        };
+        let parts: Vec<(usize, Vec<ForceElement>)> =
+            (0..schema.parts.len()).map(|number| (number, alone(number))).collect();
+        let mut there: Vec<_> = parts.into_iter().filter(|(_, part)| !part.is_empty()).collect();
+        if there.len() == 1 {
+            return whole(there.swap_remove(0).1);
+        }
+        let term = |(number, elements): (usize, Vec<ForceElement>)| Self {
+            name: formulas::name_of(schema, schema.parts[number].name),
+            tag,
+            elements,
+        };
+        there.into_iter().map(term).collect()
     }
 }
 
@@ -113,6 +99,11 @@ impl<'a> Physics<'a> {
         }
     }
 
+    /// Whether a step solves an equation.
+    pub(super) fn is_implicit(&self) -> bool {
+        matches!(self.method, Method::Linearized | Method::Implicit)
+    }
+
     /// Where the method evaluates forces in a step.
     pub(super) fn point(&self, sample: &Sample) -> Point {
         let (x, v) = (&sample.before.positions, &sample.before.velocities);
@@ -143,12 +134,11 @@ impl<'a> Physics<'a> {
             Vector3::from_fn(component)
         };
         let v = [i, j].map(|particle| vector(&at.v, particle));
-        let p = [0, 1, 2].map(|place| element.parameters[place]);
-        Pair { p, d: vector(&at.x, i) - vector(&at.x, j), w: v[0] - v[1], v }
+        Pair { element: element.clone(), d: vector(&at.x, i) - vector(&at.x, j), w: v[0] - v[1], v }
     }
 
     pub(super) fn force(&self, elements: &[ForceElement], at: &Point) -> DVector<f64> {
-        DVector::from_vec(law::force_of(self.scene, elements, &at.x, &at.v, at.time))
+        DVector::from_vec(Laws::of(self.scene, elements).force(&at.x, &at.v, at.time))
     }
 
     /// `∂F/∂x` and `∂F/∂v`.
@@ -157,15 +147,8 @@ impl<'a> Physics<'a> {
         elements: &[ForceElement],
         at: &Point,
     ) -> (DMatrix<f64>, DMatrix<f64>) {
-        let size = at.x.len();
-        let (mut k, mut b) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
-        let only = Scene { forces: elements.to_vec(), ..self.scene.clone() };
-        for (law, scene) in law::by_law(&only) {
-            let found = law::Expectation::new(law, &scene).jacobians(&at.x, &at.v, at.time);
-            k += found.by_position;
-            b += found.by_velocity;
-        }
-        (k, b)
+        let found = Laws::of(self.scene, elements).jacobians(&at.x, &at.v, at.time);
+        (found.by_position, found.by_velocity)
     }
 
     /// `v' − v` as the trace has it.

@@ -43,8 +43,8 @@ impl Restarts {
 /// they cannot be written down.
 pub fn restart(case: &Case, program: &Program, oracle: &mut dyn TraceReader) -> Option<Restarts> {
     let scene = &case.scene;
-    // The wind depends on the time, and on where particles started.
-    let is_windy = scene.forces.iter().any(|element| element.schema.tag == "windforce");
+    // A wind depends on the time, and on where particles started.
+    let is_windy = scene.forces.iter().any(|element| element.schema.depends_on().time);
     let is_xml = case.files.first()?.name.extension().is_some_and(|extension| extension == "xml");
     if is_windy || !is_xml {
         return None;

@@ -11,7 +11,7 @@ use super::subject::Subject;
 use super::taylor::Steps;
 use super::verdict::{BlockKind, By, Entry, Part};
 use reference::law::Jacobians;
-use reference::law::{Expectation, Law, Scale};
+use reference::law::{Expectation, Law, Scale, Term};
 
 /// A value is rounded by at most this part of the terms it is a sum of, in any sensible order of
 /// operations: thirty-two roundings.
@@ -172,16 +172,17 @@ fn with_each_parameter_changed(
     x: &[f64],
     v: &[f64],
 ) -> Vec<Option<Jacobians>> {
-    let changed = |number: usize| {
+    let changed = |term: &Term| {
         let mut scene = state.scene.clone();
         let mut is_there = false;
         for element in &mut scene.forces {
-            is_there |= element.parameters[number] != 0.0;
-            element.parameters[number] *= 1.5;
+            let parameter = element.parameter_mut(term.parameter);
+            is_there |= *parameter != 0.0;
+            *parameter *= 1.5;
         }
         is_there.then(|| Expectation::new(law, &scene).jacobians(x, v, state.time))
     };
-    (0..law.terms.len()).map(changed).collect()
+    law.terms().iter().map(changed).collect()
 }
 
 /// A quarter of the way to where the law is not smooth, or a whole `scale` where it is everywhere.

@@ -239,8 +239,8 @@ mod tests {
             return Some(format!("{tag}: its example exerts no force"));
         }
         let shows = [
-            law.terms.iter().any(|term| term.by_position),
-            law.terms.iter().any(|term| term.by_velocity),
+            law.terms().iter().any(|term| term.by_position),
+            law.terms().iter().any(|term| term.by_velocity),
         ];
         // An example need not be damped; what depends on nothing else must show.
         let Largest([by_position, by_velocity]) = largest;
@@ -307,7 +307,10 @@ mod tests {
             title: spring.schema.title,
             acts_on: spring.schema.acts_on,
             parameters: spring.schema.parameters,
-            variational: spring.schema.variational,
+            formula: spring.schema.formula,
+            parts: spring.schema.parts,
+            masses: spring.schema.masses,
+            central: spring.schema.central,
         };
         let fault = |schema, build_2d, build_3d| {
             registry_fault(Box::leak(Box::new(ForceKind { schema, build_2d, build_3d })))
@@ -328,7 +331,7 @@ mod tests {
     fn a_parameter_shows_where_its_law_says_and_nowhere_else() {
         for kind in force::REGISTRY {
             let law = law::find(kind.schema.tag).unwrap();
-            let mut shown = vec![[false; 2]; law.terms.len()];
+            let mut shown = vec![[false; 2]; law.terms().len()];
             for state in states(kind, Dimension::Three, 4, 3) {
                 let subject = simulated(&state.scene);
                 let observation = check::observe(subject.as_ref(), &state, law, true).unwrap();
@@ -339,7 +342,7 @@ mod tests {
                 }
             }
             let stated: Vec<[bool; 2]> =
-                law.terms.iter().map(|term| [term.by_position, term.by_velocity]).collect();
+                law.terms().iter().map(|term| [term.by_position, term.by_velocity]).collect();
             assert_eq!(shown, stated, "{}", kind.schema.tag);
         }
     }

@@ -18,6 +18,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use simulator::force::ForceKind;
 use simulator::integrator::{BuildIntegrator, IntegratorKind, NewtonSystem, REGISTRY, Step};
+use simulator::scene::schema::Matrix;
 use simulator::scene::{Dimension, Overrides, ParseOptions, Scene, xml};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
@@ -27,7 +28,8 @@ use simulator::vocabulary;
 use super::check::{ROUNDING, largest};
 use super::ridders::{Difference, Estimate, differentiate_rounded, power_of_two};
 use super::verdict::{Reason, Verdict};
-use reference::law::{self, Expectation, Scale};
+use reference::law::Scale;
+use reference::laws::Laws;
 
 /// How many allowances a contradiction takes.
 const CLEAR: f64 = 8.0;
@@ -49,14 +51,11 @@ pub struct NewtonCheck {
     pub error: Option<Estimate>,
 }
 
-/// A scene, and the methods that step it.
+/// A scene. Every method steps it that solves with the Jacobians of its forces and takes them all.
 struct Case {
     name: &'static str,
     text: &'static str,
-    methods: &'static [&'static str],
 }
-
-const EVERY_METHOD: &[&str] = &["implicit-euler", "linearized-implicit-euler", "projected-newton"];
 
 /// Unsymmetric, symmetric and separate systems; dense and sparse; in the plane and in space.
 const CASES: &[Case] = &[
@@ -74,7 +73,6 @@ const CASES: &[Case] = &[
             <springforce edge="2" k="80" l0="1.2" b="0.4"/><springforce edge="3" k="30" l0="1" b="2"/>
             <springforce edge="4" k="55" l0="1.5" b="0"/><springforce edge="5" k="70" l0="0.7" b="0.3"/>
             <simplegravity fx="0" fy="-9.81"/><dragdamping b="0.4"/></scene>"#,
-        methods: &["implicit-euler", "linearized-implicit-euler"],
     },
     Case {
         name: "a chain in space under tension; sparse",
@@ -90,7 +88,6 @@ const CASES: &[Case] = &[
             <springforce edge="2" k="800" l0="0.8"/><springforce edge="3" k="650" l0="1"/>
             <greenspringforce edge="4" k="300" l0="1"/>
             <simplegravity fx="0" fy="-9.81" fz="0.5"/><dragdamping b="0.3"/></scene>"#,
-        methods: EVERY_METHOD,
     },
     Case {
         name: "vortex and gravitation between three, wind",
@@ -100,21 +97,21 @@ const CASES: &[Case] = &[
             <particle m="1.4" px="-0.6" py="1.5" vx="0.5" vy="0.2" fixed="0"/>
             <vortexforce i="0" j="1" kbs="0.8" kvc="1.7"/><gravitationalforce i="1" j="2" G="0.9"/>
             <windforce strength="0.7"/></scene>"#,
-        methods: &["implicit-euler", "linearized-implicit-euler"],
     },
 ];
 
 /// Checks every case with every method of it, in parallel.
 pub(super) fn check_all() -> Vec<NewtonCheck> {
-    let both = |case: &'static Case| case.methods.iter().map(move |method| (case, *method));
-    let jobs: Vec<(&Case, &str)> = CASES.iter().flat_map(both).collect();
-    jobs.into_par_iter().filter_map(|(case, method)| check(case, method)).collect()
+    let solving = |kind: &&&IntegratorKind| kind.schema.matrix == Matrix::Jacobians;
+    let with_each =
+        |case: &'static Case| REGISTRY.iter().filter(solving).map(move |kind| (case, *kind));
+    let jobs: Vec<(&Case, &IntegratorKind)> = CASES.iter().flat_map(with_each).collect();
+    jobs.into_par_iter().filter_map(|(case, kind)| check(case, kind)).collect()
 }
 
-/// `None` where the scene cannot be read; a test sees to it that it can.
-fn check(case: &'static Case, method: &str) -> Option<NewtonCheck> {
+/// `None` where the method refuses a force, or the scene cannot be read; a test sees to it that it can.
+fn check(case: &'static Case, integrator: &'static IntegratorKind) -> Option<NewtonCheck> {
     let vocabulary = vocabulary();
-    let integrator = REGISTRY.iter().copied().find(|kind| kind.schema.name == method)?;
     let overrides = Overrides { integrator: Some(&integrator.schema), ..Overrides::default() };
     let options = ParseOptions { overrides, ..ParseOptions::default() };
     let scene = xml::parse(case.text, case.name, &vocabulary, &options).ok()?.scene;
@@ -280,21 +277,8 @@ impl Observed {
 
 /// The scales of all forces of a scene together, and the shortest distance of two particles they join.
 fn scales(scene: &Scene, x: &[f64], v: &[f64], time: f64) -> (Vec<Scale>, Option<f64>) {
-    let mut sum = vec![Scale::default(); scene.particles.len()];
-    let mut shortest: Option<f64> = None;
-    for kind in simulator::force::REGISTRY {
-        let mut alone = scene.clone();
-        alone.forces.retain(|force| *force.schema == kind.schema);
-        let Some(law) = law::find(kind.schema.tag).filter(|_| !alone.forces.is_empty()) else {
-            continue;
-        };
-        let expectation = Expectation::new(law, &alone);
-        for (sum, scale) in sum.iter_mut().zip(expectation.scales(x, v, time)) {
-            *sum += scale;
-        }
-        shortest = shortest.into_iter().chain(expectation.shortest(x)).reduce(f64::min);
-    }
-    (sum, shortest)
+    let laws = Laws::new(scene);
+    (laws.scales(x, v, time), laws.shortest(x))
 }
 
 /// All systems so far.
@@ -343,7 +327,16 @@ mod tests {
     #[test]
     fn every_newton_system_is_the_derivative_of_its_residual() {
         let checks = check_all();
-        let expected: usize = CASES.iter().map(|case| case.methods.len()).sum();
+        let takers = |case: &Case| {
+            let options = ParseOptions::default();
+            let scene = xml::parse(case.text, "", &vocabulary(), &options).unwrap().scene;
+            let takes = |kind: &&&IntegratorKind| {
+                scene.forces.iter().all(|force| (kind.schema.refuses)(force).is_none())
+            };
+            let solving = REGISTRY.iter().filter(|kind| kind.schema.matrix == Matrix::Jacobians);
+            solving.filter(takes).count()
+        };
+        let expected: usize = CASES.iter().map(takers).sum();
         assert_eq!(checks.len(), expected);
         for check in checks {
             assert_eq!(check.verdict, Verdict::Correct, "{check:?}");

@@ -15,6 +15,7 @@
 
 use nalgebra::DMatrix;
 use simulator::force::Coupling;
+use simulator::scene::ForceElement;
 
 use super::check::{ROUNDING, first_step, largest};
 use super::ridders::{Difference, Estimate, Sample, differentiate, exact_steps, extrapolate};
@@ -164,8 +165,7 @@ impl<'a> Scenario<'a> {
         let mut force = vec![0.0; x.len()];
         subject.force(&x, &v, time, &mut force).ok()?;
         let jacobians = subject.jacobians(&x, &v, time).ok()?;
-        let variational =
-            state.scene.forces.iter().all(|each| (each.schema.variational)(&each.parameters));
+        let variational = state.scene.forces.iter().all(ForceElement::is_variational);
         Some(Self {
             conservative: variational && subject.energy(&x, &v, time).is_some(),
             scales: expectation.scales(&x, &v, time),
@@ -196,7 +196,7 @@ impl<'a> Scenario<'a> {
 
     /// Whether the positions show in the law at all.
     fn bends(&self) -> bool {
-        self.law().terms.iter().any(|term| term.by_position)
+        self.law().schema().depends_on().position
     }
 
     /// Whether `matrix` is clearly not zero beside its rounding.
@@ -243,7 +243,7 @@ impl<'a> Scenario<'a> {
     }
 
     fn translation(&self, tally: &mut Tally) {
-        if !self.law().internal {
+        if !self.law().is_pair() {
             return;
         }
         let (size, dimension) = (self.x.len(), self.dimension);

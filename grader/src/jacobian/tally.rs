@@ -37,7 +37,7 @@ impl Tally {
     pub(super) fn all(law: &'static Law) -> [Self; 4] {
         BlockKind::ALL.map(|kind| {
             let shows = |by: By| by == kind.by && (kind.part == Part::Direct || law.is_pair());
-            let required = law.terms.iter().map(|term| {
+            let required = law.terms().into_iter().map(|term| {
                 let shows = (term.by_position && shows(By::Position))
                     || (term.by_velocity && shows(By::Velocity));
                 (term.parameter, shows)
@@ -45,7 +45,7 @@ impl Tally {
             Self {
                 kind,
                 required: required.collect(),
-                shown: vec![false; law.terms.len()],
+                shown: vec![false; law.terms().len()],
                 evidence: 0,
                 zeros: 0,
                 undecided: 0,

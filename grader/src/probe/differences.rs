@@ -243,7 +243,7 @@ impl<const D: usize> JacobianSink<D> for Matrices {
 #[cfg(test)]
 mod tests {
     use super::super::noise::CLEAR;
-    use super::super::scenes::{PARTS, Steps, states};
+    use super::super::scenes::{Steps, parts, states};
     use super::super::stepper::BuiltIn;
     use super::*;
 
@@ -252,7 +252,7 @@ mod tests {
         for dimension in [Dimension::Two, Dimension::Three] {
             let offer =
                 Offer { stepper: &BuiltIn, dimension, explicit: "explicit-euler", implicit: None };
-            for part in PARTS.iter().filter(|part| part.steps != Steps::None) {
+            for part in parts().iter().filter(|part| part.steps != Steps::None) {
                 for state in states(dimension) {
                     let found = offer
                         .differences(&[part.full], &state, &vec![1.0; chain(dimension)])

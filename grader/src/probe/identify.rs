@@ -404,7 +404,7 @@ impl Fit {
 mod tests {
     use simulator::scene::Dimension;
 
-    use super::super::scenes::{PARTS, Steps as Kind, states};
+    use super::super::scenes::{Steps as Kind, parts, states};
     use super::super::stepper::BuiltIn;
     use super::*;
 
@@ -418,7 +418,7 @@ mod tests {
                 implicit: Some("linearized-implicit-euler"),
             };
             let states = states(dimension);
-            for part in PARTS.iter().filter(|part| part.steps == Kind::Chain) {
+            for part in parts().iter().filter(|part| part.steps == Kind::Chain) {
                 // What is expected must not matter.
                 let size = offer.size();
                 let nothing =

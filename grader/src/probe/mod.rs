@@ -108,7 +108,7 @@ pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str) -> bool) -> Probing {
         if let Ok(explicit) = &explicit {
             let implicit = implicit.as_ref().ok().copied();
             let mut session = Session::new(Offer { stepper, dimension, explicit, implicit });
-            let wanted = scenes::PARTS.iter().filter(|part| select(part.force));
+            let wanted = scenes::parts().iter().filter(|part| select(part.force));
             parts.extend(wanted.map(|part| session.report(part)));
         }
         spaces.push(Space { dimension, explicit, implicit });
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn the_built_in_simulator_is_correct_in_every_part() {
         let probing = probe(&BuiltIn, |_| true);
-        assert_eq!(probing.parts.len(), 2 * scenes::PARTS.len());
+        assert_eq!(probing.parts.len(), 2 * scenes::parts().len());
         for part in &probing.parts {
             for (name, finding) in part.findings() {
                 let time = part.force == "windforce" && name != "force";

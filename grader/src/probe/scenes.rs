@@ -14,11 +14,15 @@
 //! Springs are stretched, gravitation is weak and masses are at least 1, so that `M − h² ∂F/∂x` is definite
 //! wherever it is symmetric: conjugate gradients may be used.
 
+use std::sync::LazyLock;
+
 use fastrand::Rng;
 use nalgebra::DMatrix;
 use simulator::force;
 use simulator::integrator;
-use simulator::scene::schema::{ActsOn, ForceSchema, MAX_PARAMETERS};
+use simulator::scene::schema::{
+    ActsOn, ForceSchema, MAX_PARAMETERS, Masses, PartSchema, StepEquation,
+};
 use simulator::scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
 };
@@ -41,57 +45,47 @@ pub(super) const N_STATES: usize = 3;
 /// Time steps of the implicit steps: three, to separate `h² K` from `h B` and have one left over.
 pub(super) const TIME_STEPS: [f64; 3] = [0.5, 1.0, 2.0];
 
-/// Elements of one force.
+/// Elements of one force, with the samples of its parameters but for those of parts that are left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Elements {
-    pub(super) tag: &'static str,
-    /// Parameters of the chain's elements; of a force on every particle, only the first.
-    parameters: [[f64; MAX_PARAMETERS]; 3],
-    /// Whether the first parameter is divided by the masses of the pair, for the force not to depend on them.
-    per_mass: bool,
+    schema: &'static ForceSchema,
+    /// How many of its parts they have, from the first on.
+    parts: usize,
 }
 
 impl Elements {
-    const fn pairs(tag: &'static str, parameters: [[f64; MAX_PARAMETERS]; 3]) -> Self {
-        Self { tag, parameters, per_mass: false }
+    /// Those of the force with this tag that have its parts up to `part`.
+    ///
+    /// # Panics
+    /// Where there is no such force or part.
+    fn up_to(tag: &str, part: &str) -> Self {
+        let mut kinds = force::REGISTRY.iter();
+        let kind = kinds.find(|kind| kind.schema.tag == tag);
+        let schema = &kind.unwrap_or_else(|| panic!("{tag} is no registered force")).schema;
+        let number = schema.parts.iter().position(|known| known.name == part);
+        Self { schema, parts: 1 + number.unwrap_or_else(|| panic!("{tag} has no part {part}")) }
     }
 
-    const fn every(tag: &'static str, parameters: [f64; MAX_PARAMETERS]) -> Self {
-        Self { tag, parameters: [parameters; 3], per_mass: false }
+    /// The parameters of the element at this place in the chain. A force that grows with the masses is divided by
+    /// them, not to depend on them.
+    fn parameters(self, place: usize, masses: Option<[f64; 2]>) -> [f64; MAX_PARAMETERS] {
+        let Self { schema, parts } = self;
+        let mut values = [0.0; MAX_PARAMETERS];
+        for (value, parameter) in values.iter_mut().zip(schema.parameters) {
+            let is_of = |part: &PartSchema| part.scaled_by.contains(&parameter.name);
+            if schema.parts[parts..].iter().any(is_of) {
+                continue;
+            }
+            *value = parameter.samples[place];
+            if let (Masses::Product, Some([a, b])) = (schema.masses, masses) {
+                if schema.parts.iter().any(is_of) {
+                    *value /= a * b;
+                }
+            }
+        }
+        values
     }
 }
-
-const SPRINGS: Elements = Elements::pairs(
-    "springforce",
-    [[4.0, 0.75, 0.0, 0.0], [6.0, 0.5, 0.0, 0.0], [5.0, 0.625, 0.0, 0.0]],
-);
-const DAMPED_SPRINGS: Elements = Elements::pairs(
-    "springforce",
-    [[4.0, 0.75, 1.5, 0.0], [6.0, 0.5, 1.0, 0.0], [5.0, 0.625, 1.25, 0.0]],
-);
-const GRAVITATION: Elements = Elements {
-    per_mass: true,
-    ..Elements::pairs(
-        "gravitationalforce",
-        [[0.5, 0.0, 0.0, 0.0], [0.75, 0.0, 0.0, 0.0], [0.625, 0.0, 0.0, 0.0]],
-    )
-};
-const VORTEX_DRAG: Elements = Elements::pairs(
-    "vortexforce",
-    [[0.0, 1.5, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 1.25, 0.0, 0.0]],
-);
-const VORTEX: Elements = Elements::pairs(
-    "vortexforce",
-    [[0.75, 1.5, 0.0, 0.0], [1.25, 1.0, 0.0, 0.0], [-1.0, 1.25, 0.0, 0.0]],
-);
-const GREEN_SPRINGS: Elements = Elements::pairs(
-    "greenspringforce",
-    [[0.25, 1.25, 0.0, 0.0], [0.375, 1.0, 0.0, 0.0], [0.3125, 1.125, 0.0, 0.0]],
-);
-const DRAG: Elements = Elements::every("dragdamping", [0.75, 0.0, 0.0, 0.0]);
-const GRAVITY: Elements = Elements::every("simplegravity", [0.5, -1.25, 0.75, 0.0]);
-const CONSTANT: Elements = Elements::every("constantforce", [-0.75, 1.5, 0.625, 0.0]);
-const WIND: Elements = Elements::every("windforce", [0.75, 0.0, 0.0, 0.0]);
 
 /// What one line of the report is about.
 #[derive(Debug, Clone, Copy)]
@@ -120,99 +114,51 @@ pub(super) enum Steps {
     None,
 }
 
+impl Steps {
+    fn of(schema: &ForceSchema) -> Self {
+        match (schema.acts_on, schema.masses) {
+            _ if schema.depends_on().time => Self::None,
+            (ActsOn::EveryParticle, _) | (_, Masses::Product) => Self::BesideSprings,
+            (ActsOn::Pair | ActsOn::Edge, Masses::None | Masses::Own) => Self::Chain,
+        }
+    }
+}
+
 /// Every part, a force's parts one after the other in the order of the simulator's registry.
-pub(super) static PARTS: [Part; 10] = [
-    Part {
-        force: "simplegravity",
-        name: "all",
-        meaning: "the force",
-        full: GRAVITY,
-        without: None,
-        steps: Steps::BesideSprings,
-    },
-    Part {
-        force: "constantforce",
-        name: "all",
-        meaning: "the force",
-        full: CONSTANT,
-        without: None,
-        steps: Steps::BesideSprings,
-    },
-    Part {
-        force: "springforce",
-        name: "elastic",
-        meaning: "springs without damping",
-        full: SPRINGS,
-        without: None,
-        steps: Steps::Chain,
-    },
-    Part {
-        force: "springforce",
-        name: "damping",
-        meaning: "what damping adds to springs",
-        full: DAMPED_SPRINGS,
-        without: Some(SPRINGS),
-        steps: Steps::Chain,
-    },
-    Part {
-        force: "gravitationalforce",
-        name: "all",
-        meaning: "the force",
-        full: GRAVITATION,
-        without: None,
-        steps: Steps::BesideSprings,
-    },
-    Part {
-        force: "dragdamping",
-        name: "all",
-        meaning: "the force",
-        full: DRAG,
-        without: None,
-        steps: Steps::BesideSprings,
-    },
-    Part {
-        force: "vortexforce",
-        name: "drag",
-        meaning: "vortices with kbs = 0",
-        full: VORTEX_DRAG,
-        without: None,
-        steps: Steps::Chain,
-    },
-    Part {
-        force: "vortexforce",
-        name: "rotation",
-        meaning: "what kbs adds to vortices",
-        full: VORTEX,
-        without: Some(VORTEX_DRAG),
-        steps: Steps::Chain,
-    },
-    Part {
-        force: "greenspringforce",
-        name: "all",
-        meaning: "the force",
-        full: GREEN_SPRINGS,
-        without: None,
-        steps: Steps::Chain,
-    },
-    Part {
-        force: "windforce",
-        name: "all",
-        meaning: "the force",
-        full: WIND,
-        without: None,
-        steps: Steps::None,
-    },
-];
+pub(super) fn parts() -> &'static [Part] {
+    static PARTS: LazyLock<Vec<Part>> = LazyLock::new(every_part);
+    &PARTS
+}
+
+fn every_part() -> Vec<Part> {
+    let of_force = |schema: &'static ForceSchema| {
+        schema.parts.iter().enumerate().map(move |(number, part)| Part {
+            force: schema.tag,
+            name: part.name,
+            meaning: part.meaning,
+            full: Elements { schema, parts: number + 1 },
+            without: (number > 0).then_some(Elements { schema, parts: number }),
+            steps: Steps::of(schema),
+        })
+    };
+    force::REGISTRY.iter().flat_map(|kind| of_force(&kind.schema)).collect()
+}
 
 /// What parts are measured beside; where it is not offered, gravitation beside nothing, and forces on every
 /// particle beside gravitation.
-pub(super) const COMPANION: Elements = SPRINGS;
+pub(super) fn companion() -> Elements {
+    Elements::up_to("springforce", "elastic")
+}
 
 /// What is added where a wrong Jacobian keeps the particles on their lines.
-pub(super) const EXCITER: Elements = CONSTANT;
+pub(super) fn exciter() -> Elements {
+    Elements::up_to("constantforce", "all")
+}
 
 /// What forces on every particle are measured beside where there are no springs.
-pub(super) const SECOND_COMPANION: Elements = GRAVITATION;
+pub(super) fn second_companion() -> Elements {
+    Elements::up_to("gravitationalforce", "all")
+}
 
 /// Positions and velocities of a group, `(D + 1) · D` numbers each, particle-major.
 #[derive(Debug, Clone, PartialEq)]
@@ -300,9 +246,12 @@ pub(super) fn scene(
     time_step: f64,
     implicit: bool,
 ) -> Scene {
-    let name = if implicit { "linearized-implicit-euler" } else { "explicit-euler" };
-    let method = integrator::REGISTRY.iter().find(|kind| kind.schema.name == name);
-    let method = method.map_or(&integrator::REGISTRY[0].schema, |kind| &kind.schema);
+    let wanted = match implicit {
+        true => StepEquation::LinearizedImplicitEuler,
+        false => StepEquation::ExplicitEuler,
+    };
+    let method = integrator::REGISTRY.iter().find(|kind| kind.schema.equation == wanted);
+    let method = &method.unwrap_or_else(|| panic!("no integrator solves {wanted:?}")).schema;
     let numbers = 0..groups.len();
     let edges = numbers.flat_map(|group| {
         pairs(dimension).iter().map(move |pair| pair.map(|i| group * chain(dimension) + i))
@@ -334,10 +283,7 @@ fn particles(group: &Group, dimension: Dimension) -> Vec<Particle> {
 }
 
 fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<ForceElement> {
-    let Some(kind) = force::REGISTRY.iter().find(|kind| kind.schema.tag == of.tag) else {
-        return Vec::new();
-    };
-    let schema: &'static ForceSchema = &kind.schema;
+    let schema = of.schema;
     let element = |parameters, pair, edge| ForceElement {
         schema,
         pair,
@@ -346,7 +292,7 @@ fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<F
         location: Location::default(),
     };
     if schema.acts_on == ActsOn::EveryParticle {
-        let mut parameters = of.parameters[0];
+        let mut parameters = of.parameters(0, None);
         for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
             if parameter.three_dimensional && dimension == Dimension::Two {
                 *value = 0.0;
@@ -357,10 +303,8 @@ fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<F
     let pairs = pairs(dimension);
     let mut found = Vec::with_capacity(groups.len() * pairs.len());
     for (number, group) in groups.iter().enumerate() {
-        for (link, ([i, j], mut parameters)) in pairs.iter().zip(of.parameters).enumerate() {
-            if of.per_mass {
-                parameters[0] /= group.masses[*i] * group.masses[*j];
-            }
+        for (link, [i, j]) in pairs.iter().enumerate() {
+            let parameters = of.parameters(link, Some([group.masses[*i], group.masses[*j]]));
             let pair = [i, j].map(|particle| number * chain(dimension) + particle);
             let edge = (schema.acts_on == ActsOn::Edge).then_some(number * pairs.len() + link);
             found.push(element(parameters, Some(pair), edge));
@@ -374,14 +318,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_force_of_the_registry_has_a_part_in_its_order() {
-        let mut tags: Vec<&str> = PARTS.iter().map(|part| part.force).collect();
-        tags.dedup();
-        let mut registered: Vec<&str> =
-            force::REGISTRY.iter().map(|kind| kind.schema.tag).collect();
-        tags.sort_unstable();
-        registered.sort_unstable();
-        assert_eq!(tags, registered);
+    fn samples_have_few_digits_and_are_within_their_domains() {
+        for parameter in force::REGISTRY.iter().flat_map(|kind| kind.schema.parameters) {
+            for sample in parameter.samples {
+                let is_short = (sample * 64.0).fract() == 0.0 && sample.abs() <= 64.0;
+                let fits = parameter.domain.contains(sample) && sample != 0.0;
+                assert!(is_short && fits, "{}: {sample}", parameter.name);
+            }
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::judge::{
 };
 use super::noise::CLEAR;
 use super::scenes::{
-    self, COMPANION, EXCITER, Elements, Group, Part, SECOND_COMPANION, State, TIME_STEPS, chain,
+    self, Elements, Group, Part, State, TIME_STEPS, chain, companion, exciter, second_companion,
 };
 use super::separate::{
     Derivatives, PartMatrix, Separated, block_entries, part_matrices, part_of, separate,
@@ -37,7 +37,7 @@ impl Stepped {
     fn variants(&self) -> Vec<Vec<Elements>> {
         let mut variants = vec![self.elements.clone()];
         if self.excited {
-            variants.push(self.elements.iter().copied().chain([EXCITER]).collect());
+            variants.push(self.elements.iter().copied().chain([exciter()]).collect());
         }
         variants
     }
@@ -150,9 +150,9 @@ impl<'a> Session<'a> {
             let steps = self.measure_steps(stepped);
             self.steps[steps].1.as_ref().is_ok_and(Steps::is_partial)
         };
-        if all.iter().any(is_partial) && self.has_force(EXCITER) {
+        if all.iter().any(is_partial) && self.has_force(exciter()) {
             for stepped in all {
-                stepped.excited = !stepped.elements.contains(&EXCITER);
+                stepped.excited = !stepped.elements.contains(&exciter());
             }
         }
     }
@@ -309,7 +309,7 @@ impl<'a> Session<'a> {
         let count = self.offer.dimension.count();
         let masses = scenes::masses(self.offer.dimension);
         let rest = part.steps == scenes::Steps::BesideSprings;
-        let companion = self.forces.iter().find(|(known, _)| rest && known == &[COMPANION]);
+        let companion = self.forces.iter().find(|(known, _)| rest && known == &[companion()]);
         let companion = companion.and_then(|(_, forces)| forces.as_ref().ok());
         let without = part.without.map(|without| [without]);
         let base = self
@@ -359,9 +359,9 @@ impl<'a> Session<'a> {
             let without = part.without.map(|without| Stepped::new(&[without]));
             return Ok((Stepped::new(&[part.full]), without));
         }
-        let mut companions = vec![COMPANION];
-        if part.full != SECOND_COMPANION {
-            companions.push(SECOND_COMPANION);
+        let mut companions = vec![companion()];
+        if part.full != second_companion() {
+            companions.push(second_companion());
         }
         for companion in companions {
             if self.moves(companion) {
@@ -369,7 +369,7 @@ impl<'a> Session<'a> {
                 return Ok((full, Some(Stepped::new(&[companion]))));
             }
         }
-        if part.full == SECOND_COMPANION {
+        if part.full == second_companion() {
             return Ok((Stepped::new(&[part.full]), None));
         }
         let reason = "there is no other force to excite every direction with";
@@ -473,7 +473,7 @@ impl<'a> Session<'a> {
             masses.map(|masses| Group { state: state.clone(), masses }).collect()
         };
         let beside = part.steps == scenes::Steps::BesideSprings;
-        let stepped = if beside { vec![COMPANION, part.full] } else { vec![part.full] };
+        let stepped = if beside { vec![companion(), part.full] } else { vec![part.full] };
         let Offer { dimension, explicit, implicit, .. } = self.offer;
         let at = &self.states[state];
         let force = scenes::scene(dimension, &[part.full], &groups(at), 1.0, false);

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use grader::suite::{Section, Suite};
+use report;
 use simulator::scene::ParseOptions;
 use simulator::simulation::Simulation;
 use studies::needs;

@@ -12,8 +12,10 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
+use reference::closed::starts;
+use reference::laws::Laws;
 use simulator::force;
-use simulator::scene::schema::{ActsOn, MAX_PARAMETERS};
+use simulator::scene::schema::{ActsOn, MAX_PARAMETERS, Matrix};
 use simulator::scene::{Dimension, ForceElement, Location, Scene};
 use simulator::simulation::{Simulation, SimulationError};
 use simulator::solver::linear::{LinearSolver, MAX_SMALL_BLOCKS};
@@ -98,7 +100,7 @@ pub fn measure(name: &str, scene: &Scene) -> Result<Need, SimulationError> {
         let mentioned = |force: &ForceElement| {
             scene.forces.iter().any(|each| each.schema == force.schema)
                 || force.pair.is_none()
-                || force.schema.tag == "springforce"
+                || is_defined_everywhere(scene, force)
         };
         general_scene.forces.retain(mentioned);
     }
@@ -145,9 +147,8 @@ pub fn general(scene: &Scene) -> Scene {
         a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
     };
     let furthest = (1..scene.particles.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
-    // In space, the wind blows out of the plane as well: that would be another scene.
-    let is_flat = scene.forces.iter().any(|force| force.schema.tag == "windforce");
-    let dimension = if is_flat { scene.dimension } else { Dimension::Three };
+    // In space, a wind blows out of the plane as well: that would be another scene.
+    let dimension = if leaves_the_plane(scene) { scene.dimension } else { Dimension::Three };
     let mut general = Scene { dimension, ..scene.clone() };
     for kind in force::REGISTRY {
         let schema = &kind.schema;
@@ -173,6 +174,21 @@ pub fn general(scene: &Scene) -> Scene {
         }
     }
     general
+}
+
+/// Whether an element is defined where all particles meet.
+fn is_defined_everywhere(scene: &Scene, element: &ForceElement) -> bool {
+    let zeros = vec![0.0; scene.particles.len() * scene.dimension.count()];
+    let force = Laws::of(scene, std::slice::from_ref(element)).force(&zeros, &zeros, 0.0);
+    force.iter().all(|component| component.is_finite())
+}
+
+/// Whether a scene in the plane, taken into space, has a force across it at the end of its first step.
+fn leaves_the_plane(scene: &Scene) -> bool {
+    let space = Scene { dimension: Dimension::Three, ..scene.clone() };
+    let (x, v) = starts(&space);
+    let across = Laws::new(&space).force(&x, &v, scene.time_step);
+    across.iter().skip(2).step_by(3).any(|component| *component != 0.0)
 }
 
 /// The largest difference of a state between a scene in the plane or in space and the same in space.
@@ -202,8 +218,8 @@ fn difference(scene: &Scene, general: &Scene) -> Result<f64, SimulationError> {
 pub fn excess(scene: &Scene, cost: &Cost) -> Vec<Excess> {
     let statistics = &cost.statistics;
     let linear = &statistics.linear;
-    let is_explicit = matches!(scene.integrator.name, "explicit-euler" | "symplectic-euler");
-    let is_constant = scene.integrator.name == "fast-mass-spring";
+    let is_explicit = scene.integrator.matrix == Matrix::None;
+    let is_constant = scene.integrator.matrix == Matrix::Constant;
     let parts = coupled_parts(scene);
     let has_matrix =
         statistics.assemblies + linear.factorisations > 0 || !statistics.linear_solver.is_empty();

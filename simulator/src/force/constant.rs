@@ -6,18 +6,24 @@
 //!
 //! Source: the course's scene schema. Several elements add up.
 
-use super::uniform::{Uniform, Weight, components};
+use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema};
+use crate::scene::schema::{ActsOn, ForceSchema, Masses};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "constantforce",
         title: "constant force",
+        formula: "`(fx, fy)` on every particle",
         acts_on: ActsOn::EveryParticle,
-        parameters: &components(["force along x", "force along y", "force along z"]),
-        variational: |_| true,
+        parameters: &components(
+            ["force along x", "force along y", "force along z"],
+            [-0.75, 1.5, 0.625],
+        ),
+        parts: &PARTS,
+        masses: Masses::None,
+        central: false,
         example: r#"<constantforce fx="0.5" fy="-1"/>"#,
     },
     build_2d: build::<2>,

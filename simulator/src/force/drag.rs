@@ -10,15 +10,31 @@
 use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
 use super::{add_to, vector_of};
 use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+use crate::scene::schema::{
+    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "dragdamping",
         title: "linear drag",
+        formula: "`−b v` on every particle, whatever its mass",
         acts_on: ActsOn::EveryParticle,
-        parameters: &[ParameterSchema::new("b", "damping", (0.1, 10.0)).non_negative()],
-        variational: |_| true,
+        parameters: &[
+            ParameterSchema::new("b", "damping", (0.1, 10.0), [0.75, 0.5, 1.25]).non_negative()
+        ],
+        parts: &[PartSchema {
+            name: "all",
+            title: "",
+            meaning: "the force",
+            scaled_by: &["b"],
+            shaped_by: &[],
+            stands_alone: true,
+            depends_on: Dependence::VELOCITY,
+            derives_from: Potential::Dissipation,
+        }],
+        masses: Masses::None,
+        central: false,
         example: r#"<dragdamping b="0.5"/>"#,
     },
     build_2d: build::<2>,
@@ -26,7 +42,7 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    let damping = elements.iter().map(|(_, element)| element.parameters[0]).sum();
+    let damping = elements.iter().map(|(_, element)| element.parameter("b")).sum();
     let n_particles = scene.particles.len();
     Box::new(Drag { damping, n_particles })
 }

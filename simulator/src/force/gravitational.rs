@@ -12,15 +12,34 @@
 use super::pair::{PairForce, PairLaw};
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+use crate::scene::schema::{
+    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "gravitationalforce",
         title: "gravitation between two particles",
+        formula: "`F_i = −G m_i m_j / l² n`, `F_j = −F_i`",
         acts_on: ActsOn::Pair,
-        parameters: &[ParameterSchema::new("G", "gravitational constant", (0.1, 10.0))],
-        variational: |_| true,
+        parameters: &[ParameterSchema::new(
+            "G",
+            "gravitational constant",
+            (0.1, 10.0),
+            [0.5, 0.75, 0.625],
+        )],
+        parts: &[PartSchema {
+            name: "all",
+            title: "",
+            meaning: "the force",
+            scaled_by: &["G"],
+            shaped_by: &[],
+            stands_alone: true,
+            depends_on: Dependence::POSITION,
+            derives_from: Potential::Energy,
+        }],
+        masses: Masses::Product,
+        central: true,
         example: r#"<gravitationalforce i="0" j="1" G="0.000118419"/>"#,
     },
     build_2d: build::<2>,
@@ -28,9 +47,9 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |parameters, [i, j]| {
+    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |element, [i, j]| {
         let masses = scene.particles[i].mass * scene.particles[j].mass;
-        Gravitation { strength: parameters[0] * masses }
+        Gravitation { strength: element.parameter("G") * masses }
     }))
 }
 

@@ -13,18 +13,33 @@
 use super::pair::{PairForce, PairLaw};
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+use crate::scene::schema::{
+    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "greenspringforce",
         title: "spring of squared length (Green strain)",
+        formula: "`F_i = −2 k (l²/l0² − 1) (x_i − x_j)`, `F_j = −F_i`: of the energy `l0² k/2 (l²/l0² − 1)²`",
         acts_on: ActsOn::Edge,
         parameters: &[
-            ParameterSchema::new("k", "stiffness", (1.0, 10.0)).non_negative(),
-            ParameterSchema::new("l0", "rest length", (1.0, 3.0)).positive(),
+            ParameterSchema::new("k", "stiffness", (1.0, 10.0), [0.25, 0.375, 0.3125])
+                .non_negative(),
+            ParameterSchema::new("l0", "rest length", (1.0, 3.0), [1.25, 1.0, 1.125]).positive(),
         ],
-        variational: |_| true,
+        parts: &[PartSchema {
+            name: "all",
+            title: "",
+            meaning: "the force",
+            scaled_by: &["k"],
+            shaped_by: &["l0"],
+            stands_alone: true,
+            depends_on: Dependence::POSITION,
+            derives_from: Potential::Energy,
+        }],
+        masses: Masses::None,
+        central: true,
         example: r#"<greenspringforce edge="0" k="100" l0="1"/>"#,
     },
     build_2d: build::<2>,
@@ -32,9 +47,9 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |parameters, _| GreenSpring {
-        stiffness: parameters[0],
-        rest_length_squared: parameters[1] * parameters[1],
+    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |element, _| GreenSpring {
+        stiffness: element.parameter("k"),
+        rest_length_squared: element.parameter("l0") * element.parameter("l0"),
     }))
 }
 

@@ -20,9 +20,9 @@
 //!
 //! # Adding a force
 //!
-//! One new file with a [`ForceKind`], and one line in [`REGISTRY`]. The parser, `simulate --help`, the
-//! Jacobian check and the benches pick it up from there; the check wants the law a second time, in the grader's
-//! `jacobian/law`.
+//! docs/adding-a-force.md walks through an example: a new file with a [`ForceKind`], a line in [`REGISTRY`], its law a
+//! second time in the grader's `reference` crate, and a scene. All else derives from the facts of its
+//! [`ForceSchema`].
 
 use nalgebra::{SMatrix, SVector};
 
@@ -144,7 +144,7 @@ pub struct State<'a> {
 pub enum Coupling {
     /// The particle to itself, coordinate by coordinate: a multiple of the identity.
     Diagonal(usize),
-    /// Two particles to themselves and each other.
+    /// Two particles to themselves and each other; or one to itself, with a full block, where both are the same.
     Pair {
         /// The two.
         particles: [usize; 2],

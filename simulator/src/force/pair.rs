@@ -14,7 +14,7 @@ use pulp::Simd;
 
 use super::batches::{Batches, Relative};
 use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
-use crate::scene::Scene;
+use crate::scene::{ForceElement, Scene};
 
 /// Elements of one force from which on its loop is divided among the threads of rayon's pool: with fewer,
 /// waking a thread takes longer than it saves. A step from outside the pool waits for it to start.
@@ -130,11 +130,11 @@ impl PairElement {
 }
 
 impl<L> PairForce<L> {
-    /// The elements, each with the law that `law` makes of its parameters and its two particles.
+    /// The elements, each with the law that `law` makes of it and its two particles.
     pub(super) fn new<const D: usize>(
         scene: &Scene,
         elements: &[Numbered<'_>],
-        law: impl Fn(&[f64], [usize; 2]) -> L::Law,
+        law: impl Fn(&ForceElement, [usize; 2]) -> L::Law,
     ) -> Self
     where
         L: PairLaws<D>,
@@ -147,7 +147,7 @@ impl<L> PairForce<L> {
     fn in_parts<const D: usize>(
         scene: &Scene,
         elements: &[Numbered<'_>],
-        law: impl Fn(&[f64], [usize; 2]) -> L::Law,
+        law: impl Fn(&ForceElement, [usize; 2]) -> L::Law,
         n_parts: usize,
     ) -> Self
     where
@@ -178,8 +178,8 @@ impl<L> PairForce<L> {
         }
         let mut laws = L::default();
         for element in order.iter().map(|number| &active[*number as usize]).chain(&inert) {
-            let parameters = &scene.forces[element.element as usize].parameters;
-            laws.push(law(parameters, element.pair().map(|particle| particle as usize)));
+            let description = &scene.forces[element.element as usize];
+            laws.push(law(description, element.pair().map(|particle| particle as usize)));
         }
         Self { active, laws, parts, inert }
     }
@@ -378,7 +378,7 @@ mod tests {
 
     fn springs<const D: usize>(scene: &Scene, n_parts: usize) -> PairForce<Springs<D>> {
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-        PairForce::in_parts::<D>(scene, &elements, Springs::<D>::of_parameters, n_parts)
+        PairForce::in_parts::<D>(scene, &elements, Springs::<D>::of_element, n_parts)
     }
 
     /// The forces of all springs, pair by pair in the order of the file.
@@ -387,8 +387,7 @@ mod tests {
         for element in &scene.forces {
             let [i, j] = element.pair.unwrap();
             let (d, w) = relative::<D>(state, [i as u32, j as u32]);
-            let force =
-                Springs::<D>::of_parameters(&element.parameters, [i, j]).force(&d, &w).unwrap();
+            let force = Springs::<D>::of_element(element, [i, j]).force(&d, &w).unwrap();
             for axis in 0..D {
                 sums[i * D + axis] += force[axis];
                 sums[j * D + axis] -= force[axis];

@@ -7,22 +7,24 @@
 //! Source: hand-out of milestone 3, section 8.2. The attributes are called `fx`, `fy`, and are
 //! accelerations. Several elements add up.
 
-use super::uniform::{Uniform, Weight, components};
+use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema};
+use crate::scene::schema::{ActsOn, ForceSchema, Masses};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "simplegravity",
         title: "simple gravity",
+        formula: "`m (fx, fy)` on every particle: an acceleration",
         acts_on: ActsOn::EveryParticle,
-        parameters: &components([
-            "acceleration along x",
-            "acceleration along y",
-            "acceleration along z",
-        ]),
-        variational: |_| true,
+        parameters: &components(
+            ["acceleration along x", "acceleration along y", "acceleration along z"],
+            [0.5, -1.25, 0.75],
+        ),
+        parts: &PARTS,
+        masses: Masses::Own,
+        central: false,
         example: r#"<simplegravity fx="0" fy="-9.81"/>"#,
     },
     build_2d: build::<2>,

@@ -19,20 +19,49 @@ use pulp::Simd;
 use super::batches::{Relative, load};
 use super::pair::{PairForce, PairLaw, PairLaws, Undefined, one_by_one};
 use super::{Block, Force, ForceKind, Numbered, Vector};
-use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+use crate::scene::schema::{
+    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+};
+use crate::scene::{ForceElement, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "springforce",
         title: "spring with internal damping",
+        formula: "`F_i = −k (l − l0) n − b (n·w) n`, `F_j = −F_i`",
         acts_on: ActsOn::Edge,
         parameters: &[
-            ParameterSchema::new("k", "stiffness", (1.0, 100.0)).non_negative(),
-            ParameterSchema::new("l0", "rest length", (0.2, 2.0)).non_negative(),
-            ParameterSchema::new("b", "damping", (0.1, 10.0)).non_negative().default_to(0.0),
+            ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),
+            ParameterSchema::new("l0", "rest length", (0.2, 2.0), [0.75, 0.5, 0.625])
+                .non_negative(),
+            ParameterSchema::new("b", "damping", (0.1, 10.0), [1.5, 1.0, 1.25])
+                .non_negative()
+                .default_to(0.0),
         ],
-        variational: |parameters| parameters[2] == 0.0,
+        parts: &[
+            PartSchema {
+                name: "elastic",
+                title: "elastic force",
+                meaning: "springs without damping",
+                scaled_by: &["k"],
+                shaped_by: &["l0"],
+                stands_alone: true,
+                depends_on: Dependence::POSITION,
+                derives_from: Potential::Energy,
+            },
+            PartSchema {
+                name: "damping",
+                title: "damping",
+                meaning: "what damping adds to springs",
+                scaled_by: &["b"],
+                shaped_by: &[],
+                stands_alone: true,
+                depends_on: Dependence::STATE,
+                derives_from: Potential::Neither,
+            },
+        ],
+        masses: Masses::None,
+        central: true,
         example: r#"<springforce edge="0" k="100" l0="1" b="0.5"/>"#,
     },
     build_2d: build::<2>,
@@ -40,7 +69,7 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    Box::new(PairForce::<Springs<D>>::new::<D>(scene, elements, Springs::<D>::of_parameters))
+    Box::new(PairForce::<Springs<D>>::new::<D>(scene, elements, Springs::<D>::of_element))
 }
 
 #[derive(Clone, Copy)]
@@ -120,9 +149,11 @@ pub(super) struct Springs<const D: usize> {
 }
 
 impl<const D: usize> Springs<D> {
-    /// The law of an element with these parameters.
-    pub(super) fn of_parameters(parameters: &[f64], _: [usize; 2]) -> Spring {
-        Spring { stiffness: parameters[0], rest_length: parameters[1], damping: parameters[2] }
+    /// The law of an element.
+    pub(super) fn of_element(element: &ForceElement, _: [usize; 2]) -> Spring {
+        let [stiffness, rest_length, damping] =
+            ["k", "l0", "b"].map(|name| element.parameter(name));
+        Spring { stiffness, rest_length, damping }
     }
 }
 

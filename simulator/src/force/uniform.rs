@@ -5,7 +5,7 @@
 //! ```
 
 use super::{Degenerate, Force, Numbered, State, Vector, add_to, vector_of};
-use crate::scene::schema::ParameterSchema;
+use crate::scene::schema::{Dependence, ParameterSchema, PartSchema, Potential};
 
 /// What the vector of a uniform force is multiplied by on each particle.
 #[derive(Clone, Copy)]
@@ -23,10 +23,10 @@ pub(super) struct Uniform<const D: usize> {
 }
 
 impl<const D: usize> Uniform<D> {
-    /// The sum of the elements' vectors, which are their first `D` parameters.
+    /// The sum of the elements' vectors.
     pub(super) fn new(elements: &[Numbered<'_>], weight: Weight) -> Self {
         let vector_of_element = |(_, element): &Numbered<'_>| -> Vector<D> {
-            Vector::from_column_slice(&element.parameters[..D])
+            Vector::from_fn(|axis, _| element.parameter(COMPONENTS[axis]))
         };
         Self { vector: elements.iter().map(vector_of_element).sum(), weight }
     }
@@ -39,15 +39,35 @@ impl<const D: usize> Uniform<D> {
     }
 }
 
-/// The attributes `fx fy fz`, whose meaning is `meanings` in their order.
-pub(super) const fn components(meanings: [&'static str; 3]) -> [ParameterSchema; 3] {
+/// The attributes.
+const COMPONENTS: [&str; 3] = ["fx", "fy", "fz"];
+
+/// The attributes `fx fy fz`, whose meanings and samples these are in their order.
+pub(super) const fn components(
+    meanings: [&'static str; 3],
+    samples: [f64; 3],
+) -> [ParameterSchema; 3] {
     const TYPICAL: (f64, f64) = (-10.0, 10.0);
     [
-        ParameterSchema::new("fx", meanings[0], TYPICAL),
-        ParameterSchema::new("fy", meanings[1], TYPICAL),
-        ParameterSchema::new("fz", meanings[2], TYPICAL).default_to(0.0).in_three_dimensions(),
+        ParameterSchema::new(COMPONENTS[0], meanings[0], TYPICAL, [samples[0]; 3]),
+        ParameterSchema::new(COMPONENTS[1], meanings[1], TYPICAL, [samples[1]; 3]),
+        ParameterSchema::new(COMPONENTS[2], meanings[2], TYPICAL, [samples[2]; 3])
+            .default_to(0.0)
+            .in_three_dimensions(),
     ]
 }
+
+/// The one part of a uniform force.
+pub(super) static PARTS: [PartSchema; 1] = [PartSchema {
+    name: "all",
+    title: "",
+    meaning: "the force",
+    scaled_by: &COMPONENTS,
+    shaped_by: &[],
+    stands_alone: true,
+    depends_on: Dependence::NOTHING,
+    derives_from: Potential::Energy,
+}];
 
 impl<const D: usize> Force<D> for Uniform<D> {
     fn energy(&self, state: State<'_>) -> Option<f64> {

@@ -17,18 +17,54 @@
 use super::pair::{PairForce, PairLaw};
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+use crate::scene::schema::{
+    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "vortexforce",
         title: "vortex between two particles",
+        formula: "`F_i = kvc/l² (kbs R n − w)`, `F_j = −F_i`",
         acts_on: ActsOn::Pair,
         parameters: &[
-            ParameterSchema::new("kbs", "strength of the Biot-Savart rotation", (0.1, 10.0)),
-            ParameterSchema::new("kvc", "strength of the viscous coupling", (0.1, 10.0)),
+            ParameterSchema::new(
+                "kbs",
+                "strength of the Biot-Savart rotation",
+                (0.1, 10.0),
+                [0.75, 1.25, -1.0],
+            ),
+            ParameterSchema::new(
+                "kvc",
+                "strength of the viscous coupling",
+                (0.1, 10.0),
+                [1.5, 1.0, 1.25],
+            ),
         ],
-        variational: |_| false,
+        parts: &[
+            PartSchema {
+                name: "drag",
+                title: "drag",
+                meaning: "vortices with kbs = 0",
+                scaled_by: &["kvc"],
+                shaped_by: &[],
+                stands_alone: true,
+                depends_on: Dependence::STATE,
+                derives_from: Potential::Neither,
+            },
+            PartSchema {
+                name: "rotation",
+                title: "rotation",
+                meaning: "what kbs adds to vortices",
+                scaled_by: &["kbs"],
+                shaped_by: &["kvc"],
+                stands_alone: false,
+                depends_on: Dependence::POSITION,
+                derives_from: Potential::Neither,
+            },
+        ],
+        masses: Masses::None,
+        central: false,
         example: r#"<vortexforce i="0" j="1" kbs="0.8" kvc="1000"/>"#,
     },
     build_2d: build::<2>,
@@ -36,9 +72,9 @@ pub(super) static KIND: ForceKind = ForceKind {
 };
 
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
-    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |parameters, _| Vortex {
-        biot_savart: parameters[0],
-        viscous: parameters[1],
+    Box::new(PairForce::<Vec<_>>::new::<D>(scene, elements, |element, _| Vortex {
+        biot_savart: element.parameter("kbs"),
+        viscous: element.parameter("kvc"),
     }))
 }
 

@@ -16,15 +16,30 @@ use libm::{cos, sin};
 use super::{Degenerate, Force, ForceKind, Numbered, State};
 use super::{Vector, add_to, vector_of};
 use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema, ParameterSchema};
+use crate::scene::schema::{
+    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "windforce",
         title: "wind",
+        formula: "`strength (3 + 1.5 (1 + cos 5φ), 1 + cos(0.3 + φ), sin φ)` on every particle",
         acts_on: ActsOn::EveryParticle,
-        parameters: &[ParameterSchema::new("strength", "strength", (0.5, 2.0)).default_to(1.0)],
-        variational: |_| true,
+        parameters: &[ParameterSchema::new("strength", "strength", (0.5, 2.0), [0.75, 0.5, 1.25])
+            .default_to(1.0)],
+        parts: &[PartSchema {
+            name: "all",
+            title: "",
+            meaning: "the force",
+            scaled_by: &["strength"],
+            shaped_by: &[],
+            stands_alone: true,
+            depends_on: Dependence::TIME,
+            derives_from: Potential::Energy,
+        }],
+        masses: Masses::None,
+        central: false,
         example: r#"<windforce strength="1"/>"#,
     },
     build_2d: build::<2>,
@@ -39,7 +54,7 @@ fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Fo
     let diagonal = (0..D).map(|axis| extent(axis) * extent(axis)).sum::<f64>().sqrt();
     let phase = |x: f64| if diagonal == 0.0 { 0.0 } else { x / diagonal };
     Box::new(Wind {
-        strength: elements.iter().map(|(_, element)| element.parameters[0]).sum(),
+        strength: elements.iter().map(|(_, element)| element.parameter("strength")).sum(),
         phases: scene.particles.iter().map(|particle| phase(particle.position[0])).collect(),
     })
 }

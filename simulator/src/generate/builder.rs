@@ -52,11 +52,13 @@ impl SceneBuilder {
     pub(super) fn spring(&mut self, particles: [usize; 2], rest_length: f64, springs: &Springs) {
         let edge = self.scene.edges.len();
         self.scene.edges.push(Edge { particles, radius: self.edge_radius });
-        // In the order of the schemas: k, l0, and b where the law has damping.
-        let parameters = [springs.stiffness, rest_length, springs.damping, 0.0];
-        let schema = match springs.law {
-            SpringLaw::Hooke => self.hooke,
-            SpringLaw::Green => self.green,
+        let elastic = [("k", springs.stiffness), ("l0", rest_length)];
+        let (schema, parameters) = match springs.law {
+            SpringLaw::Hooke => {
+                let [k, l0] = elastic;
+                (self.hooke, self.hooke.values(&[k, l0, ("b", springs.damping)]))
+            }
+            SpringLaw::Green => (self.green, self.green.values(&elastic)),
         };
         self.force(schema, Some(particles), Some(edge), parameters);
     }
@@ -64,7 +66,8 @@ impl SceneBuilder {
     /// An acceleration downwards, where there is one.
     pub(super) fn gravity(&mut self, gravity: f64) {
         if gravity != 0.0 {
-            self.force(force("simplegravity"), None, None, [0.0, -gravity, 0.0, 0.0]);
+            let schema = force("simplegravity");
+            self.force(schema, None, None, schema.values(&[("fy", -gravity)]));
         }
     }
 
@@ -74,7 +77,7 @@ impl SceneBuilder {
         let n_particles = self.scene.particles.len();
         for i in 0..n_particles {
             for j in i + 1..n_particles {
-                self.force(schema, Some([i, j]), None, [constant, 0.0, 0.0, 0.0]);
+                self.force(schema, Some([i, j]), None, schema.values(&[("G", constant)]));
             }
         }
     }
@@ -107,8 +110,11 @@ impl SceneBuilder {
             }
         }
         for force in &self.scene.forces {
-            let value = force.parameters[1];
-            if force.edge.is_some() && !Domain::Positive.contains(value) {
+            if force.edge.is_none() {
+                continue;
+            }
+            let value = force.parameter("l0");
+            if !Domain::Positive.contains(value) {
                 return Err(GenerateErrorKind::RestLength { value });
             }
         }

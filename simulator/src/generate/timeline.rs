@@ -15,7 +15,7 @@
 use clap::Args;
 
 use super::error::{GenerateErrorKind, check};
-use crate::scene::schema::{Domain, IntegratorOptions, IntegratorSchema, OptionError};
+use crate::scene::schema::{Domain, Family, IntegratorOptions, IntegratorSchema, OptionError};
 use crate::scene::{MAX_STEPS, Scene, step_count};
 use crate::vocabulary;
 
@@ -109,7 +109,7 @@ impl Timeline {
 
     /// Whether a step too long for the springs makes the method explode.
     fn is_explicit(&self) -> bool {
-        ["explicit-euler", "symplectic-euler"].contains(&self.integrator.name)
+        matches!(self.integrator.family, Family::Explicit | Family::Symplectic)
     }
 }
 
@@ -129,7 +129,9 @@ fn longest_stable(scene: &Scene) -> f64 {
     let mut sums = vec![[0.0; 2]; scene.particles.len()];
     for force in &scene.forces {
         if let (Some(pair), Some(_)) = (force.pair, force.edge) {
-            let [stiffness, _, damping, _] = force.parameters;
+            let of =
+                |name| if force.schema.has_parameter(name) { force.parameter(name) } else { 0.0 };
+            let (stiffness, damping) = (of("k"), of("b"));
             for particle in pair {
                 sums[particle][0] += 2.0 * stiffness;
                 sums[particle][1] += 2.0 * damping;

@@ -8,7 +8,9 @@
 
 use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
 use crate::scene::Scene;
-use crate::scene::schema::{IntegratorSchema, refuses_nothing};
+use crate::scene::schema::{
+    Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
+};
 use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
@@ -17,6 +19,12 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "explicit-euler",
         aliases: &[],
         summary: "q' = q + h v, v' = v + h F(q, v)/m",
+        formula: "`q' = q + h v`, `v' = v + h M⁻¹ F(q, v)`",
+        equation: StepEquation::ExplicitEuler,
+        family: Family::Explicit,
+        matrix: Matrix::None,
+        convergence: Convergence::Direct,
+        order: Order::always(1),
         options: &[],
         refuses: refuses_nothing,
     },

@@ -14,8 +14,10 @@
 use super::backward::{Linearisation, Point};
 use super::projected_newton::{MinimiserOptions, ProjectedNewton};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
-use crate::scene::Scene;
-use crate::scene::schema::{IntegratorSchema, refuses_nothing};
+use crate::scene::schema::{
+    Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
+};
+use crate::scene::{ForceElement, Scene};
 use crate::solver::line_search::backtrack_residual;
 use crate::solver::linear::LinearSolver;
 use crate::solver::newton::{Equations, NewtonError, NewtonOptions, newton};
@@ -28,6 +30,12 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "implicit-euler",
         aliases: &["implicit"],
         summary: "m (v' - v) = h F(q', v'), q' = q + h v', by Newton's method to 1e-9",
+        formula: "`M (v' − v) = h F(q', v')`, `q' = q + h v'`, by Newton's method from `v` until the update's l2 norm is below 1e-9",
+        equation: StepEquation::ImplicitEuler,
+        family: Family::Implicit,
+        matrix: Matrix::Jacobians,
+        convergence: Convergence::Update(NEWTON.tolerance),
+        order: Order::always(1),
         options: &[],
         refuses: refuses_nothing,
     },
@@ -45,8 +53,7 @@ fn build<const D: usize>(
 ) -> Box<dyn Integrator<D>> {
     let zeros = vec![0.0; system.n_particles() * D];
     let linearisation = Linearisation::new(system, solver);
-    let variational =
-        scene.forces.iter().all(|force| (force.schema.variational)(&force.parameters));
+    let variational = scene.forces.iter().all(ForceElement::is_variational);
     let descent = variational.then_some(EnergyDescent { solver, minimiser: None });
     Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros, descent })
 }

@@ -9,7 +9,9 @@
 use super::backward::{Linearisation, Point};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::scene::Scene;
-use crate::scene::schema::{IntegratorSchema, refuses_nothing};
+use crate::scene::schema::{
+    Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
+};
 use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
@@ -18,6 +20,12 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "linearized-implicit-euler",
         aliases: &["linearized-implicit"],
         summary: "one Newton step of implicit Euler, from v' = v",
+        formula: "`(M − h² ∂F/∂x − h ∂F/∂v) (v' − v) = h F` at `(q + h v, v)`, `q' = q + h v'`",
+        equation: StepEquation::LinearizedImplicitEuler,
+        family: Family::Implicit,
+        matrix: Matrix::Jacobians,
+        convergence: Convergence::Direct,
+        order: Order::always(1),
         options: &[],
         refuses: refuses_nothing,
     },

@@ -5,7 +5,9 @@
 //!
 //! # Adding an integrator
 //!
-//! One new file with an [`IntegratorKind`], and one line in [`REGISTRY`].
+//! docs/adding-an-integrator.md walks through an example: a new file with an [`IntegratorKind`], a line in
+//! [`REGISTRY`], its [`StepEquation`](crate::scene::schema::StepEquation), that equation a second time in the grader's
+//! `reference` crate, and a scene. All else derives from the facts of its [`IntegratorSchema`].
 
 use crate::force::Degenerate;
 use crate::scene::Scene;

@@ -31,7 +31,8 @@ use super::backward::{Linearisation, Point};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::force::Degenerate;
 use crate::scene::schema::{
-    Domain, IntegratorOptions, IntegratorSchema, OptionKind, OptionSchema, Refusal,
+    AccuracySetting, Convergence, Domain, Family, IntegratorOptions, IntegratorSchema, Matrix,
+    OptionKind, OptionSchema, OptionText, Order, Refusal, StepEquation,
 };
 use crate::scene::{ForceElement, Scene};
 use crate::solver::line_search::{Objective, backtrack};
@@ -44,26 +45,56 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "projected-newton",
         aliases: &[],
         summary: "implicit Euler by minimising an energy, with line search",
+        formula: "implicit Euler as the minimiser of `E(x) = ½ ‖x − q − h v‖²_M + h² U(x) + h³ R((x − q)/h)`, with `R` the dissipation of linear drag: `x ← x + α p` from `q` with `p = −H⁻¹ ∇E`, each spring's Hessian projected, `α` halved until `E` does not grow, until the largest component of `p/h` is at most the tolerance; `q' = x`, `v' = (x − q)/h`",
+        equation: StepEquation::ImplicitEuler,
+        family: Family::Minimization,
+        matrix: Matrix::Jacobians,
+        convergence: Convergence::UpdateOption("tolerance"),
+        order: Order::always(1),
         options: &[
             OptionSchema {
                 name: "tolerance",
                 meaning: "the largest component of Newton's step, divided by h, below which it ends",
                 kind: OptionKind::Number { domain: Domain::Positive, default: 1e-2 },
+                formats: OptionText {
+                    values: "number above 0",
+                    meaning: "Newton's method ends where no component of its step, divided by `dt`, is larger; that last step is not taken",
+                },
+                accuracy: &[
+                    AccuracySetting { value: "1e-2", converges: false },
+                    AccuracySetting { value: "1e-5", converges: false },
+                    AccuracySetting { value: "1e-10", converges: true },
+                ],
             },
             OptionSchema {
                 name: "projection",
                 meaning: "what is done to negative eigenvalues of an element's Hessian",
                 kind: OptionKind::Choice { words: &["clamp", "absolute", "none"] },
+                formats: OptionText {
+                    values: "`clamp`, `absolute`, `none`",
+                    meaning: "what becomes of negative eigenvalues of an element's Hessian: zero, their magnitude, or nothing",
+                },
+                accuracy: &[],
             },
             OptionSchema {
                 name: "line_search",
                 meaning: "how far along Newton's step",
                 kind: OptionKind::Choice { words: &["backtracking", "none"] },
+                formats: OptionText {
+                    values: "`backtracking`, `none`",
+                    meaning: "`none` takes every step of Newton's method whole",
+                },
+                accuracy: &[],
             },
             OptionSchema {
                 name: "max_iterations",
                 meaning: "the most Newton iterations of a step",
                 kind: OptionKind::Count { default: 1000 },
+                formats: OptionText {
+                    values: "whole number, 1 or more",
+                    meaning: "a step that takes more is an error",
+                },
+                accuracy: &[],
             },
         ],
         refuses,
@@ -77,7 +108,7 @@ fn refuses(force: &ForceElement) -> Option<Refusal> {
         because: "is the gradient of no energy and no dissipation function, and there is nothing to minimise",
         remedy: "leave the force (or its damping) out, or use implicit-euler",
     };
-    (!(force.schema.variational)(&force.parameters)).then_some(refusal)
+    (!force.is_variational()).then_some(refusal)
 }
 
 fn build<const D: usize>(

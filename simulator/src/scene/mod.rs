@@ -17,7 +17,10 @@ mod spelling;
 use std::path::{Path, PathBuf};
 
 use error::{Problem, SceneError};
-use schema::{ForceSchema, IntegratorOptions, IntegratorSchema, MAX_PARAMETERS, Vocabulary};
+use schema::{
+    ForceSchema, IntegratorOptions, IntegratorSchema, MAX_PARAMETERS, PartSchema, Potential,
+    Vocabulary,
+};
 
 /// The most steps a scene may ask for.
 pub const MAX_STEPS: u64 = 1_000_000_000;
@@ -182,6 +185,46 @@ pub struct ForceElement {
     pub parameters: [f64; MAX_PARAMETERS],
     /// Where it stands in the file.
     pub location: Location,
+}
+
+impl ForceElement {
+    /// The parameter `name`.
+    ///
+    /// # Panics
+    /// Where the force has no such parameter.
+    pub fn parameter(&self, name: &str) -> f64 {
+        self.parameters[self.schema.parameter_idx(name)]
+    }
+
+    /// The parameter `name`, to be changed.
+    ///
+    /// # Panics
+    /// Where the force has no such parameter.
+    pub fn parameter_mut(&mut self, name: &str) -> &mut f64 {
+        &mut self.parameters[self.schema.parameter_idx(name)]
+    }
+
+    /// Whether the element has this part of its force: one of the parameters that scale it is not zero.
+    pub fn has_part(&self, part: &PartSchema) -> bool {
+        part.scaled_by.iter().any(|name| self.parameter(name) != 0.0)
+    }
+
+    /// Takes this part out of the element.
+    pub fn remove_part(&mut self, part: &PartSchema) {
+        for name in part.scaled_by {
+            *self.parameter_mut(name) = 0.0;
+        }
+    }
+
+    /// Whether the element follows from functions of the state, an energy or a dissipation function. Its Jacobians
+    /// are symmetric then. The first part counts whatever its parameters are, each other one where it is there.
+    pub fn is_variational(&self) -> bool {
+        let counts = |(number, part): (usize, &PartSchema)| {
+            (number == 0 || self.has_part(part)).then_some(part.derives_from)
+        };
+        let mut potentials = self.schema.parts.iter().enumerate().filter_map(counts);
+        potentials.all(|potential| potential != Potential::Neither)
+    }
 }
 
 /// Colour with components from 0 to 1.

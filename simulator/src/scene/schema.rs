@@ -1,7 +1,8 @@
 //! What a scene may say of forces and integrators, as data.
 //!
-//! Each force and each integrator describes itself with one of these; the parser, the help text, the
-//! Jacobian check and the documentation all read the same description.
+//! Each force and each integrator states its facts here, once, in its registry entry. No fact has a default:
+//! an entry that leaves one out does not compile. The parser, the help text, the grader's checks and the tables of
+//! docs/formats.md all derive from these facts.
 
 use super::ForceElement;
 
@@ -39,15 +40,165 @@ pub struct ForceSchema {
     pub tag: &'static str,
     /// Its name in prose.
     pub title: &'static str,
+    /// The law in a line of Markdown, as docs/formats.md shows it.
+    pub formula: &'static str,
     /// What it acts on.
     pub acts_on: ActsOn,
     /// Its parameters; at most [`MAX_PARAMETERS`].
     pub parameters: &'static [ParameterSchema],
-    /// Whether the force, with these parameters, follows from functions of the state: from an energy by
-    /// position, or from a dissipation function by velocity. A method that minimises takes no other.
-    pub variational: fn(&[f64; MAX_PARAMETERS]) -> bool,
+    /// Its parts, of which it is the sum; one or more.
+    pub parts: &'static [PartSchema],
+    /// How it depends on masses.
+    pub masses: Masses,
+    /// Whether it acts along the line that joins its two particles, and so conserves angular momentum.
+    pub central: bool,
     /// An element as it would stand in a file.
     pub example: &'static str,
+}
+
+impl ForceSchema {
+    /// The number of the parameter `name` in [`ForceElement::parameters`].
+    ///
+    /// # Panics
+    /// Where the force has no such parameter.
+    pub fn parameter_idx(&self, name: &str) -> usize {
+        let found = self.parameters.iter().position(|parameter| parameter.name == name);
+        found.unwrap_or_else(|| panic!("<{}> has no parameter {name}", self.tag))
+    }
+
+    /// Whether it has the parameter `name`.
+    pub fn has_parameter(&self, name: &str) -> bool {
+        self.parameters.iter().any(|parameter| parameter.name == name)
+    }
+
+    /// The parameters of an element: those given by name, and for the others their defaults, or 0.
+    ///
+    /// # Panics
+    /// Where the force has no parameter of a given name.
+    pub fn values(&self, given: &[(&str, f64)]) -> [f64; MAX_PARAMETERS] {
+        let mut values = [0.0; MAX_PARAMETERS];
+        for (value, parameter) in values.iter_mut().zip(self.parameters) {
+            *value = parameter.default.unwrap_or(0.0);
+        }
+        for (name, value) in given {
+            values[self.parameter_idx(name)] = *value;
+        }
+        values
+    }
+
+    /// The part `name`.
+    ///
+    /// # Panics
+    /// Where the force has no such part.
+    pub fn part(&self, name: &str) -> &'static PartSchema {
+        let found = self.parts.iter().find(|part| part.name == name);
+        found.unwrap_or_else(|| panic!("<{}> has no part {name}", self.tag))
+    }
+
+    /// Whether a scene may have each part without the others.
+    pub fn is_separable(&self) -> bool {
+        self.parts.len() > 1 && self.parts.iter().all(|part| part.stands_alone)
+    }
+
+    /// What the force depends on, all parts together.
+    pub fn depends_on(&self) -> Dependence {
+        self.parts.iter().fold(Dependence::NOTHING, |sum, part| sum.or(part.depends_on))
+    }
+
+    /// What a part depends on that `parameter` appears in, all such parts together.
+    pub fn depends_through(&self, parameter: &str) -> Dependence {
+        let parts = self.parts.iter().filter(|part| part.names(parameter));
+        parts.fold(Dependence::NOTHING, |sum, part| sum.or(part.depends_on))
+    }
+}
+
+/// A part of a force. Parts come in order: each may need those before it, unless it
+/// [stands alone](Self::stands_alone).
+#[derive(Debug, PartialEq)]
+pub struct PartSchema {
+    /// Its name; `all` where it is the only one.
+    pub name: &'static str,
+    /// Its name in prose, after that of the force; empty where it is the only one.
+    pub title: &'static str,
+    /// What it is, in a report on this part alone.
+    pub meaning: &'static str,
+    /// The parameters without which it vanishes: it is zero where all of them are.
+    pub scaled_by: &'static [&'static str],
+    /// The other parameters that it depends on.
+    pub shaped_by: &'static [&'static str],
+    /// Whether a scene may have it without the parts before it, and those without it.
+    pub stands_alone: bool,
+    /// What it depends on.
+    pub depends_on: Dependence,
+    /// What it derives from.
+    pub derives_from: Potential,
+}
+
+impl PartSchema {
+    /// Whether `parameter` appears in it.
+    pub fn names(&self, parameter: &str) -> bool {
+        self.scaled_by.iter().chain(self.shaped_by).any(|name| *name == parameter)
+    }
+}
+
+/// What a force depends on, beside its parameters and masses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dependence {
+    /// Positions.
+    pub position: bool,
+    /// Velocities.
+    pub velocity: bool,
+    /// Time.
+    pub time: bool,
+}
+
+impl Dependence {
+    /// The same at every state and time.
+    pub const NOTHING: Self = Self { position: false, velocity: false, time: false };
+    /// On positions alone.
+    pub const POSITION: Self = Self { position: true, velocity: false, time: false };
+    /// On velocities alone.
+    pub const VELOCITY: Self = Self { position: false, velocity: true, time: false };
+    /// On positions and velocities.
+    pub const STATE: Self = Self { position: true, velocity: true, time: false };
+    /// On the time alone.
+    pub const TIME: Self = Self { position: false, velocity: false, time: true };
+
+    /// On what either depends on.
+    pub const fn or(self, other: Self) -> Self {
+        Self {
+            position: self.position || other.position,
+            velocity: self.velocity || other.velocity,
+            time: self.time || other.time,
+        }
+    }
+
+    /// Whether it has a Jacobian that is not zero.
+    pub const fn has_jacobian(self) -> bool {
+        self.position || self.velocity
+    }
+}
+
+/// The function that a part of a force is the derivative of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Potential {
+    /// A potential energy `U(x)`: `F = −∂U/∂x`, and `∂F/∂x` is symmetric.
+    Energy,
+    /// A dissipation function `R(v)`, which does not depend on positions: `F = −∂R/∂v`, and `∂F/∂v` is symmetric.
+    Dissipation,
+    /// Neither. The Jacobians need not be symmetric, and a method that minimises does not take the part.
+    Neither,
+}
+
+/// How a force depends on masses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Masses {
+    /// Not at all.
+    None,
+    /// In proportion to the particle's: the parameters are accelerations.
+    Own,
+    /// In proportion to the product of both particles'.
+    Product,
 }
 
 impl PartialEq for ForceSchema {
@@ -82,11 +233,19 @@ pub struct ParameterSchema {
     pub three_dimensional: bool,
     /// Lower and upper bound of values that checks and benches draw from.
     pub typical: (f64, f64),
+    /// Three values with few binary digits, for checks of a few elements whose inputs must be exact in single
+    /// precision. Not zero.
+    pub samples: [f64; 3],
 }
 
 impl ParameterSchema {
     /// A required parameter, any finite number.
-    pub const fn new(name: &'static str, meaning: &'static str, typical: (f64, f64)) -> Self {
+    pub const fn new(
+        name: &'static str,
+        meaning: &'static str,
+        typical: (f64, f64),
+        samples: [f64; 3],
+    ) -> Self {
         Self {
             name,
             meaning,
@@ -94,6 +253,7 @@ impl ParameterSchema {
             default: None,
             three_dimensional: false,
             typical,
+            samples,
         }
     }
 
@@ -167,6 +327,18 @@ pub struct IntegratorSchema {
     pub aliases: &'static [&'static str],
     /// Its update rule in a line.
     pub summary: &'static str,
+    /// The same in Markdown and in full, as docs/formats.md shows it.
+    pub formula: &'static str,
+    /// The equation that a step obeys.
+    pub equation: StepEquation,
+    /// Its family.
+    pub family: Family,
+    /// The matrix that it factorises.
+    pub matrix: Matrix,
+    /// Where its iteration ends.
+    pub convergence: Convergence,
+    /// Its order.
+    pub order: Order,
     /// What else may be set, as further attributes of its element.
     pub options: &'static [OptionSchema],
     /// Why it cannot simulate a force, where it cannot.
@@ -176,6 +348,88 @@ pub struct IntegratorSchema {
 impl PartialEq for IntegratorSchema {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
+    }
+}
+
+/// The equation of a step from `(x, v)` at time `t` to `(x', v')`, with `h` the time step and `M` the masses. The
+/// grader's `reference` crate states each a second time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepEquation {
+    /// `x' = x + h v`, `M (v' − v) = h F(x, v, t)`.
+    ExplicitEuler,
+    /// `M (v' − v) = h F(x, v, t)`, `x' = x + h v'`.
+    SymplecticEuler,
+    /// `(M − h² ∂F/∂x − h ∂F/∂v) (v' − v) = h F`, all at `(x + h v, v, t + h)`; `x' = x + h v'`.
+    LinearizedImplicitEuler,
+    /// `M (v' − v) = h F(x', v', t + h)`, `x' = x + h v'`.
+    ImplicitEuler,
+    /// Rounds of local and global steps, springs towards their rest lengths, other forces as of `(x, v, t)`. Only
+    /// `x' = x + h v'` holds whatever their number.
+    LocalGlobal,
+}
+
+/// Integrators that treat a step alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Forces at known states alone.
+    Explicit,
+    /// The same, and a symplectic map where forces depend on positions alone: momentum and angular momentum are
+    /// conserved to rounding.
+    Symplectic,
+    /// The new velocities are the solution of an equation.
+    Implicit,
+    /// The new positions minimise a function, and the new velocities are their change over `h`.
+    Minimization,
+}
+
+/// The matrix that an integrator factorises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Matrix {
+    /// None.
+    None,
+    /// `M − h² ∂F/∂x − h ∂F/∂v`, anew at every iterate.
+    Jacobians,
+    /// One that is the same in every step.
+    Constant,
+}
+
+/// Where the iteration of a step ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Convergence {
+    /// There is none: the step is explicit, or solves one linear system.
+    Direct,
+    /// At an update of the velocities whose l2 norm is below this.
+    Update(f64),
+    /// At an update of the velocities whose largest component is at most the value of this option.
+    UpdateOption(&'static str),
+    /// After as many rounds as this option says.
+    Rounds(&'static str),
+}
+
+impl Convergence {
+    /// The largest update of the velocities that a step of `scene` may end at; 0 where it has no such bound.
+    pub fn tolerance(self, scene: &super::Scene) -> f64 {
+        match self {
+            Self::Direct | Self::Rounds(_) => 0.0,
+            Self::Update(tolerance) => tolerance,
+            Self::UpdateOption(name) => scene.integrator_options.number(name),
+        }
+    }
+}
+
+/// The power of the time step that the error of a smooth motion falls with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Order {
+    /// Where no force depends on velocities.
+    pub without_velocity: u32,
+    /// Where one does.
+    pub with_velocity: u32,
+}
+
+impl Order {
+    /// The same whatever forces depend on.
+    pub const fn always(order: u32) -> Self {
+        Self { without_velocity: order, with_velocity: order }
     }
 }
 
@@ -202,6 +456,28 @@ pub struct OptionSchema {
     pub meaning: &'static str,
     /// The values it may have, and the one it has where the attribute is missing.
     pub kind: OptionKind,
+    /// The same values and meaning in Markdown, as docs/formats.md shows them.
+    pub formats: OptionText,
+    /// The values under which accuracy is measured; none where it does not depend on the option.
+    pub accuracy: &'static [AccuracySetting],
+}
+
+/// An option in docs/formats.md.
+#[derive(Debug, PartialEq)]
+pub struct OptionText {
+    /// Its values.
+    pub values: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+}
+
+/// A value of an option under which accuracy is measured.
+#[derive(Debug, PartialEq)]
+pub struct AccuracySetting {
+    /// The value, as a file says it.
+    pub value: &'static str,
+    /// Whether the error vanishes with the time step.
+    pub converges: bool,
 }
 
 /// The values of an option.

@@ -7,8 +7,12 @@ use test_support::root;
 
 use grader::rubric::Rubric;
 use grader::suite::{Feature, Section, Suite};
+use simulator::force::ForceKind;
+use simulator::integrator::IntegratorKind;
 use simulator::scene::ParseOptions;
-use simulator::scene::schema::{OptionKind, OptionSchema};
+use simulator::scene::schema::{
+    ActsOn, ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText,
+};
 use simulator::{force, integrator};
 
 fn document(name: &str) -> String {
@@ -173,86 +177,170 @@ fn links_in_the_documents_lead_somewhere() {
 
 #[test]
 fn the_counts_in_the_documents_are_those_of_the_suite() {
-    let says = |page: &str, words: &str| {
-        assert!(document(page).contains(words), "{page} does not say {words:?}");
-    };
-    let report = document("docs/students.md");
     let sections = [(Section::Required, "assets"), (Section::ExtraCredit, "extracreditassets")]
         .map(|(section, folder)| (section, root().join(folder)));
     let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
     let rubric = Rubric::load(&root().join("assets/rubric.toml")).unwrap();
-    let [required, extra] = [
-        ("Required", Section::Required),
-        ("Extra credit", Section::ExtraCredit),
-    ]
-    .map(|(title, section)| {
+    let counts = [Section::Required, Section::ExtraCredit].map(|section| {
         let of_section = suite.cases.iter().filter(|case| case.feature.section == section);
         let scenes = of_section.clone().count();
         let features: BTreeSet<&Feature> = of_section.map(|case| &case.feature).collect();
         let points: f64 = features.iter().map(|feature| rubric.points(feature)).sum();
-        let features = features.len();
-        let sums = format!(
-            "{scenes}/{scenes} scenes  {features}/{features} features  {points}/{points} points"
-        );
-        let mut lines = report.lines().filter(|line| line.starts_with(&format!("  {title} ")));
-        assert!(
-            lines.any(|line| line.ends_with(&sums)),
-            "docs/students.md does not say {title}: {sums}"
-        );
-        points
+        [scenes, features.len(), points as usize]
     });
-    let (scenes, points) = (suite.cases.len(), required + extra);
-    says("README.md", &format!("Spring Oracle has {scenes} scenes,"));
-    says(
-        "docs/students.md",
-        &format!(
-            "Score {required} of {required} points, and {extra} of {extra} for extra credit: {points} together"
-        ),
-    );
-    for cell in [
-        format!(" {required}/{required} "),
-        format!(" {extra}/{extra} "),
-        format!(" {scenes}/{scenes} "),
-        format!(" 0/{required} "),
-        format!(" 0/{extra} "),
-        format!(" 0/{scenes} "),
-    ] {
-        says("docs/teaching.md", &cell);
+    let report = document("docs/students.md");
+    let stated = ["  Required ", "  Extra credit "].map(|title| {
+        let line = report.lines().find(|line| line.starts_with(title) && line.ends_with(" points"));
+        let line = line.unwrap_or_else(|| panic!("docs/students.md has no line {title}… points"));
+        let pairs = line.split_whitespace().filter_map(|word| word.split_once('/'));
+        let counts: Vec<usize> = pairs.map(|(_, of)| of.parse().unwrap()).collect();
+        <[usize; 3]>::try_from(counts).unwrap()
+    });
+    for ((page, old), (_, new)) in counts_in_words(stated).into_iter().zip(counts_in_words(counts))
+    {
+        let text = document(page);
+        if old != new && is_updating() {
+            fs::write(root().join(page), text.replace(&old, &new)).unwrap();
+            continue;
+        }
+        let help =
+            "`UPDATE_DOCS=1 cargo test --release -p grade --test it docs::` writes the counts";
+        assert!(text.contains(&new), "{page} does not say {new:?}; {help}");
     }
     // Those of the self-test are held to a run by ci/selftest.sh.
-    let selftest = document("docs/selftest.md");
+    let (selftest, page) = (document("docs/selftest.md"), "docs/measuring.md");
     for row in selftest.lines().filter(|line| line.contains("% | ")) {
         let cells: Vec<&str> = row.split(" | ").map(|cell| cell.trim_matches(['|', ' '])).collect();
-        says("docs/measuring.md", &format!(" {}  ", cells[1].replace(" of ", "/")));
-        says("docs/measuring.md", cells[2]);
+        for words in [format!(" {}  ", cells[1].replace(" of ", "/")), cells[2].to_owned()] {
+            assert!(document(page).contains(&words), "{page} does not say {words:?}");
+        }
     }
 }
 
+/// Pages, and what each says of the scenes, features and points of the required part and of extra credit.
+fn counts_in_words([required, extra]: [[usize; 3]; 2]) -> Vec<(&'static str, String)> {
+    let scenes = required[0] + extra[0];
+    let [points, extra_points] = [required[2], extra[2]];
+    let together = points + extra_points;
+    let sums = [required, extra].map(|[scenes, features, points]| {
+        format!(
+            "{scenes}/{scenes} scenes  {features}/{features} features  {points}/{points} points"
+        )
+    });
+    let mut words: Vec<_> = sums.into_iter().map(|sum| ("docs/students.md", sum)).collect();
+    words.push(("README.md", format!("Spring Oracle has {scenes} scenes,")));
+    words.push((
+        "docs/students.md",
+        format!(
+            "Score {points} of {points} points, and {extra_points} of {extra_points} for extra credit: {together} together"
+        ),
+    ));
+    for count in [points, extra_points, scenes] {
+        let cells = [format!(" {count}/{count} "), format!(" 0/{count} ")];
+        words.extend(cells.map(|cell| ("docs/teaching.md", cell)));
+    }
+    words
+}
+
+/// Whether documents are to be written, and not compared.
+fn is_updating() -> bool {
+    std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1")
+}
+
+/// Holds `found`, which stands in the document `name`, against `expected`, or writes that in its place.
+fn hold(name: &str, found: &[String], expected: &[String], about: &str) {
+    if found == expected {
+        return;
+    }
+    if is_updating() {
+        let text = document(name).replace(&found.join("\n"), &expected.join("\n"));
+        fs::write(root().join(name), text).unwrap();
+        return;
+    }
+    let missing = expected.iter().find(|line| !found.contains(line));
+    let surplus = found.iter().find(|line| !expected.contains(line));
+    panic!(
+        "{name} does not have the {about} of the registry: it lacks {missing:?}, and has {surplus:?}\n  \
+         help: `UPDATE_DOCS=1 cargo test --release -p grade --test it docs::` writes it"
+    );
+}
+
+/// The rows of the table with this header.
+fn rows_of(name: &str, header: &str) -> Vec<String> {
+    let text = document(name);
+    let table = text.lines().skip_while(|line| *line != header).skip(2);
+    let rows: Vec<String> =
+        table.take_while(|line| line.starts_with('|')).map(str::to_owned).collect();
+    assert!(!rows.is_empty(), "{name} has no table {header}");
+    rows
+}
+
+/// The attributes of a force: what it acts on and its required parameters, then the optional ones.
+fn attributes(schema: &ForceSchema) -> String {
+    let mut required: Vec<&str> = match schema.acts_on {
+        ActsOn::EveryParticle => Vec::new(),
+        ActsOn::Pair => vec!["i", "j"],
+        ActsOn::Edge => vec!["edge"],
+    };
+    let mut optional = String::new();
+    for parameter in schema.parameters {
+        match parameter.default {
+            None => required.push(parameter.name),
+            Some(_) if parameter.three_dimensional => optional += &format!(" `{}`", parameter.name),
+            Some(default) => optional += &format!(" `{}` ({default})", parameter.name),
+        }
+    }
+    let required =
+        if required.is_empty() { String::new() } else { format!("`{}`", required.join(" ")) };
+    let parts =
+        [required, if optional.is_empty() { optional } else { format!("optional{optional}") }];
+    let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+    parts.join(", ")
+}
+
 #[test]
-fn every_force_and_integrator_is_described() {
-    let text = document("docs/formats.md");
-    for kind in force::REGISTRY {
-        let row = text.lines().find(|line| line.contains(&format!("| `{}` |", kind.schema.tag)));
-        let row =
-            row.unwrap_or_else(|| panic!("docs/formats.md has no row for {}", kind.schema.tag));
-        for parameter in kind.schema.parameters {
-            let mut words = code_words(row).flat_map(str::split_whitespace);
-            assert!(words.any(|word| word == parameter.name), "{row}: {}", parameter.name);
+fn the_formats_list_the_forces_of_the_registry() {
+    let row = |kind: &&ForceKind| {
+        let ForceSchema { tag, formula, .. } = kind.schema;
+        format!("| `{tag}` | {} | {formula} |", attributes(&kind.schema))
+    };
+    let rows: Vec<String> = force::REGISTRY.iter().map(row).collect();
+    let found = rows_of("docs/formats.md", "| force | attributes | on the particles |");
+    hold("docs/formats.md", &found, &rows, "forces");
+}
+
+#[test]
+fn the_formats_list_the_integrators_of_the_registry() {
+    let row = |kind: &&IntegratorKind| {
+        let IntegratorSchema { name, aliases, formula, .. } = kind.schema;
+        let aliases: Vec<String> = aliases.iter().map(|alias| format!("`{alias}`")).collect();
+        let aliases = aliases.join(", ");
+        let space = if aliases.is_empty() { "" } else { " " };
+        format!("| `{name}` |{space}{aliases} | {formula} |")
+    };
+    let rows: Vec<String> = integrator::REGISTRY.iter().map(row).collect();
+    let found =
+        rows_of("docs/formats.md", "| integrator `type` | also spelt | step from `(q, v)` |");
+    hold("docs/formats.md", &found, &rows, "integrators");
+
+    let option = |name: &str, option: &OptionSchema| {
+        let default = match option.kind {
+            OptionKind::Number { default, .. } if default >= 1e6 => format!("{default:e}"),
+            OptionKind::Number { default, .. } => default.to_string(),
+            OptionKind::Count { default } => default.to_string(),
+            OptionKind::Choice { words } => format!("`{}`", words[0]),
+        };
+        let OptionText { values, meaning } = option.formats;
+        if let OptionKind::Choice { words } = option.kind {
+            let stated: Vec<&str> = code_words(values).collect();
+            assert_eq!(stated, words, "{name} {}", option.name);
         }
-    }
-    for kind in integrator::REGISTRY {
-        for name in kind.schema.aliases.iter().chain([&kind.schema.name]) {
-            assert!(text.contains(&format!("`{name}`")), "docs/formats.md does not name {name}");
-        }
-        let name = kind.schema.name;
-        for OptionSchema { name: option, kind, .. } in kind.schema.options {
-            let start = format!("| `{name}` | `{option}` |");
-            let row = text.lines().find(|line| line.starts_with(&start));
-            let row = row.unwrap_or_else(|| panic!("docs/formats.md has no row {start}"));
-            let words = if let OptionKind::Choice { words } = kind { *words } else { &[] };
-            for word in words {
-                assert!(code_words(row).any(|found| found == *word), "{row}: {word}");
-            }
-        }
-    }
+        format!("| `{name}` | `{}` | {values} | {default} | {meaning} |", option.name)
+    };
+    let rows: Vec<String> = integrator::REGISTRY
+        .iter()
+        .flat_map(|kind| kind.schema.options.iter().map(|each| option(kind.schema.name, each)))
+        .collect();
+    let header = "| integrator | option | values | default | meaning |";
+    hold("docs/formats.md", &rows_of("docs/formats.md", header), &rows, "options");
 }

@@ -17,7 +17,7 @@ use super::{Closed, parameter, starts};
 pub fn chain(scene: &Scene) -> Closed {
     let (x0, v0) = starts(scene);
     let n = scene.particles.len() - 2;
-    let omega = 2.0 * (parameter(scene, "springforce", 0) / scene.particles[1].mass).sqrt();
+    let omega = 2.0 * (parameter(scene, "springforce", "k") / scene.particles[1].mass).sqrt();
     let (start, end) = (x0[0], x0[2 * (n + 1)]);
     let rest = move |i: usize| start + (end - start) * i as f64 / (n + 1) as f64;
     let shape = move |i: usize, j: usize| {

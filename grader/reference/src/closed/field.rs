@@ -8,7 +8,7 @@
 
 use simulator::scene::Scene;
 
-use super::{Closed, force, parameter, starts};
+use super::{Closed, parameter, starts};
 
 /// Particles under `<simplegravity>` alone.
 pub fn thrown(scene: &Scene) -> Closed {
@@ -27,7 +27,7 @@ pub fn thrown(scene: &Scene) -> Closed {
 pub fn dragged(scene: &Scene) -> Closed {
     let (x0, v0) = starts(scene);
     let (gravity, dimension) = (gravity(scene), scene.dimension.count());
-    let drag = parameter(scene, "dragdamping", 0);
+    let drag = parameter(scene, "dragdamping", "b");
     let rates: Vec<f64> = scene.particles.iter().map(|particle| drag / particle.mass).collect();
     let fastest = rates.iter().copied().fold(0.0, f64::max);
     Closed::new(fastest, move |t, x, v| {
@@ -44,7 +44,7 @@ pub fn dragged(scene: &Scene) -> Closed {
 /// A single particle in `<windforce>`: alone, it has the phase `t`.
 pub fn windy(scene: &Scene) -> Closed {
     let (x0, v0) = starts(scene);
-    let a = parameter(scene, "windforce", 0) / scene.particles[0].mass;
+    let a = parameter(scene, "windforce", "strength") / scene.particles[0].mass;
     Closed::new(5.0, move |t, x, v| {
         let (lag_sine, lag_cosine) = 0.3_f64.sin_cos();
         v[0] = v0[0] + a * (4.5 * t + 0.3 * (5.0 * t).sin());
@@ -55,9 +55,5 @@ pub fn windy(scene: &Scene) -> Closed {
 }
 
 fn gravity(scene: &Scene) -> [f64; 3] {
-    let mut gravity = [0.0; 3];
-    if let Some(element) = force(scene, "simplegravity") {
-        gravity.copy_from_slice(&element.parameters[..3]);
-    }
-    gravity
+    ["fx", "fy", "fz"].map(|name| parameter(scene, "simplegravity", name))
 }

@@ -43,8 +43,8 @@ fn force<'a>(scene: &'a Scene, tag: &str) -> Option<&'a ForceElement> {
 }
 
 /// The parameter of the first force of a kind; 0 where there is none.
-fn parameter(scene: &Scene, tag: &str, number: usize) -> f64 {
-    force(scene, tag).map_or(0.0, |element| element.parameters[number])
+fn parameter(scene: &Scene, tag: &str, name: &str) -> f64 {
+    force(scene, tag).map_or(0.0, |element| element.parameter(name))
 }
 
 /// The starts of all coordinates: positions and velocities, `n·D`.

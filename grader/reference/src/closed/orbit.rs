@@ -21,7 +21,7 @@ pub fn orbit(scene: &Scene) -> Closed {
     let dimension = scene.dimension.count();
     let [first, second] = [0, 1].map(|particle| scene.particles[particle].mass);
     let total = first + second;
-    let mu = parameter(scene, "gravitationalforce", 0) * total;
+    let mu = parameter(scene, "gravitationalforce", "G") * total;
     let difference = |values: &[f64]| -> Vec<f64> {
         (0..dimension).map(|axis| values[dimension + axis] - values[axis]).collect()
     };

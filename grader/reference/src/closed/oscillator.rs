@@ -18,8 +18,8 @@ pub fn oscillator(scene: &Scene) -> Closed {
     let (x0, v0) = starts(scene);
     let mass = scene.particles[1].mass;
     let [stiffness, rest, damping] =
-        [0, 1, 2].map(|number| parameter(scene, "springforce", number));
-    let gamma = (damping + parameter(scene, "dragdamping", 0)) / (2.0 * mass);
+        ["k", "l0", "b"].map(|name| parameter(scene, "springforce", name));
+    let gamma = (damping + parameter(scene, "dragdamping", "b")) / (2.0 * mass);
     let squared = stiffness / mass;
     Closed::new(squared.sqrt().max(2.0 * gamma), move |t, x, v| {
         x.copy_from_slice(&x0);

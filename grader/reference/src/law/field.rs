@@ -9,13 +9,15 @@
 //!
 //! with `φ = x(0)/D + t`, and `D` the diagonal of the box around all particles at the start.
 
-use super::{At, Form, Law, Number, Scale, Symmetry, Term, Vector};
+use super::{At, Form, Law, Number, Parameters, Scale, Symmetry, Vector};
 
-pub(super) static SIMPLE_GRAVITY: Law = Law {
+/// The laws of this file.
+pub(super) static LAWS: &[&Law] = &[&SIMPLE_GRAVITY, &CONSTANT, &DRAG, &WIND];
+
+static SIMPLE_GRAVITY: Law = Law {
     tag: "simplegravity",
-    internal: false,
+    parameters: &["fx", "fy", "fz"],
     symmetry: Symmetry::None,
-    terms: &[Term::nowhere("fx"), Term::nowhere("fy"), Term::nowhere("fz")],
     form: Form::Field {
         plain: simple_gravity,
         dual: simple_gravity,
@@ -23,56 +25,55 @@ pub(super) static SIMPLE_GRAVITY: Law = Law {
     },
 };
 
-fn simple_gravity<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
+fn simple_gravity<T: Number>(p: &Parameters, at: &At<'_, T>) -> Vector<T> {
     std::array::from_fn(|axis| T::from(at.mass * p[axis]))
 }
 
-pub(super) static CONSTANT: Law = Law {
+static CONSTANT: Law = Law {
     tag: "constantforce",
-    internal: false,
+    parameters: &["fx", "fy", "fz"],
     symmetry: Symmetry::None,
-    terms: &[Term::nowhere("fx"), Term::nowhere("fy"), Term::nowhere("fz")],
     form: Form::Field { plain: constant, dual: constant, scale: |p, at| uniform_scale(p, 1.0, at) },
 };
 
-fn constant<T: Number>(p: &[f64], _: &At<'_, T>) -> Vector<T> {
+fn constant<T: Number>(p: &Parameters, _: &At<'_, T>) -> Vector<T> {
     std::array::from_fn(|axis| T::from(p[axis]))
 }
 
-fn uniform_scale(p: &[f64], weight: f64, at: &At<'_, f64>) -> Scale {
-    let force = weight * (p[0].abs() + p[1].abs() + p[2].abs());
+fn uniform_scale(p: &Parameters, weight: f64, at: &At<'_, f64>) -> Scale {
+    let force = weight * p.iter().map(|component| component.abs()).sum::<f64>();
     Scale { energy: force * super::norm(&at.position), force, ..Scale::default() }
 }
 
-pub(super) static DRAG: Law = Law {
+static DRAG: Law = Law {
     tag: "dragdamping",
-    internal: false,
+    parameters: &["b"],
     symmetry: Symmetry::Isotropic,
-    terms: &[Term::new("b", false, true)],
     form: Form::Field { plain: drag, dual: drag, scale: drag_scale },
 };
 
-fn drag<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
-    at.velocity.map(|component| component * -p[0])
+fn drag<T: Number>(p: &Parameters, at: &At<'_, T>) -> Vector<T> {
+    let [b, ..] = *p;
+    at.velocity.map(|component| component * -b)
 }
 
-fn drag_scale(p: &[f64], at: &At<'_, f64>) -> Scale {
-    let b = p[0];
+fn drag_scale(p: &Parameters, at: &At<'_, f64>) -> Scale {
+    let [b, ..] = *p;
     Scale { force: b * super::norm(&at.velocity), by_velocity: b, ..Scale::default() }
 }
 
-pub(super) static WIND: Law = Law {
+static WIND: Law = Law {
     tag: "windforce",
-    internal: false,
+    parameters: &["strength"],
     symmetry: Symmetry::None,
-    terms: &[Term::nowhere("strength")],
     form: Form::Field { plain: wind, dual: wind, scale: wind_scale },
 };
 
-fn wind<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
+fn wind<T: Number>(p: &Parameters, at: &At<'_, T>) -> Vector<T> {
     let phi = phase(at);
     let force = [3.0 + 1.5 * (1.0 + (5.0 * phi).cos()), 1.0 + (phi + 0.3).cos(), phi.sin()];
-    force.map(|component| T::from(p[0] * component))
+    let [strength, ..] = *p;
+    force.map(|component| T::from(strength * component))
 }
 
 fn phase<T>(at: &At<'_, T>) -> f64 {
@@ -86,8 +87,9 @@ fn phase<T>(at: &At<'_, T>) -> f64 {
     start + at.time
 }
 
-fn wind_scale(p: &[f64], at: &At<'_, f64>) -> Scale {
+fn wind_scale(p: &Parameters, at: &At<'_, f64>) -> Scale {
     // The phase is rounded too, and the more the larger it is.
-    let force = p[0].abs() * (8.0 + 8.0 * phase(at).abs());
+    let [strength, ..] = *p;
+    let force = strength.abs() * (8.0 + 8.0 * phase(at).abs());
     Scale { energy: force * super::norm(&at.position), force, ..Scale::default() }
 }

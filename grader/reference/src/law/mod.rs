@@ -9,14 +9,14 @@
 //! ```
 //!
 //! A law also says how large the terms are that its values are sums of ([`Scale`]), which bounds their
-//! rounding, and which parameters show in which Jacobian ([`Term`]), so that a check can tell whether it has
-//! seen them. Units are the scene's. Cost: one evaluation of the force a column.
+//! rounding. Units are the scene's. Cost: one evaluation of the force a column.
 
 mod field;
 mod pair;
 
 use nalgebra::DMatrix;
 use num_dual::{Dual64, DualNum};
+use simulator::scene::schema::{ForceSchema, MAX_PARAMETERS, ParameterSchema};
 use simulator::scene::{ForceElement, Scene};
 
 /// Both Jacobians of a force.
@@ -43,63 +43,49 @@ impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 /// Position, velocity or force; `z` is 0 in two dimensions.
 type Vector<T> = [T; 3];
 
-/// Every law; one for each registered force.
-static LAWS: &[&Law] = &[
-    &field::SIMPLE_GRAVITY,
-    &field::CONSTANT,
-    &pair::SPRING,
-    &pair::GRAVITATION,
-    &field::DRAG,
-    &pair::VORTEX,
-    &pair::GREEN_SPRING,
-    &field::WIND,
-];
+/// Every law.
+pub fn all() -> impl Iterator<Item = &'static Law> {
+    field::LAWS.iter().chain(pair::LAWS).copied()
+}
 
 /// The law of the force with this tag.
 pub fn find(tag: &str) -> Option<&'static Law> {
-    LAWS.iter().find(|law| law.tag == tag).copied()
-}
-
-/// The laws that a scene mentions, in the order of the registry, each with a scene of its elements alone.
-pub fn by_law(scene: &Scene) -> Vec<(&'static Law, Scene)> {
-    let with = |law: &'static Law| {
-        let is_of = |element: &&ForceElement| element.schema.tag == law.tag;
-        let elements: Vec<ForceElement> = scene.forces.iter().filter(is_of).cloned().collect();
-        (!elements.is_empty()).then(|| (law, Scene { forces: elements, ..scene.clone() }))
-    };
-    LAWS.iter().copied().filter_map(with).collect()
-}
-
-/// The force that `elements`, of whatever laws, make on the particles of `scene`.
-pub fn force_of(
-    scene: &Scene,
-    elements: &[ForceElement],
-    x: &[f64],
-    v: &[f64],
-    time: f64,
-) -> Vec<f64> {
-    let only = Scene { forces: elements.to_vec(), ..scene.clone() };
-    let mut total = vec![0.0; x.len()];
-    for (law, scene) in by_law(&only) {
-        let force = Expectation::new(law, &scene).force(x, v, time);
-        total.iter_mut().zip(&force).for_each(|(total, force)| *total += force);
-    }
-    total
+    all().find(|law| law.tag == tag)
 }
 
 /// A force as the documents state it.
 pub struct Law {
-    tag: &'static str,
-    /// Whether its forces are between particles: they do not change where all particles move alike.
-    pub internal: bool,
+    /// The tag of its force.
+    pub tag: &'static str,
+    /// The names of its parameters, in the order in which its functions take them.
+    pub parameters: &'static [&'static str],
     /// About which axes the law is the same however the scene is turned.
     pub symmetry: Symmetry,
-    /// What each parameter shows in, in the order of the schema.
-    pub terms: &'static [Term],
     form: Form,
 }
 
 impl Law {
+    /// What the registry says of the force.
+    ///
+    /// # Panics
+    /// Where the law is of no registered force. A test holds that it is.
+    pub fn schema(&self) -> &'static ForceSchema {
+        let mut kinds = simulator::force::REGISTRY.iter();
+        let kind = kinds.find(|kind| kind.schema.tag == self.tag);
+        &kind.unwrap_or_else(|| panic!("{} is no registered force", self.tag)).schema
+    }
+
+    /// Where each parameter shows, in the order of the registry.
+    pub fn terms(&self) -> Vec<Term> {
+        let schema = self.schema();
+        let term = |parameter: &ParameterSchema| {
+            let depends_on = schema.depends_through(parameter.name);
+            let (by_position, by_velocity) = (depends_on.position, depends_on.velocity);
+            Term { parameter: parameter.name, by_position, by_velocity }
+        };
+        schema.parameters.iter().map(term).collect()
+    }
+
     /// Whether its forces are between two particles.
     pub fn is_pair(&self) -> bool {
         matches!(self.form, Form::Pair { .. })
@@ -128,16 +114,6 @@ pub struct Term {
     pub by_velocity: bool,
 }
 
-impl Term {
-    const fn new(parameter: &'static str, by_position: bool, by_velocity: bool) -> Self {
-        Self { parameter, by_position, by_velocity }
-    }
-
-    const fn nowhere(parameter: &'static str) -> Self {
-        Self::new(parameter, false, false)
-    }
-}
-
 /// What a law is a function of.
 enum Form {
     /// The force on `i`, by `d = x_i − x_j` and `w = v_i − v_j`; on `j` its negative.
@@ -145,17 +121,24 @@ enum Form {
         plain: PairLaw<f64>,
         dual: PairLaw<Dual64>,
         /// By parameters, product of the masses, `|d|` and `|w|`.
-        scale: fn(&[f64], f64, f64, f64) -> Scale,
+        scale: fn(&Parameters, f64, f64, f64) -> Scale,
     },
     /// The force on each particle by itself.
-    Field { plain: FieldLaw<f64>, dual: FieldLaw<Dual64>, scale: fn(&[f64], &At<'_, f64>) -> Scale },
+    Field {
+        plain: FieldLaw<f64>,
+        dual: FieldLaw<Dual64>,
+        scale: fn(&Parameters, &At<'_, f64>) -> Scale,
+    },
 }
 
+/// The parameters of an element, in the order of [`Law::parameters`].
+type Parameters = [f64; MAX_PARAMETERS];
+
 /// `f(parameters, masses, d, w)`.
-type PairLaw<T> = fn(&[f64], [f64; 2], Vector<T>, Vector<T>) -> Vector<T>;
+type PairLaw<T> = fn(&Parameters, [f64; 2], Vector<T>, Vector<T>) -> Vector<T>;
 
 /// `f(parameters, particle)`.
-type FieldLaw<T> = fn(&[f64], &At<'_, T>) -> Vector<T>;
+type FieldLaw<T> = fn(&Parameters, &At<'_, T>) -> Vector<T>;
 
 /// A particle in a field.
 struct At<'a, T> {
@@ -194,6 +177,8 @@ pub struct Expectation<'a> {
     /// The law.
     pub law: &'static Law,
     scene: &'a Scene,
+    /// The parameters of each element.
+    parameters: Vec<Parameters>,
     starts: Vec<[f64; 3]>,
 }
 
@@ -201,7 +186,15 @@ impl<'a> Expectation<'a> {
     /// The law of these elements.
     pub fn new(law: &'static Law, scene: &'a Scene) -> Self {
         let starts = scene.particles.iter().map(|particle| particle.position).collect();
-        Self { law, scene, starts }
+        let parameters_of = |element: &ForceElement| {
+            let mut values = [0.0; MAX_PARAMETERS];
+            for (value, name) in values.iter_mut().zip(law.parameters) {
+                *value = element.parameter(name);
+            }
+            values
+        };
+        let parameters = scene.forces.iter().map(parameters_of).collect();
+        Self { law, scene, parameters, starts }
     }
 
     fn dimension(&self) -> usize {
@@ -277,19 +270,19 @@ impl<'a> Expectation<'a> {
     ) -> Vec<Scale> {
         let dimension = self.dimension();
         let mut scales = vec![Scale::default(); self.scene.particles.len()];
-        for element in &self.scene.forces {
+        for (element, parameters) in self.scene.forces.iter().zip(&self.parameters) {
             match (&self.law.form, element.pair) {
                 (Form::Pair { scale, .. }, Some([i, j])) => {
                     let length = norm(&difference(x, dimension, [i, j]));
                     let speed = speed([i, j]);
                     let masses = self.scene.particles[i].mass * self.scene.particles[j].mass;
-                    let scale = scale(&element.parameters, masses, length, speed);
+                    let scale = scale(parameters, masses, length, speed);
                     scales[i] += scale;
                     scales[j] += scale;
                 }
                 (Form::Field { scale, .. }, _) => {
                     for (particle, sum) in scales.iter_mut().enumerate() {
-                        *sum += scale(&element.parameters, &self.at(particle, x, v, time));
+                        *sum += scale(parameters, &self.at(particle, x, v, time));
                     }
                 }
                 (Form::Pair { .. }, None) => {}
@@ -331,13 +324,13 @@ impl<'a> Expectation<'a> {
     ) -> Vec<T> {
         let dimension = self.dimension();
         let mut total = vec![T::from(0.0); x.len()];
-        for element in &self.scene.forces {
+        for (element, parameters) in self.scene.forces.iter().zip(&self.parameters) {
             match (choose(&self.law.form), element.pair) {
                 (Evaluate::Pair(law), Some([i, j])) => {
                     let masses = [i, j].map(|particle| self.scene.particles[particle].mass);
                     let d = difference(x, dimension, [i, j]);
                     let w = difference(v, dimension, [i, j]);
-                    let force = law(&element.parameters, masses, d, w);
+                    let force = law(parameters, masses, d, w);
                     for axis in 0..dimension {
                         total[i * dimension + axis] += force[axis];
                         total[j * dimension + axis] -= force[axis];
@@ -345,7 +338,7 @@ impl<'a> Expectation<'a> {
                 }
                 (Evaluate::Field(law), _) => {
                     for particle in 0..self.scene.particles.len() {
-                        let force = law(&element.parameters, &self.at(particle, x, v, time));
+                        let force = law(parameters, &self.at(particle, x, v, time));
                         for axis in 0..dimension {
                             total[particle * dimension + axis] += force[axis];
                         }
@@ -382,23 +375,4 @@ fn dot<T: Number>(a: Vector<T>, b: Vector<T>) -> T {
 
 fn norm(vector: &Vector<f64>) -> f64 {
     dot(*vector, *vector).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use simulator::force;
-
-    #[test]
-    fn every_registered_force_has_a_law_that_knows_its_parameters() {
-        for kind in force::REGISTRY {
-            let tag = kind.schema.tag;
-            let law = find(tag).unwrap_or_else(|| panic!("{tag} has no law in jacobian/law"));
-            let known: Vec<&str> = law.terms.iter().map(|term| term.parameter).collect();
-            let stated: Vec<&str> =
-                kind.schema.parameters.iter().map(|parameter| parameter.name).collect();
-            assert_eq!(known, stated, "{tag}");
-        }
-        assert_eq!(LAWS.len(), force::REGISTRY.len());
-    }
 }

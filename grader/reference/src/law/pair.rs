@@ -8,18 +8,20 @@
 //! green spring  f = −2 k (l²/l0² − 1) d            lecture on optimisation time integration
 //! ```
 
-use super::{Form, Law, Number, Scale, Symmetry, Term, Vector, dot};
+use super::{Form, Law, Number, Parameters, Scale, Symmetry, Vector, dot};
 
-pub(super) static SPRING: Law = Law {
+/// The laws of this file.
+pub(super) static LAWS: &[&Law] = &[&SPRING, &GRAVITATION, &VORTEX, &GREEN_SPRING];
+
+static SPRING: Law = Law {
     tag: "springforce",
-    internal: true,
+    parameters: &["k", "l0", "b"],
     symmetry: Symmetry::Isotropic,
-    terms: &[Term::new("k", true, false), Term::new("l0", true, false), Term::new("b", true, true)],
     form: Form::Pair { plain: spring, dual: spring, scale: spring_scale },
 };
 
-fn spring<T: Number>(p: &[f64], _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
-    let (k, l0, b) = (p[0], p[1], p[2]);
+fn spring<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
+    let [k, l0, b, _] = *p;
     if l0 == 0.0 && b == 0.0 {
         // No direction is needed, not even at length zero.
         return d.map(|component| component * -k);
@@ -30,8 +32,8 @@ fn spring<T: Number>(p: &[f64], _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vect
     n.map(|component| -(tension * component))
 }
 
-fn spring_scale(p: &[f64], _: f64, l: f64, speed: f64) -> Scale {
-    let (k, l0, b) = (p[0], p[1], p[2]);
+fn spring_scale(p: &Parameters, _: f64, l: f64, speed: f64) -> Scale {
+    let [k, l0, b, _] = *p;
     let per_length = |amount: f64| if amount == 0.0 { 0.0 } else { amount / l };
     Scale {
         energy: 0.5 * k * (l + l0) * (l + l0),
@@ -41,22 +43,23 @@ fn spring_scale(p: &[f64], _: f64, l: f64, speed: f64) -> Scale {
     }
 }
 
-pub(super) static GRAVITATION: Law = Law {
+static GRAVITATION: Law = Law {
     tag: "gravitationalforce",
-    internal: true,
+    parameters: &["G"],
     symmetry: Symmetry::Isotropic,
-    terms: &[Term::new("G", true, false)],
     form: Form::Pair { plain: gravitation, dual: gravitation, scale: gravitation_scale },
 };
 
-fn gravitation<T: Number>(p: &[f64], m: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
+fn gravitation<T: Number>(p: &Parameters, m: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
+    let [g, ..] = *p;
     let squared = dot(d, d);
     let cubed = squared * squared.sqrt();
-    d.map(|component| -(component / cubed * (p[0] * m[0] * m[1])))
+    d.map(|component| -(component / cubed * (g * m[0] * m[1])))
 }
 
-fn gravitation_scale(p: &[f64], masses: f64, l: f64, _: f64) -> Scale {
-    let strength = p[0].abs() * masses;
+fn gravitation_scale(p: &Parameters, masses: f64, l: f64, _: f64) -> Scale {
+    let [g, ..] = *p;
+    let strength = g.abs() * masses;
     Scale {
         energy: strength / l,
         force: strength / (l * l),
@@ -65,24 +68,23 @@ fn gravitation_scale(p: &[f64], masses: f64, l: f64, _: f64) -> Scale {
     }
 }
 
-pub(super) static VORTEX: Law = Law {
+static VORTEX: Law = Law {
     tag: "vortexforce",
-    internal: true,
+    parameters: &["kbs", "kvc"],
     symmetry: Symmetry::AboutZ,
-    terms: &[Term::new("kbs", true, false), Term::new("kvc", true, true)],
     form: Form::Pair { plain: vortex, dual: vortex, scale: vortex_scale },
 };
 
-fn vortex<T: Number>(p: &[f64], _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
-    let (kbs, kvc) = (p[0], p[1]);
+fn vortex<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
+    let [kbs, kvc, ..] = *p;
     let squared = dot(d, d);
     let l = squared.sqrt();
     let turned = [-d[1] / l, d[0] / l, d[2] / l];
     std::array::from_fn(|axis| (turned[axis] * kbs - w[axis]) / squared * kvc)
 }
 
-fn vortex_scale(p: &[f64], _: f64, l: f64, speed: f64) -> Scale {
-    let (kbs, kvc) = (p[0].abs(), p[1].abs());
+fn vortex_scale(p: &Parameters, _: f64, l: f64, speed: f64) -> Scale {
+    let [kbs, kvc, ..] = p.map(f64::abs);
     Scale {
         energy: 0.0,
         force: kvc * (kbs + speed) / (l * l),
@@ -91,21 +93,21 @@ fn vortex_scale(p: &[f64], _: f64, l: f64, speed: f64) -> Scale {
     }
 }
 
-pub(super) static GREEN_SPRING: Law = Law {
+static GREEN_SPRING: Law = Law {
     tag: "greenspringforce",
-    internal: true,
+    parameters: &["k", "l0"],
     symmetry: Symmetry::Isotropic,
-    terms: &[Term::new("k", true, false), Term::new("l0", true, false)],
     form: Form::Pair { plain: green_spring, dual: green_spring, scale: green_spring_scale },
 };
 
-fn green_spring<T: Number>(p: &[f64], _: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
-    let strain = dot(d, d) / (p[1] * p[1]) - T::from(1.0);
-    d.map(|component| -(component * strain * (2.0 * p[0])))
+fn green_spring<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
+    let [k, l0, ..] = *p;
+    let strain = dot(d, d) / (l0 * l0) - T::from(1.0);
+    d.map(|component| -(component * strain * (2.0 * k)))
 }
 
-fn green_spring_scale(p: &[f64], _: f64, l: f64, _: f64) -> Scale {
-    let (k, l0) = (p[0], p[1]);
+fn green_spring_scale(p: &Parameters, _: f64, l: f64, _: f64) -> Scale {
+    let [k, l0, ..] = *p;
     let strain = l * l / (l0 * l0) + 1.0;
     Scale {
         energy: 0.5 * k * l0 * l0 * strain * strain,

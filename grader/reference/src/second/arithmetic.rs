@@ -8,7 +8,7 @@
 //! Formulas and sources are those of [`law`](crate::jacobian), whose values these are but for rounding. Units are
 //! the scene's.
 
-use simulator::scene::schema::MAX_PARAMETERS;
+use simulator::scene::ForceElement;
 
 /// How products, sums and quotients are evaluated.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -46,15 +46,15 @@ impl Arithmetic {
         self.multiply_add(a[0], b[0], self.multiply_add(a[1], b[1], a[2] * b[2]))
     }
 
-    /// The force on the first particle of a pair; `None` where the force is none between two.
-    pub fn on_pair(self, tag: &str, p: &[f64; MAX_PARAMETERS], pair: &Pair) -> Option<Vector> {
+    /// The force on the first particle of a pair; `None` where there is but one way to evaluate it.
+    pub fn on_pair(self, element: &ForceElement, pair: &Pair) -> Option<Vector> {
         let Pair { masses: [mi, mj], d, w } = *pair;
         let squared = self.dot(d, d);
         let l = squared.sqrt();
         let n = d.map(|component| self.divide(component, l));
-        match tag {
+        match element.schema.tag {
             "springforce" => {
-                let (k, l0, b) = (p[0], p[1], p[2]);
+                let [k, l0, b] = ["k", "l0", "b"].map(|name| element.parameter(name));
                 if l0 == 0.0 && b == 0.0 {
                     return Some(d.map(|component| -k * component));
                 }
@@ -62,16 +62,18 @@ impl Arithmetic {
                 Some(n.map(|component| -tension * component))
             }
             "greenspringforce" => {
-                let ratio = self.divide(l, p[1]);
-                let factor = -2.0 * p[0] * self.multiply_add(ratio, ratio, -1.0);
+                let [k, l0] = ["k", "l0"].map(|name| element.parameter(name));
+                let ratio = self.divide(l, l0);
+                let factor = -2.0 * k * self.multiply_add(ratio, ratio, -1.0);
                 Some(d.map(|component| factor * component))
             }
             "gravitationalforce" => {
-                let strength = self.divide(-p[0] * mi * mj, squared);
+                let strength = self.divide(-element.parameter("G") * mi * mj, squared);
                 Some(n.map(|component| strength * component))
             }
             "vortexforce" => {
-                let (kbs, factor) = (p[0], self.divide(p[1], squared));
+                let [kbs, kvc] = ["kbs", "kvc"].map(|name| element.parameter(name));
+                let factor = self.divide(kvc, squared);
                 let turned = [-n[1], n[0], n[2]];
                 let on = |axis: usize| factor * self.multiply_add(kbs, turned[axis], -w[axis]);
                 Some(std::array::from_fn(on))
@@ -80,18 +82,21 @@ impl Arithmetic {
         }
     }
 
-    /// The force on a particle by itself; `None` where the force is no such, or there is but one way to evaluate it.
+    /// The force on a particle by itself; `None` where there is but one way to evaluate it.
     pub fn on_particle(
         self,
-        tag: &str,
-        p: &[f64; MAX_PARAMETERS],
+        element: &ForceElement,
         mass: f64,
         velocity: Vector,
     ) -> Option<Vector> {
-        match tag {
-            "simplegravity" => Some([p[0], p[1], p[2]].map(|component| mass * component)),
-            "constantforce" => Some([p[0], p[1], p[2]]),
-            "dragdamping" => Some(velocity.map(|component| -p[0] * component)),
+        let uniform = || ["fx", "fy", "fz"].map(|name| element.parameter(name));
+        match element.schema.tag {
+            "simplegravity" => Some(uniform().map(|component| mass * component)),
+            "constantforce" => Some(uniform()),
+            "dragdamping" => {
+                let b = element.parameter("b");
+                Some(velocity.map(|component| -b * component))
+            }
             _ => None,
         }
     }

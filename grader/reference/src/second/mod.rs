@@ -1,7 +1,7 @@
-//! A second stepper for the course's methods, as a course's program is built: dense matrices over all particles.
+//! A second stepper, as a course's program is built: dense matrices over all particles.
 //!
 //! ```text
-//! explicit, symplectic    v' = v + h F/m                                 q' = q + h v  or  q + h v'
+//! explicit                v' = v + h F/m, q' = q + h v, by the substeps of the method
 //! linearized, implicit    (M − h² K − h B) δ = −M (u − v) + h F          u ← u + δ
 //! the same, unreduced     ⎡  I     −h I   ⎤ ⎡δq⎤   ⎡        0         ⎤  q̂ ← q̂ + δq, u ← u + δ
 //!                         ⎣−h K   M − h B ⎦ ⎣δ ⎦ = ⎣−M (u − v) + h F ⎦
@@ -12,15 +12,15 @@
 //! solve, and the law once a column.
 
 use nalgebra::{DMatrix, DVector};
+use simulator::scene::schema::{Convergence, IntegratorSchema};
 use simulator::scene::{ForceElement, Scene};
 
 pub mod arithmetic;
 
-use crate::law;
+use crate::law::Jacobians;
+use crate::laws::Laws;
+use crate::method::{Method, Substep};
 use arithmetic::{Arithmetic, Pair};
-
-/// The norm of an update below which Newton's method ends: the course's.
-const NEWTON_TOLERANCE: f64 = 1e-9;
 
 /// Newton's method is given up beyond this many iterations.
 const MAX_ITERATIONS: usize = 100;
@@ -87,45 +87,84 @@ const ITERATIVE: f64 = 1e-12;
 pub struct Second {
     scene: Scene,
     style: Style,
-    /// The elements of each law by themselves.
-    parts: Vec<(&'static law::Law, Scene)>,
+    method: Stepping,
+    laws: Laws,
     random: fastrand::Rng,
 }
 
-impl Second {
-    /// `None` where the method is none of the course's four.
-    pub fn new(scene: &Scene, style: Style, seed: u64) -> Option<Self> {
-        let known =
-            ["explicit-euler", "symplectic-euler", "linearized-implicit-euler", "implicit-euler"];
-        if !known.contains(&scene.integrator.name) {
-            return None;
+/// What is stepped.
+#[derive(Clone, Copy)]
+enum Stepping {
+    Explicit(&'static [Substep]),
+    /// One Newton step.
+    Linearized,
+    /// Newton's method until the norm of an update is below this.
+    Newton(f64),
+}
+
+impl Stepping {
+    /// `None` where the result depends on how a method goes about it: its own tolerance, or its rounds.
+    fn of(integrator: &IntegratorSchema) -> Option<Self> {
+        match (Method::of(integrator.equation), integrator.convergence) {
+            (Method::Explicit(substeps), _) => Some(Self::Explicit(substeps)),
+            (Method::Backward { linearized: true }, _) => Some(Self::Linearized),
+            (Method::Backward { linearized: false }, Convergence::Update(tolerance)) => {
+                Some(Self::Newton(tolerance))
+            }
+            (Method::Backward { linearized: false }, _) | (Method::Rounds, _) => None,
         }
-        let parts = law::by_law(scene);
-        Some(Self { scene: scene.clone(), style, parts, random: fastrand::Rng::with_seed(seed) })
+    }
+}
+
+impl Second {
+    /// `None` where the scene's method has no second implementation: it ends at a tolerance of its own, or takes rounds.
+    pub fn new(scene: &Scene, style: Style, seed: u64) -> Option<Self> {
+        let method = Stepping::of(scene.integrator)?;
+        let (scene, laws) = (scene.clone(), Laws::new(scene));
+        Some(Self { scene, style, method, laws, random: fastrand::Rng::with_seed(seed) })
     }
 
-    /// Whether the method solves linear systems.
+    /// Whether it steps the scene by solving linear systems.
     pub fn is_implicit(scene: &Scene) -> bool {
-        ["linearized-implicit-euler", "implicit-euler"].contains(&scene.integrator.name)
+        let method = Stepping::of(scene.integrator);
+        matches!(method, Some(Stepping::Linearized | Stepping::Newton(_)))
     }
 
-    /// As [`grader::stepping::Stepper::step`].
+    /// Takes the step of this number; false where it has no answer.
     pub fn step(&mut self, step: u64, x: &mut [f64], v: &mut [f64]) -> bool {
         let time = step as f64 * self.scene.time_step;
-        let done = match self.scene.integrator.name {
-            "explicit-euler" => self.explicit(time, x, v, false),
-            "symplectic-euler" => self.explicit(time, x, v, true),
-            "linearized-implicit-euler" => self.implicit(time, x, v, 1),
-            _ => self.implicit(time, x, v, MAX_ITERATIONS),
+        let done = match self.method {
+            Stepping::Explicit(substeps) => {
+                self.explicit(time, x, v, substeps);
+                Some(())
+            }
+            Stepping::Linearized => self.implicit(time, x, v, 0.0, 1),
+            Stepping::Newton(tolerance) => self.implicit(time, x, v, tolerance, MAX_ITERATIONS),
         };
         done.is_some() && x.iter().chain(v.iter()).all(|value| value.is_finite())
     }
 
-    fn explicit(&self, time: f64, x: &mut [f64], v: &mut [f64], symplectic: bool) -> Option<()> {
-        let h = self.scene.time_step;
+    fn explicit(&self, mut time: f64, x: &mut [f64], v: &mut [f64], substeps: &[Substep]) {
+        let arithmetic = self.style.arithmetic;
+        for substep in substeps {
+            match *substep {
+                Substep::Both(c) => {
+                    let old = v.to_vec();
+                    self.kick(time, x, v, c * self.scene.time_step);
+                    drift(arithmetic, c * self.scene.time_step, &old, x);
+                }
+                Substep::Kick(c) => self.kick(time, x, v, c * self.scene.time_step),
+                Substep::Drift(c) => {
+                    drift(arithmetic, c * self.scene.time_step, v, x);
+                    time += c * self.scene.time_step;
+                }
+            }
+        }
+    }
+
+    fn kick(&self, time: f64, x: &[f64], v: &mut [f64], h: f64) {
         let arithmetic = self.style.arithmetic;
         let force = self.force(x, v, time);
-        let old = v.to_vec();
         for (place, (velocity, force)) in v.iter_mut().zip(&force).enumerate() {
             let particle = &self.scene.particles[place / self.dimension()];
             if !particle.fixed {
@@ -135,12 +174,16 @@ impl Second {
                 };
             }
         }
-        let along = if symplectic { &*v } else { &old };
-        drift(arithmetic, h, along, x);
-        Some(())
     }
 
-    fn implicit(&mut self, time: f64, x: &mut [f64], v: &mut [f64], most: usize) -> Option<()> {
+    fn implicit(
+        &mut self,
+        time: f64,
+        x: &mut [f64],
+        v: &mut [f64],
+        tolerance: f64,
+        most: usize,
+    ) -> Option<()> {
         let h = self.scene.time_step;
         let arithmetic = self.style.arithmetic;
         let mut u = v.to_vec();
@@ -163,11 +206,11 @@ impl Second {
                 |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
             let update = norm(&delta);
             let ends = match self.style.stop {
-                Stop::AtTolerance => update < NEWTON_TOLERANCE,
+                Stop::AtTolerance => update < tolerance,
                 Stop::OneMore => reached,
                 Stop::AtRounding => update <= 1e-14 * norm(&u) || (reached && made > 12),
             };
-            reached |= update < NEWTON_TOLERANCE;
+            reached |= update < tolerance;
             if ends {
                 break;
             }
@@ -185,13 +228,7 @@ impl Second {
         let h = self.scene.time_step;
         let dimension = self.dimension();
         let force = self.force(ahead, u, time);
-        let mut k = DMatrix::zeros(u.len(), u.len());
-        let mut b = k.clone();
-        for (law, scene) in &self.parts {
-            let jacobians = law::Expectation::new(law, scene).jacobians(ahead, u, time);
-            k += jacobians.by_position;
-            b += jacobians.by_velocity;
-        }
+        let Jacobians { by_position: k, by_velocity: b } = self.laws.jacobians(ahead, u, time);
         let free: Vec<usize> =
             (0..u.len()).filter(|dof| !self.scene.particles[dof / dimension].fixed).collect();
         let mass = |dof: usize| self.scene.particles[dof / dimension].mass;
@@ -262,7 +299,6 @@ impl Second {
     ) {
         let dimension = self.dimension();
         let arithmetic = self.style.arithmetic;
-        let (tag, p) = (element.schema.tag, &element.parameters);
         let vector = |values: &[f64], particle: usize| -> [f64; 3] {
             std::array::from_fn(|axis| {
                 if axis < dimension { values[particle * dimension + axis] } else { 0.0 }
@@ -275,27 +311,32 @@ impl Second {
             };
             let masses = [i, j].map(|particle| self.scene.particles[particle].mass);
             let pair = Pair { masses, d: difference(x), w: difference(v) };
-            let on_i = arithmetic.on_pair(tag, p, &pair).unwrap_or_default();
+            // What there is but one way to evaluate is the law's.
+            let on_i = arithmetic
+                .on_pair(element, &pair)
+                .unwrap_or_else(|| vector(&self.by_law(element, x, v, time), i));
             for axis in 0..dimension {
                 force[i * dimension + axis] += on_i[axis];
                 force[j * dimension + axis] -= on_i[axis];
             }
             return;
         }
-        // What there is but one way to evaluate is the law's.
         let mut by_law = None;
         for (particle, body) in self.scene.particles.iter().enumerate() {
-            let found = arithmetic.on_particle(tag, p, body.mass, vector(v, particle));
+            let found = arithmetic.on_particle(element, body.mass, vector(v, particle));
             let on = found.unwrap_or_else(|| {
-                let all = by_law.get_or_insert_with(|| {
-                    law::force_of(&self.scene, std::slice::from_ref(element), x, v, time)
-                });
+                let all = by_law.get_or_insert_with(|| self.by_law(element, x, v, time));
                 vector(all, particle)
             });
             for axis in 0..dimension {
                 force[particle * dimension + axis] += on[axis];
             }
         }
+    }
+
+    /// The force of one element on every particle, as the law has it.
+    fn by_law(&self, element: &ForceElement, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
+        Laws::of(&self.scene, std::slice::from_ref(element)).force(x, v, time)
     }
 }
 

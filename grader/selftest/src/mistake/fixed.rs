@@ -1,5 +1,6 @@
 //! Mistakes with fixed particles.
 
+use grader::blame::Family;
 use simulator::scene::Scene;
 
 use super::super::student::Vec2;
@@ -10,12 +11,12 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     groups.into_iter().flatten().collect()
 }
 
-fn subject(name: &'static str, scope: Scope) -> Subject {
-    Subject { area: Area::Fixed, name, scope }
+fn subject(name: &'static str, family: Family) -> Subject {
+    Subject { area: Area::Fixed, name, scope: Scope::Fixed(family) }
 }
 
 fn under_any_method() -> Vec<Mistake> {
-    let of = subject("any integrator", Scope::Fixed);
+    let of = subject("any integrator", Family::Any);
     vec![
         of.mistake("stopped: its velocity does not move it", |s| s.fixed.position = |old, _| old),
         of.mistake("its velocity is set to zero", |s| s.fixed.velocity = |_, _| Vec2::zeros()),
@@ -41,7 +42,7 @@ fn free(scene: &mut Scene) {
 }
 
 fn under_explicit_methods() -> Vec<Mistake> {
-    let of = subject("explicit and symplectic Euler", Scope::FixedExplicit);
+    let of = subject("explicit and symplectic Euler", Family::Explicit);
     vec![
         of.mistake("feels forces", |s| s.fixed.held = |_, free| free),
         of.mistake("held along x only", |s| s.fixed.held = |old, free| Vec2::new(old.x, free.y)),
@@ -49,7 +50,7 @@ fn under_explicit_methods() -> Vec<Mistake> {
 }
 
 fn under_implicit_methods() -> Vec<Mistake> {
-    let of = subject("linearized implicit and implicit Euler", Scope::FixedImplicit);
+    let of = subject("linearized implicit and implicit Euler", Family::Implicit);
     vec![
         of.mistake("nothing cleared: it feels forces", |s| s.fixed.hold = |_, _, _, _| ()),
         of.mistake("right-hand side cleared, rows and columns not", |s| {

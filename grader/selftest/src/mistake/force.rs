@@ -1,5 +1,6 @@
 //! Mistakes in forces.
 
+use grader::blame::Part;
 use simulator::scene::Scene;
 
 use super::super::student::{
@@ -21,8 +22,8 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     groups.into_iter().flatten().collect()
 }
 
-fn subject(name: &'static str, tag: &'static str) -> Subject {
-    Subject { area: Area::Force, name, scope: Scope::Force(tag) }
+fn subject(name: &'static str, part: Part) -> Subject {
+    Subject { area: Area::Force, name, scope: Scope::Force(part) }
 }
 
 /// Leaves only the last element with this tag.
@@ -64,15 +65,17 @@ fn in_any_pair(subject: &Subject, of: fn(&mut Student) -> &mut PairForce) -> Vec
 }
 
 fn in_simple_gravity() -> Vec<Mistake> {
-    let of = subject("simple gravity", "simplegravity");
+    let of = subject("simple gravity", Part::All("simplegravity"));
     let mut mistakes = in_any(&of, |s| &mut s.simple_gravity);
     mistakes.extend([
         of.mistake("wrong sign", |s| s.simple_gravity = |body, p| -simple_gravity(body, p)),
-        of.mistake("not scaled by mass", |s| s.simple_gravity = |_, p| Vec2::new(p[0], p[1])),
+        of.mistake("not scaled by mass", |s| s.simple_gravity = |_, p| Vec2::new(p["fx"], p["fy"])),
         of.mistake("x and y swapped", |s| {
-            s.simple_gravity = |body, p| body.m * Vec2::new(p[1], p[0]);
+            s.simple_gravity = |body, p| body.m * Vec2::new(p["fy"], p["fx"]);
         }),
-        of.mistake("only along y", |s| s.simple_gravity = |body, p| body.m * Vec2::new(0.0, p[1])),
+        of.mistake("only along y", |s| {
+            s.simple_gravity = |body, p| body.m * Vec2::new(0.0, p["fy"])
+        }),
         of.mistake("only the last of several elements counts", |s| {
             s.read = |scene| keep_last(scene, "simplegravity");
         }),
@@ -81,14 +84,14 @@ fn in_simple_gravity() -> Vec<Mistake> {
 }
 
 fn in_constant_force() -> Vec<Mistake> {
-    let of = subject("constant force", "constantforce");
+    let of = subject("constant force", Part::All("constantforce"));
     let mut mistakes = in_any(&of, |s| &mut s.constant_force);
     mistakes.extend([
         of.mistake("wrong sign", |s| s.constant_force = |body, p| -constant_force(body, p)),
         of.mistake("scaled by mass", |s| {
             s.constant_force = |body, p| body.m * constant_force(body, p);
         }),
-        of.mistake("x and y swapped", |s| s.constant_force = |_, p| Vec2::new(p[1], p[0])),
+        of.mistake("x and y swapped", |s| s.constant_force = |_, p| Vec2::new(p["fy"], p["fx"])),
         of.mistake("only the first particle feels it", |s| {
             s.constant_force = |body, p| first_only(body, constant_force(body, p));
         }),
@@ -104,27 +107,27 @@ fn first_only(body: &student::Body, force: Vec2) -> Vec2 {
 }
 
 fn in_elastic_force() -> Vec<Mistake> {
-    let of = subject("spring, elastic force", "springforce");
+    let of = subject("spring, elastic force", Part::One("springforce", "elastic"));
     let mut mistakes = in_any_pair(&of, |s| &mut s.elastic);
     mistakes.extend([
-        of.mistake("no rest length", |s| s.elastic.on_i = |pair, p| -p[0] * pair.d()),
+        of.mistake("no rest length", |s| s.elastic.on_i = |pair, p| -p["k"] * pair.d()),
         of.mistake("rest length added instead of subtracted", |s| {
-            s.elastic.on_i = |pair, p| -p[0] * (pair.l() + p[1]) * pair.n();
+            s.elastic.on_i = |pair, p| -p["k"] * (pair.l() + p["l0"]) * pair.n();
         }),
         of.mistake("stiffness missing", |s| {
-            s.elastic.on_i = |pair, p| -(pair.l() - p[1]) * pair.n();
+            s.elastic.on_i = |pair, p| -(pair.l() - p["l0"]) * pair.n();
         }),
         of.mistake("stiffness doubled (energy without its 1/2)", |s| {
-            s.elastic.on_i = |pair, p| -2.0 * p[0] * (pair.l() - p[1]) * pair.n();
+            s.elastic.on_i = |pair, p| -2.0 * p["k"] * (pair.l() - p["l0"]) * pair.n();
         }),
         of.mistake("stiffness halved (1/2 kept in the gradient)", |s| {
-            s.elastic.on_i = |pair, p| -0.5 * p[0] * (pair.l() - p[1]) * pair.n();
+            s.elastic.on_i = |pair, p| -0.5 * p["k"] * (pair.l() - p["l0"]) * pair.n();
         }),
         of.mistake("direction not normalised", |s| {
-            s.elastic.on_i = |pair, p| -p[0] * (pair.l() - p[1]) * pair.d();
+            s.elastic.on_i = |pair, p| -p["k"] * (pair.l() - p["l0"]) * pair.d();
         }),
         of.mistake("only pulls, never pushes", |s| {
-            s.elastic.on_i = |pair, p| -p[0] * (pair.l() - p[1]).max(0.0) * pair.n();
+            s.elastic.on_i = |pair, p| -p["k"] * (pair.l() - p["l0"]).max(0.0) * pair.n();
         }),
         of.mistake("only one spring on each edge", |s| s.read = keep_last_on_each_edge),
     ]);
@@ -132,84 +135,87 @@ fn in_elastic_force() -> Vec<Mistake> {
 }
 
 fn in_green_force() -> Vec<Mistake> {
-    let of = subject("spring of squared length", "greenspringforce");
+    let of = subject("spring of squared length", Part::All("greenspringforce"));
     let mut mistakes = in_any_pair(&of, |s| &mut s.green);
     mistakes.extend([
         of.mistake("factor 2 missing", |s| {
-            s.green.on_i = |pair, p| -p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.d();
+            s.green.on_i = |pair, p| -p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.d();
         }),
         of.mistake("factor 4 instead of 2", |s| {
-            s.green.on_i = |pair, p| -4.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.d();
+            s.green.on_i =
+                |pair, p| -4.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.d();
         }),
         of.mistake("lengths not squared", |s| {
-            s.green.on_i = |pair, p| -2.0 * p[0] * (pair.l() / p[1] - 1.0) * pair.d();
+            s.green.on_i = |pair, p| -2.0 * p["k"] * (pair.l() / p["l0"] - 1.0) * pair.d();
         }),
         of.mistake("not divided by l0²", |s| {
-            s.green.on_i = |pair, p| -2.0 * p[0] * (pair.l().powi(2) - p[1].powi(2)) * pair.d();
+            s.green.on_i =
+                |pair, p| -2.0 * p["k"] * (pair.l().powi(2) - p["l0"].powi(2)) * pair.d();
         }),
         of.mistake("along the direction instead of the difference", |s| {
-            s.green.on_i = |pair, p| -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * pair.n();
+            s.green.on_i =
+                |pair, p| -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.n();
         }),
         of.mistake("a Hookean spring", |s| {
-            s.green.on_i = |pair, p| -p[0] * (pair.l() - p[1]) * pair.n();
+            s.green.on_i = |pair, p| -p["k"] * (pair.l() - p["l0"]) * pair.n();
         }),
         of.mistake("pulls only", |s| {
             s.green.on_i =
-                |pair, p| -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0).max(0.0) * pair.d();
+                |pair, p| -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0).max(0.0) * pair.d();
         }),
     ]);
     mistakes
 }
 
 fn in_damping() -> Vec<Mistake> {
-    let of = subject("spring, damping", "springforce");
+    let of = subject("spring, damping", Part::One("springforce", "damping"));
     let mut mistakes = in_any_pair(&of, |s| &mut s.damping);
     mistakes.extend([
         of.mistake("not projected on the spring's axis", |s| {
-            s.damping.on_i = |pair, p| -p[2] * pair.w();
+            s.damping.on_i = |pair, p| -p["b"] * pair.w();
         })
         .missed_by_the_course(),
         of.mistake("uses the velocity of i only", |s| {
-            s.damping.on_i = |pair, p| -p[2] * pair.n().dot(&pair.v[0]) * pair.n();
+            s.damping.on_i = |pair, p| -p["b"] * pair.n().dot(&pair.v[0]) * pair.n();
         }),
         of.mistake("adds the velocities of i and j", |s| {
-            s.damping.on_i = |pair, p| -p[2] * pair.n().dot(&(pair.v[0] + pair.v[1])) * pair.n();
+            s.damping.on_i = |pair, p| -p["b"] * pair.n().dot(&(pair.v[0] + pair.v[1])) * pair.n();
         }),
         of.mistake("coefficient missing", |s| {
             s.damping.on_i = |pair, _| -pair.n().dot(&pair.w()) * pair.n();
         }),
         of.mistake("scaled by the spring's stiffness", |s| {
-            s.damping.on_i = |pair, p| -p[0] * p[2] * pair.n().dot(&pair.w()) * pair.n();
+            s.damping.on_i = |pair, p| -p["k"] * p["b"] * pair.n().dot(&pair.w()) * pair.n();
         }),
         of.mistake("direction not normalised", |s| {
-            s.damping.on_i = |pair, p| -p[2] * pair.d().dot(&pair.w()) * pair.d();
+            s.damping.on_i = |pair, p| -p["b"] * pair.d().dot(&pair.w()) * pair.d();
         }),
         of.mistake("speed instead of velocity along the axis", |s| {
-            s.damping.on_i = |pair, p| -p[2] * pair.n().dot(&pair.w()).abs() * pair.n();
+            s.damping.on_i = |pair, p| -p["b"] * pair.n().dot(&pair.w()).abs() * pair.n();
         }),
     ]);
     mistakes
 }
 
 fn in_gravitation() -> Vec<Mistake> {
-    let of = subject("gravitation", "gravitationalforce");
+    let of = subject("gravitation", Part::All("gravitationalforce"));
     let mut mistakes = in_any_pair(&of, |s| &mut s.gravitation);
     mistakes.extend([
         of.mistake("G missing", |s| {
             s.gravitation.on_i = |pair, _| -pair.m[0] * pair.m[1] / pair.l().powi(2) * pair.n();
         }),
         of.mistake("first mass missing", |s| {
-            s.gravitation.on_i = |pair, p| -p[0] * pair.m[1] / pair.l().powi(2) * pair.n();
+            s.gravitation.on_i = |pair, p| -p["G"] * pair.m[1] / pair.l().powi(2) * pair.n();
         }),
         of.mistake("second mass missing", |s| {
-            s.gravitation.on_i = |pair, p| -p[0] * pair.m[0] / pair.l().powi(2) * pair.n();
+            s.gravitation.on_i = |pair, p| -p["G"] * pair.m[0] / pair.l().powi(2) * pair.n();
         }),
         of.mistake("1/l instead of 1/l²", |s| {
-            s.gravitation.on_i = |pair, p| -p[0] * pair.m[0] * pair.m[1] / pair.l() * pair.n();
+            s.gravitation.on_i = |pair, p| -p["G"] * pair.m[0] * pair.m[1] / pair.l() * pair.n();
         }),
         of.mistake("1/l³ instead of 1/l²", |s| {
             s.gravitation.on_i =
-                |pair, p| -p[0] * pair.m[0] * pair.m[1] / pair.l().powi(3) * pair.n();
+                |pair, p| -p["G"] * pair.m[0] * pair.m[1] / pair.l().powi(3) * pair.n();
         }),
         of.mistake("only the last of several elements counts", |s| {
             s.read = |scene| keep_last(scene, "gravitationalforce");
@@ -219,18 +225,18 @@ fn in_gravitation() -> Vec<Mistake> {
 }
 
 fn in_drag() -> Vec<Mistake> {
-    let of = subject("linear drag", "dragdamping");
+    let of = subject("linear drag", Part::All("dragdamping"));
     let mut mistakes = in_any(&of, |s| &mut s.drag);
     mistakes.extend([
         of.mistake("wrong sign", |s| s.drag = |body, p| -drag(body, p)),
         of.mistake("scaled by mass", |s| s.drag = |body, p| body.m * drag(body, p))
             .missed_by_the_course(),
-        of.mistake("only along x", |s| s.drag = |body, p| Vec2::new(-p[0] * body.v.x, 0.0)),
+        of.mistake("only along x", |s| s.drag = |body, p| Vec2::new(-p["b"] * body.v.x, 0.0)),
         of.mistake("only the first particle feels it", |s| {
             s.drag = |body, p| first_only(body, drag(body, p));
         }),
         of.mistake("quadratic in the velocity", |s| {
-            s.drag = |body, p| -p[0] * body.v.norm() * body.v;
+            s.drag = |body, p| -p["b"] * body.v.norm() * body.v;
         }),
         of.mistake("coefficient missing", |s| s.drag = |body, _| -body.v),
         of.mistake("only the last of several elements counts", |s| {
@@ -241,49 +247,56 @@ fn in_drag() -> Vec<Mistake> {
 }
 
 fn in_vortex() -> Vec<Mistake> {
-    let of = subject("vortex", "vortexforce");
+    let of = subject("vortex", Part::All("vortexforce"));
     let mut mistakes = in_any_pair(&of, |s| &mut s.vortex);
     mistakes.extend([
         of.mistake("no rotation of n", |s| {
-            s.vortex.on_i = |pair, p| p[1] / pair.l().powi(2) * (p[0] * pair.n() - pair.w());
+            s.vortex.on_i =
+                |pair, p| p["kvc"] / pair.l().powi(2) * (p["kbs"] * pair.n() - pair.w());
         }),
         of.mistake("rotation the other way round", |s| {
-            s.vortex.on_i =
-                |pair, p| p[1] / pair.l().powi(2) * (-p[0] * quarter_turn() * pair.n() - pair.w());
+            s.vortex.on_i = |pair, p| {
+                p["kvc"] / pair.l().powi(2) * (-p["kbs"] * quarter_turn() * pair.n() - pair.w())
+            };
         }),
         of.mistake("kbs missing", |s| {
             s.vortex.on_i =
-                |pair, p| p[1] / pair.l().powi(2) * (quarter_turn() * pair.n() - pair.w());
+                |pair, p| p["kvc"] / pair.l().powi(2) * (quarter_turn() * pair.n() - pair.w());
         }),
         of.mistake("kvc missing", |s| {
             s.vortex.on_i =
-                |pair, p| (p[0] * quarter_turn() * pair.n() - pair.w()) / pair.l().powi(2);
+                |pair, p| (p["kbs"] * quarter_turn() * pair.n() - pair.w()) / pair.l().powi(2);
         }),
         of.mistake("kvc on the viscous part only", |s| {
-            s.vortex.on_i =
-                |pair, p| (p[0] * quarter_turn() * pair.n() - p[1] * pair.w()) / pair.l().powi(2);
+            s.vortex.on_i = |pair, p| {
+                (p["kbs"] * quarter_turn() * pair.n() - p["kvc"] * pair.w()) / pair.l().powi(2)
+            };
         }),
         of.mistake("rotating part missing", |s| {
-            s.vortex.on_i = |pair, p| -p[1] / pair.l().powi(2) * pair.w();
+            s.vortex.on_i = |pair, p| -p["kvc"] / pair.l().powi(2) * pair.w();
         }),
         of.mistake("viscous part missing", |s| {
-            s.vortex.on_i = |pair, p| p[1] / pair.l().powi(2) * p[0] * quarter_turn() * pair.n();
+            s.vortex.on_i =
+                |pair, p| p["kvc"] / pair.l().powi(2) * p["kbs"] * quarter_turn() * pair.n();
         }),
         of.mistake("viscous part with the wrong sign", |s| {
-            s.vortex.on_i =
-                |pair, p| p[1] / pair.l().powi(2) * (p[0] * quarter_turn() * pair.n() + pair.w());
+            s.vortex.on_i = |pair, p| {
+                p["kvc"] / pair.l().powi(2) * (p["kbs"] * quarter_turn() * pair.n() + pair.w())
+            };
         }),
         of.mistake("viscous part uses the velocity of i only", |s| {
-            s.vortex.on_i =
-                |pair, p| p[1] / pair.l().powi(2) * (p[0] * quarter_turn() * pair.n() - pair.v[0]);
+            s.vortex.on_i = |pair, p| {
+                p["kvc"] / pair.l().powi(2) * (p["kbs"] * quarter_turn() * pair.n() - pair.v[0])
+            };
         }),
         of.mistake("1/r instead of 1/r²", |s| {
             s.vortex.on_i =
-                |pair, p| p[1] / pair.l() * (p[0] * quarter_turn() * pair.n() - pair.w());
+                |pair, p| p["kvc"] / pair.l() * (p["kbs"] * quarter_turn() * pair.n() - pair.w());
         }),
         of.mistake("1/r³ instead of 1/r²", |s| {
-            s.vortex.on_i =
-                |pair, p| p[1] / pair.l().powi(3) * (p[0] * quarter_turn() * pair.n() - pair.w());
+            s.vortex.on_i = |pair, p| {
+                p["kvc"] / pair.l().powi(3) * (p["kbs"] * quarter_turn() * pair.n() - pair.w())
+            };
         }),
     ]);
     mistakes

@@ -5,6 +5,7 @@ use super::super::student::{
     DragJacobian, Jacobian, Mat2, Pair, Parameters, Student, drag_dv, four_blocks, quarter_turn,
 };
 use super::{Area, Mistake, Scope, Subject};
+use grader::blame::Part;
 
 pub(super) fn mistakes() -> Vec<Mistake> {
     let groups = [
@@ -20,8 +21,8 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     groups.into_iter().flatten().collect()
 }
 
-fn subject(name: &'static str, tag: &'static str) -> Subject {
-    Subject { area: Area::Jacobian, name, scope: Scope::Jacobian(tag) }
+fn subject(name: &'static str, part: Part) -> Subject {
+    Subject { area: Area::Jacobian, name, scope: Scope::Jacobian(part) }
 }
 
 /// What can be wrong with any Jacobian of a force between two particles.
@@ -47,27 +48,29 @@ fn transposed(subject: &Subject, of: fn(&mut Student) -> &mut Jacobian) -> Mista
 }
 
 fn in_elastic_dx() -> Vec<Mistake> {
-    let of = subject("spring, elastic force, ∂F/∂x", "springforce");
+    let of = subject("spring, elastic force, ∂F/∂x", Part::One("springforce", "elastic"));
     let mut mistakes = in_any(&of, |s| &mut s.elastic_dx);
     mistakes.extend([
         of.mistake("n nᵀ missing", |s| {
-            s.elastic_dx.block = |pair, p| -p[0] * strain(pair, p) * pair.across();
+            s.elastic_dx.block = |pair, p| -p["k"] * strain(pair, p) * pair.across();
         }),
         of.mistake("(l − l0)/l (I − n nᵀ) missing", |s| {
-            s.elastic_dx.block = |pair, p| -p[0] * pair.nn();
+            s.elastic_dx.block = |pair, p| -p["k"] * pair.nn();
         }),
         of.mistake("I instead of I − n nᵀ", |s| {
-            s.elastic_dx.block = |pair, p| -p[0] * (pair.nn() + strain(pair, p) * Mat2::identity());
+            s.elastic_dx.block =
+                |pair, p| -p["k"] * (pair.nn() + strain(pair, p) * Mat2::identity());
         }),
         of.mistake("(l − l0)/l missing", |s| {
-            s.elastic_dx.block = |_, p| -p[0] * Mat2::identity()
+            s.elastic_dx.block = |_, p| -p["k"] * Mat2::identity()
         }),
         of.mistake("l − l0 not divided by l", |s| {
-            s.elastic_dx.block = |pair, p| -p[0] * (pair.nn() + (pair.l() - p[1]) * pair.across());
+            s.elastic_dx.block =
+                |pair, p| -p["k"] * (pair.nn() + (pair.l() - p["l0"]) * pair.across());
         }),
         of.mistake("rest length in the denominator of (l − l0)/l", |s| {
             s.elastic_dx.block =
-                |pair, p| -p[0] * (pair.nn() + (pair.l() - p[1]) / p[1] * pair.across());
+                |pair, p| -p["k"] * (pair.nn() + (pair.l() - p["l0"]) / p["l0"] * pair.across());
         }),
         of.mistake("stiffness missing", |s| {
             s.elastic_dx.block = |pair, p| -(pair.nn() + strain(pair, p) * pair.across());
@@ -75,7 +78,7 @@ fn in_elastic_dx() -> Vec<Mistake> {
         of.mistake("direction not normalised", |s| {
             s.elastic_dx.block = |pair, p| {
                 let dd = pair.d() * pair.d().transpose();
-                -p[0] * (dd + strain(pair, p) * (Mat2::identity() - dd))
+                -p["k"] * (dd + strain(pair, p) * (Mat2::identity() - dd))
             };
         }),
     ]);
@@ -83,31 +86,31 @@ fn in_elastic_dx() -> Vec<Mistake> {
 }
 
 fn in_green_dx() -> Vec<Mistake> {
-    let of = subject("spring of squared length, ∂F/∂x", "greenspringforce");
+    let of = subject("spring of squared length, ∂F/∂x", Part::All("greenspringforce"));
     let mut mistakes = in_any(&of, |s| &mut s.green_dx);
     mistakes.extend([
         of.mistake("n nᵀ missing", |s| {
             s.green_dx.block =
-                |pair, p| -2.0 * p[0] * ((pair.l() / p[1]).powi(2) - 1.0) * Mat2::identity();
+                |pair, p| -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * Mat2::identity();
         }),
         of.mistake("(l²/l0² − 1) I missing", |s| {
-            s.green_dx.block = |pair, p| -4.0 * p[0] * (pair.l() / p[1]).powi(2) * pair.nn();
+            s.green_dx.block = |pair, p| -4.0 * p["k"] * (pair.l() / p["l0"]).powi(2) * pair.nn();
         }),
         of.mistake("n nᵀ once instead of twice", |s| {
             s.green_dx.block = |pair, p| {
-                let ratio = (pair.l() / p[1]).powi(2);
-                -2.0 * p[0] * ((ratio - 1.0) * Mat2::identity() + ratio * pair.nn())
+                let ratio = (pair.l() / p["l0"]).powi(2);
+                -2.0 * p["k"] * ((ratio - 1.0) * Mat2::identity() + ratio * pair.nn())
             };
         }),
         of.mistake("not divided by l0²", |s| {
             s.green_dx.block = |pair, p| {
-                let ratio = (pair.l() / p[1]).powi(2);
-                -2.0 * p[0]
+                let ratio = (pair.l() / p["l0"]).powi(2);
+                -2.0 * p["k"]
                     * ((ratio - 1.0) * Mat2::identity() + 2.0 * pair.l().powi(2) * pair.nn())
             };
         }),
         of.mistake("that of a Hookean spring", |s| {
-            s.green_dx.block = |pair, p| -p[0] * (pair.nn() + strain(pair, p) * pair.across());
+            s.green_dx.block = |pair, p| -p["k"] * (pair.nn() + strain(pair, p) * pair.across());
         }),
     ]);
     mistakes
@@ -115,7 +118,7 @@ fn in_green_dx() -> Vec<Mistake> {
 
 /// `(l − l0)/l`.
 fn strain(pair: &Pair, p: &Parameters) -> f64 {
-    (pair.l() - p[1]) / pair.l()
+    (pair.l() - p["l0"]) / pair.l()
 }
 
 /// `n·w I + n wᵀ`.
@@ -124,7 +127,7 @@ fn turning(pair: &Pair) -> Mat2 {
 }
 
 fn in_damping_dx() -> Vec<Mistake> {
-    let of = subject("spring, damping, ∂F/∂x", "springforce");
+    let of = subject("spring, damping, ∂F/∂x", Part::One("springforce", "damping"));
     let field: fn(&mut Student) -> &mut Jacobian = |s| &mut s.damping_dx;
     let mut mistakes = in_any(&of, field);
     for mistake in &mut mistakes {
@@ -134,17 +137,17 @@ fn in_damping_dx() -> Vec<Mistake> {
         transposed(&of, field).missed_by_the_course(),
         of.mistake("n·w I missing", |s| {
             s.damping_dx.block =
-                |pair, p| -p[2] / pair.l() * pair.n() * pair.w().transpose() * pair.across();
+                |pair, p| -p["b"] / pair.l() * pair.n() * pair.w().transpose() * pair.across();
         }),
         of.mistake("n wᵀ missing", |s| {
             s.damping_dx.block =
-                |pair, p| -p[2] / pair.l() * pair.n().dot(&pair.w()) * pair.across();
+                |pair, p| -p["b"] / pair.l() * pair.n().dot(&pair.w()) * pair.across();
         }),
         of.mistake("factor I − n nᵀ missing", |s| {
-            s.damping_dx.block = |pair, p| -p[2] / pair.l() * turning(pair);
+            s.damping_dx.block = |pair, p| -p["b"] / pair.l() * turning(pair);
         }),
         of.mistake("1/l missing", |s| {
-            s.damping_dx.block = |pair, p| -p[2] * turning(pair) * pair.across();
+            s.damping_dx.block = |pair, p| -p["b"] * turning(pair) * pair.across();
         }),
         of.mistake("coefficient missing", |s| {
             s.damping_dx.block = |pair, _| -1.0 / pair.l() * turning(pair) * pair.across();
@@ -153,7 +156,7 @@ fn in_damping_dx() -> Vec<Mistake> {
             s.damping_dx.block = |pair, p| {
                 let (n, v) = (pair.n(), pair.v[0]);
                 let turning = n.dot(&v) * Mat2::identity() + n * v.transpose();
-                -p[2] / pair.l() * turning * pair.across()
+                -p["b"] / pair.l() * turning * pair.across()
             };
         }),
     ]);
@@ -161,21 +164,21 @@ fn in_damping_dx() -> Vec<Mistake> {
 }
 
 fn in_damping_dv() -> Vec<Mistake> {
-    let of = subject("spring, damping, ∂F/∂v", "springforce");
+    let of = subject("spring, damping, ∂F/∂v", Part::One("springforce", "damping"));
     let mut mistakes = in_any(&of, |s| &mut s.damping_dv);
     mistakes.extend([
         of.mistake("not projected on the spring's axis", |s| {
-            s.damping_dv.block = |_, p| -p[2] * Mat2::identity();
+            s.damping_dv.block = |_, p| -p["b"] * Mat2::identity();
         }),
         of.mistake("projected across the spring's axis", |s| {
-            s.damping_dv.block = |pair, p| -p[2] * pair.across();
+            s.damping_dv.block = |pair, p| -p["b"] * pair.across();
         }),
         of.mistake("coefficient missing", |s| s.damping_dv.block = |pair, _| -pair.nn()),
         of.mistake("stiffness instead of the coefficient", |s| {
-            s.damping_dv.block = |pair, p| -p[0] * pair.nn();
+            s.damping_dv.block = |pair, p| -p["k"] * pair.nn();
         }),
         of.mistake("direction not normalised", |s| {
-            s.damping_dv.block = |pair, p| -p[2] * pair.d() * pair.d().transpose();
+            s.damping_dv.block = |pair, p| -p["b"] * pair.d() * pair.d().transpose();
         }),
     ]);
     mistakes
@@ -187,7 +190,7 @@ fn tidal(pair: &Pair) -> Mat2 {
 }
 
 fn in_gravitation_dx() -> Vec<Mistake> {
-    let of = subject("gravitation, ∂F/∂x", "gravitationalforce");
+    let of = subject("gravitation, ∂F/∂x", Part::All("gravitationalforce"));
     let mut mistakes = in_any(&of, |s| &mut s.gravitation_dx);
     mistakes.extend([
         of.mistake("3 n nᵀ missing", |s| {
@@ -200,7 +203,7 @@ fn in_gravitation_dx() -> Vec<Mistake> {
             s.gravitation_dx.block = |pair, p| 3.0 * weight(pair, p) * pair.nn();
         }),
         of.mistake("1/l³ missing", |s| {
-            s.gravitation_dx.block = |pair, p| -p[0] * pair.m[0] * pair.m[1] * tidal(pair);
+            s.gravitation_dx.block = |pair, p| -p["G"] * pair.m[0] * pair.m[1] * tidal(pair);
         }),
         of.mistake("1/l² instead of 1/l³", |s| {
             s.gravitation_dx.block = |pair, p| -weight(pair, p) * pair.l() * tidal(pair);
@@ -210,10 +213,10 @@ fn in_gravitation_dx() -> Vec<Mistake> {
                 |pair, _| -pair.m[0] * pair.m[1] / pair.l().powi(3) * tidal(pair);
         }),
         of.mistake("first mass missing", |s| {
-            s.gravitation_dx.block = |pair, p| -p[0] * pair.m[1] / pair.l().powi(3) * tidal(pair);
+            s.gravitation_dx.block = |pair, p| -p["G"] * pair.m[1] / pair.l().powi(3) * tidal(pair);
         }),
         of.mistake("second mass missing", |s| {
-            s.gravitation_dx.block = |pair, p| -p[0] * pair.m[0] / pair.l().powi(3) * tidal(pair);
+            s.gravitation_dx.block = |pair, p| -p["G"] * pair.m[0] / pair.l().powi(3) * tidal(pair);
         }),
     ]);
     mistakes
@@ -221,19 +224,19 @@ fn in_gravitation_dx() -> Vec<Mistake> {
 
 /// `G m_i m_j / l³`.
 fn weight(pair: &Pair, p: &Parameters) -> f64 {
-    p[0] * pair.m[0] * pair.m[1] / pair.l().powi(3)
+    p["G"] * pair.m[0] * pair.m[1] / pair.l().powi(3)
 }
 
 fn in_drag_dv() -> Vec<Mistake> {
-    let of = subject("linear drag, ∂F/∂v", "dragdamping");
+    let of = subject("linear drag, ∂F/∂v", Part::All("dragdamping"));
     vec![
         of.mistake("missing", |s| s.drag_dv.block = |_, _| Mat2::zeros()),
         of.mistake("wrong sign", |s| s.drag_dv.block = |body, p| -drag_dv(body, p)),
         of.mistake("scaled by mass", |s| s.drag_dv.block = |body, p| body.m * drag_dv(body, p)),
         of.mistake("coefficient missing", |s| s.drag_dv.block = |_, _| -Mat2::identity()),
-        of.mistake("only along x", |s| s.drag_dv.block = |_, p| Mat2::new(-p[0], 0.0, 0.0, 0.0)),
+        of.mistake("only along x", |s| s.drag_dv.block = |_, p| Mat2::new(-p["b"], 0.0, 0.0, 0.0)),
         of.mistake("fills the whole 2 × 2 block", |s| {
-            s.drag_dv.block = |_, p| Mat2::repeat(-p[0]);
+            s.drag_dv.block = |_, p| Mat2::repeat(-p["b"]);
         }),
         of.mistake("local instead of global indices", |s| {
             s.drag_dv = DragJacobian { place: |_| 0, ..s.drag_dv };
@@ -243,12 +246,12 @@ fn in_drag_dv() -> Vec<Mistake> {
 
 /// `kvc / r³`.
 fn scale(pair: &Pair, p: &Parameters) -> f64 {
-    p[1] / pair.l().powi(3)
+    p["kvc"] / pair.l().powi(3)
 }
 
 /// `kbs (R − 3 R n nᵀ)`.
 fn swirl(pair: &Pair, p: &Parameters) -> Mat2 {
-    p[0] * quarter_turn() * tidal(pair)
+    p["kbs"] * quarter_turn() * tidal(pair)
 }
 
 /// `2 w nᵀ`.
@@ -257,7 +260,7 @@ fn viscous(pair: &Pair) -> Mat2 {
 }
 
 fn in_vortex_dx() -> Vec<Mistake> {
-    let of = subject("vortex, ∂F/∂x", "vortexforce");
+    let of = subject("vortex, ∂F/∂x", Part::All("vortexforce"));
     let field: fn(&mut Student) -> &mut Jacobian = |s| &mut s.vortex_dx;
     let mut mistakes = in_any(&of, field);
     mistakes.extend([
@@ -267,19 +270,21 @@ fn in_vortex_dx() -> Vec<Mistake> {
         }),
         of.mistake("R missing", |s| {
             s.vortex_dx.block = |pair, p| {
-                let swirl = -3.0 * p[0] * quarter_turn() * pair.nn();
+                let swirl = -3.0 * p["kbs"] * quarter_turn() * pair.nn();
                 scale(pair, p) * (swirl + viscous(pair))
             };
         }),
         of.mistake("3 R n nᵀ missing", |s| {
-            s.vortex_dx.block = |pair, p| scale(pair, p) * (p[0] * quarter_turn() + viscous(pair));
+            s.vortex_dx.block =
+                |pair, p| scale(pair, p) * (p["kbs"] * quarter_turn() + viscous(pair));
         }),
         of.mistake("R n nᵀ without its 3", |s| {
-            s.vortex_dx.block =
-                |pair, p| scale(pair, p) * (p[0] * quarter_turn() * pair.across() + viscous(pair));
+            s.vortex_dx.block = |pair, p| {
+                scale(pair, p) * (p["kbs"] * quarter_turn() * pair.across() + viscous(pair))
+            };
         }),
         of.mistake("no rotation (I instead of R)", |s| {
-            s.vortex_dx.block = |pair, p| scale(pair, p) * (p[0] * tidal(pair) + viscous(pair));
+            s.vortex_dx.block = |pair, p| scale(pair, p) * (p["kbs"] * tidal(pair) + viscous(pair));
         }),
         of.mistake("2 w nᵀ missing", |s| {
             s.vortex_dx.block = |pair, p| scale(pair, p) * swirl(pair, p);
@@ -307,18 +312,18 @@ fn in_vortex_dx() -> Vec<Mistake> {
 }
 
 fn in_vortex_dv() -> Vec<Mistake> {
-    let of = subject("vortex, ∂F/∂v", "vortexforce");
+    let of = subject("vortex, ∂F/∂v", Part::All("vortexforce"));
     let mut mistakes = in_any(&of, |s| &mut s.vortex_dv);
     mistakes.extend([
         of.mistake("projected on the axis", |s| {
-            s.vortex_dv.block = |pair, p| -p[1] / pair.l().powi(2) * pair.nn();
+            s.vortex_dv.block = |pair, p| -p["kvc"] / pair.l().powi(2) * pair.nn();
         }),
         of.mistake("kvc missing", |s| {
             s.vortex_dv.block = |pair, _| -Mat2::identity() / pair.l().powi(2);
         }),
-        of.mistake("1/r² missing", |s| s.vortex_dv.block = |_, p| -p[1] * Mat2::identity()),
+        of.mistake("1/r² missing", |s| s.vortex_dv.block = |_, p| -p["kvc"] * Mat2::identity()),
         of.mistake("1/r instead of 1/r²", |s| {
-            s.vortex_dv.block = |pair, p| -p[1] / pair.l() * Mat2::identity();
+            s.vortex_dv.block = |pair, p| -p["kvc"] / pair.l() * Mat2::identity();
         }),
     ]);
     mistakes

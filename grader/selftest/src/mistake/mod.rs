@@ -11,12 +11,15 @@
 //! - clearing only the rows of a fixed particle: its δ is 0 then, whatever its columns hold;
 //! - i and j swapped in a Jacobian of two particles: the four blocks are the same.
 
+mod derived;
 mod fixed;
 mod force;
 mod integrator;
 mod jacobian;
 
+use grader::blame::{Family, Feature, Part};
 use simulator::scene::Scene;
+use simulator::scene::schema::Matrix;
 
 use super::student::Student;
 
@@ -48,36 +51,46 @@ impl Area {
     }
 }
 
-/// Where a mistake can make a difference at all: on other scenes the code with the mistake is not run.
+/// Where a mistake can make a difference at all: on other scenes the code with the mistake is not run. And what it is
+/// to be blamed on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Scope {
-    /// Scenes with a force of this tag.
-    Force(&'static str),
+    /// Scenes with this force.
+    Force(Part),
     /// Of these, the ones under an implicit method.
-    Jacobian(&'static str),
+    Jacobian(Part),
     /// Scenes under this integrator.
     Integrator(&'static str),
-    /// Scenes with a fixed particle.
-    Fixed,
-    /// Of these, the ones under an explicit method.
-    FixedExplicit,
-    /// Of these, the ones under an implicit method.
-    FixedImplicit,
+    /// Scenes with a fixed particle; where the mistake is in one of the explicit or implicit methods, under these.
+    Fixed(Family),
 }
 
 impl Scope {
     fn contains(self, scene: &Scene) -> bool {
-        let implicit =
-            ["linearized-implicit-euler", "implicit-euler"].contains(&scene.integrator.name);
-        let has_force = |tag| scene.forces.iter().any(|element| element.schema.tag == tag);
-        let has_fixed = || scene.particles.iter().any(|particle| particle.fixed);
+        let implicit = scene.integrator.matrix != Matrix::None;
+        let has = |part: Part| scene.forces.iter().any(|force| force.schema.tag == part.tag());
         match self {
-            Self::Force(tag) => has_force(tag),
-            Self::Jacobian(tag) => implicit && has_force(tag),
+            Self::Force(part) => has(part),
+            Self::Jacobian(part) => implicit && has(part),
             Self::Integrator(name) => scene.integrator.name == name,
-            Self::Fixed => has_fixed(),
-            Self::FixedExplicit => !implicit && has_fixed(),
-            Self::FixedImplicit => implicit && has_fixed(),
+            Self::Fixed(family) => {
+                let concerned = match family {
+                    Family::Any => true,
+                    Family::Explicit => !implicit,
+                    Family::Implicit => implicit,
+                };
+                concerned && scene.particles.iter().any(|particle| particle.fixed)
+            }
+        }
+    }
+
+    /// What a mistake here is to be blamed on.
+    fn feature(self) -> Feature {
+        match self {
+            Self::Force(part) => Feature::Force(part),
+            Self::Jacobian(part) => Feature::Jacobian(part),
+            Self::Integrator(name) => Feature::Integrator(name),
+            Self::Fixed(family) => Feature::Fixed(family),
         }
     }
 }
@@ -103,6 +116,11 @@ impl Mistake {
         let mut student = Student::faultless();
         (self.plant)(&mut student);
         student
+    }
+
+    /// What it is to be blamed on: where it was planted.
+    pub fn feature(&self) -> Feature {
+        self.scope.feature()
     }
 
     /// A student who makes this one and another.
@@ -150,8 +168,10 @@ impl Subject {
 
 /// Every mistake, by area and subject.
 pub fn all() -> Vec<Mistake> {
-    [force::mistakes(), jacobian::mistakes(), integrator::mistakes(), fixed::mistakes()]
-        .into_iter()
-        .flatten()
-        .collect()
+    let [mut forces, mut jacobians, mut integrators] =
+        [force::mistakes(), jacobian::mistakes(), integrator::mistakes()];
+    forces.extend(derived::in_forces());
+    jacobians.extend(derived::in_jacobians());
+    integrators.extend(derived::in_integrators());
+    [forces, jacobians, integrators, fixed::mistakes()].into_iter().flatten().collect()
 }

@@ -42,7 +42,7 @@ fn of_two_mistakes_both_are_named() {
     let (mut all, mut both, mut others) = (0, 0, Vec::new());
     for number in (0..mistakes.len()).step_by(6) {
         let pair = [&mistakes[number], &mistakes[(number + 121) % mistakes.len()]];
-        let features = pair.map(in_process::feature);
+        let features = pair.map(|mistake| mistake.feature());
         if features[0] == features[1] {
             continue;
         }

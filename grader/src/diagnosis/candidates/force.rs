@@ -68,14 +68,16 @@ impl Trial<'_> {
     pub(super) fn parameters(&mut self, number: usize) {
         let Term { name, tag, elements } = self.terms[number].clone();
         let Some(schema) = elements.first().map(|element| element.schema) else { return };
-        for (place, parameter) in schema.parameters.iter().enumerate() {
+        for parameter in schema.parameters {
             for value in [0.0, 1.0] {
                 let mut changed = elements.clone();
-                let is_part = |element: &ForceElement| element.parameters[place] != 0.0;
+                let is_part = |element: &ForceElement| element.parameter(parameter.name) != 0.0;
                 if !changed.iter().any(is_part) {
                     continue;
                 }
-                changed.iter_mut().for_each(|element| element.parameters[place] = value);
+                for element in &mut changed {
+                    *element.parameter_mut(parameter.name) = value;
+                }
                 let words = format!("{name} is as if {} were {value}", parameter.name);
                 let culprit = Culprit::Force(tag);
                 let force = |step: &Prepared| self.physics.force(&changed, &step.at);

@@ -44,7 +44,7 @@ impl Trial<'_> {
                 }
                 matrix
             };
-            if formulas::has_length(&name) {
+            if elements.iter().all(|element| element.pair.is_some()) {
                 for power in [-3, -2, -1, 1, 2, 3] {
                     let words = format!("{what} of {name} is off by the factor {}", lengths(power));
                     self.try_jacobian(number, by_velocity, words, |step, _| {
@@ -76,13 +76,15 @@ impl Trial<'_> {
                 });
             }
             let Some(schema) = elements.first().map(|element| element.schema) else { continue };
-            for (place, parameter) in schema.parameters.iter().enumerate() {
+            for parameter in schema.parameters {
                 for value in [0.0, 1.0] {
-                    if elements.iter().all(|element| element.parameters[place] == 0.0) {
+                    if elements.iter().all(|element| element.parameter(parameter.name) == 0.0) {
                         continue;
                     }
                     let mut changed = elements.clone();
-                    changed.iter_mut().for_each(|element| element.parameters[place] = value);
+                    for element in &mut changed {
+                        *element.parameter_mut(parameter.name) = value;
+                    }
                     let words =
                         format!("{what} of {name} is as if {} were {value}", parameter.name);
                     self.try_jacobian(number, by_velocity, words, |step, _| {

@@ -34,7 +34,7 @@ impl Trial<'_> {
         let massless = self.each(|step| &step.residual - by_mass(step.delta.clone()) + &step.delta);
         self.try_rest(&massless, culprit, "the mass is missing".to_owned());
         let multiplied = self.each(|step| &step.delta - by_mass(forces(step)) * h);
-        if method.is_implicit() {
+        if self.physics.is_implicit() {
             self.jacobians_of_all();
             self.newton();
         } else {
@@ -142,7 +142,7 @@ impl Trial<'_> {
                 });
             }
         }
-        if physics.method.is_implicit() && physics.fixed.contains(&true) {
+        if physics.is_implicit() && physics.fixed.contains(&true) {
             let words = "fixed particles are taken where they were, not where they will be";
             add(words, Culprit::Fixed, &|sample, step| {
                 let mut at =

@@ -4,61 +4,12 @@
 //! h_k = h_0/2^k        k = 0, 1, …, rungs − 1
 //! ```
 //!
-//! The methods are those of the simulator's registry that take the scene. A method that has a table in
-//! `SETTINGS` is measured once a setting.
+//! The methods are those of the simulator's registry that take the scene, each measured once for every value of an
+//! option that its registry entry lists for accuracy. Orders are those of the registry.
 
 use simulator::integrator::REGISTRY;
 use simulator::scene::Scene;
 use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
-
-/// Settings of an option that accuracy depends on.
-struct Setting {
-    integrator: &'static str,
-    option: &'static str,
-    value: &'static str,
-    /// Whether the error vanishes with the time step.
-    converges: bool,
-}
-
-/// A step that ends within a tolerance leaves an error that no shorter step takes away: only the tightest
-/// tolerance has an order.
-const SETTINGS: &[Setting] = &[
-    Setting {
-        integrator: "projected-newton",
-        option: "tolerance",
-        value: "1e-2",
-        converges: false,
-    },
-    Setting {
-        integrator: "projected-newton",
-        option: "tolerance",
-        value: "1e-5",
-        converges: false,
-    },
-    Setting {
-        integrator: "projected-newton",
-        option: "tolerance",
-        value: "1e-10",
-        converges: true,
-    },
-    Setting { integrator: "fast-mass-spring", option: "iterations", value: "1", converges: true },
-    Setting { integrator: "fast-mass-spring", option: "iterations", value: "10", converges: true },
-    Setting { integrator: "fast-mass-spring", option: "iterations", value: "100", converges: true },
-];
-
-/// The order of a method on smooth motions: the power of the time step that its error falls with.
-pub fn theoretical_order(integrator: &str) -> Option<f64> {
-    match integrator {
-        // Implicit Euler's relatives solve its equation to first order or better.
-        "explicit-euler"
-        | "symplectic-euler"
-        | "linearized-implicit-euler"
-        | "implicit-euler"
-        | "projected-newton"
-        | "fast-mass-spring" => Some(1.0),
-        _ => None,
-    }
-}
 
 /// A method with its setting.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,17 +65,25 @@ pub fn methods(scene: &Scene) -> Vec<Method> {
         if scene.forces.iter().any(|force| (integrator.refuses)(force).is_some()) {
             continue;
         }
-        let order = theoretical_order(integrator.name);
-        let settings: Vec<&Setting> =
-            SETTINGS.iter().filter(|setting| setting.integrator == integrator.name).collect();
-        if settings.is_empty() {
-            methods.push(Method { integrator, setting: None, order });
+        let with_velocity = scene.forces.iter().any(|force| force.schema.depends_on().velocity);
+        let order = f64::from(match with_velocity {
+            true => integrator.order.with_velocity,
+            false => integrator.order.without_velocity,
+        });
+        // A step that ends within a tolerance leaves an error that no shorter step takes away: only the tightest
+        // tolerance has an order.
+        let settings = integrator.options.iter().flat_map(|option| {
+            option.accuracy.iter().map(|setting| Method {
+                integrator,
+                setting: Some((option.name, setting.value)),
+                order: setting.converges.then_some(order),
+            })
+        });
+        let n_known = methods.len();
+        methods.extend(settings);
+        if methods.len() == n_known {
+            methods.push(Method { integrator, setting: None, order: Some(order) });
         }
-        methods.extend(settings.into_iter().map(|setting| Method {
-            integrator,
-            setting: Some((setting.option, setting.value)),
-            order: order.filter(|_| setting.converges),
-        }));
     }
     methods
 }
@@ -134,18 +93,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_setting_is_one_that_its_integrator_has() {
-        for Setting { integrator, option, value, .. } in SETTINGS {
-            let kind = REGISTRY.iter().find(|kind| kind.schema.name == *integrator);
-            let mut options = IntegratorOptions::defaults(&kind.expect("registered").schema);
-            assert!(options.set(option, value).is_ok(), "{integrator} {option}={value}");
-        }
-    }
-
-    #[test]
-    fn every_integrator_has_an_order() {
+    fn every_setting_is_a_value_that_its_option_takes() {
         for kind in REGISTRY {
-            assert!(theoretical_order(kind.schema.name).is_some(), "{}", kind.schema.name);
+            for option in kind.schema.options {
+                for setting in option.accuracy {
+                    let mut options = IntegratorOptions::defaults(&kind.schema);
+                    let name = kind.schema.name;
+                    let (option, value) = (option.name, setting.value);
+                    assert!(options.set(option, value).is_ok(), "{name} {option}={value}");
+                }
+            }
         }
     }
 

@@ -131,8 +131,7 @@ impl Reference {
 
     /// The rounding of the energy by that of the state.
     fn energy_bar(&self, scene: &Scene) -> Result<f64, String> {
-        let parts = adaptive::parts(scene);
-        let motion = Motion::new(scene, &parts)?;
+        let motion = Motion::new(scene);
         let mut bar: f64 = 0.0;
         for Sample { time, positions, velocities, .. } in &self.samples {
             let force = motion.force(positions, velocities, *time);

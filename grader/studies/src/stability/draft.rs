@@ -1,6 +1,6 @@
 //! A scene made in code.
 
-use simulator::scene::schema::{IntegratorOptions, IntegratorSchema, MAX_PARAMETERS};
+use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
 use simulator::scene::{
     Dimension, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering, Scene,
 };
@@ -67,7 +67,8 @@ impl Draft {
     pub(in crate::stability) fn spring(mut self, pair: [usize; 2], parameters: [f64; 3]) -> Self {
         let edge = self.edges.len();
         self.edges.push(Edge { particles: pair, radius: simulator::scene::EDGE_RADIUS });
-        self = self.force("springforce", Some(pair), &parameters);
+        let [k, l0, b] = parameters;
+        self = self.force("springforce", Some(pair), &[("k", k), ("l0", l0), ("b", b)]);
         if let Some(force) = self.forces.last_mut() {
             force.edge = Some(edge);
         }
@@ -82,11 +83,10 @@ impl Draft {
         mut self,
         tag: &str,
         pair: Option<[usize; 2]>,
-        values: &[f64],
+        values: &[(&str, f64)],
     ) -> Self {
         let schema = vocabulary().force(tag).expect("the cases name forces of the registry");
-        let mut parameters = [0.0; MAX_PARAMETERS];
-        parameters[..values.len()].copy_from_slice(values);
+        let parameters = schema.values(values);
         let location = Location::default();
         self.forces.push(ForceElement { schema, pair, edge: None, parameters, location });
         self

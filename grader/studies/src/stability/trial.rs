@@ -13,15 +13,16 @@
 
 use std::time::Instant;
 
-use simulator::scene::Scene;
-use simulator::scene::schema::{ActsOn, IntegratorSchema};
+use simulator::scene::schema::{Dependence, Family, IntegratorSchema};
+use simulator::scene::{ForceElement, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
 use simulator::solver::linear::LinearSolver;
 
 use super::cases::Case;
 use super::outcome::{Measured, Outcome, Trial, reason};
-use super::theory;
 use reference::equation::{Equation, State};
+use reference::laws::Laws;
+use reference::method::Method;
 
 /// A rise of the energy by more than this many times the energy at hand is a blow-up.
 pub const BOUND: f64 = 10.0;
@@ -175,34 +176,27 @@ impl<'a> Run<'a> {
     /// `(n + 1) ε Σ m |v'|` beside that, `n + 1 < 256`, of the most momentum that was carried up to now.
     fn check_momentum(&mut self, momentum: &[f64], step: u64) {
         let scene = self.scene;
-        let accounted = |tag: &str| matches!(tag, "simplegravity" | "constantforce");
+        let is_uniform = |force: &ForceElement| force.schema.depends_on() == Dependence::NOTHING;
         let is_free = scene.particles.iter().all(|particle| !particle.fixed)
-            && scene.forces.iter().all(|force| {
-                force.schema.acts_on != ActsOn::EveryParticle || accounted(force.schema.tag)
-            });
+            && scene.forces.iter().all(|force| force.pair.is_some() || is_uniform(force));
         if !is_free || scene.particles.is_empty() {
             return;
         }
         let time = step as f64 * scene.time_step;
-        let mass: f64 = scene.particles.iter().map(|particle| particle.mass).sum();
         let state = self.simulation.state();
         let axes = scene.dimension.count();
         let carried = state.velocities.chunks(axes).zip(&scene.particles);
         let carried: f64 = carried
             .map(|(v, particle)| particle.mass * v.iter().map(|v| v.abs()).sum::<f64>())
             .sum();
+        // The same at every state and time.
+        let pushes: Vec<ForceElement> =
+            scene.forces.iter().filter(|force| is_uniform(force)).cloned().collect();
+        let uniform = Laws::of(scene, &pushes).force(state.positions, state.velocities, 0.0);
         let mut drift = 0.0_f64;
         let mut given = 0.0_f64;
         for (axis, (momentum, start)) in momentum.iter().zip(&self.momentum).enumerate() {
-            let push: f64 = scene
-                .forces
-                .iter()
-                .map(|force| match force.schema.tag {
-                    "simplegravity" => mass * force.parameters[axis],
-                    "constantforce" => scene.particles.len() as f64 * force.parameters[axis],
-                    _ => 0.0,
-                })
-                .sum();
+            let push: f64 = uniform.iter().skip(axis).step_by(axes).sum();
             drift = drift.max((momentum - start - time * push).abs());
             given += start.abs() + (time * push).abs();
         }
@@ -233,18 +227,15 @@ impl<'a> Run<'a> {
         let Some(oscillator) = self.case.oscillator else { return };
         let (scene, steps) = (self.scene, self.measured.steps);
         let (h, omega) = (scene.time_step, oscillator.omega);
-        let matrix = theory::one_step(scene.integrator.name, h * omega, oscillator.zeta);
+        let method = Method::of(scene.integrator.equation);
+        let matrix = method.oscillator(h * omega, oscillator.zeta);
         let particle = scene.particles.iter().position(|particle| !particle.fixed).unwrap_or(0);
         let axes = scene.dimension.count();
         let state = self.simulation.state();
         let (positions, velocities) = (state.positions.to_vec(), state.velocities.to_vec());
         let start = &scene.particles[particle];
         // What rounding and the tolerance for an update of the velocity may add in a step.
-        let tolerance = match scene.integrator.name {
-            "implicit-euler" => 1e-9,
-            "projected-newton" => 1e-2,
-            _ => 0.0,
-        };
+        let tolerance = scene.integrator.convergence.tolerance(scene);
         for axis in 0..axes {
             let mut z = [start.position[axis], start.velocity[axis] / omega];
             let mut largest = z[0].abs() + z[1].abs();
@@ -268,10 +259,9 @@ impl<'a> Run<'a> {
     /// products' own rounding is of the size `m |x| |v|`.
     fn check_spin(&mut self) {
         let scene = self.scene;
-        let central = ["springforce", "gravitationalforce", "greenspringforce"];
-        let is_central = scene.forces.iter().all(|force| central.contains(&force.schema.tag))
+        let is_central = scene.forces.iter().all(|force| force.schema.central)
             && scene.particles.iter().all(|particle| !particle.fixed);
-        if scene.integrator.name != "symplectic-euler" || !is_central {
+        if scene.integrator.family != Family::Symplectic || !is_central {
             return;
         }
         let axes = scene.dimension.count();

@@ -3,6 +3,8 @@
 use grader::jacobian::BlockKind;
 use nalgebra::DMatrix;
 use reference::law::Jacobians;
+use simulator::force::REGISTRY;
+use simulator::scene::schema::{ActsOn, Dependence, ForceSchema};
 
 use super::element::{
     Element, add, damping, damping_by_velocity, drag, elastic, elements, gravitation, green,
@@ -28,7 +30,33 @@ const ALL: &[BlockKind] = &[XD, XC, VD, VC];
 pub(crate) fn all() -> Vec<Mistake> {
     let groups =
         [in_springs(), in_assembly(), in_entries(), in_gravitation(), in_vortices(), in_others()];
-    groups.into_iter().flatten().collect()
+    let mut all: Vec<Mistake> = groups.into_iter().flatten().collect();
+    let schemas = REGISTRY.iter().map(|kind| &kind.schema);
+    let others: Vec<Mistake> = schemas
+        .filter(|schema| all.iter().all(|mistake| mistake.force != schema.tag))
+        .map(|schema| after(schema.tag, "twice as large", blocks_of(schema), double))
+        .collect();
+    all.extend(others);
+    all
+}
+
+/// The blocks that are not zero.
+fn blocks_of(schema: &ForceSchema) -> &'static [BlockKind] {
+    let Dependence { position, velocity, .. } = schema.depends_on();
+    match (schema.acts_on == ActsOn::EveryParticle, position, velocity) {
+        (_, false, false) => &[],
+        (true, true, false) => &[XD],
+        (true, false, true) => &[VD],
+        (true, true, true) => &[XD, VD],
+        (false, true, false) => X,
+        (false, false, true) => V,
+        (false, true, true) => ALL,
+    }
+}
+
+fn double(_: &Moment<'_>, jacobians: &mut Jacobians) {
+    jacobians.by_position *= 2.0;
+    jacobians.by_velocity *= 2.0;
 }
 
 fn law(

@@ -37,7 +37,10 @@ use self::local::ElasticSpring;
 use self::objective::{Energy, StepObjective, Terms, largest};
 use super::{Integrator, IntegratorKind, Step, StepError};
 use crate::force::{Degenerate, ForceKind};
-use crate::scene::schema::{ActsOn, Domain, IntegratorSchema, OptionKind, OptionSchema, Refusal};
+use crate::scene::schema::{
+    AccuracySetting, ActsOn, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
+    OptionSchema, OptionText, Order, Refusal, StepEquation,
+};
 use crate::scene::{ForceElement, Scene};
 use crate::solver::linear::LinearSolver;
 use crate::statistics::Statistics;
@@ -57,36 +60,73 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "fast-mass-spring",
         aliases: &["local-global"],
         summary: "springs implicit by local and global steps, the rest explicit",
+        formula: "implicit Euler for springs, every other force (and the damping of springs) as of `(q, v)`: rounds of `d = l0 n` for each spring from the iterate, then `Q q' = Σ k Aᵀ d + M/h² (q + h v) + f` with `Q = Σ k AᵀA + M/h²`; `v' = (q' − q)/h`",
+        equation: StepEquation::LocalGlobal,
+        family: Family::Minimization,
+        matrix: Matrix::Constant,
+        convergence: Convergence::Rounds("iterations"),
+        order: Order::always(1),
         options: &[
             OptionSchema {
                 name: "iterations",
                 meaning: "rounds of a local and a global step, in each time step",
                 kind: OptionKind::Count { default: 50 },
+                formats: OptionText {
+                    values: "whole number, 1 or more",
+                    meaning: "rounds in each step",
+                },
+                accuracy: &[
+                    AccuracySetting { value: "1", converges: true },
+                    AccuracySetting { value: "10", converges: true },
+                    AccuracySetting { value: "100", converges: true },
+                ],
             },
             OptionSchema {
                 name: "tolerance",
                 meaning: "largest change of a coordinate over h that ends the rounds early; 0: never",
                 kind: OptionKind::Number { domain: Domain::NonNegative, default: 0.0 },
+                formats: OptionText {
+                    values: "number, 0 or more",
+                    meaning: "ends the rounds of a step once the largest change of a coordinate in a round, over `dt`, is below it; 0: never. A step that does not reach it ends all the same, and `--stats` counts it",
+                },
+                accuracy: &[],
             },
             OptionSchema {
                 name: "pins",
                 meaning: "how fixed particles stay: left out of the equations, or held by a penalty",
                 kind: OptionKind::Choice { words: &["elimination", "penalty"] },
+                formats: OptionText {
+                    values: "`elimination`, `penalty`",
+                    meaning: "fixed particles are left out of the equations, or held near where they should be by `w/2 \\|x − x_0 − t v\\|²`; a penalised pin feels forces, and keeps its velocity",
+                },
+                accuracy: &[],
             },
             OptionSchema {
                 name: "pin_weight",
                 meaning: "stiffness of the penalty that holds a fixed particle",
                 kind: OptionKind::Number { domain: Domain::Positive, default: 1e10 },
+                formats: OptionText { values: "number above 0", meaning: "`w` of the penalty" },
+                accuracy: &[],
             },
             OptionSchema {
                 name: "matrix",
                 meaning: "how the matrix is factorised, auto by its size",
                 kind: OptionKind::Choice { words: &["auto", "dense", "sparse"] },
+                formats: OptionText {
+                    values: "`auto`, `dense`, `sparse`",
+                    meaning: "how `Q` is factorised; the answers differ by rounding alone",
+                },
+                accuracy: &[],
             },
             OptionSchema {
                 name: "acceleration",
                 meaning: "how a round learns from those before it",
                 kind: OptionKind::Choice { words: &["none", "lbfgs"] },
+                formats: OptionText {
+                    values: "`none`, `lbfgs`",
+                    meaning: "how a round learns from those before it. `lbfgs` goes to the same minimiser in fewer rounds",
+                },
+                accuracy: &[],
             },
         ],
         refuses,
@@ -140,7 +180,7 @@ fn elastic_springs(scene: &Scene) -> Vec<ElasticSpring> {
     let springs = numbered.filter(|(_, force)| force.schema.tag == SPRING);
     let elastic = springs.filter_map(|(element, force)| {
         let ends = force.pair?;
-        let [stiffness, rest_length, ..] = force.parameters;
+        let [stiffness, rest_length] = ["k", "l0"].map(|name| force.parameter(name));
         let moves = ends.iter().any(|end| !scene.particles[*end].fixed);
         (moves && stiffness > 0.0).then_some(ElasticSpring {
             ends,
@@ -170,11 +210,10 @@ where
         let mut elements = Vec::new();
         for (element, mut force) in forces {
             if force.schema.tag == SPRING {
-                let [stiffness, rest_length, damping, _] = &mut force.parameters;
-                if *damping == 0.0 {
+                if force.parameter("b") == 0.0 {
                     continue;
                 }
-                (*stiffness, *rest_length) = (0.0, 0.0);
+                (*force.parameter_mut("k"), *force.parameter_mut("l0")) = (0.0, 0.0);
             }
             elements.push(element);
             scene.forces.push(force);
@@ -386,14 +425,17 @@ mod tests {
     use super::*;
     use crate::force::REGISTRY;
     use crate::scene::Location;
-    use crate::scene::schema::{ForceSchema, MAX_PARAMETERS};
+    use crate::scene::schema::{ForceSchema, MAX_PARAMETERS, Masses};
 
     static OTHER_SPRING: ForceSchema = ForceSchema {
         tag: "otherspring",
         title: "another spring",
+        formula: "",
         acts_on: ActsOn::Edge,
         parameters: &[],
-        variational: |_| true,
+        parts: &[],
+        masses: Masses::None,
+        central: true,
         example: "<otherspring edge=\"0\"/>",
     };
 

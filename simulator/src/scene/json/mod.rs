@@ -25,9 +25,7 @@ use std::path::Path;
 
 use super::error::{Problem, SceneError};
 use super::resolve::{refuse_force, set_options};
-use super::schema::{
-    Domain, ForceSchema, IntegratorOptions, IntegratorSchema, MAX_PARAMETERS, Vocabulary,
-};
+use super::schema::{Domain, ForceSchema, IntegratorOptions, IntegratorSchema, Vocabulary};
 use super::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, MAX_STEPS, MeshFile, PARTICLE_RADIUS,
     ParseOptions, Parsed, Particle, Scene, decode, read_bounded, step_count,
@@ -118,10 +116,8 @@ pub fn parse(
             schema: spring_force,
             pair: Some(spring.particles),
             edge: Some(edge),
-            parameters: parameters(
-                spring_force,
-                &[("k", settings.stiffness), ("l0", spring.rest_length)],
-            ),
+            parameters: spring_force
+                .values(&[("k", settings.stiffness), ("l0", spring.rest_length)]),
             location: settings.stiffness_location,
         });
     }
@@ -209,7 +205,7 @@ impl<'a> Settings<'a> {
     ) -> Result<Vec<ForceElement>, SceneError> {
         let on_all = |tag, given: &[(&str, f64)], location| {
             let schema = force(vocabulary, name, tag)?;
-            let parameters = parameters(schema, given);
+            let parameters = schema.values(given);
             Ok(ForceElement { schema, pair: None, edge: None, parameters, location })
         };
         let mut forces = vec![on_all("constantforce", &[("fy", GRAVITY)], self.start)?];
@@ -303,15 +299,4 @@ fn force(
     vocabulary.force(tag).ok_or_else(|| {
         SceneError::whole_file(name, Problem::UnmodelledPhysics { tag: tag.to_owned() })
     })
-}
-
-/// The parameters of a force: those given, and for the others what stands for them where they are
-/// missing.
-fn parameters(schema: &ForceSchema, given: &[(&str, f64)]) -> [f64; MAX_PARAMETERS] {
-    let mut parameters = [0.0; MAX_PARAMETERS];
-    for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
-        let given = given.iter().find(|(name, _)| *name == parameter.name);
-        *value = given.map(|(_, value)| *value).or(parameter.default).unwrap_or(0.0);
-    }
-    parameters
 }

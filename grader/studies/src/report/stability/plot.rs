@@ -6,7 +6,6 @@
 use plotters::prelude::*;
 
 use crate::report::picture::{self, Area, Drawn, PictureError};
-use crate::stability::theory::limits::{limit, second_limit};
 use crate::stability::theory::map::{CELLS, EDGES, Map, middle};
 
 const SIZE: (u32, u32) = (900, 640);
@@ -108,8 +107,10 @@ fn boundary_lines(method: &str) -> Vec<Vec<(f64, f64)>> {
         });
         points.filter(|(a, _)| (x0..=x1).contains(a)).collect()
     };
-    let first = line(&|zeta| Some(limit(method, zeta)));
-    let second = line(&|zeta| second_limit(method, zeta));
+    let Some(integrator) = simulator::vocabulary().integrator(method) else { return Vec::new() };
+    let stable = |zeta| reference::method::stable_steps(integrator.equation, zeta);
+    let first = line(&|zeta| Some(stable(zeta)[0]));
+    let second = line(&|zeta| Some(stable(zeta)[1]).filter(|second| second.is_finite()));
     [first, second].into_iter().filter(|line| !line.is_empty()).collect()
 }
 

@@ -9,8 +9,9 @@
 
 use simulator::integrator::REGISTRY;
 
+use super::leading;
 use super::measured::Linear;
-use super::{leading, one_step};
+use ::reference::method::Method;
 
 /// One method at one step.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +55,7 @@ pub fn amplifications() -> Vec<Amplification> {
                     a,
                     zeta,
                     measured: value.norm(),
-                    theory: leading(one_step(kind.schema.name, a, zeta)).norm(),
+                    theory: leading(Method::of(kind.schema.equation).oscillator(a, zeta)).norm(),
                     exact: (-a * zeta).exp(),
                     damping: oscillates.then(|| -logarithm.re / logarithm.norm() - zeta),
                     period: oscillates.then(|| a * turn / value.arg() - 1.0),

@@ -98,7 +98,7 @@ pub fn boundary(scene: &Linear, integrator: &'static IntegratorSchema) -> Bounda
     Boundary {
         method: integrator.name,
         scene: scene.name.clone(),
-        theory: scene.limit(integrator.name),
+        theory: scene.limit(integrator),
         measured,
         confirmed: has_boundary.then(|| confirm(scene, integrator, measured)),
     }

@@ -7,9 +7,10 @@
 //! Springs of rest length zero are linear, also where they pull at each other, so that any `s` does; this one is no
 //! distance of the scene, so that nothing comes to lie on anything. Cost: `2 N + 1` runs of a step.
 
+use ::reference::method::stable_steps;
 use nalgebra::{DMatrix, Schur};
 use simulator::scene::Scene;
-use simulator::scene::schema::IntegratorSchema;
+use simulator::scene::schema::{Convergence, IntegratorSchema};
 use simulator::simulation::Simulation;
 
 use crate::stability::draft::Draft;
@@ -39,7 +40,7 @@ impl Linear {
             .fixed([0.0; 2])
             .particle(1.0, [0.0; 2], [0.0; 2])
             .spring([0, 1], [1.0, 0.0, 0.0])
-            .force("dragdamping", None, &[2.0 * zeta]);
+            .force("dragdamping", None, &[("b", 2.0 * zeta)]);
         let name = format!("oscillator, ζ = {zeta}");
         Self { name, draft, omega: 1.0, modes: vec![[1.0, zeta]] }
     }
@@ -72,12 +73,12 @@ impl Linear {
     /// The scene, stepped by `a = h ω`; the methods' tolerances are no coarser than rounding.
     pub(crate) fn scene(&self, integrator: &'static IntegratorSchema, a: f64, steps: u64) -> Scene {
         let mut scene = self.draft.scene(&self.name, integrator, a / self.omega, steps);
-        match integrator.name {
+        match integrator.convergence {
+            Convergence::Direct | Convergence::Update(_) => {}
             // Below it, a step is not taken at all; and a drift is no oscillation.
-            "projected-newton" => set(&mut scene, "tolerance", "1e-9"),
+            Convergence::UpdateOption(name) => set(&mut scene, name, "1e-9"),
             // The distance to project on is zero: the first round solves.
-            "fast-mass-spring" => set(&mut scene, "iterations", "2"),
-            _ => {}
+            Convergence::Rounds(name) => set(&mut scene, name, "2"),
         }
         scene
     }
@@ -130,9 +131,10 @@ impl Linear {
     }
 
     /// The longest stable step by theory, as `h ω`: the least over the modes.
-    pub fn limit(&self, method: &str) -> f64 {
-        let of_mode =
-            |[omega, zeta]: &[f64; 2]| super::limits::limit(method, *zeta) * (self.omega / omega);
+    pub fn limit(&self, integrator: &IntegratorSchema) -> f64 {
+        let of_mode = |[omega, zeta]: &[f64; 2]| {
+            stable_steps(integrator.equation, *zeta)[0] * (self.omega / omega)
+        };
         self.modes.iter().map(of_mode).fold(f64::INFINITY, f64::min)
     }
 }
@@ -155,8 +157,8 @@ fn radius_by_powers(mut matrix: DMatrix<f64>) -> f64 {
 }
 
 fn set(scene: &mut Scene, name: &str, value: &str) {
-    // Both names are of the schemas above; a method without them steps with its defaults.
-    let _ = scene.integrator_options.set(name, value);
+    let set = scene.integrator_options.set(name, value);
+    debug_assert!(set.is_ok(), "{name}={value}");
 }
 
 #[cfg(test)]

@@ -1,48 +1,15 @@
 //! Where a method is stable, by theory and by measurement.
 //!
-//! The oscillator `x'' = −ω² x − 2 ζ ω v`, with `z = (x, v/ω)` and `a = h ω`, is stepped by `z ← A z`:
-//!
-//! ```text
-//! explicit                      A = [ 1             a         ]
-//!                                   [ −a            1 − 2ζa   ]
-//! symplectic                    A = [ 1 − a²        a(1−2ζa)  ]
-//!                                   [ −a            1 − 2ζa   ]
-//! implicit, linearized          A = [ 1 + 2ζa       a         ]
-//! and projected Newton              [ −a            1         ] / (1 + 2ζa + a²)
-//! fast mass-spring              A = [ 1             a(1−2ζa)  ]
-//! (damping taken explicitly)        [ −a            1 − 2ζa   ] / (1 + a²)
-//! ```
-//!
-//! The linearized method evaluates at `x + h v` with the Jacobians there: for a linear force that is implicit Euler.
-//! It is stable where the spectral radius of `A` is at most 1, which for 2 × 2 matrices is Jury's criterion
-//! `|det A| ≤ 1`, `|tr A| ≤ 1 + det A` ([`limits`]). A scene's matrix is measured from single steps of the simulator
+//! The oscillator `x'' = −ω² x − 2 ζ ω v`, with `z = (x, v/ω)` and `a = h ω`, is stepped by `z ← A z`. The matrix `A` of
+//! each method and its longest stable step are those of [`reference::method`]. A method is stable where the spectral radius of `A` is at most 1. A scene's matrix is measured from single steps of the simulator
 //! ([`measured`]), without a look at its code.
 
 pub mod amplification;
 pub mod boundary;
-pub mod limits;
 pub mod map;
 pub mod measured;
 
 use nalgebra::{Complex, Matrix2};
-
-/// `A` of the method, for `a = h ω` and the damping ratio `ζ`; the identity for a method that there is no theory of.
-pub fn one_step(method: &str, a: f64, zeta: f64) -> [[f64; 2]; 2] {
-    let kept = 1.0 - 2.0 * zeta * a;
-    match method {
-        "explicit-euler" => [[1.0, a], [-a, kept]],
-        "symplectic-euler" => [[1.0 - a * a, a * kept], [-a, kept]],
-        "linearized-implicit-euler" | "implicit-euler" | "projected-newton" => {
-            let d = 1.0 + 2.0 * zeta * a + a * a;
-            [[(1.0 + 2.0 * zeta * a) / d, a / d], [-a / d, 1.0 / d]]
-        }
-        "fast-mass-spring" => {
-            let d = 1.0 + a * a;
-            [[1.0 / d, a * kept / d], [-a / d, kept / d]]
-        }
-        _ => [[1.0, 0.0], [0.0, 1.0]],
-    }
-}
 
 /// The eigenvalue of the largest modulus; of a pair, the one with the positive imaginary part.
 pub fn leading(matrix: [[f64; 2]; 2]) -> Complex<f64> {
@@ -51,4 +18,26 @@ pub fn leading(matrix: [[f64; 2]; 2]) -> Complex<f64> {
     let (first, second) = (eigenvalues[0], eigenvalues[1]);
     let larger = if first.norm() >= second.norm() { first } else { second };
     if larger.im < 0.0 { larger.conj() } else { larger }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::reference::method::{Method, stable_steps};
+
+    #[test]
+    fn the_stable_steps_end_where_the_spectral_radius_of_the_matrix_passes_one() {
+        for kind in simulator::integrator::REGISTRY {
+            let (name, equation) = (kind.schema.name, kind.schema.equation);
+            for zeta in [0.01, 0.3, 0.99, 1.01, 2.0, 30.0] {
+                let radius = |a: f64| leading(Method::of(equation).oscillator(a, zeta)).norm();
+                let [limit, second] = stable_steps(equation, zeta);
+                for a in (-400..=400).map(|e| 10.0_f64.powf(f64::from(e) / 80.0 + 0.001)) {
+                    let stable = a < limit || a > second;
+                    let radius = radius(a);
+                    assert_eq!(radius <= 1.0, stable, "{name} ζ {zeta} a {a}: {radius}");
+                }
+            }
+        }
+    }
 }

@@ -1,0 +1,162 @@
+//! The registries state facts: each force does what its facts say, and each force and integrator has a scene.
+
+use std::path::Path;
+
+use simulator::force::{Force, Numbered, REGISTRY as FORCES, State};
+use simulator::integrator::REGISTRY as INTEGRATORS;
+use simulator::scene::schema::{ActsOn, Dependence, ForceSchema, PartSchema, Potential};
+use simulator::scene::{
+    Dimension, ForceElement, Location, ParseOptions, Scene, find_scene_files, json, load, xml,
+};
+use simulator::vocabulary;
+
+const MASSES: [f64; 2] = [1.5, 0.75];
+const POSITIONS: [f64; 4] = [0.25, -0.5, 1.75, 0.625];
+const VELOCITIES: [f64; 4] = [0.5, 1.25, -0.75, 0.375];
+
+/// Two particles with one element of the force, which has this part and those that it needs.
+fn scene(schema: &'static ForceSchema, part: usize) -> Scene {
+    let text = r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>
+        <particle m="1.5" px="0.25" py="-0.5" vx="0.5" vy="1.25" fixed="0"/>
+        <particle m="0.75" px="1.75" py="0.625" vx="-0.75" vy="0.375" fixed="0"/></scene>"#;
+    let parsed = xml::parse(text, "facts.xml", &vocabulary(), &ParseOptions::default());
+    let mut scene = parsed.unwrap().scene;
+    let given: Vec<(&str, f64)> =
+        schema.parameters.iter().map(|each| (each.name, each.samples[0])).collect();
+    let pair = (schema.acts_on != ActsOn::EveryParticle).then_some([0, 1]);
+    let (parameters, location) = (schema.values(&given), Location::default());
+    let mut element = ForceElement { schema, pair, edge: None, parameters, location };
+    for (number, other) in schema.parts.iter().enumerate() {
+        if number > part || (number < part && schema.parts[part].stands_alone) {
+            element.remove_part(other);
+        }
+    }
+    scene.forces.push(element);
+    scene
+}
+
+fn state<'a>(positions: &'a [f64], velocities: &'a [f64]) -> State<'a> {
+    State { masses: &MASSES, positions, velocities, time: 0.0 }
+}
+
+fn force_at(force: &dyn Force<2>, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
+    let mut sum = vec![0.0; x.len()];
+    force.add_force(State { time, ..state(x, v) }, &mut sum).unwrap();
+    sum
+}
+
+fn moved(values: &[f64], place: usize, by: f64) -> Vec<f64> {
+    let mut moved = values.to_vec();
+    moved[place] += by;
+    moved
+}
+
+/// What the force of a scene is seen to depend on.
+fn seen(force: &dyn Force<2>) -> Dependence {
+    let here = force_at(force, &POSITIONS, &VELOCITIES, 0.0);
+    let changes = |x: &[f64], v: &[f64], time| force_at(force, x, v, time) != here;
+    Dependence {
+        position: (0..4).any(|i| changes(&moved(&POSITIONS, i, 0.125), &VELOCITIES, 0.0)),
+        velocity: (0..4).any(|i| changes(&POSITIONS, &moved(&VELOCITIES, i, 0.125), 0.0)),
+        time: changes(&POSITIONS, &VELOCITIES, 0.5),
+    }
+}
+
+/// Whether the force is less the derivative of what `of` says of the state.
+fn derives(force: &dyn Force<2>, of: impl Fn(&[f64], &[f64]) -> f64, by_velocity: bool) -> bool {
+    let h = 2.0_f64.powi(-12);
+    let (x, v) = (&POSITIONS, &VELOCITIES);
+    let here = force_at(force, x, v, 0.0);
+    let along = |place: usize, by: f64| match by_velocity {
+        true => of(x, &moved(v, place, by)),
+        false => of(&moved(x, place, by), v),
+    };
+    let slope = |place: usize| (along(place, h) - along(place, -h)) / (2.0 * h);
+    here.iter().enumerate().all(|(place, force)| (force + slope(place)).abs() < 1e-5)
+}
+
+#[test]
+fn each_part_of_each_force_depends_on_what_it_says_and_derives_from_what_it_says() {
+    for kind in FORCES {
+        let schema = &kind.schema;
+        let mut before = Dependence::NOTHING;
+        for (number, part) in schema.parts.iter().enumerate() {
+            let PartSchema { name, depends_on, derives_from, stands_alone, .. } = part;
+            let about = format!("{} {name}", schema.tag);
+            let scene = scene(schema, number);
+            let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+            let force = (kind.build_2d)(&scene, &elements);
+            let force = force.as_ref();
+            // A part that needs those before it is seen together with them.
+            let stated = if *stands_alone { *depends_on } else { before.or(*depends_on) };
+            assert_eq!(seen(force), stated, "{about}");
+            before = stated;
+
+            let energy = |x: &[f64], v: &[f64]| force.energy(state(x, v)).unwrap_or(f64::NAN);
+            let dissipation = |x: &[f64], v: &[f64]| force.dissipation(state(x, v));
+            let found = match () {
+                () if derives(force, energy, false) => Potential::Energy,
+                () if derives(force, dissipation, true) => Potential::Dissipation,
+                () => Potential::Neither,
+            };
+            assert_eq!(found, *derives_from, "{about}");
+            assert!(part.scaled_by.iter().all(|name| schema.has_parameter(name)), "{about}");
+            assert!(part.shaped_by.iter().all(|name| schema.has_parameter(name)), "{about}");
+        }
+        for parameter in schema.parameters {
+            let is_named = schema.parts.iter().any(|part| part.names(parameter.name));
+            assert!(is_named, "{}: no part names {}", schema.tag, parameter.name);
+        }
+    }
+}
+
+#[test]
+fn a_central_force_acts_along_the_line_of_its_particles() {
+    for kind in FORCES {
+        let schema = &kind.schema;
+        let scene = scene(schema, schema.parts.len() - 1);
+        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+        let force = (kind.build_2d)(&scene, &elements);
+        let on = force_at(force.as_ref(), &POSITIONS, &VELOCITIES, 0.0);
+        let [dx, dy] = [0, 1].map(|axis| POSITIONS[axis] - POSITIONS[2 + axis]);
+        let along = (on[0] * dy - on[1] * dx).abs() < 1e-12 && (on[0] + on[2]).abs() < 1e-12;
+        assert_eq!(
+            along && schema.acts_on != ActsOn::EveryParticle,
+            schema.central,
+            "{}",
+            schema.tag
+        );
+    }
+}
+
+#[test]
+fn every_force_and_every_integrator_has_a_scene() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let options = ParseOptions { strict: true, ..ParseOptions::default() };
+    let files = ["assets", "extracreditassets"].map(|name| find_scene_files(&root.join(name)));
+    let scenes: Vec<Scene> = files
+        .into_iter()
+        .flat_map(Result::unwrap)
+        .map(|file| {
+            let options = if json::is_json(&file) { &ParseOptions::default() } else { &options };
+            let parsed = load(&file, &vocabulary(), options);
+            parsed.unwrap_or_else(|error| panic!("{error}")).scene
+        })
+        .collect();
+    for kind in FORCES {
+        let tag = kind.schema.tag;
+        let is_there = |scene: &Scene| scene.forces.iter().any(|force| force.schema.tag == tag);
+        assert!(
+            scenes.iter().any(is_there),
+            "no scene has <{tag}>: add one to extracreditassets/, and run `grade oracle regenerate`"
+        );
+    }
+    for kind in INTEGRATORS {
+        let name = kind.schema.name;
+        assert!(
+            scenes.iter().any(|scene| scene.integrator.name == name),
+            "no scene has {name}: add one to extracreditassets/, and run `grade oracle regenerate`"
+        );
+    }
+    assert!(scenes.iter().any(|scene| scene.dimension == Dimension::Three));
+}

@@ -208,10 +208,10 @@ fn every_fault_of_form_has_its_name() {
         ("malformed", ":4: the step is \"7\" where 2 comes next", |lines| {
             lines[3] = replace_field(&lines[3], 0, "7");
         }),
-        ("malformed", "pair.csv:4: state 2 is given the time 0.2, not 0.1", |lines| {
+        ("malformed", "pair.csv:4: state 2 has the time 0.2 instead of 0.1", |lines| {
             lines[3] = replace_field(&lines[3], 1, "0.2");
         }),
-        ("malformed", "pair.csv:4: state 2 is given the time 1e308, not 0.1", |lines| {
+        ("malformed", "pair.csv:4: state 2 has the time 1e308 instead of 0.1", |lines| {
             lines[3] = replace_field(&lines[3], 1, "1e308");
         }),
     ];
@@ -328,7 +328,7 @@ fn an_altered_or_missing_oracle_trace_is_a_fault_of_the_grader() {
     let run = project.grade(&["--format", "json"]);
     assert_eq!(run.code, 3);
     for (name, message) in
-        [("Spring/pair", "is not the one its manifest"), ("Fall/stone", "no oracle trace")]
+        [("Spring/pair", "does not match its manifest"), ("Fall/stone", "no oracle trace")]
     {
         let told = scene(&run.stdout, name);
         assert_eq!(told["verdict"], "grader-fault");
@@ -511,11 +511,11 @@ fn a_wrong_rubric_is_refused_with_its_line() {
         ("[default]\n\nlarge = 1e-9\n", "rubric.toml:3:1: unknown field `large`"),
         (
             "[[feature]]\ngroup = \"Sprong\"\npoints = 2\n",
-            "[[feature]] group \"Sprong\" fits no scene",
+            "[[feature]] group \"Sprong\" matches no scene",
         ),
         (
             "[[scene]]\nname = \"Spring/pear\"\nlargest = 1\n",
-            "[[scene]] \"Spring/pear\" fits no scene",
+            "[[scene]] \"Spring/pear\" matches no scene",
         ),
         ("points = \n", "rubric.toml:1:"),
         (
@@ -570,7 +570,7 @@ fn two_scenes_of_one_name_are_refused() {
     project.write("extracreditassets/Spring/pair.xml", SPRING);
     let run = project.grade(&[]);
     assert_eq!(run.code, 2);
-    assert!(run.stderr.contains("two scenes are called Spring/pair"), "{}", run.stderr);
+    assert!(run.stderr.contains("two scenes have the same name Spring/pair"), "{}", run.stderr);
 }
 
 #[test]
@@ -919,7 +919,8 @@ fn an_extension_in_upper_case_is_pointed_at() {
     let message = told["message"].as_str().unwrap();
     assert!(message.starts_with("there is no trace: neither traces/Spring/pair.csv nor"), "{told}");
     assert!(
-        message.ends_with("help: traces/Spring/pair.CSV does; spell its extension in lower case")
+        message
+            .ends_with("help: traces/Spring/pair.CSV exists; change its extension to lower case")
     );
 }
 

@@ -1,4 +1,4 @@
-//! Whether the stored traces still match their scenes and their manifest.
+//! Verifies that the stored traces match their scenes and their manifest.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use super::manifest::{Entry, SIMULATOR, VERSION};
 use crate::suite::{Case, Suite};
 use crate::verdict::Fault;
 
-/// Something that does not match.
+/// A mismatch.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Finding {
     /// There is no manifest.
@@ -19,17 +19,17 @@ pub enum Finding {
         /// Why.
         detail: String,
     },
-    /// A scene and its trace do not go together.
+    /// A trace does not match its scene.
     #[error("{scene}: {fault}")]
     Scene {
         /// The scene.
         scene: String,
-        /// Why not.
+        /// Why.
         fault: Fault,
     },
-    /// The manifest is another program's, or another version's.
+    /// The manifest was written by another program or another version.
     #[error(
-        "the traces were made by {simulator} {version}, and this is {SIMULATOR} {VERSION}; make them anew with `grade oracle regenerate`"
+        "the traces were made by {simulator} {version}, but this is {SIMULATOR} {VERSION}; remake them with `grade oracle regenerate`"
     )]
     OtherVersion {
         /// The program.
@@ -37,44 +37,42 @@ pub enum Finding {
         /// Its version.
         version: String,
     },
-    /// The manifest says of a scene what is not so.
+    /// The manifest disagrees with the scene.
     #[error(
-        "{scene}: the manifest records the {fact} {recorded}, and the scene's is {actual}; restore the manifest or run `grade oracle regenerate`"
+        "{scene}: the manifest records the {fact} {recorded}, but the scene's is {actual}; restore the manifest or run `grade oracle regenerate`"
     )]
     Entry {
         /// The scene.
         scene: String,
-        /// What of the scene.
+        /// The property of the scene.
         fact: &'static str,
-        /// By the manifest.
+        /// Its value in the manifest.
         recorded: String,
-        /// By the scene.
+        /// Its value in the scene.
         actual: String,
     },
     /// The manifest has several entries for one scene.
     #[error(
-        "{scene}: the manifest has {count} entries for it; restore the manifest or run `grade oracle regenerate`"
+        "{scene}: {count} entries in the manifest; restore the manifest or run `grade oracle regenerate`"
     )]
     Duplicate {
         /// The scene.
         scene: String,
-        /// How many.
+        /// Their number.
         count: usize,
     },
-    /// The manifest has an entry for a scene that is not there, and neither is its trace.
+    /// The manifest has an entry for a scene that does not exist, and there is no trace either.
     #[error(
-        "{scene}: the manifest has an entry for it, and there is no such scene; restore the manifest or run `grade oracle regenerate`"
+        "{scene}: in the manifest, but there is no such scene; restore the manifest or run `grade oracle regenerate`"
     )]
     NoScene {
         /// The name of the scene.
         scene: String,
     },
     /// A trace has no scene.
-    #[error(
-        "{trace}: there is no such scene; remove the trace with `grade oracle regenerate --accept`"
-    )]
+    #[error("{trace}: trace without a scene; remove it with `grade oracle regenerate --accept`")]
     Orphan {
-        /// The name its scene would have.
+        /// The scene name that the trace implies.
         trace: String,
     },
     /// The folder cannot be listed.
@@ -85,7 +83,7 @@ pub enum Finding {
     },
 }
 
-/// Compares the folder with the suite; what does not match, by scene.
+/// Compares the folder with the suite. Returns the mismatches by scene.
 pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
     let mut findings = Vec::new();
     match &oracle.manifest {
@@ -105,7 +103,7 @@ pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
         if let Err(fault) = checked {
             findings.push(Finding::Scene { scene: case.id.clone(), fault });
         }
-        // An edited scene may well have other numbers of steps and such; it has its finding.
+        // An edited scene, whose finding is above, may well differ in these properties.
         let entry = oracle.manifest.as_ref().and_then(|manifest| manifest.entry(&case.id));
         if let (Some(entry), false) = (entry, edited) {
             findings.extend(differences(case, entry));
@@ -123,7 +121,7 @@ pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
     findings
 }
 
-/// What the manifest says of a scene that is not so.
+/// Properties of a scene that the manifest records differently.
 fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
     let is = Entry::of(case, String::new());
     let step = |value: f64| format!("{value} s");
@@ -142,7 +140,7 @@ fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
     differing.map(finding).collect()
 }
 
-/// Entries of the manifest without a scene, unless their trace is told of, and scenes with several.
+/// Manifest entries without a scene, unless their trace is reported, and scenes with several entries.
 fn odd_entries(suite: &Suite, oracle: &Oracle, orphans: &BTreeSet<String>) -> Vec<Finding> {
     let mut counts = BTreeMap::new();
     for entry in oracle.manifest.iter().flat_map(|manifest| &manifest.traces) {

@@ -179,7 +179,7 @@ fn every_fault_of_form_has_its_name() {
     let edits: [(&str, &str, Edit); 13] = [
         ("too-short", "after 7 of 11 states", |lines| lines.truncate(8)),
         ("too-short", "after 0 of 11 states", |lines| lines.truncate(1)),
-        ("too-long", "after its last state, number 11", |lines| {
+        ("too-long", "the trace has more than 11 states", |lines| {
             let extra = lines[11].replacen("10,", "11,", 1);
             lines.push(extra);
         }),
@@ -482,7 +482,7 @@ fn envelopes_that_are_not_the_recorded_ones_are_no_ground_for_a_verdict() {
         .write("expected/envelopes.toml", &text.replacen("position = [", "position = [9e9, ", 1));
     let run = project.grade(&["--only", "pair"]);
     assert_eq!(run.code, 3, "{}", run.stdout);
-    assert!(run.stdout.contains("envelopes.toml is not the one that the manifest records"));
+    assert!(run.stdout.contains("envelopes.toml does not match the manifest"));
     let verify = project.grade(&["oracle", "verify"]);
     assert!(verify.stdout.contains("1 thing does not match"), "{}", verify.stdout);
     // Making them anew is the remedy, and needs no consent.
@@ -787,13 +787,13 @@ steps = 8
         (
             "\"symplectic-euler\"",
             "\"explicit-euler\"",
-            "Spring/pair: the manifest records the integrator explicit-euler, and the scene's is symplectic-euler",
+            "Spring/pair: the manifest records the integrator explicit-euler, but the scene's is symplectic-euler",
         ),
-        ("time_step = 0.05", "time_step = 0.1", "the time step 0.1 s, and the scene's is 0.05 s"),
-        ("steps = 10", "steps = 11", "the number of steps 11, and the scene's is 10"),
+        ("time_step = 0.05", "time_step = 0.1", "the time step 0.1 s, but the scene's is 0.05 s"),
+        ("steps = 10", "steps = 11", "the number of steps 11, but the scene's is 10"),
         ("version = \"", "version = \"0.0.", "the traces were made by Spring Oracle 0.0."),
-        ("steps = 10\n", &format!("steps = 10\n{extra}"), "Fall/none: the manifest has an entry"),
-        ("steps = 10\n", &format!("steps = 10\n{twice}"), "Fall/stone: the manifest has 2 entries"),
+        ("steps = 10\n", &format!("steps = 10\n{extra}"), "Fall/none: in the manifest, but there"),
+        ("steps = 10\n", &format!("steps = 10\n{twice}"), "Fall/stone: 2 entries in the manifest"),
     ];
     for (from, to, message) in edits {
         let project = Project::new();
@@ -837,7 +837,7 @@ fn a_folder_that_holds_the_current_one_is_not_replaced() {
         let arguments = ["oracle", "regenerate", "--root", "..", "--expected", expected];
         let run = run(&project.path(folder), &arguments, &[]);
         assert_eq!(run.code, 2, "{expected}");
-        assert!(run.stderr.contains("run this from outside of it"), "{}", run.stderr);
+        assert!(run.stderr.contains("run the command from another folder"), "{}", run.stderr);
         assert!(project.snapshot(".") == before, "{expected}");
     }
     // A name that ends in dots is resolved: `assets/../expected/.` is the folder itself.

@@ -1,4 +1,4 @@
-//! The built-in simulator, judged as any other.
+//! The built-in simulator as a submission.
 
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;

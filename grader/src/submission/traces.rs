@@ -1,4 +1,4 @@
-//! A folder of traces: `<group>/<scene>.csv` or `.bin`, as the scenes are laid out.
+//! A folder of traces, `<group>/<scene>.csv` or `.bin`, laid out as the scenes are.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
     let (path, format) = find_trace(folder, &case.id).map_err(|error| {
         let detail = match error {
             NoTrace::Missing { .. } => format!("there is no trace: {error}"),
-            NoTrace::Several { .. } => format!("there is no telling which trace to grade: {error}"),
+            NoTrace::Several { .. } => format!("ambiguous trace: {error}"),
         };
         Failure::NoOutput { detail }
     })?;
@@ -29,11 +29,11 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
     Ok(Box::new(Trace { reader, path, format, states: 0 }))
 }
 
-/// Whether the file is elsewhere, by a link in the folder: in the oracle, or another's submission.
+/// Whether a link leads out of the folder, for example to the oracle or to another submission.
 fn leads_out(path: &Path, folder: &Path) -> bool {
     match (fs::canonicalize(path), fs::canonicalize(folder)) {
         (Ok(path), Ok(folder)) => !path.starts_with(folder),
-        // What is not there is told of when it is opened.
+        // Opening a missing file reports it.
         _ => false,
     }
 }
@@ -42,7 +42,7 @@ struct Trace {
     reader: Box<dyn TraceReader>,
     path: PathBuf,
     format: TraceFormat,
-    /// States read.
+    /// Number of states read so far.
     states: u64,
 }
 

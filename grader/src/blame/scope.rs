@@ -1,4 +1,4 @@
-//! Each cause with the scenes that it would make fail.
+//! Possible causes, each with the scenes that it makes fail.
 
 use simulator::scene::Scene;
 use simulator::scene::schema::ActsOn;
@@ -7,18 +7,18 @@ use simulator::{force, integrator};
 use super::feature::{Family, Feature, Part};
 use crate::suite::Case;
 
-/// What becomes of a scene if a cause is at work.
+/// Prediction for a scene under a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Expected {
     Fails,
-    /// There is no telling: Newton's method often finds its way with wrong derivatives.
+    /// May fail: Newton's method, for example, often converges with wrong derivatives.
     May,
     Passes,
 }
 
 impl Expected {
-    /// The probability of a failure. A mistake now and then does not show where it might; a scene rarely fails
-    /// for another cause.
+    /// The probability of a failure. Even a mistake in use sometimes has no visible effect, and scenes rarely fail for
+    /// another reason.
     pub(super) fn probability(self) -> f64 {
         match self {
             Self::Fails => 0.95,
@@ -28,20 +28,20 @@ impl Expected {
     }
 }
 
-/// A cause, in certain circumstances.
+/// A cause under certain circumstances.
 pub(super) struct Hypothesis {
     pub(super) feature: Feature,
     /// The circumstances, in words.
     pub(super) detail: String,
-    /// Whether they are special ones.
+    /// Whether the circumstances are special.
     pub(super) special: bool,
     pub(super) expects: Box<dyn Fn(&Scene) -> Expected>,
 }
 
-/// A circumstance: words and a test of the scene.
+/// A circumstance: a description and a test of the scene.
 type Circumstance<T> = (&'static str, fn(&Scene, T) -> bool);
 
-/// What forces may get wrong in certain scenes only.
+/// Circumstances under which forces may be wrong.
 const OF_FORCES: [Circumstance<Part>; 5] = [
     ("", |_, _| true),
     ("where there are several", |scene, part| elements(scene, part).count() > 1),
@@ -57,7 +57,7 @@ const OF_FORCES: [Circumstance<Part>; 5] = [
     }),
 ];
 
-/// What Jacobians may get wrong in certain scenes only.
+/// Circumstances under which Jacobians may be wrong.
 const OF_JACOBIANS: [Circumstance<Part>; 3] = [
     ("", |_, _| true),
     ("between others than the first two particles", |scene, part| {
@@ -67,7 +67,7 @@ const OF_JACOBIANS: [Circumstance<Part>; 3] = [
     ("where masses are not 1", |scene, _| unusual_masses(scene)),
 ];
 
-/// What integrators may get wrong in certain scenes only.
+/// Circumstances under which integrators may be wrong.
 const OF_INTEGRATORS: [Circumstance<()>; 6] = [
     ("", |_, ()| true),
     ("where forces act", |scene, ()| parts().any(|part| acts(scene, part))),
@@ -83,7 +83,7 @@ const OF_INTEGRATORS: [Circumstance<()>; 6] = [
     }),
 ];
 
-/// What may go wrong with fixed particles in certain scenes only.
+/// Circumstances under which fixed particles may be wrong.
 const OF_FIXED: [Circumstance<()>; 5] = [
     ("", |_, ()| true),
     ("that move", |scene, ()| {
@@ -98,7 +98,7 @@ const OF_FIXED: [Circumstance<()>; 5] = [
     }),
 ];
 
-/// All causes in all circumstances; the plain ones first.
+/// All causes under all circumstances, the unconditional ones first.
 pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     for part in parts() {
@@ -126,7 +126,7 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
             all.push(hypothesis(Feature::Integrator(name), detail, expects));
         }
     }
-    // Newton's method may end too early, and be near enough in most scenes.
+    // An early end of Newton's method is still accurate enough in most scenes.
     let newton = |scene: &Scene| match scene.integrator.name {
         "implicit-euler" if some(scene, by_position) => Expected::May,
         _ => Expected::Passes,
@@ -157,7 +157,7 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
     steps.sort_by(f64::total_cmp);
     steps.dedup();
     for step in steps {
-        let detail = format!("as if dt were always {step}");
+        let detail = format!("dt always taken as {step}");
         let expects = move |scene: &Scene| when(scene.time_step != step);
         all.push(Hypothesis { detail, ..hypothesis(Feature::Reading, "dt", expects) });
     }
@@ -184,7 +184,7 @@ fn when(fails: bool) -> Expected {
     if fails { Expected::Fails } else { Expected::Passes }
 }
 
-/// Every force, springs in two parts.
+/// Every force, with springs split into two parts.
 fn parts() -> impl Iterator<Item = Part> {
     force::REGISTRY.iter().flat_map(|kind| match kind.schema.tag {
         "springforce" => vec![Part::Elastic, Part::Damping],
@@ -195,7 +195,7 @@ fn parts() -> impl Iterator<Item = Part> {
 /// A force's element: its parameters, its pair, and its edge.
 type Element<'a> = (&'a [f64], Option<[usize; 2]>, Option<usize>);
 
-/// The elements by which a part acts on a free particle.
+/// The elements through which a part acts on a free particle.
 fn elements(scene: &Scene, part: Part) -> impl Iterator<Item = Element<'_>> {
     let is_free = |particle: &usize| !scene.particles[*particle].fixed;
     let all = scene.forces.iter().filter(move |element| element.schema.tag == part.tag());
@@ -222,7 +222,7 @@ fn unusual_masses(scene: &Scene) -> bool {
     scene.particles.iter().any(|particle| !particle.fixed && particle.mass != 1.0)
 }
 
-/// Whether a force between two particles has a fixed and a free one.
+/// Whether some force joins a fixed and a free particle.
 fn joined(scene: &Scene) -> bool {
     let is_mixed = |[i, j]: [usize; 2]| scene.particles[i].fixed != scene.particles[j].fixed;
     scene.forces.iter().any(|element| element.pair.is_some_and(is_mixed))
@@ -235,12 +235,12 @@ fn family(scene: &Scene) -> Family {
     }
 }
 
-/// Whether some force that acts is of this sort.
+/// Whether some acting force is of this sort.
 fn some(scene: &Scene, is: impl Fn(&str) -> bool) -> bool {
     parts().any(|part| part != Part::Damping && is(part.tag()) && acts(scene, part))
 }
 
-/// Of the forces that depend on positions, all act between two particles.
+/// Whether the force depends on positions; all such forces act between two particles.
 fn by_position(tag: &str) -> bool {
     let schema = force::REGISTRY.iter().map(|kind| &kind.schema).find(|schema| schema.tag == tag);
     schema.is_some_and(|schema| matches!(schema.acts_on, ActsOn::Pair | ActsOn::Edge))

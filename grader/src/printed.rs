@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_that_steers_a_terminal_is_left() {
+    fn no_terminal_control_is_left() {
         assert_eq!(shown(b"plain\n\n  text \n"), "plain\n  text");
         assert_eq!(shown(b"\x1b[2J\x1b[1;1Hwiped"), "wiped");
         assert_eq!(shown(b"\x1b]0;title\x07after"), "after");

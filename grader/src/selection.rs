@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pattern_is_the_first_that_it_fits() {
+    fn a_pattern_has_the_first_meaning_that_applies() {
         let [net, green, ten, two, damped, chain] = NAMES.map(|(name, _)| name);
         for (pattern, names) in [
             ("Spring/two-springs", &[two][..]),
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_matches_nothing_names_near_misses() {
+    fn a_pattern_without_a_match_gets_suggestions() {
         let message = |patterns: &[&str]| chosen(patterns).unwrap_err().to_string();
         assert_eq!(
             message(&["net", "two-sprigns"]),
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn many_stars_take_no_time_without_end() {
+    fn many_stars_are_matched_in_polynomial_time() {
         let name = "a".repeat(200);
         assert!(!is_like(&name, &("*a".repeat(100) + "b")));
         assert!(is_like(&name, &"*a".repeat(100)));

@@ -53,19 +53,19 @@ pub enum Failure {
     /// The trace is missing, or there are several.
     #[error("{}", printed::text(detail))]
     NoOutput {
-        /// Where it was looked for.
+        /// The expected path, or the paths.
         detail: String,
     },
     /// The simulator failed.
     #[error("{}", printed::text(detail))]
     Crashed {
-        /// What it said.
+        /// The exit status or signal, and the program's output.
         detail: String,
     },
     /// The build failed, so that there is no program.
     #[error("{}", printed::text(detail))]
     BuildFailed {
-        /// What the build said.
+        /// The exit status or signal, and the build's output.
         detail: String,
     },
     /// A program exceeded its time limit.
@@ -95,7 +95,7 @@ pub enum Failure {
     /// The trace is not in its format.
     #[error("{}", printed::text(detail))]
     Malformed {
-        /// Where and how.
+        /// The place and the fault.
         detail: String,
     },
     /// The trace holds an infinity or a NaN.
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn no_message_holds_what_a_terminal_or_xml_would_not_take() {
+    fn no_message_contains_terminal_control_or_invalid_xml() {
         let detail = || "a\u{1b}[2J\u{fffe}\u{b}\nb".to_owned();
         let expected = "a\u{fffd}[2J\u{fffd}\u{fffd}\nb";
         for failure in [

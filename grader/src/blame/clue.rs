@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn rounded_numbers_are_told_by_their_digits() {
+    fn rounded_numbers_are_recognized_by_their_digits() {
         let kind = |values: &[(f64, f64)]| in_digits(&rows(values));
         let (a, b) = (22.0 / 7.0, 1e3 / 7.0);
         assert_eq!(kind(&[(a, 3.14286), (b, 142.857)]), Some(Kind::Digits(6)));

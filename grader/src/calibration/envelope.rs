@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_digits_are_never_below_and_hardly_above() {
+    fn rounding_up_to_two_digits_never_lowers_a_value() {
         for value in [0.0, 1e-16, 1.0, 1.04e-9, 9.96e3, 2.0f64.powi(-52), 3.3333] {
             let rounded = rounded_up(value);
             assert!(rounded >= value && rounded <= 1.16 * value, "{value}: {rounded}");

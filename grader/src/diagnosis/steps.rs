@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_are_those_that_are_needed() {
+    fn the_number_of_digits_is_minimal() {
         for (value, count) in [(0.1, 1), (-1.25e-7, 3), (1.0 / 3.0, 16), (0.1 + 0.2, 17)] {
             assert_eq!(digits(value), count, "{value}");
         }

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_a_fault_of_the_scene_it_happens_in() {
+    fn a_panic_affects_only_its_scene() {
         let folder = tempfile::tempdir().unwrap();
         let (scenes, traces) = (folder.path().join("assets"), folder.path().join("expected"));
         std::fs::create_dir(&scenes).unwrap();

@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_rounded_to_all_or_to_nothing() {
+    fn a_part_is_never_rounded_to_all_or_nothing() {
         let of =
             |earned, points| of(&Credit { points, earned, unjudged: 0.0 }, FaultPoints::Withheld);
         assert_eq!(of(2.0 / 3.0, 1.0), "0.67/1");
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_judged_stands_apart() {
+    fn points_not_judged_are_shown_apart() {
         let words = |earned, unjudged, faults| {
             in_words(&Credit { points: 43.0, earned, unjudged }, faults, " points")
         };

@@ -439,7 +439,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_judged_is_neither_earned_nor_lost() {
+    fn points_not_judged_are_neither_earned_nor_lost() {
         let credit = |partial, scenes: &[(f64, char)]| {
             let Credit { earned, unjudged, .. } = feature(partial, scenes).credit();
             (earned, unjudged)
@@ -463,7 +463,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_shown_as_earned_where_something_was_judged() {
+    fn earned_points_are_shown_if_something_was_judged() {
         let shown = |earned, unjudged| {
             let credit = Credit { points: 2.0, earned, unjudged };
             [FaultPoints::Apart, FaultPoints::Withheld].map(|faults| credit.shown(faults))

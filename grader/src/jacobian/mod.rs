@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_cannot_be_checked_is_told() {
+    fn a_force_that_cannot_be_checked_is_reported() {
         fn idle<const D: usize>(_: &Scene, _: &[Numbered<'_>]) -> Box<dyn Force<D>> {
             Box::new(Idle)
         }
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_bits_come_of_any_number_of_threads() {
+    fn results_do_not_depend_on_the_number_of_threads() {
         let config = Config { states: 2, seed: 5 };
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

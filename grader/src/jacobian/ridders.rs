@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kink_is_told_from_a_bend() {
+    fn a_kink_is_distinguished_from_a_bend() {
         let noise = 4.0 * f64::EPSILON;
         assert_eq!(derivative(|x| (x - 1.0).max(0.0), 1.0, 0.25, noise), Difference::Kink);
         assert_eq!(derivative(|x| (x - 1.0).abs() + x * x, 1.0, 0.25, noise), Difference::Kink);

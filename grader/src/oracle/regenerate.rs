@@ -520,7 +520,7 @@ mod tests {
     }
 
     #[test]
-    fn old_content_that_cannot_be_removed_is_told_of_and_is_no_error() {
+    fn old_content_that_cannot_be_removed_is_reported_and_is_no_error() {
         for exchange_names in [Means::default().exchange_names, NO_EXCHANGE] {
             let (_root, folder, staging) = prepare();
             let means = Means { exchange_names, remove: NO_REMOVAL };
@@ -531,7 +531,7 @@ mod tests {
     }
 
     #[test]
-    fn the_staged_folder_goes_when_it_cannot_take_its_place() {
+    fn the_staged_folder_is_removed_if_the_exchange_fails() {
         let (root, folder, staging) = prepare();
         assert!(exchange(staging, &root.path().join("none/expected"), &Means::default()).is_err());
         assert_eq!(

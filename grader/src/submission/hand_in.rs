@@ -427,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_much_is_refused_by_name() {
+    fn exceeded_limits_are_reported_by_name() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("ada");
         let fresh = || {
@@ -472,7 +472,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_without_end_is_left_before_it_is_read() {
+    fn an_endlessly_nested_folder_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();
         for number in 0..20 {
             File::create(folder.path().join(number.to_string())).unwrap();

@@ -57,7 +57,7 @@ pub struct Copied {
     /// Number of shipped scenes that it passed.
     pub passed: usize,
     /// The altered scenes: the shipped scene's name and the change.
-    pub altered: Vec<(String, Change)>,
+    pub altered: Vec<(String, Alteration)>,
     /// A shipped scene whose first step is wrong once a line break is appended to the file, if there is one.
     pub bytes: Option<String>,
 }
@@ -82,7 +82,7 @@ impl fmt::Display for Copied {
 
 /// The property of a scene that is altered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Change {
+pub enum Alteration {
     /// Positions of free particles.
     Positions,
     /// Velocities of free particles.
@@ -93,7 +93,7 @@ pub enum Change {
     Order,
 }
 
-impl Change {
+impl Alteration {
     const ALL: [Self; 4] = [Self::Positions, Self::Velocities, Self::Masses, Self::Order];
 
     /// "positions", "velocities", "masses" or "order".
@@ -184,7 +184,7 @@ fn reorder(text: &str, random: &mut Rng) -> Option<String> {
 }
 
 /// A scene with the first step of our simulator.
-struct Stepped {
+struct SteppedScene {
     text: String,
     scene: Scene,
     start: State,
@@ -194,7 +194,7 @@ struct Stepped {
     reach: f64,
 }
 
-impl Stepped {
+impl SteppedScene {
     /// `None` if the text is not a scene with a step, or our simulator fails on it.
     fn of(text: String) -> Option<Self> {
         let parsed = xml::parse(&text, "scene.xml", &vocabulary(), &ParseOptions::default());
@@ -214,7 +214,7 @@ impl Stepped {
     }
 
     /// The scene of the suite, altered by the first of these changes that has a visible effect.
-    fn alter(case: &Case, changes: impl Iterator<Item = Change>) -> Option<(Change, Self)> {
+    fn alter(case: &Case, changes: impl Iterator<Item = Alteration>) -> Option<(Alteration, Self)> {
         let original = Self::of(read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?)?;
         let seed = u64::from_str_radix(case.scene_hash.get(..16)?, 16).ok()?;
         let mut changes = changes;
@@ -298,10 +298,10 @@ pub fn look_for_copies(
     }
     let alterations = candidates(suite, passed).into_iter().enumerate();
     let alterations = alterations.filter_map(|(number, case)| {
-        let changes = Change::ALL.into_iter().cycle().skip(number % Change::ALL.len());
-        Some((case, Stepped::alter(case, changes.take(Change::ALL.len()))?))
+        let changes = Alteration::ALL.into_iter().cycle().skip(number % Alteration::ALL.len());
+        Some((case, SteppedScene::alter(case, changes.take(Alteration::ALL.len()))?))
     });
-    let mut failed: Vec<(&Case, Change)> = Vec::new();
+    let mut failed: Vec<(&Case, Alteration)> = Vec::new();
     for (case, (change, altered)) in alterations.take(MOST) {
         match altered.is_stepped_by(run) {
             Some(true) => return None,
@@ -324,7 +324,7 @@ pub fn look_for_copies(
 /// Whether the submission's first step is wrong in a shipped scene with a line break appended to its file.
 fn fails_as_other_bytes(case: &Case, run: Runs<'_>) -> Option<bool> {
     let text = read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?;
-    Some(!Stepped::of(text + "\n")?.is_stepped_by(run)?)
+    Some(!SteppedScene::of(text + "\n")?.is_stepped_by(run)?)
 }
 
 /// Passed scenes that may be altered: one of each feature, then a second one of each, and so on. Within a feature,
@@ -367,14 +367,14 @@ mod tests {
     }
 
     /// The scene without the values that a change alters.
-    fn without(change: Change, scene: &Scene) -> Scene {
+    fn without(change: Alteration, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
         for particle in &mut scene.particles {
             match change {
-                Change::Positions => particle.position = [0.0; 3],
-                Change::Velocities => particle.velocity = [0.0; 3],
-                Change::Masses => particle.mass = 0.0,
-                Change::Order => {}
+                Alteration::Positions => particle.position = [0.0; 3],
+                Alteration::Velocities => particle.velocity = [0.0; 3],
+                Alteration::Masses => particle.mass = 0.0,
+                Alteration::Order => {}
             }
         }
         scene
@@ -385,15 +385,15 @@ mod tests {
         let suite = shipped();
         let mut used = [0; 4];
         for case in suite.cases.iter().filter(|case| !case.scene.forces.is_empty()) {
-            for change in Change::ALL {
-                let Some((_, altered)) = Stepped::alter(case, [change].into_iter()) else {
+            for change in Alteration::ALL {
+                let Some((_, altered)) = SteppedScene::alter(case, [change].into_iter()) else {
                     continue;
                 };
                 used[change as usize] += 1;
                 let mut original = case.scene.clone();
                 original.name = altered.scene.name.clone();
                 assert_ne!(altered.scene, original, "{} {change:?}", case.id);
-                if change == Change::Order {
+                if change == Alteration::Order {
                     continue;
                 }
                 let [own, other] = [&altered.scene, &original].map(|scene| without(change, scene));
@@ -413,7 +413,8 @@ mod tests {
         }
         // Masses have no effect on free fall.
         assert!(used.iter().all(|count| *count > 25), "{used:?}");
-        let again = |case: &Case| Some(Stepped::alter(case, Change::ALL.into_iter())?.1.text);
+        let again =
+            |case: &Case| Some(SteppedScene::alter(case, Alteration::ALL.into_iter())?.1.text);
         assert!(suite.cases.iter().all(|case| again(case) == again(case)));
     }
 
@@ -427,9 +428,9 @@ mod tests {
         let mut count = 0;
         for case in shipped().cases {
             let path = &case.files[0].path;
-            let original = Stepped::of(read_text(path, MAX_MEBIBYTES).unwrap()).unwrap();
+            let original = SteppedScene::of(read_text(path, MAX_MEBIBYTES).unwrap()).unwrap();
             let text = reorder(&original.text, &mut Rng::with_seed(1)).unwrap();
-            let other = Stepped::of(text).unwrap();
+            let other = SteppedScene::of(text).unwrap();
             count += usize::from(other.start != original.start);
             let pairs = [
                 (sorted(&original.next.positions), sorted(&other.next.positions)),

@@ -228,7 +228,7 @@ struct SceneRule {
     name: String,
     largest: Option<Positive>,
     accumulated: Option<Positive>,
-    weight: Option<Weight>,
+    weight: Option<SceneWeight>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -270,9 +270,9 @@ impl TryFrom<f64> for Points {
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(try_from = "f64")]
-struct Weight(f64);
+struct SceneWeight(f64);
 
-impl TryFrom<f64> for Weight {
+impl TryFrom<f64> for SceneWeight {
     type Error = String;
 
     fn try_from(value: f64) -> Result<Self, String> {

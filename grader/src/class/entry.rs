@@ -20,7 +20,7 @@ const HASH: usize = 32;
 
 /// A file or folder that is graded.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Entry {
+pub struct ClassEntry {
     /// Its name in the folder.
     pub name: String,
     /// Its path.
@@ -42,7 +42,7 @@ pub struct PassedOver {
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn list(folder: &Path) -> io::Result<(Vec<Entry>, Vec<PassedOver>)> {
+pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
     let mut found: Vec<(OsString, PathBuf)> = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
@@ -54,7 +54,7 @@ pub fn list(folder: &Path) -> io::Result<(Vec<Entry>, Vec<PassedOver>)> {
         let name = file_name.to_str().filter(|name| !name.chars().any(steers));
         match (name, refusal(&path)) {
             (Some(name), None) if !name.starts_with('.') => {
-                entries.push(Entry { name: name.to_owned(), path, report: String::new() });
+                entries.push(ClassEntry { name: name.to_owned(), path, report: String::new() });
             }
             (Some(name), refusal) => {
                 let reason = refusal.filter(|_| !name.starts_with('.'));
@@ -169,7 +169,7 @@ mod tests {
         let reports: BTreeSet<String> =
             entries.iter().map(|entry| entry.report.to_lowercase()).collect();
         assert_eq!(reports.len(), names.len(), "{reports:?}");
-        for Entry { name, report, .. } in &entries {
+        for ClassEntry { name, report, .. } in &entries {
             let stays =
                 ["ada", "a", "a.txt", "BOB.txt", "Lovelace, Ada_12", "a b", "a_b", "con", &of_long];
             assert_eq!(report == name, stays.contains(&name.as_str()), "{name:?}: {report:?}");

@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 
 use crate::grading::hidden::HiddenSuite;
 use crate::oracle::Oracle;
-use crate::submission::hand_in::{HandIn, HandInError, Step};
+use crate::submission::hand_in::{HandIn, HandInError, WalkStep};
 use crate::suite::{Case, Suite, hash_file, hexadecimal};
 
 /// A hash of several parts. Each part is preceded by its length, so that different lists of parts differ in the hash.
@@ -81,21 +81,21 @@ impl Fingerprint {
     pub fn submission(&mut self, path: &Path) -> Result<(), HandInError> {
         HandIn::open(path)?.walk(&mut |step| {
             let (kind, node): (&[u8], _) = match &step {
-                Step::Leave => {
+                WalkStep::Leave => {
                     self.part(b"end");
                     return Ok(());
                 }
-                Step::Enter(node) => (b"folder", node),
-                Step::File(node) if node.is_executable() => (b"program", node),
-                Step::File(node) => (b"file", node),
-                Step::Link(node) => (b"link", node),
+                WalkStep::Enter(node) => (b"folder", node),
+                WalkStep::File(node) if node.is_executable() => (b"program", node),
+                WalkStep::File(node) => (b"file", node),
+                WalkStep::Link(node) => (b"link", node),
             };
             self.part(kind);
             self.part(node.name.to_bytes());
             match &step {
-                Step::File(node) => self.part(node.hash()?.as_bytes()),
-                Step::Link(node) => self.part(node.target()?.to_bytes()),
-                Step::Enter(_) | Step::Leave => {}
+                WalkStep::File(node) => self.part(node.hash()?.as_bytes()),
+                WalkStep::Link(node) => self.part(node.target()?.to_bytes()),
+                WalkStep::Enter(_) | WalkStep::Leave => {}
             }
             Ok(())
         })

@@ -15,7 +15,7 @@ pub mod record;
 use serde::{Deserialize, Serialize};
 
 use crate::grading::points;
-use crate::grading::{Grading, Hidden, Outcome, SceneResult};
+use crate::grading::{Grading, GradingOutcome, Hidden, SceneResult};
 use crate::probe::Probing;
 use crate::suite::Section;
 use crate::verdict::Verdict;
@@ -83,10 +83,10 @@ const FAULT: &str = "grader-fault";
 
 fn verdict(grading: &Grading) -> String {
     let outcome = match grading.outcome() {
-        Outcome::Passed => "passed",
-        Outcome::PassedShipped => "passed-shipped",
-        Outcome::GraderFault => FAULT,
-        Outcome::Failed => {
+        GradingOutcome::Passed => "passed",
+        GradingOutcome::PassedShipped => "passed-shipped",
+        GradingOutcome::GraderFault => FAULT,
+        GradingOutcome::Failed => {
             let scenes = grading.features.iter().flat_map(|result| &result.scenes);
             let mut names = scenes.map(|scene: &SceneResult| match &scene.comparison.verdict {
                 Verdict::Fail(failure) => failure.name(),

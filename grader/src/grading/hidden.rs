@@ -6,7 +6,7 @@
 //! scene -> Verdict -> Tally (verdict names, counted by feature) -> Grading
 //! ```
 //!
-//! Only a [`Tally`] leaves this module. No report can therefore show names, paths, numbers, states or messages of
+//! Only a [`HiddenTally`] leaves this module. No report can therefore show names, paths, numbers, states or messages of
 //! hidden scenes, or output of programs on them. Hidden scenes run after everything else of a submission, so that no run with
 //! visible output can depend on them.
 
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use simulator::scene::ParseOptions;
 
 use super::judge::judge_case;
-use super::result::{FeatureResult, Grading, Hidden, SceneResult, Tally};
+use super::result::{FeatureResult, Grading, Hidden, HiddenTally, SceneResult};
 use crate::events::{Event, Observer, Task};
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
@@ -123,7 +123,7 @@ impl HiddenSuite {
         };
         let results: Option<Vec<SceneResult>> = self.suite.cases.par_iter().map(judge).collect();
         let Some(results) = results else { return };
-        let mut tallies: BTreeMap<&Feature, Tally> = BTreeMap::new();
+        let mut tallies: BTreeMap<&Feature, HiddenTally> = BTreeMap::new();
         for (case, result) in self.suite.cases.iter().zip(&results) {
             tallies.entry(&case.feature).or_default().add(result);
         }

@@ -34,8 +34,8 @@ pub use judge::{judge, panic_message};
 use judge::{judge_case, look_into, of_case, restart_some};
 use result::gather;
 pub use result::{
-    Credit, FeatureResult, Grading, Hidden, Interrupted, Outcome, Repetition, SceneResult, Tally,
-    Totals,
+    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, Interrupted, Repetition,
+    SceneResult, Totals,
 };
 
 /// Maximum number of scenes that are run twice.

@@ -78,7 +78,7 @@ pub struct FeatureResult {
     /// Its scenes, by name.
     pub scenes: Vec<SceneResult>,
     /// Its hidden scenes; empty if they were not run.
-    pub hidden: Tally,
+    pub hidden: HiddenTally,
 }
 
 /// A scene with its verdict.
@@ -106,7 +106,7 @@ impl FeatureResult {
             partial: rubric.partial(&feature),
             feature,
             scenes: Vec::new(),
-            hidden: Tally::default(),
+            hidden: HiddenTally::default(),
         }
     }
 
@@ -139,8 +139,12 @@ impl FeatureResult {
 
     /// Its points earned, lost and not judged: in proportion to the weights of all its scenes, or all or nothing.
     pub fn credit(&self) -> Credit {
-        let Tally { weight_passed: mut passed, weight_unjudged: mut unjudged, mut weight, .. } =
-            self.hidden;
+        let HiddenTally {
+            weight_passed: mut passed,
+            weight_unjudged: mut unjudged,
+            mut weight,
+            ..
+        } = self.hidden;
         for scene in &self.scenes {
             weight += scene.weight;
             match scene.comparison.verdict {
@@ -248,7 +252,7 @@ impl Totals {
 
 /// Overall result of a grading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum GradingOutcome {
     /// Everything passed.
     Passed,
     /// Everything that was run passed, but hidden scenes were not run.
@@ -289,9 +293,9 @@ impl Grading {
     }
 
     /// The overall result. A fault of the grader outweighs a failure.
-    pub fn outcome(&self) -> Outcome {
+    pub fn outcome(&self) -> GradingOutcome {
         if self.features.iter().any(FeatureResult::has_faults) {
-            Outcome::GraderFault
+            GradingOutcome::GraderFault
         } else if !self.features.iter().all(FeatureResult::is_pass)
             || !self.jacobians.is_pass()
             || self
@@ -299,11 +303,11 @@ impl Grading {
                 .as_ref()
                 .is_some_and(|probing| probing.verdict() == probe::Verdict::Wrong)
         {
-            Outcome::Failed
+            GradingOutcome::Failed
         } else if matches!(self.hidden, Hidden::NotRun { .. }) {
-            Outcome::PassedShipped
+            GradingOutcome::PassedShipped
         } else {
-            Outcome::Passed
+            GradingOutcome::Passed
         }
     }
 }
@@ -325,7 +329,7 @@ pub enum Hidden {
 
 /// Hidden scenes of one feature, counted by verdict.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Tally {
+pub struct HiddenTally {
     /// Number of scenes by the name of their verdict.
     pub verdicts: BTreeMap<&'static str, usize>,
     /// Weight of the passed scenes.
@@ -336,7 +340,7 @@ pub struct Tally {
     pub weight: f64,
 }
 
-impl Tally {
+impl HiddenTally {
     /// Hidden scenes.
     pub fn n_scenes(&self) -> usize {
         self.verdicts.values().sum()
@@ -434,7 +438,7 @@ mod tests {
             points: 0.7,
             partial,
             scenes: scenes.iter().map(scene).collect(),
-            hidden: Tally::default(),
+            hidden: HiddenTally::default(),
         }
     }
 
@@ -458,7 +462,7 @@ mod tests {
         let mut hidden = feature(true, &[(1.0, 'p')]);
         let verdicts = [("pass", 1), ("grader-fault", 1), ("differs", 1)].into();
         let (weight_passed, weight_unjudged, weight) = (1.0, 1.0, 3.0);
-        hidden.hidden = Tally { verdicts, weight_passed, weight_unjudged, weight };
+        hidden.hidden = HiddenTally { verdicts, weight_passed, weight_unjudged, weight };
         assert_eq!(hidden.credit(), Credit { points: 0.7, earned: half, unjudged: 0.7 / 4.0 });
     }
 

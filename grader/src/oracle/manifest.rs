@@ -36,7 +36,7 @@ pub struct Manifest {
     pub envelopes_sha256: String,
     /// One entry a trace, by scene.
     #[serde(rename = "trace", default)]
-    pub traces: Vec<Entry>,
+    pub traces: Vec<ManifestEntry>,
 }
 
 /// The part of a manifest that every version of its format has.
@@ -48,7 +48,7 @@ struct Version {
 /// One trace.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Entry {
+pub struct ManifestEntry {
     /// The scene's name; the trace is `<scene>.csv`.
     pub scene: String,
     /// SHA-256 of the scene file.
@@ -63,7 +63,7 @@ pub struct Entry {
     pub steps: u64,
 }
 
-impl Entry {
+impl ManifestEntry {
     /// The entry of `case`, whose trace has this hash.
     pub(super) fn of(case: &Case, trace_sha256: String) -> Self {
         Self {
@@ -113,7 +113,7 @@ impl Manifest {
     }
 
     /// The entry of a scene.
-    pub fn entry(&self, scene: &str) -> Option<&Entry> {
+    pub fn entry(&self, scene: &str) -> Option<&ManifestEntry> {
         self.traces.iter().find(|entry| entry.scene == scene)
     }
 }

@@ -12,8 +12,10 @@ use envelopes::Envelopes;
 use manifest::Manifest;
 use simulator::trace::TraceFormat;
 
-pub use regenerate::{Change, Difference, Leftover, RegenerateError, Regeneration, regenerate};
-pub use verify::{Finding, verify};
+pub use regenerate::{
+    Leftover, RegenerateError, Regeneration, TraceChange, TraceDifference, regenerate,
+};
+pub use verify::{Mismatch, verify};
 
 use crate::compare::Calibrated;
 use crate::suite::{Case, NoTrace, Suite, find_trace, hash_file};

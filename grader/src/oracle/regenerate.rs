@@ -16,7 +16,7 @@ use simulator::trace::csv::CsvWriter;
 use simulator::trace::{self, Shape, State, TraceError, TraceFault, TraceFormat, TraceWriter};
 use tempfile::TempDir;
 
-use super::manifest::{Entry, FILE_NAME, FORMAT, Manifest, SIMULATOR, VERSION};
+use super::manifest::{FILE_NAME, FORMAT, Manifest, ManifestEntry, SIMULATOR, VERSION};
 use super::{Oracle, OracleError, envelopes};
 use crate::calibration::{StoredEnvelope, calibrate};
 use crate::compare::{Comparison, Expectation, Tolerances, compare};
@@ -28,7 +28,7 @@ use crate::verdict::{Fault, Verdict};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regeneration {
     /// One entry for each scene and for each trace without a scene, by name.
-    pub changes: Vec<(String, Change)>,
+    pub changes: Vec<(String, TraceChange)>,
     /// Whether the folder was replaced. It stays where nothing changed, or where a change has to be accepted first.
     pub replaced: bool,
     /// Remainder of the old folder, if it was replaced but could not be removed.
@@ -46,7 +46,7 @@ pub struct Leftover {
 
 /// Change of one trace.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Change {
+pub enum TraceChange {
     /// The same bytes, of the same scene.
     Unchanged,
     /// The same bytes, although the scene was edited.
@@ -60,7 +60,7 @@ pub enum Change {
         /// Number of old traces: one a format.
         n_old: usize,
         /// Difference from the old trace; of several, from the one that differs most.
-        difference: Difference,
+        difference: TraceDifference,
     },
     /// The scene is gone.
     Removed,
@@ -68,7 +68,7 @@ pub enum Change {
 
 /// Difference of a new trace from an old one.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Difference {
+pub enum TraceDifference {
     /// The numbers differ: the new trace judged by the old one.
     Numbers(Box<Comparison>),
     /// The number of states differs.
@@ -87,14 +87,14 @@ pub enum Difference {
     },
 }
 
-impl Difference {
+impl TraceDifference {
     /// Whether the numbers agree within the tolerance.
     pub fn is_within_tolerance(&self) -> bool {
         matches!(self, Self::Numbers(comparison) if comparison.verdict.is_pass())
     }
 }
 
-impl Change {
+impl TraceChange {
     /// Whether the change has to be accepted by the user.
     pub fn needs_accepting(&self) -> bool {
         match self {
@@ -170,7 +170,7 @@ pub fn regenerate(
         Err(_) if accept => Oracle::without_manifest(folder),
         opened => opened?,
     };
-    let place = Place::of(folder)?;
+    let place = FolderLocation::of(folder)?;
     let staging = stage(&place)?;
     let make = |case: &Case| make(case, staging.path(), &old, rubric);
     let made: Result<Vec<Made>, RegenerateError> = suite.cases.par_iter().map(make).collect();
@@ -183,7 +183,7 @@ pub fn regenerate(
     envelopes.sort_by(|a, b| a.name.cmp(&b.name));
     let envelopes = envelopes::text(&envelopes);
     let others = other_files(suite, folder)?;
-    changes.extend(others.orphans.into_iter().map(|name| (name, Change::Removed)));
+    changes.extend(others.orphans.into_iter().map(|name| (name, TraceChange::Removed)));
     changes.sort_by(|(a, _), (b, _)| a.cmp(b));
 
     let mut manifest = Manifest {
@@ -196,7 +196,7 @@ pub fn regenerate(
     manifest.traces.sort_by(|a, b| a.scene.cmp(&b.scene));
     let same = old.manifest.as_ref() == Some(&manifest)
         && old.envelopes.is_ok()
-        && changes.iter().all(|(_, change)| *change == Change::Unchanged);
+        && changes.iter().all(|(_, change)| *change == TraceChange::Unchanged);
     let refused = !accept && changes.iter().any(|(_, change)| change.needs_accepting());
     let replaced = !same && !refused;
     let mut leftover = None;
@@ -212,13 +212,13 @@ pub fn regenerate(
 }
 
 /// The folder's canonical location, with links resolved.
-struct Place {
+struct FolderLocation {
     /// An absolute path.
     parent: PathBuf,
     name: OsString,
 }
 
-impl Place {
+impl FolderLocation {
     fn of(folder: &Path) -> Result<Self, RegenerateError> {
         let no_name = || RegenerateError::NoName { path: folder.to_path_buf() };
         // A dangling link exists, but is not a folder.
@@ -250,7 +250,7 @@ impl Place {
 }
 
 /// A new empty folder beside the one to replace. Remainders of interrupted runs are removed.
-fn stage(Place { parent, name }: &Place) -> Result<TempDir, RegenerateError> {
+fn stage(FolderLocation { parent, name }: &FolderLocation) -> Result<TempDir, RegenerateError> {
     let prefix = format!(".{}.regenerating.", name.to_string_lossy());
     for entry in fs::read_dir(parent).map_err(at(parent))?.flatten() {
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
@@ -270,8 +270,8 @@ fn stage(Place { parent, name }: &Place) -> Result<TempDir, RegenerateError> {
 
 /// A new trace and its entries in the manifest and the envelopes.
 struct Made {
-    entry: Entry,
-    change: Change,
+    entry: ManifestEntry,
+    change: TraceChange,
     envelope: StoredEnvelope,
 }
 
@@ -290,10 +290,10 @@ fn make(
     let old_traces = find_traces(&old.folder, &case.id);
     let is_same = |old: &Path| hash_file(old).map_err(at(old)).map(|hash| hash == trace_sha256);
     let change = match old_traces.as_slice() {
-        [] => Change::New,
+        [] => TraceChange::New,
         [(old, _)] if is_same(old)? => match scene_edited {
-            false => Change::Unchanged,
-            true => Change::SceneEdited,
+            false => TraceChange::Unchanged,
+            true => TraceChange::SceneEdited,
         },
         [first, others @ ..] => {
             let compare = |old| compare_traces(case, old, &path, rubric.tolerances(case));
@@ -303,11 +303,11 @@ fn make(
                     difference = compare(other);
                 }
             }
-            Change::Changed { scene_edited, n_old: old_traces.len(), difference }
+            TraceChange::Changed { scene_edited, n_old: old_traces.len(), difference }
         }
     };
     let envelope = StoredEnvelope::of(&case.id, &calibrate(&case.scene));
-    Ok(Made { entry: Entry::of(case, trace_sha256), change, envelope })
+    Ok(Made { entry: ManifestEntry::of(case, trace_sha256), change, envelope })
 }
 
 fn write_trace(case: &Case, path: &Path) -> Result<(), RegenerateError> {
@@ -333,12 +333,12 @@ fn compare_traces(
     (old, format): &(PathBuf, TraceFormat),
     new: &Path,
     tolerances: Tolerances,
-) -> Difference {
+) -> TraceDifference {
     let expectation = Expectation::of(&case.scene);
     let Expectation { shape, n_states, .. } = expectation;
     match count_states(old, *format, shape) {
         Ok(count) if count == n_states => {}
-        Ok(count) => return Difference::Length { old: count, new: n_states },
+        Ok(count) => return TraceDifference::Length { old: count, new: n_states },
         Err(error) => return difference_of(&error),
     }
     let opened = trace::open(old, *format, shape)
@@ -348,8 +348,10 @@ fn compare_traces(
         Err(error) => return difference_of(&error),
     };
     match comparison.verdict {
-        Verdict::GraderFault(Fault::BrokenOracle { detail }) => Difference::Unusable { detail },
-        _ => Difference::Numbers(Box::new(comparison)),
+        Verdict::GraderFault(Fault::BrokenOracle { detail }) => {
+            TraceDifference::Unusable { detail }
+        }
+        _ => TraceDifference::Numbers(Box::new(comparison)),
     }
 }
 
@@ -364,16 +366,16 @@ fn count_states(path: &Path, format: TraceFormat, shape: Shape) -> Result<u64, T
     Ok(count)
 }
 
-fn difference_of(error: &TraceError) -> Difference {
+fn difference_of(error: &TraceError) -> TraceDifference {
     match error {
-        TraceError::Line { fault: TraceFault::HeaderLength { .. }, .. } => Difference::Shape,
+        TraceError::Line { fault: TraceFault::HeaderLength { .. }, .. } => TraceDifference::Shape,
         // The same number of columns for another number of particles: the headers differ after `x0,y0`.
         TraceError::Line { fault: TraceFault::Header { found, expected, .. }, .. }
             if matches!((found.as_str(), expected.as_str()), ("z0", "vx0") | ("vx0", "z0")) =>
         {
-            Difference::Shape
+            TraceDifference::Shape
         }
-        _ => Difference::Unusable { detail: error.to_string() },
+        _ => TraceDifference::Unusable { detail: error.to_string() },
     }
 }
 
@@ -493,7 +495,7 @@ mod tests {
         let folder = root.path().join("expected");
         fs::create_dir(&folder).unwrap();
         fs::write(folder.join("old.txt"), "old").unwrap();
-        let staging = stage(&Place::of(&folder).unwrap()).unwrap();
+        let staging = stage(&FolderLocation::of(&folder).unwrap()).unwrap();
         fs::write(staging.path().join("new.txt"), "new").unwrap();
         (root, folder, staging)
     }

@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Oracle;
-use super::manifest::{Entry, SIMULATOR, VERSION};
+use super::manifest::{ManifestEntry, SIMULATOR, VERSION};
 use crate::suite::{Case, Suite};
 use crate::verdict::Fault;
 
 /// A mismatch.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Finding {
+pub enum Mismatch {
     /// There is no manifest.
     #[error("there is no manifest; make it with `grade oracle regenerate`")]
     NoManifest,
@@ -84,24 +84,24 @@ pub enum Finding {
 }
 
 /// Compares the folder with the suite. Returns the mismatches by scene.
-pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
+pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Mismatch> {
     let mut findings = Vec::new();
     match &oracle.manifest {
-        None => findings.push(Finding::NoManifest),
+        None => findings.push(Mismatch::NoManifest),
         Some(manifest) if !manifest.is_of_this_version() => {
             let (simulator, version) = (manifest.simulator.clone(), manifest.version.clone());
-            findings.push(Finding::OtherVersion { simulator, version });
+            findings.push(Mismatch::OtherVersion { simulator, version });
         }
         Some(_) => {}
     }
     if let Err(detail) = &oracle.envelopes {
-        findings.push(Finding::Envelopes { detail: detail.clone() });
+        findings.push(Mismatch::Envelopes { detail: detail.clone() });
     }
     for case in &suite.cases {
         let checked = oracle.find(case).and_then(|(path, _)| oracle.check_trace(case, &path));
         let edited = checked == Err(Fault::StaleOracle);
         if let Err(fault) = checked {
-            findings.push(Finding::Scene { scene: case.id.clone(), fault });
+            findings.push(Mismatch::Scene { scene: case.id.clone(), fault });
         }
         // An edited scene, whose finding is above, may well differ in these properties.
         let entry = oracle.manifest.as_ref().and_then(|manifest| manifest.entry(&case.id));
@@ -112,18 +112,18 @@ pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
     let orphans = match super::files_below(&oracle.folder) {
         Ok(files) => super::orphans(suite, &files),
         Err(error) => {
-            findings.push(Finding::Unreadable { detail: error.to_string() });
+            findings.push(Mismatch::Unreadable { detail: error.to_string() });
             BTreeSet::new()
         }
     };
     findings.extend(odd_entries(suite, oracle, &orphans));
-    findings.extend(orphans.into_iter().map(|trace| Finding::Orphan { trace }));
+    findings.extend(orphans.into_iter().map(|trace| Mismatch::Orphan { trace }));
     findings
 }
 
 /// Properties of a scene that the manifest records differently.
-fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
-    let is = Entry::of(case, String::new());
+fn differences(case: &Case, entry: &ManifestEntry) -> Vec<Mismatch> {
+    let is = ManifestEntry::of(case, String::new());
     let step = |value: f64| format!("{value} s");
     let facts = [
         ("integrator", entry.integrator.clone(), is.integrator),
@@ -131,7 +131,7 @@ fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
         ("number of steps", entry.steps.to_string(), is.steps.to_string()),
     ];
     let differing = facts.into_iter().filter(|(_, recorded, actual)| recorded != actual);
-    let finding = |(fact, recorded, actual)| Finding::Entry {
+    let finding = |(fact, recorded, actual)| Mismatch::Entry {
         scene: case.id.clone(),
         fact,
         recorded,
@@ -141,7 +141,7 @@ fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
 }
 
 /// Manifest entries without a scene, unless their trace is reported, and scenes with several entries.
-fn odd_entries(suite: &Suite, oracle: &Oracle, orphans: &BTreeSet<String>) -> Vec<Finding> {
+fn odd_entries(suite: &Suite, oracle: &Oracle, orphans: &BTreeSet<String>) -> Vec<Mismatch> {
     let mut counts = BTreeMap::new();
     for entry in oracle.manifest.iter().flat_map(|manifest| &manifest.traces) {
         *counts.entry(entry.scene.as_str()).or_insert(0_usize) += 1;
@@ -150,10 +150,10 @@ fn odd_entries(suite: &Suite, oracle: &Oracle, orphans: &BTreeSet<String>) -> Ve
     for (name, count) in counts {
         let scene = name.to_owned();
         if count > 1 {
-            findings.push(Finding::Duplicate { scene: scene.clone(), count });
+            findings.push(Mismatch::Duplicate { scene: scene.clone(), count });
         }
         if suite.cases.iter().all(|case| case.id != name) && !orphans.contains(name) {
-            findings.push(Finding::NoScene { scene });
+            findings.push(Mismatch::NoScene { scene });
         }
     }
     findings

@@ -37,17 +37,17 @@ const FOLDER: &str = "{folder}";
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Manifest {
+struct SubmissionManifest {
     name: Option<String>,
     build: Option<Vec<String>>,
     run: Vec<String>,
     #[serde(default)]
-    format: Format,
+    format: ManifestFormat,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Format {
+enum ManifestFormat {
     #[default]
     Csv,
     Fosssim,
@@ -110,7 +110,7 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
     let path = folder.join(MANIFEST);
     let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
     let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
-    let manifest = Manifest::parse(&text, &path)?;
+    let manifest = SubmissionManifest::parse(&text, &path)?;
     let home = home_of(folder);
     let files = HandIn::open(&home).map_err(refused)?;
     let name = manifest.name.as_deref().map_or_else(
@@ -134,10 +134,10 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
         return Ok(Built::Failed { name, failure });
     }
     runner.readable.push(home.clone());
-    let Command { program, arguments } = Command::of(&manifest.run, &home);
+    let CommandLine { program, arguments } = CommandLine::of(&manifest.run, &home);
     let format = match manifest.format {
-        Format::Csv => TraceFormat::Csv,
-        Format::Fosssim => TraceFormat::Fosssim,
+        ManifestFormat::Csv => TraceFormat::Csv,
+        ManifestFormat::Fosssim => TraceFormat::Fosssim,
     };
     Ok(Built::Program(Program::new(name, program, arguments, format, runner, copy)))
 }
@@ -146,7 +146,7 @@ fn home_of(folder: &Path) -> PathBuf {
     fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf())
 }
 
-impl Manifest {
+impl SubmissionManifest {
     fn parse(text: &str, path: &Path) -> Result<Self, FolderError> {
         let invalid = |line: usize, message: String| FolderError::Invalid {
             path: path.to_path_buf(),
@@ -177,12 +177,12 @@ impl Manifest {
 }
 
 /// A command with the folder's path filled in.
-struct Command {
+struct CommandLine {
     program: PathBuf,
     arguments: Vec<String>,
 }
 
-impl Command {
+impl CommandLine {
     fn of(words: &[String], home: &Path) -> Self {
         let folder = home.to_string_lossy();
         let mut words = words.iter().map(|word| word.replace(FOLDER, &folder));
@@ -201,7 +201,7 @@ fn run_build(
     limits: Limits,
 ) -> Result<Result<(), Failure>, FolderError> {
     let built = home.with_file_name("built");
-    let Command { program, arguments } = Command::of(build, home);
+    let CommandLine { program, arguments } = CommandLine::of(build, home);
     let job = Job {
         program,
         arguments: arguments.into_iter().map(Into::into).collect(),

@@ -134,19 +134,19 @@ pub(crate) struct HandIn {
 }
 
 /// A step of a walk. The entries of each folder come by name.
-pub(crate) enum Step<'a> {
+pub(crate) enum WalkStep<'a> {
     /// A folder, before its content.
-    Enter(Node<'a>),
+    Enter(HandInNode<'a>),
     /// The end of the innermost open folder.
     Leave,
     /// A regular file.
-    File(Node<'a>),
+    File(HandInNode<'a>),
     /// A symbolic link.
-    Link(Node<'a>),
+    Link(HandInNode<'a>),
 }
 
 /// An entry of a hand-in.
-pub(crate) struct Node<'a> {
+pub(crate) struct HandInNode<'a> {
     folder: &'a OwnedFd,
     /// Its name in its folder.
     pub(crate) name: &'a CStr,
@@ -155,7 +155,7 @@ pub(crate) struct Node<'a> {
     stat: Stat,
 }
 
-impl Node<'_> {
+impl HandInNode<'_> {
     /// Whether any user may execute it.
     pub(crate) fn is_executable(&self) -> bool {
         self.stat.st_mode & 0o111 != 0
@@ -208,7 +208,7 @@ impl HandIn {
     /// Visits every entry once, the hand-in itself first.
     pub(crate) fn walk(
         &self,
-        visit: &mut dyn FnMut(Step<'_>) -> Result<(), HandInError>,
+        visit: &mut dyn FnMut(WalkStep<'_>) -> Result<(), HandInError>,
     ) -> Result<(), HandInError> {
         let parent = self.parent.try_clone();
         let folder =
@@ -221,7 +221,7 @@ impl HandIn {
             let Some(name) = level.names.next() else {
                 levels.pop();
                 if !levels.is_empty() {
-                    visit(Step::Leave)?;
+                    visit(WalkStep::Leave)?;
                 }
                 continue;
             };
@@ -239,16 +239,16 @@ impl HandIn {
             let stat = statat(folder, &name, AtFlags::SYMLINK_NOFOLLOW)
                 .map_err(|errno| unreadable(&path, errno))?;
             let kind = FileType::from_raw_mode(stat.st_mode);
-            let node = Node { folder, name: &name, path: &path, stat };
+            let node = HandInNode { folder, name: &name, path: &path, stat };
             match kind {
                 FileType::RegularFile => {
                     bytes = bytes.saturating_add(size(&stat));
                     if bytes > MAX_MEBIBYTES << 20 {
                         return Err(HandInError::TooLarge { path: shown(&path) });
                     }
-                    visit(Step::File(node))?;
+                    visit(WalkStep::File(node))?;
                 }
-                FileType::Symlink => visit(Step::Link(node))?,
+                FileType::Symlink => visit(WalkStep::Link(node))?,
                 FileType::Directory => {
                     if depth > MAX_DEPTH {
                         return Err(HandInError::TooDeep { path: shown(&path) });
@@ -261,7 +261,7 @@ impl HandIn {
                     if entries > MAX_ENTRIES {
                         return Err(HandInError::TooMany { path: shown(&path) });
                     }
-                    visit(Step::Enter(node))?;
+                    visit(WalkStep::Enter(node))?;
                     let names = found.into_iter();
                     levels.push(Level { folder: inner, names, path: path.len() });
                 }
@@ -283,8 +283,8 @@ impl HandIn {
             let Some(folder) = folders.last() else { return Ok(()) };
             let is_top = folders.len() == 1;
             match step {
-                Step::Leave => drop(folders.pop()),
-                Step::Enter(node) => {
+                WalkStep::Leave => drop(folders.pop()),
+                WalkStep::Enter(node) => {
                     let name = if is_top { &top } else { node.name };
                     let made = mkdirat(folder, name, Mode::from_raw_mode(0o755))
                         .and_then(|()| openat(folder, name, FOLDER, Mode::empty()))
@@ -294,11 +294,11 @@ impl HandIn {
                         });
                     folders.push(made.map_err(|errno| not_copied(&node, errno.into()))?);
                 }
-                Step::File(node) => {
+                WalkStep::File(node) => {
                     let name = if is_top { &top } else { node.name };
                     copy_file(&node, folder, name)?;
                 }
-                Step::Link(node) => {
+                WalkStep::Link(node) => {
                     let name = if is_top { &top } else { node.name };
                     symlinkat(&node.target()?, folder, name)
                         .map_err(|errno| not_copied(&node, errno.into()))?;
@@ -309,7 +309,7 @@ impl HandIn {
     }
 }
 
-fn copy_file(node: &Node<'_>, folder: &OwnedFd, name: &CStr) -> Result<(), HandInError> {
+fn copy_file(node: &HandInNode<'_>, folder: &OwnedFd, name: &CStr) -> Result<(), HandInError> {
     let mut source = node.open()?;
     let mode = Mode::from_raw_mode(if node.is_executable() { 0o755 } else { 0o644 });
     let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
@@ -403,7 +403,7 @@ fn unreadable(path: &[u8], errno: Errno) -> HandInError {
     HandInError::Unreadable { path: shown(path), source: errno.into() }
 }
 
-fn not_copied(node: &Node<'_>, source: io::Error) -> HandInError {
+fn not_copied(node: &HandInNode<'_>, source: io::Error) -> HandInError {
     HandInError::NotCopied { path: shown(node.path), source }
 }
 

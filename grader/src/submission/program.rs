@@ -231,7 +231,7 @@ impl Program {
     ///
     /// # Errors
     /// A failure if it does not exit with status 0, or leaves no trace of this shape; a fault if it could not be run.
-    pub fn run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<Run, Verdict> {
+    pub fn run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<ProgramRun, Verdict> {
         self.try_run(scene, shape).map_err(|error| match error {
             RunError::Failed(failure) => Verdict::Fail(failure),
             RunError::NotRun(error) => {
@@ -271,7 +271,7 @@ impl Program {
         Ok(())
     }
 
-    fn try_run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<Run, RunError> {
+    fn try_run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<ProgramRun, RunError> {
         let workspace = Workspace::new(scene).map_err(SandboxError::no_scratch)?;
         let trace = match self.format {
             TraceFormat::Csv => "trace.csv",
@@ -296,7 +296,7 @@ impl Program {
             return Err(RunError::Failed(no_trace(trace, reason, &outcome)));
         }
         let reader = trace::open(&path, self.format, shape).map_err(failure_of)?;
-        Ok(Run { reader, path, _workspace: workspace, _copy: self.copy.clone() })
+        Ok(ProgramRun { reader, path, _workspace: workspace, _copy: self.copy.clone() })
     }
 }
 
@@ -470,14 +470,14 @@ impl From<SandboxError> for RunError {
 }
 
 /// The states of one run. Its scratch folder lives as long.
-pub struct Run {
+pub struct ProgramRun {
     reader: Box<dyn TraceReader>,
     path: PathBuf,
     _workspace: Workspace,
     _copy: Option<Copy>,
 }
 
-impl StateSource for Run {
+impl StateSource for ProgramRun {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         StateSource::read(&mut self.reader, state)
     }

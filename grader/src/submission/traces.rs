@@ -26,7 +26,7 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
         return Err(Failure::NoOutput { detail });
     }
     let reader = trace::open(&path, format, Shape::of(&case.scene)).map_err(failure_of)?;
-    Ok(Box::new(Trace { reader, path, format, states: 0 }))
+    Ok(Box::new(TraceFile { reader, path, format, states: 0 }))
 }
 
 /// Whether a link leads out of the folder, for example to the oracle or to another submission.
@@ -38,7 +38,7 @@ fn leads_out(path: &Path, folder: &Path) -> bool {
     }
 }
 
-struct Trace {
+struct TraceFile {
     reader: Box<dyn TraceReader>,
     path: PathBuf,
     format: TraceFormat,
@@ -46,7 +46,7 @@ struct Trace {
     states: u64,
 }
 
-impl StateSource for Trace {
+impl StateSource for TraceFile {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         let is_state = StateSource::read(&mut self.reader, state)?;
         self.states += u64::from(is_state);

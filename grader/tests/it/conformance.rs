@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use test_support::root;
 
-use grader::grading::{Grader, Outcome};
+use grader::grading::{Grader, GradingOutcome};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
@@ -52,5 +52,5 @@ fn reproduces(suite: &Suite, oracle: &Oracle, solver: LinearSolver) {
             assert!(largest < 1e-11, "{solver:?}, {}: {largest:e}", scene.id);
         }
     }
-    assert_eq!(grading.outcome(), Outcome::Passed);
+    assert_eq!(grading.outcome(), GradingOutcome::Passed);
 }

@@ -44,8 +44,8 @@ type Circumstance<T> = (&'static str, fn(&Scene, T) -> bool);
 /// Circumstances under which forces may be wrong.
 const OF_FORCES: [Circumstance<Part>; 5] = [
     ("", |_, _| true),
-    ("where there are several", |scene, part| elements(scene, part).count() > 1),
-    ("where two share an edge", |scene, part| {
+    ("with several elements", |scene, part| elements(scene, part).count() > 1),
+    ("with two on one edge", |scene, part| {
         let edges: Vec<_> = elements(scene, part).filter_map(|(_, _, edge)| edge).collect();
         (1..edges.len()).any(|k| edges[..k].contains(&edges[k]))
     }),
@@ -60,7 +60,7 @@ const OF_FORCES: [Circumstance<Part>; 5] = [
 /// Circumstances under which Jacobians may be wrong.
 const OF_JACOBIANS: [Circumstance<Part>; 3] = [
     ("", |_, _| true),
-    ("between others than the first two particles", |scene, part| {
+    ("between particles other than the first two", |scene, part| {
         let others = |pair: [usize; 2]| pair.iter().any(|particle| *particle > 1);
         elements(scene, part).any(|(_, pair, _)| pair.map_or(scene.particles.len() > 1, others))
     }),
@@ -92,7 +92,7 @@ const OF_FIXED: [Circumstance<()>; 5] = [
     ("that forces act on", |scene, ()| {
         scene.forces.iter().any(|element| element.pair.is_none()) || joined(scene)
     }),
-    ("that forces join to others", |scene, ()| joined(scene)),
+    ("joined to others by forces", |scene, ()| joined(scene)),
     ("under simple gravity", |scene, ()| {
         scene.forces.iter().any(|element| element.schema.tag == "simplegravity")
     }),
@@ -133,7 +133,7 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
     };
     all.push(hypothesis(
         Feature::Integrator("implicit-euler"),
-        "the end of Newton's method",
+        "stopping of Newton's method",
         newton,
     ));
     for of in [Family::Any, Family::Explicit, Family::Implicit] {
@@ -146,7 +146,7 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
             all.push(hypothesis(Feature::Fixed(of), detail, expects));
         }
     }
-    all.push(hypothesis(Feature::Reading, "several forces", |scene: &Scene| {
+    all.push(hypothesis(Feature::Reading, "with several forces", |scene: &Scene| {
         when(scene.forces.len() > 1)
     }));
     all.push(hypothesis(Feature::Reading, "masses", |scene: &Scene| {

@@ -148,7 +148,7 @@ pub(super) static PARTS: [Part; 10] = [
     Part {
         force: "springforce",
         name: "damping",
-        meaning: "what damping adds to springs",
+        meaning: "contribution of damping to springs",
         full: DAMPED_SPRINGS,
         without: Some(SPRINGS),
         steps: Steps::Chain,
@@ -180,7 +180,7 @@ pub(super) static PARTS: [Part; 10] = [
     Part {
         force: "vortexforce",
         name: "rotation",
-        meaning: "what kbs adds to vortices",
+        meaning: "contribution of kbs to vortices",
         full: VORTEX,
         without: Some(VORTEX_DRAG),
         steps: Steps::Chain,

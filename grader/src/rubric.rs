@@ -119,7 +119,7 @@ pub enum RubricError {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct RubricFile {
     #[serde(default)]
     default: Defaults,
     #[serde(default)]
@@ -306,11 +306,11 @@ impl Rubric {
             let line = before.matches('\n').count() + 1;
             RubricError::Invalid { path: path.to_path_buf(), line, column, message }
         };
-        let file: File = toml::from_str(text).map_err(|error| {
+        let file: RubricFile = toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |span| span.start);
             invalid(start, error.message().to_owned())
         })?;
-        let File { default, feature, scene, limits, build_limits, mut hidden, .. } = file;
+        let RubricFile { default, feature, scene, limits, build_limits, mut hidden, .. } = file;
         let protection = |name: Spanned<String>| {
             let found = Protection::ALL.into_iter().find(|known| known.name() == name.as_ref());
             found.ok_or_else(|| {

@@ -20,7 +20,7 @@ pub(super) struct Envelopes(HashMap<String, Envelope>);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct EnvelopesFile {
     #[serde(rename = "scene", default)]
     scenes: Vec<StoredEnvelope>,
 }
@@ -40,7 +40,7 @@ impl Envelopes {
             return Err(format!("{path} does not match the manifest; {restore}"));
         }
         let broken = |detail: &str| format!("{}: {detail}; {restore}", path.display());
-        let file: File =
+        let file: EnvelopesFile =
             toml::from_str(&text).map_err(|error| broken(error.to_string().trim_end()))?;
         let entry = |stored: StoredEnvelope| {
             let envelope = stored.envelope();

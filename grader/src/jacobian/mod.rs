@@ -92,7 +92,7 @@ impl JacobianReport {
     }
 }
 
-/// The results for one force in one dimension.
+/// The results for one force in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JacobianCheck {
     /// The force's tag.

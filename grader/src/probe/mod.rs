@@ -52,13 +52,13 @@ const IMPLICIT: [&str; 2] = ["linearized-implicit-euler", "linearized-implicit"]
 pub struct Probing {
     /// The simulator's name.
     pub name: String,
-    /// Its methods in two and in three dimensions.
+    /// Its methods in the plane and in space.
     pub spaces: Vec<Space>,
     /// One entry for each part and dimension.
     pub parts: Vec<PartReport>,
 }
 
-/// A simulator's methods in one dimension.
+/// A simulator's methods in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Space {
     /// Two or three dimensions.

@@ -1,4 +1,4 @@
-//! Probes one program in one dimension: measures every part and repeats no run.
+//! Probes one program in the plane or in space: measures every part and repeats no run.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;

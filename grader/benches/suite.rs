@@ -6,7 +6,7 @@ mod harness;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use grader::grading::{Grader, Outcome};
+use grader::grading::{Grader, GradingOutcome};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
@@ -40,7 +40,7 @@ fn suite(
     harness.run(&format!("suite/{name}"), states, || {
         let submission = Submission::BuiltIn(LinearSolver::Auto);
         let grading = Grader::new(&suite, &oracle, rubric).grade(&submission, None);
-        assert!(grading.outcome() == Outcome::Passed, "{name} does not pass");
+        assert!(grading.outcome() == GradingOutcome::Passed, "{name} does not pass");
         grading
     });
 }

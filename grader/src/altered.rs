@@ -1,20 +1,21 @@
-//! Shipped scenes altered a little: whether a program that passes the shipped scenes simulates anything.
+//! Copy detection: runs a submission on slightly altered copies of the shipped scenes.
 //!
-//! A program that looks its traces up passes the scenes that it has stored, and no other. So some scenes that it
-//! passed are altered, each in one respect, and the first step alone is judged, loosely:
+//! A program that looks up stored traces passes only the scenes that it has stored. The grader therefore takes scenes
+//! that the program passed, alters each in one property, and compares the first step with a loose tolerance:
 //!
 //! ```text
 //! change     positions by 1 to 2 % of the scene's size, velocities or masses by 5 to 10 %, or the order of particles
 //! right      |x₁ − x₁*| ≤ 1e-6 max |x₁*|    |v₁ − v₁*| ≤ 1e-6 max |v₁*|        x₁*, v₁*: our simulator's
-//! used       where a trace that was stored, one at rest, and one without forces are all wrong by far more
+//! used       where a stored trace, a trace at rest and a trace without forces are all off by far more
 //! ```
 //!
-//! One right step on one altered scene shows a simulator, whatever else it does wrong. Respects differ from scene to
-//! scene, so that a program that is blind to masses, say, is not taken for a copy. Values are replaced in the text of
-//! the scene ([`edit`](mod@edit)); all else of the file stays. The same scenes give the same alterations.
+//! One right step on one altered scene proves that the program simulates, whatever other mistakes it has. The altered
+//! property differs from scene to scene: a program that ignores masses, say, is not reported as a copy. Values are
+//! replaced in the text of the scene ([`edit`](mod@edit)); the rest of the file stays. The alterations are
+//! deterministic.
 //!
-//! Cost: no run where the probe finds a force to be right; one where the first altered scene shows a right step; else
-//! at most [`MOST`] and one.
+//! Cost: no run if the probe finds a right force; one run if the first altered scene has a right step; at most
+//! [`MOST`] + 1 runs otherwise.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -32,32 +33,32 @@ use crate::submission::{StateSource, builtin};
 use crate::suite::{Case, Feature, Suite, read_text};
 use crate::verdict::{Failure, Verdict};
 
-/// The most scenes that are altered.
+/// Maximum number of altered scenes.
 pub const MOST: usize = 6;
 
-/// The fewest that say anything.
+/// Minimum number of altered scenes for a conclusion.
 const FEWEST: usize = 3;
 
-/// The fewest features that they belong to.
+/// Minimum number of features among the altered scenes.
 const FEWEST_FEATURES: usize = 2;
 
-/// The largest scene file that is altered, in MiB.
+/// Maximum size of a scene file that is altered, in MiB.
 const MAX_MEBIBYTES: u64 = 1;
 
-/// How far a right step may be off, relative to the largest number.
+/// Maximum error of a right step, relative to the largest number.
 const RIGHT: f64 = 1e-6;
 
-/// How far a wrong one is off at least.
+/// Minimum error of a wrong step, relative to the largest number.
 const WRONG: f64 = 1e-4;
 
-/// A program that passes shipped scenes, and takes no right step in altered ones.
+/// A program that passes shipped scenes, but takes no right step in altered copies of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Copied {
-    /// Shipped scenes that it passed.
+    /// Number of shipped scenes that it passed.
     pub passed: usize,
-    /// The altered scenes, by the name of the shipped one and what was changed.
-    pub altered: Vec<(String, Change)>,
-    /// A shipped scene in which it takes no right step once a line break stands at the end of the file, if it is so.
+    /// The altered scenes: the shipped scene's name and the change.
+    pub altered: Vec<(String, Alteration)>,
+    /// A shipped scene whose first step is wrong once a line break is appended to the file, if there is one.
     pub bytes: Option<String>,
 }
 
@@ -67,32 +68,32 @@ impl fmt::Display for Copied {
         let count = altered.len();
         write!(
             f,
-            "Its answers may be copied: it agrees with the oracle on {passed} shipped scenes, and takes no right step \
-             in {count} of them that were altered a little"
+            "Possibly copied answers: the program passes {passed} shipped scenes, but takes a wrong first \
+             step in all {count} slightly altered copies of them"
         )?;
         match bytes {
             Some(scene) => {
-                write!(f, ", nor in {scene} with one more line break at the end of the file")
+                write!(f, ", and in {scene} with a line break appended to the file")
             }
             None => Ok(()),
         }
     }
 }
 
-/// In what respect a scene is altered.
+/// The property of a scene that is altered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Change {
+pub enum Alteration {
     /// Positions of free particles.
     Positions,
-    /// Their velocities.
+    /// Velocities of free particles.
     Velocities,
-    /// Their masses.
+    /// Masses of free particles.
     Masses,
     /// The order of particles.
     Order,
 }
 
-impl Change {
+impl Alteration {
     const ALL: [Self; 4] = [Self::Positions, Self::Velocities, Self::Masses, Self::Order];
 
     /// "positions", "velocities", "masses" or "order".
@@ -105,7 +106,7 @@ impl Change {
         }
     }
 
-    /// The text of the scene, altered in this respect.
+    /// The text of the scene with this property altered.
     fn apply(self, text: &str, scene: &Scene, random: &mut Rng) -> Option<String> {
         if self == Self::Order {
             return reorder(text, random);
@@ -125,7 +126,7 @@ impl Change {
     }
 }
 
-/// Size of the scene, and the largest speed; of one at rest, the speed that crosses it in its time.
+/// Size of the scene and its largest speed; for a scene at rest, the speed that crosses it in its duration.
 fn scales(scene: &Scene) -> [f64; 2] {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let first = scene.particles.first().map_or([0.0; 3], |particle| particle.position);
@@ -144,14 +145,14 @@ fn scales(scene: &Scene) -> [f64; 2] {
     [size, speed]
 }
 
-/// A value moved by half of `by` at least and all of it at most, in decimals as people write them.
+/// `value` moved by between half of `by` and all of it, in short decimal notation.
 fn moved(value: f64, by: f64, random: &mut Rng) -> String {
     let sign = if random.bool() { 1.0 } else { -1.0 };
     let decimals = (3.0 - by.log10()).ceil().clamp(1.0, 300.0) as usize;
     format!("{:.decimals$}", value + sign * by * (0.5 + 0.5 * random.f64()))
 }
 
-/// The text with the particles that have the attributes of the first in another order.
+/// The text with a permutation of the particles that have the same attributes as the first one.
 fn reorder(text: &str, random: &mut Rng) -> Option<String> {
     let mut particles: Vec<HashMap<String, String>> = Vec::new();
     edit::edit(text, |AttributeValue { tag, number, name, value }| {
@@ -182,19 +183,19 @@ fn reorder(text: &str, random: &mut Rng) -> Option<String> {
     })
 }
 
-/// A scene with what our simulator makes of it.
-struct Stepped {
+/// A scene with the first step of our simulator.
+struct SteppedScene {
     text: String,
     scene: Scene,
     start: State,
-    /// After the first step.
+    /// The state after the first step.
     next: State,
-    /// The largest coordinate of all states.
+    /// The largest coordinate over all states.
     reach: f64,
 }
 
-impl Stepped {
-    /// `None` where the text is no scene with a step, or our simulator has no answer for one.
+impl SteppedScene {
+    /// `None` if the text is not a scene with a step, or our simulator fails on it.
     fn of(text: String) -> Option<Self> {
         let parsed = xml::parse(&text, "scene.xml", &vocabulary(), &ParseOptions::default());
         let scene = parsed.ok()?.scene;
@@ -212,8 +213,8 @@ impl Stepped {
         Some(Self { text, scene, start, next, reach })
     }
 
-    /// The scene of the suite, altered in the first of these respects that shows.
-    fn alter(case: &Case, changes: impl Iterator<Item = Change>) -> Option<(Change, Self)> {
+    /// The scene of the suite, altered by the first of these changes that has a visible effect.
+    fn alter(case: &Case, changes: impl Iterator<Item = Alteration>) -> Option<(Alteration, Self)> {
         let original = Self::of(read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?)?;
         let seed = u64::from_str_radix(case.scene_hash.get(..16)?, 16).ok()?;
         let mut changes = changes;
@@ -226,15 +227,15 @@ impl Stepped {
         })
     }
 
-    /// Whether the step of the original, and one without forces, are wrong.
+    /// Whether the step of the original scene and a step without forces are both wrong for this scene.
     fn shows_beside(&self, original: &Self) -> bool {
         let free = State { velocities: self.start.velocities.clone(), ..self.next.clone() };
         !self.is_within(&original.next, WRONG) && !self.is_within(&free, WRONG)
     }
 
-    /// Whether the state is that after the first step, to this tolerance.
+    /// Whether `state` agrees with the state after the first step, to this tolerance.
     fn is_within(&self, state: &State, tolerance: f64) -> bool {
-        // A NaN is within nothing.
+        // A NaN agrees with nothing.
         let within = |expected: &[f64], got: &[f64]| {
             let bound = tolerance * largest(expected);
             expected.iter().zip(got).all(|(expected, got)| (expected - got).abs() <= bound)
@@ -243,7 +244,7 @@ impl Stepped {
             && within(&self.next.velocities, &state.velocities)
     }
 
-    /// Whether the first step of the submission is right; `None` where a limit or the grader's machine was in its way.
+    /// Whether the submission's first step is right; `None` if a limit or the grader's machine prevented the run.
     fn is_stepped_by(&self, run: Runs<'_>) -> Option<bool> {
         let mut states = match run(&self.text, &self.scene) {
             Ok(states) => states,
@@ -268,10 +269,10 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| value.abs().max(largest))
 }
 
-/// Runs a submission on a scene, given as text and as read.
+/// Runs a submission on a scene, given as text and parsed.
 pub type Runs<'a> = &'a dyn Fn(&str, &Scene) -> Result<Box<dyn StateSource>, Verdict>;
 
-/// As [`look_for_copies`], for a program.
+/// [`look_for_copies`] for a program.
 pub fn of_program(
     suite: &Suite,
     program: &Program,
@@ -283,8 +284,8 @@ pub fn of_program(
     })
 }
 
-/// Runs a submission on altered scenes, where nothing else shows that it simulates; what came of it, if it takes no
-/// right step in any.
+/// Runs a submission on altered scenes, unless something else shows that it simulates. Returns the evidence if it
+/// takes no right step in any of them.
 pub fn look_for_copies(
     suite: &Suite,
     passed: &HashSet<&str>,
@@ -297,10 +298,10 @@ pub fn look_for_copies(
     }
     let alterations = candidates(suite, passed).into_iter().enumerate();
     let alterations = alterations.filter_map(|(number, case)| {
-        let changes = Change::ALL.into_iter().cycle().skip(number % Change::ALL.len());
-        Some((case, Stepped::alter(case, changes.take(Change::ALL.len()))?))
+        let changes = Alteration::ALL.into_iter().cycle().skip(number % Alteration::ALL.len());
+        Some((case, SteppedScene::alter(case, changes.take(Alteration::ALL.len()))?))
     });
-    let mut failed: Vec<(&Case, Change)> = Vec::new();
+    let mut failed: Vec<(&Case, Alteration)> = Vec::new();
     for (case, (change, altered)) in alterations.take(MOST) {
         match altered.is_stepped_by(run) {
             Some(true) => return None,
@@ -320,14 +321,14 @@ pub fn look_for_copies(
     })
 }
 
-/// Whether the submission takes no right step in a shipped scene with a line break more at its end.
+/// Whether the submission's first step is wrong in a shipped scene with a line break appended to its file.
 fn fails_as_other_bytes(case: &Case, run: Runs<'_>) -> Option<bool> {
     let text = read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?;
-    Some(!Stepped::of(text + "\n")?.is_stepped_by(run)?)
+    Some(!SteppedScene::of(text + "\n")?.is_stepped_by(run)?)
 }
 
-/// Scenes that passed and may be altered: one of each feature, then a second of each, and so on; of these, scenes in the
-/// plane, of several particles, and short ones first.
+/// Passed scenes that may be altered: one of each feature, then a second one of each, and so on. Within a feature,
+/// two-dimensional scenes with several particles and few steps come first.
 fn candidates<'a>(suite: &'a Suite, passed: &HashSet<&str>) -> Vec<&'a Case> {
     let is_candidate = |case: &&Case| {
         let is_xml = case
@@ -365,15 +366,15 @@ mod tests {
         Suite::load(&sections, &ParseOptions::default()).unwrap()
     }
 
-    /// The scene without what a change alters.
-    fn without(change: Change, scene: &Scene) -> Scene {
+    /// The scene without the values that a change alters.
+    fn without(change: Alteration, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
         for particle in &mut scene.particles {
             match change {
-                Change::Positions => particle.position = [0.0; 3],
-                Change::Velocities => particle.velocity = [0.0; 3],
-                Change::Masses => particle.mass = 0.0,
-                Change::Order => {}
+                Alteration::Positions => particle.position = [0.0; 3],
+                Alteration::Velocities => particle.velocity = [0.0; 3],
+                Alteration::Masses => particle.mass = 0.0,
+                Alteration::Order => {}
             }
         }
         scene
@@ -384,19 +385,19 @@ mod tests {
         let suite = shipped();
         let mut used = [0; 4];
         for case in suite.cases.iter().filter(|case| !case.scene.forces.is_empty()) {
-            for change in Change::ALL {
-                let Some((_, altered)) = Stepped::alter(case, [change].into_iter()) else {
+            for change in Alteration::ALL {
+                let Some((_, altered)) = SteppedScene::alter(case, [change].into_iter()) else {
                     continue;
                 };
                 used[change as usize] += 1;
                 let mut original = case.scene.clone();
                 original.name = altered.scene.name.clone();
                 assert_ne!(altered.scene, original, "{} {change:?}", case.id);
-                if change == Change::Order {
+                if change == Alteration::Order {
                     continue;
                 }
                 let [own, other] = [&altered.scene, &original].map(|scene| without(change, scene));
-                // Numbers may be longer, so that places differ in their columns, if anywhere.
+                // Numbers may get longer; source locations then differ in their columns only.
                 assert_eq!(own.particles, other.particles, "{} {change:?}", case.id);
                 assert_eq!(own.edges, other.edges);
                 let [size, speed] = scales(&original);
@@ -410,9 +411,10 @@ mod tests {
                 }
             }
         }
-        // Masses make no difference to what falls.
+        // Masses have no effect on free fall.
         assert!(used.iter().all(|count| *count > 25), "{used:?}");
-        let again = |case: &Case| Some(Stepped::alter(case, Change::ALL.into_iter())?.1.text);
+        let again =
+            |case: &Case| Some(SteppedScene::alter(case, Alteration::ALL.into_iter())?.1.text);
         assert!(suite.cases.iter().all(|case| again(case) == again(case)));
     }
 
@@ -426,9 +428,9 @@ mod tests {
         let mut count = 0;
         for case in shipped().cases {
             let path = &case.files[0].path;
-            let original = Stepped::of(read_text(path, MAX_MEBIBYTES).unwrap()).unwrap();
+            let original = SteppedScene::of(read_text(path, MAX_MEBIBYTES).unwrap()).unwrap();
             let text = reorder(&original.text, &mut Rng::with_seed(1)).unwrap();
-            let other = Stepped::of(text).unwrap();
+            let other = SteppedScene::of(text).unwrap();
             count += usize::from(other.start != original.start);
             let pairs = [
                 (sorted(&original.next.positions), sorted(&other.next.positions)),

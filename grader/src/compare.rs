@@ -1,15 +1,13 @@
-//! A trace against the oracle's, state by state.
+//! Compares a trace with the oracle's, state by state.
 //!
-//! For each state and particle, the residual is the Euclidean norm of the difference in position, and
-//! another that of the difference in velocity. The course accepts a trace where the largest of each is
-//! below 1e-10 and the sum of each over all particles and states is below 1e-6.
+//! For each state and particle there are two residuals: the Euclidean norm of the difference in position, and that
+//! of the difference in velocity. The course accepts a trace where the largest residual of each kind is below 1e-10
+//! and their sum over all particles and states is below 1e-6.
 //!
-//! Calibrated criteria have a tolerance of their own for each state and quantity, and none for the sum: see
-//! [`calibration`].
+//! Calibrated criteria have a tolerance for each state and quantity, and no bound on the sum: see [`calibration`].
 //!
-//! Both traces are read as streams; memory is that of a few states, however long they are. A fault in
-//! the trace's form (malformed, not finite, too short, too long) is the verdict whatever the numbers
-//! before it.
+//! Both traces are read as streams; memory is that of a few states, whatever their length. A fault in the trace's
+//! form (malformed, not finite, too short, too long) decides the verdict, whatever the numbers before it.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -26,12 +24,12 @@ use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, number, prefix};
 /// States kept before and after the first wrong one.
 const CONTEXT: usize = 2;
 
-/// How far a trace may be from the oracle's. Both bounds are exclusive.
+/// Tolerances on the residuals. Both bounds are exclusive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerances {
-    /// For each residual.
+    /// Bound on each residual.
     pub largest: f64,
-    /// For the sum of the residuals over all particles and states.
+    /// Bound on the sum of the residuals over all particles and states.
     pub accumulated: f64,
 }
 
@@ -40,21 +38,21 @@ impl Tolerances {
     pub const COURSE: Self = Self { largest: 1e-10, accumulated: 1e-6 };
 }
 
-/// What a trace is judged by.
+/// Criteria by which a trace is judged.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Criteria {
     /// The same tolerances for every state.
     Fixed(Tolerances),
-    /// Tolerances that grow as what correct programs differ by.
+    /// Tolerances that grow with the differences between correct programs.
     Calibrated(Calibrated),
 }
 
-/// An envelope with the scene that it is of.
+/// The envelope of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibrated {
-    /// What correct programs differ by.
+    /// Differences between correct programs.
     pub envelope: Arc<Envelope>,
-    /// The scene, where energy and momentum are judged beyond a horizon.
+    /// The scene, if energy and momentum are judged beyond a horizon.
     scene: Option<Arc<Scene>>,
 }
 
@@ -82,7 +80,7 @@ impl Criteria {
     }
 }
 
-/// What is known of a trace beforehand.
+/// Known properties of a trace before it is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expectation {
     /// Numbers in a state.
@@ -94,7 +92,7 @@ pub struct Expectation {
 }
 
 impl Expectation {
-    /// What the trace of `scene` must be like.
+    /// The expected properties of a trace of `scene`.
     pub fn of(scene: &Scene) -> Self {
         Self { shape: Shape::of(scene), time_step: scene.time_step, n_states: scene.n_steps() + 1 }
     }
@@ -113,23 +111,23 @@ pub struct Comparison {
     pub velocity: Residuals,
     /// The first number out of tolerance, if there is one.
     pub first_wrong: Option<FirstWrong>,
-    /// What it was judged by at the last state that was compared; `None` where tolerances are fixed.
+    /// Tolerances at the last state that was compared; `None` where tolerances are fixed.
     pub allowed: Option<Allowed>,
 }
 
-/// Envelopes and tolerances of a state, as they were calibrated, and how much of them was used so far.
+/// Calibrated envelopes and tolerances of a state, and the used share of them so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Allowed {
-    /// Of positions.
+    /// Bound on the positions.
     pub position: Bound,
-    /// Of velocities.
+    /// Bound on the velocities.
     pub velocity: Bound,
     /// The largest ratio of a residual to its tolerance.
     pub used: f64,
 }
 
 impl Comparison {
-    /// A comparison that found nothing to compare.
+    /// A comparison without states.
     pub fn without_states(verdict: Verdict) -> Self {
         let none = Residuals::default();
         Self {
@@ -142,7 +140,7 @@ impl Comparison {
         }
     }
 
-    /// Whether there was anything to compare; without it, the residuals say nothing.
+    /// Whether any state was compared; without one, the residuals are meaningless.
     pub fn is_compared(&self) -> bool {
         self.states > 0
     }
@@ -151,43 +149,43 @@ impl Comparison {
 /// Residuals of one quantity over all particles and states.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Residuals {
-    /// The largest.
+    /// The largest residual.
     pub largest: f64,
-    /// Their sum.
+    /// The sum of the residuals.
     pub accumulated: f64,
 }
 
 /// The first number of a trace that is out of tolerance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FirstWrong {
-    /// Where it stands: of the particle's coordinates, the one that is furthest off.
+    /// Its place: the worst coordinate of the first wrong particle.
     pub place: Place,
     /// Time of the state, in seconds.
     pub time: f64,
-    /// What the oracle has there.
+    /// The oracle's value.
     pub expected: f64,
-    /// What the trace has there.
+    /// The trace's value.
     pub got: f64,
-    /// The residual of the particle, or the sum of residuals, that is too large.
+    /// The residual that is too large: the particle's, or the sum.
     pub residual: f64,
-    /// The tolerance that it reaches.
+    /// The tolerance that the residual exceeds.
     pub tolerance: f64,
     /// The envelope that the tolerance follows from, where it is calibrated.
     pub envelope: Option<f64>,
-    /// Whether it is the sum of residuals that is too large, and not this one.
+    /// Whether the sum of the residuals is too large, rather than this one.
     pub accumulated: bool,
     /// The particle's rows around that state.
     pub context: Vec<ContextRow>,
 }
 
-/// A particle in one state, by the oracle and by the trace.
+/// A particle in one state, in the oracle's trace and in the graded one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContextRow {
-    /// Number of the state.
+    /// Step number of the state.
     pub step: u64,
     /// The oracle's position, then velocity.
     pub expected: Vec<f64>,
-    /// The trace's.
+    /// The same numbers of the graded trace.
     pub got: Vec<f64>,
 }
 
@@ -221,9 +219,9 @@ pub fn compare(
 struct Comparer {
     expectation: Expectation,
     criteria: Criteria,
-    /// Of calibrated criteria.
+    /// Bounds of calibrated criteria.
     allowed: Option<Allowed>,
-    /// The largest coordinate and component of a velocity of the oracle's states so far.
+    /// The largest coordinate and the largest velocity component of the oracle's states so far.
     sizes: [f64; 2],
     beyond: Option<Beyond>,
     states: u64,
@@ -254,7 +252,7 @@ impl Comparer {
         }
     }
 
-    /// Reads both to their ends. `Err` is a verdict that does not depend on residuals.
+    /// Reads both traces to their ends. `Err` is a verdict that does not depend on residuals.
     fn run(
         &mut self,
         oracle: &mut dyn TraceReader,
@@ -289,7 +287,7 @@ impl Comparer {
             }
             self.states += 1;
 
-            // The pair read last is kept; what it replaces is read into next.
+            // Keeps the pair read last. The next pair is read into the buffers of the one that drops out.
             if self.recent.len() < CONTEXT {
                 self.recent.push_back((expected.clone(), got.clone()));
             } else if let Some(oldest) = self.recent.pop_front() {
@@ -311,13 +309,13 @@ impl Comparer {
     fn check_form(&self, got: &State, source: &dyn StateSource) -> Result<(), Failure> {
         if let Some(time) = got.time {
             let expected = self.states as f64 * self.expectation.time_step;
-            // A sum of time steps drifts from their product by rounding only. A NaN is no time either.
+            // A sum of time steps differs from their product by rounding only. A NaN fails this test.
             let close = (time - expected).abs() <= 1e-9 * expected.abs().max(1.0);
             if !close {
                 let state = self.states;
                 let location = prefix(source.location().as_ref());
                 let detail = format!(
-                    "{location}state {state} is given the time {}, not {}",
+                    "{location}state {state} has the time {} instead of {}",
                     number(time),
                     number(expected)
                 );
@@ -369,7 +367,7 @@ impl Comparer {
     fn measure(&mut self, expected: &State, got: &State) {
         let dimension = self.expectation.shape.dimension.count();
         let bounds = self.bounds(expected);
-        // Lowest particle out of tolerance, positions before velocities.
+        // The lowest particle that is out of tolerance, positions before velocities.
         let mut wrong: Option<(usize, Quantity, f64, f64, bool)> = None;
         let quantities = [
             (Quantity::Position, &expected.positions, &got.positions),
@@ -385,7 +383,7 @@ impl Comparer {
                 let residual = distance(expected, got);
                 residuals.largest = residuals.largest.max(residual);
                 residuals.accumulated += residual;
-                // How much of the tolerances is used is asked of every particle.
+                // The used share of the tolerances is a maximum over all particles.
                 let is_found = wrong.is_some_and(|(first, ..)| first <= particle);
                 if is_found {
                     if let Some(allowed) = self.allowed.as_mut().filter(|_| residual > 0.0) {
@@ -460,11 +458,11 @@ impl Comparer {
     }
 }
 
-/// Energy and momentum, where states are no longer compared.
+/// Energy and momentum beyond the horizon, where states are no longer compared.
 struct Beyond {
     horizon: Horizon,
     physics: Stepper,
-    /// The first that is wrong, in words.
+    /// The first wrong one, in words.
     drift: Option<String>,
 }
 
@@ -487,7 +485,7 @@ impl Beyond {
         let differences = [("energy", by_energy, energy), ("momentum", by_momentum, momentum)];
         for (name, difference, envelope) in differences {
             let tolerance = calibration::FACTOR_BEYOND * envelope;
-            // A NaN is no agreement.
+            // A NaN does not agree.
             if difference <= tolerance {
                 continue;
             }
@@ -496,8 +494,8 @@ impl Beyond {
                 _ => String::new(),
             };
             self.drift = Some(format!(
-                "the states agree up to the horizon of what can be predicted, step {horizon}; at step {step} the \
-                 {name} is off by {difference:.1e}{numbers} (correct programs differ by up to {envelope:.1e}, \
+                "the states agree up to the prediction horizon, step {horizon}; at step {step} the {name} is \
+                 off by {difference:.1e}{numbers} (correct programs differ by up to {envelope:.1e}, \
                  tolerance {tolerance:.1e})"
             ));
             return;

@@ -3,28 +3,28 @@
 //! An [`Observer`] can end a run early, between two scenes, and change nothing else of its result. Events of scenes that
 //! run at the same time come in any order.
 
-/// Something that happens.
+/// An event of a grading run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event<'a> {
-    /// Another submission's turn begins.
+    /// Grading of another submission begins.
     Submission {
-        /// What it is called.
+        /// The submission's name.
         name: &'a str,
         /// Its number, from 1.
         number: usize,
-        /// How many there are.
+        /// Total number of submissions.
         total: usize,
     },
-    /// Something begins; what was before has ended.
+    /// A part of grading begins; the part before it has ended.
     Task(Task),
-    /// A scene is run.
+    /// A scene starts.
     SceneStarted {
-        /// Its name; `None` where it is hidden.
+        /// The scene's name; `None` where it is hidden.
         name: Option<&'a str>,
     },
     /// A scene has its verdict.
     SceneFinished {
-        /// Its name; `None` where it is hidden.
+        /// The scene's name; `None` where it is hidden.
         name: Option<&'a str>,
         /// Whether it passed.
         passed: bool,
@@ -34,19 +34,19 @@ pub enum Event<'a> {
 /// A part of grading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Task {
-    /// The submission is built, or it is found out how it is called.
+    /// Builds the submission, or finds out its calling convention.
     Opening,
-    /// The built-in simulator's Jacobians are checked.
+    /// Checks the built-in simulator's Jacobians.
     Jacobians,
-    /// So many scenes are run.
+    /// Runs this many scenes.
     Scenes(usize),
-    /// Some scenes are run twice.
+    /// Repeats some scenes to check that the program is deterministic.
     Repetition,
-    /// The program's forces and Jacobians are measured.
+    /// Measures the program's forces and Jacobians.
     Probe,
-    /// Shipped scenes are run, altered a little.
+    /// Runs altered copies of shipped scenes.
     Altered,
-    /// So many hidden scenes are run.
+    /// Runs this many hidden scenes.
     HiddenScenes(usize),
 }
 
@@ -55,7 +55,7 @@ pub trait Observer: Sync {
     /// Receives an event, on the thread on which it happens.
     fn notice(&self, event: Event<'_>);
 
-    /// Whether the run is to end early. Scenes that have not ended by then are not graded.
+    /// Whether the run shall end early. Scenes that have not ended by then are not graded.
     fn is_stopped(&self) -> bool {
         false
     }

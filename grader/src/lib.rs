@@ -6,20 +6,20 @@
 //!
 //! - [`suite`]: the scenes that are graded, and their features.
 //! - [`selection`]: scenes chosen by patterns.
-//! - [`submission`]: what is graded; a simulator, built-in or foreign, is met only through its states.
-//! - [`calibration`]: what a correct program may differ by.
-//! - [`compare`]: a trace against the oracle's.
-//! - [`diagnosis`]: why a trace is wrong.
+//! - [`submission`]: submissions; a simulator, built-in or foreign, is seen only through its states.
+//! - [`calibration`]: envelopes of the differences between correct programs.
+//! - [`compare`]: comparison of a trace with the oracle's.
+//! - [`diagnosis`]: the reason why a trace is wrong.
 //! - [`verdict`]: a pass, or a named failure.
 //! - [`rubric`]: tolerances and points.
-//! - [`events`]: what happens meanwhile, told as it happens.
+//! - [`events`]: events of a run, sent to an observer.
 //! - [`stepping`]: single steps of the built-in simulator.
-//! - [`grading`]: all of it, over a suite.
-//! - [`class`]: a folder of submissions, each graded alone.
-//! - [`altered`]: whether a program simulates, or looks its traces up.
-//! - [`blame`]: what a failing submission looks as if it had wrong.
+//! - [`grading`]: grading of one submission over a suite.
+//! - [`class`]: grading of a folder of submissions.
+//! - [`altered`]: detection of programs that look traces up.
+//! - [`blame`]: likely causes of a submission's failures.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
-//! - [`oracle`]: the stored traces: regenerated, verified.
+//! - [`oracle`]: regeneration and verification of the stored traces.
 //! - [`init`]: skeletons of submissions.
 
 pub mod selection;

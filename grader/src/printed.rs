@@ -1,27 +1,27 @@
-//! What a stranger's program printed, made fit to be shown.
+//! Sanitizes output of untrusted programs for display.
 
 use sandbox::Printed;
 
 use sandbox::scratch::without_paths;
 
-/// The most of it that is shown, in bytes: the end, for that is where programs say why they gave up.
+/// Maximum number of bytes shown, from the end: programs print their error last.
 const SHOWN: usize = 2_000;
 
-/// The most characters of a line that is not to be more.
+/// Maximum number of characters of a text that must fit one line.
 const LINE: usize = 100;
 
-/// The most characters of a path.
+/// Maximum number of characters of a path.
 const PATH: usize = 100;
 
-/// The end of what was printed, without what would steer a terminal.
+/// The end of a program's output, without terminal control.
 ///
-/// Escape sequences and control characters are taken out. What turns the direction of writing, and whatever
-/// else would steer, becomes `�`; spaces at the ends of lines and empty lines go.
+/// Escape sequences and control characters are removed. Bidirectional controls and other control characters of Unicode
+/// become `�`. Spaces at the ends of lines and empty lines are removed.
 pub(super) fn tail(printed: &Printed) -> String {
     let start = printed.text.len().saturating_sub(SHOWN);
     let start = (start..).find(|start| printed.text.is_char_boundary(*start)).unwrap_or_default();
     let text = &printed.text[start..];
-    // Of a first line that was cut, the rest may be half an escape sequence.
+    // If the first line was cut, its rest may be half an escape sequence.
     let cut = printed.cut || start > 0;
     let text = if cut { text.split_once('\n').map_or("", |(_, rest)| rest) } else { text };
     let stripped = anstream::adapter::strip_str(text).to_string();
@@ -36,8 +36,8 @@ pub(super) fn tail(printed: &Printed) -> String {
     lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("\n")
 }
 
-/// Text of some lines, without what would steer a terminal or is no character of XML, and without the random names of
-/// scratch folders. Every message that a submission has a part in passes through here.
+/// Text of some lines, without terminal control, characters that XML forbids, and the random names of scratch folders.
+/// Every message that contains text of a submission passes through here.
 pub(crate) fn text(text: &str) -> String {
     let shown = |character| match character {
         '\t' => ' ',
@@ -48,7 +48,7 @@ pub(crate) fn text(text: &str) -> String {
     without_paths(&text.chars().map(shown).collect::<String>())
 }
 
-/// A path in one line; of a long one, the end.
+/// A path on one line; the end of a long one.
 pub(super) fn path(path: &[u8]) -> String {
     let path = String::from_utf8_lossy(path);
     let skipped = path.chars().count().saturating_sub(PATH);
@@ -57,13 +57,13 @@ pub(super) fn path(path: &[u8]) -> String {
     if skipped > 0 { format!("…{shown}") } else { shown }
 }
 
-/// One line of text, without what would steer a terminal.
+/// One line of text, without terminal control.
 pub(super) fn line(text: &str) -> String {
     let shown = |character| if steers(character) { char::REPLACEMENT_CHARACTER } else { character };
     text.chars().take(LINE).map(shown).collect()
 }
 
-/// Whether a terminal would do something other than show it, or no XML may hold it.
+/// Whether a terminal interprets the character, or XML forbids it.
 pub(crate) fn steers(character: char) -> bool {
     character.is_control()
         || matches!(
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_that_steers_a_terminal_is_left() {
+    fn no_terminal_control_is_left() {
         assert_eq!(shown(b"plain\n\n  text \n"), "plain\n  text");
         assert_eq!(shown(b"\x1b[2J\x1b[1;1Hwiped"), "wiped");
         assert_eq!(shown(b"\x1b]0;title\x07after"), "after");

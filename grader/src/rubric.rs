@@ -1,4 +1,4 @@
-//! Tolerances and points, from one file.
+//! The rubric: tolerances and points, read from one TOML file.
 //!
 //! ```toml
 //! [default]
@@ -6,11 +6,11 @@
 //! accumulated = 1e-6     # and their sum over particles and states below this
 //! points = 1             # of each feature
 //! partial = true         # points in proportion to the scenes that pass; false: all or nothing
-//! criteria = "course"    # by these; or "calibrated": each scene by its own envelope, where it has one, which is
-//!                        # the default where the section sets no tolerance
+//! criteria = "course"    # these tolerances; or "calibrated": each scene's own envelope, where it has one. Default:
+//!                        # "calibrated" if the section sets no tolerance
 //!
-//! [[feature]]            # every feature that fits; a later entry wins over an earlier one
-//! section = "required"   # or "extra-credit"; may be left out, as may the next two
+//! [[feature]]            # applies to every matching feature; a later entry overrides an earlier one
+//! section = "required"   # or "extra-credit"; section, group and integrator are optional
 //! group = "Spring"
 //! integrator = "explicit-euler"
 //! points = 2
@@ -20,26 +20,26 @@
 //! largest = 1e-9
 //! weight = 2             # counts as two scenes of its feature
 //!
-//! [hidden]               # there are hidden scenes; both may be left out
-//! folder = "../hidden"   # where, seen from this file; where it is missing, they are not run
-//! scenes = 12            # how many
+//! [hidden]               # there are hidden scenes; both keys are optional
+//! folder = "../hidden"   # relative to this file; if it does not exist, hidden scenes are not run
+//! scenes = 12            # number of hidden scenes
 //!
-//! [limits]               # of each run of a program; what is left out is as `grade --help` says
+//! [limits]               # for each run of a program; defaults as in `grade --help`
 //! wall = 10              # seconds
 //! memory = 1_000_000_000 # bytes
 //!
-//! [build-limits]         # of its build
+//! [build-limits]         # for its build
 //! cpu = 300
 //!
-//! [faults]               # what is shown where something could not be judged
-//! points = "apart"       # the points that were judged, and the others apart; or "withheld": none
+//! [faults]               # points of scenes that could not be judged
+//! points = "apart"       # show judged points, and the others apart; or "withheld": show none
 //!
-//! [protection]           # what programs must be kept from, or they are not run
+//! [protection]           # protections without which no program is run
 //! require = ["files"]
 //! ```
 //!
-//! A scene's tolerance is its own entry's, else its feature's; else the one that was calibrated with the oracle's
-//! trace, unless the course's criteria are asked for; else the default's.
+//! A scene's tolerance comes from its own entry, else from its feature's entry, else from the calibration stored with
+//! the oracle (unless the course's criteria are chosen), else from the default.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -54,10 +54,10 @@ use crate::suite::{Case, Feature, Section, Suite, read_text};
 use crate::verdict::number;
 use sandbox::{Limits, Protection};
 
-/// The largest rubric that is read, in MiB.
+/// Maximum size of a rubric, in MiB.
 const MAX_MEBIBYTES: u64 = 1;
 
-/// The most points of a feature, and the largest weight of a scene: their sums are far from overflow.
+/// Maximum points of a feature and maximum weight of a scene. Sums of these cannot overflow.
 const MOST: f64 = 1e9;
 
 /// A rubric.
@@ -70,17 +70,17 @@ pub struct Rubric {
     build_limits: Vec<(String, f64)>,
     hidden: Option<HiddenRule>,
     faults: FaultPoints,
-    /// `None` where the rubric does not say.
+    /// `None` where the rubric does not set it.
     protections: Option<Vec<Protection>>,
 }
 
-/// That there are hidden scenes.
+/// The rubric's section on hidden scenes.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HiddenRule {
-    /// The folder they are in.
+    /// The folder that holds them.
     pub folder: Option<PathBuf>,
-    /// How many there are.
+    /// Their number.
     pub scenes: Option<NonZeroUsize>,
 }
 
@@ -95,7 +95,7 @@ pub enum RubricError {
         /// Why.
         source: std::io::Error,
     },
-    /// The file is no rubric.
+    /// The file is not a valid rubric.
     #[error("{}:{line}:{column}: {message}", path.display())]
     Invalid {
         /// The file.
@@ -107,8 +107,8 @@ pub enum RubricError {
         /// What is wrong.
         message: String,
     },
-    /// An entry fits nothing that is graded.
-    #[error("{}: {entry} fits no scene\n  help: a feature is known by section, group and integrator, a scene by its name, as Spring/two-springs", path.display())]
+    /// An entry matches nothing that is graded.
+    #[error("{}: {entry} matches no scene\n  help: name a feature by section, group and integrator, and a scene by its name, such as Spring/two-springs", path.display())]
     NoMatch {
         /// The file.
         path: PathBuf,
@@ -119,7 +119,7 @@ pub enum RubricError {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct RubricFile {
     #[serde(default)]
     default: Defaults,
     #[serde(default)]
@@ -137,11 +137,11 @@ struct File {
     protection: ProtectionTable,
 }
 
-/// What is shown of points where something could not be judged.
+/// Display of points if something could not be judged.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaultPoints {
-    /// The points earned, and those not judged apart.
+    /// The points earned, with the points not judged apart.
     #[default]
     Apart,
     /// No points earned.
@@ -161,13 +161,13 @@ struct ProtectionTable {
     require: Option<Vec<Spanned<String>>>,
 }
 
-/// What scenes are judged by where no entry of the rubric sets a tolerance.
+/// Criteria for scenes without a tolerance in the rubric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CriteriaName {
     /// The default tolerances, which are the course's unless the rubric says otherwise.
     Course,
-    /// What was calibrated with the oracle's trace; the default tolerances where nothing was.
+    /// The calibrated tolerances; the default tolerances for scenes without calibration.
     Calibrated,
 }
 
@@ -202,7 +202,7 @@ impl Defaults {
         }
     }
 
-    /// Who sets tolerances, and says no more, wants to judge by them.
+    /// The criteria. A section that sets tolerances and no criteria is judged by its tolerances.
     fn criteria(&self) -> CriteriaName {
         let set = self.largest.is_some() || self.accumulated.is_some();
         let otherwise = if set { CriteriaName::Course } else { CriteriaName::Calibrated };
@@ -228,7 +228,7 @@ struct SceneRule {
     name: String,
     largest: Option<Positive>,
     accumulated: Option<Positive>,
-    weight: Option<Weight>,
+    weight: Option<SceneWeight>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -270,9 +270,9 @@ impl TryFrom<f64> for Points {
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(try_from = "f64")]
-struct Weight(f64);
+struct SceneWeight(f64);
 
-impl TryFrom<f64> for Weight {
+impl TryFrom<f64> for SceneWeight {
     type Error = String;
 
     fn try_from(value: f64) -> Result<Self, String> {
@@ -287,17 +287,17 @@ impl Rubric {
     /// Reads the rubric at `path`.
     ///
     /// # Errors
-    /// Where it cannot be read, or says what a rubric cannot say.
+    /// If it cannot be read, or is not a valid rubric.
     pub fn load(path: &Path) -> Result<Self, RubricError> {
         let text = read_text(path, MAX_MEBIBYTES)
             .map_err(|source| RubricError::Unreadable { path: path.to_path_buf(), source })?;
         Self::parse(&text, path)
     }
 
-    /// Reads a rubric from its text. `path` is what messages call it.
+    /// Parses a rubric. `path` is the name in messages.
     ///
     /// # Errors
-    /// As [`load`](Self::load), but for reading the file.
+    /// As [`load`](Self::load), except for reading the file.
     pub fn parse(text: &str, path: &Path) -> Result<Self, RubricError> {
         let invalid = |start: usize, message: String| {
             let before = &text[..start.min(text.len())];
@@ -306,17 +306,17 @@ impl Rubric {
             let line = before.matches('\n').count() + 1;
             RubricError::Invalid { path: path.to_path_buf(), line, column, message }
         };
-        let file: File = toml::from_str(text).map_err(|error| {
+        let file: RubricFile = toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |span| span.start);
             invalid(start, error.message().to_owned())
         })?;
-        let File { default, feature, scene, limits, build_limits, mut hidden, .. } = file;
+        let RubricFile { default, feature, scene, limits, build_limits, mut hidden, .. } = file;
         let protection = |name: Spanned<String>| {
             let found = Protection::ALL.into_iter().find(|known| known.name() == name.as_ref());
             found.ok_or_else(|| {
                 let names = Protection::ALL.map(Protection::name).join(", ");
                 let message = format!(
-                    "there is no protection {:?}\n  help: the protections are {names}",
+                    "unknown protection {:?}\n  help: the protections are {names}",
                     name.as_ref()
                 );
                 invalid(name.span().start, message)
@@ -346,7 +346,7 @@ impl Rubric {
                 ));
             }
         }
-        // Tried out here, where the line is known.
+        // Validated here, where the line is known.
         for (name, value) in limits.iter().chain(&build_limits) {
             let tried = Limits::default().set(name, *value.as_ref());
             tried.map_err(|message| invalid(value.span().start, message))?;
@@ -369,13 +369,13 @@ impl Rubric {
         })
     }
 
-    /// Checks that every entry fits something of the suite. `path` is what messages call the rubric.
+    /// Checks that every entry matches something in the suite. `path` is the rubric's name in messages.
     ///
-    /// An entry for a section that the suite has no folder of is not checked: it is for another run. Nor is one that
-    /// fits no shipped scene, where there are hidden scenes that are not at hand.
+    /// An entry for a section without a folder is not checked: it belongs to another run. Nor is an entry that matches
+    /// no shipped scene, if the rubric has hidden scenes that are not available.
     ///
     /// # Errors
-    /// Where one does not: it is most likely misspelt.
+    /// If an entry matches nothing, most likely because of a spelling mistake.
     pub fn check(
         &self,
         suite: &Suite,
@@ -418,7 +418,7 @@ impl Rubric {
         Tolerances { largest, accumulated }
     }
 
-    /// What a scene is judged by: `calibrated`, where there is such, unless the rubric says otherwise.
+    /// The criteria of a scene: `calibrated` if given, unless the rubric says otherwise.
     pub fn criteria(&self, case: &Case, calibrated: Option<Calibrated>) -> Criteria {
         let features = self.features.iter().filter(|rule| rule.fits(&case.feature));
         let of_features = features.map(|rule| (rule.largest, rule.accumulated));
@@ -435,7 +435,7 @@ impl Rubric {
         }
     }
 
-    /// Judges by these criteria, whatever the rubric's default.
+    /// Sets the default criteria, whatever the rubric says.
     pub fn judge_by(&mut self, criteria: CriteriaName) {
         self.default.criteria = Some(criteria);
     }
@@ -450,7 +450,7 @@ impl Rubric {
         with(Limits::of_builds(), &self.build_limits)
     }
 
-    /// What is shown of points where something could not be judged.
+    /// Display of points if something could not be judged.
     pub fn fault_points(&self) -> FaultPoints {
         self.faults
     }
@@ -466,19 +466,19 @@ impl Rubric {
         rules.filter_map(|rule| rule.points).next_back().unwrap_or(self.default.points).0
     }
 
-    /// Whether a feature earns points in proportion to its scenes that pass, and not all or nothing.
+    /// Whether a feature earns points in proportion to its passed scenes, rather than all or nothing.
     pub fn partial(&self, feature: &Feature) -> bool {
         let rules = self.features.iter().filter(|rule| rule.fits(feature));
         rules.filter_map(|rule| rule.partial).next_back().unwrap_or(self.default.partial)
     }
 
-    /// What a scene counts among those of its feature.
+    /// The weight of a scene among those of its feature.
     pub fn weight(&self, case: &Case) -> f64 {
         let rules = self.scenes.iter().filter(|rule| rule.name == case.id);
         rules.filter_map(|rule| rule.weight).next_back().map_or(1.0, |weight| weight.0)
     }
 
-    /// What it says of hidden scenes; `None` where it knows of none.
+    /// The section on hidden scenes; `None` if there is none.
     pub fn hidden(&self) -> Option<&HiddenRule> {
         self.hidden.as_ref()
     }
@@ -486,7 +486,7 @@ impl Rubric {
 
 fn with(mut limits: Limits, changes: &[(String, f64)]) -> Limits {
     for (name, value) in changes {
-        // It was tried when the rubric was read.
+        // Validated when the rubric was read.
         let _ = limits.set(name, *value);
     }
     limits
@@ -561,7 +561,7 @@ mod tests {
             parse("[protection]\nrequire = [\"files\", \"fire\"]").unwrap_err().to_string();
         assert_eq!(
             message,
-            "rubric.toml:2:21: there is no protection \"fire\"\n  help: the protections are files, network, \
+            "rubric.toml:2:21: unknown protection \"fire\"\n  help: the protections are files, network, \
              signals, processes, system-calls, limits"
         );
     }

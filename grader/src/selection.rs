@@ -1,6 +1,6 @@
-//! Scenes chosen by patterns, as `--only` takes them.
+//! Selection of scenes by patterns, for `--only`.
 //!
-//! A pattern is the first of these that it fits:
+//! A pattern has the first of these meanings that applies:
 //!
 //! | pattern | chooses |
 //! | --- | --- |
@@ -8,25 +8,25 @@
 //! | a group, `Spring` or `Spring/` | the scenes of exactly that group |
 //! | an integrator, by any of its names | the scenes of that integrator |
 //! | with `*` or `?` | the scenes whose whole name matches; `*` is any text, `?` any character |
-//! | with `/` | the scenes whose name starts so |
+//! | with `/` | the scenes whose name starts with it |
 //! | any other text | the scenes whose name contains it |
 
 use crate::suite::{Case, Suite};
 
-/// The most names that are suggested in the place of one that nothing has.
+/// Maximum number of suggestions for a pattern without a match.
 const SUGGESTIONS: usize = 3;
 
-/// How much a suggestion is like what was written, from 0 to 1.
+/// Minimum similarity of a suggestion, from 0 to 1.
 const SIMILARITY: f32 = 0.7;
 
-/// Something that can be chosen.
+/// A scene that patterns can choose.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate<'a> {
-    /// Its name, `group/scene`.
+    /// The scene's name, `group/scene`.
     pub name: &'a str,
-    /// Its group; `None` where there are no groups.
+    /// The scene's group; `None` where there are no groups.
     pub group: Option<&'a str>,
-    /// Its integrator, by its first name; `None` where it has none of its own.
+    /// The primary name of its integrator; `None` where it has none of its own.
     pub integrator: Option<&'a str>,
 }
 
@@ -43,7 +43,7 @@ impl<'a> From<&'a Case> for Candidate<'a> {
 pub struct NoMatch {
     /// The pattern.
     pub pattern: String,
-    /// Names that are like it, the most similar first.
+    /// Similar names, the most similar first.
     pub near: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ fn did_you_mean(near: &[String]) -> String {
 /// For each candidate, whether a pattern chooses it. Without patterns, all are chosen.
 ///
 /// # Errors
-/// Where a pattern chooses none.
+/// If a pattern chooses none.
 pub fn choose(patterns: &[String], candidates: &[Candidate<'_>]) -> Result<Vec<bool>, NoMatch> {
     let mut chosen = vec![patterns.is_empty(); candidates.len()];
     for pattern in patterns {
@@ -72,10 +72,10 @@ pub fn choose(patterns: &[String], candidates: &[Candidate<'_>]) -> Result<Vec<b
 }
 
 impl Suite {
-    /// Keeps the scenes that the patterns choose; all, where there are none.
+    /// Keeps the scenes that the patterns choose; all, if there are no patterns.
     ///
     /// # Errors
-    /// Where a pattern chooses none.
+    /// If a pattern chooses none.
     pub fn keep_only(&mut self, patterns: &[String]) -> Result<(), NoMatch> {
         let candidates: Vec<Candidate<'_>> = self.cases.iter().map(Candidate::from).collect();
         let mut chosen = choose(patterns, &candidates)?.into_iter();
@@ -103,9 +103,9 @@ fn matching(pattern: &str, candidates: &[Candidate<'_>]) -> Vec<bool> {
     }
 }
 
-/// Whether all of `name` matches `pattern`. Cost: the product of their lengths at most.
+/// Whether all of `name` matches `pattern`. Cost: at most the product of their lengths.
 fn is_like(name: &str, pattern: &str) -> bool {
-    // Whether the name so far matches the first characters of the pattern, for each number of them.
+    // Entry k: whether the name so far matches the first k characters of the pattern.
     let pattern: Vec<char> = pattern.chars().collect();
     let mut states = vec![false; pattern.len() + 1];
     states[0] = true;
@@ -129,9 +129,9 @@ fn is_like(name: &str, pattern: &str) -> bool {
     states[pattern.len()]
 }
 
-/// Names, groups and integrators like `pattern`; upper and lower case are alike.
+/// Names, groups and integrators similar to `pattern`, ignoring case.
 fn near(pattern: &str, candidates: &[Candidate<'_>]) -> Vec<String> {
-    // Similarity is quadratic in the length, and no name is long.
+    // The similarity costs quadratic time, and real names are short.
     if pattern.len() > 128 {
         return Vec::new();
     }
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pattern_is_the_first_that_it_fits() {
+    fn a_pattern_has_the_first_meaning_that_applies() {
         let [net, green, ten, two, damped, chain] = NAMES.map(|(name, _)| name);
         for (pattern, names) in [
             ("Spring/two-springs", &[two][..]),
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_matches_nothing_names_near_misses() {
+    fn a_pattern_without_a_match_gets_suggestions() {
         let message = |patterns: &[&str]| chosen(patterns).unwrap_err().to_string();
         assert_eq!(
             message(&["net", "two-sprigns"]),
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn many_stars_take_no_time_without_end() {
+    fn many_stars_are_matched_in_polynomial_time() {
         let name = "a".repeat(200);
         assert!(!is_like(&name, &("*a".repeat(100) + "b")));
         assert!(is_like(&name, &"*a".repeat(100)));

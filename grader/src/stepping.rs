@@ -1,4 +1,4 @@
-//! Single steps of the built-in simulator, from any state.
+//! Single steps of the built-in simulator from a given state.
 //!
 //! Shapes: positions and velocities hold `n·D` numbers, particle-major. Cost: one step of the scene's integrator.
 
@@ -7,7 +7,7 @@ use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
 use simulator::state::StateView;
 
-/// A scene's physics with its integrator.
+/// The physics and the integrator of a scene.
 pub struct Stepper {
     simulation: Simulation,
     time_step: f64,
@@ -31,8 +31,8 @@ impl Stepper {
         Self { simulation: Simulation::with_solver(scene, solver), time_step: scene.time_step }
     }
 
-    /// Replaces the state at the beginning of step `step`, from 0, by that at its end. Returns false if the step
-    /// fails, or its result is not finite.
+    /// Replaces the state at the beginning of step `step`, counted from 0, by the state at its end. Returns false if
+    /// the step fails or its result is not finite.
     pub fn step(&mut self, step: u64, positions: &mut [f64], velocities: &mut [f64]) -> bool {
         self.simulation.set_state(step, positions, velocities);
         let done = matches!(self.simulation.advance(), Ok(true));

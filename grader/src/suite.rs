@@ -1,7 +1,7 @@
-//! The scenes that are graded.
+//! The suite: all scenes that are graded.
 //!
-//! A scene's path below its folder, without the extension, is its name: `Spring/two-springs`. The
-//! folders of that path are its group, and a group under one integrator is a *feature*.
+//! A scene's name is its path below the section's folder, without the extension: `Spring/two-springs`. The folders of
+//! that path are its group, and a group under one integrator is a *feature*.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -27,10 +27,10 @@ pub enum Section {
 }
 
 impl Section {
-    /// Both, in the order of reports.
+    /// Both, in the order of the reports.
     pub const ALL: [Self; 2] = [Self::Required, Self::ExtraCredit];
 
-    /// Its name, fit for machines.
+    /// The machine-readable name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Required => "required",
@@ -61,22 +61,22 @@ impl fmt::Display for Feature {
 pub struct Case {
     /// Its name: path below the section's folder, without extension, with `/` between folders.
     pub id: String,
-    /// What it is a test of.
+    /// The feature that it tests.
     pub feature: Feature,
     /// The scene.
     pub scene: Scene,
-    /// The files it is read from: the scene, and a mesh where it names one.
+    /// The files of the scene: the scene file, and its mesh if it names one.
     pub files: Vec<SceneFile>,
-    /// SHA-256 of the scene file, followed by the mesh where it names one, in hexadecimal.
+    /// SHA-256 of the scene file followed by its mesh, if any, in hexadecimal.
     pub scene_hash: String,
 }
 
 /// A file of a scene.
 #[derive(Debug, Clone)]
 pub struct SceneFile {
-    /// Where it is.
+    /// Its path.
     pub path: PathBuf,
-    /// Where it is seen from the scene's folder; what it is called, if it is in no folder below.
+    /// Its path relative to the scene's folder; its file name if it lies elsewhere.
     pub name: PathBuf,
 }
 
@@ -91,14 +91,14 @@ impl SceneFile {
     }
 }
 
-/// Every scene that is graded, sorted by section and name, and what was odd about their files.
+/// All graded scenes, sorted by section and name, and warnings about their files.
 #[derive(Debug)]
 pub struct Suite {
     /// The scenes.
     pub cases: Vec<Case>,
     /// The sections that have a folder.
     pub sections: Vec<Section>,
-    /// Remarks on scene files.
+    /// Warnings about scene files.
     pub warnings: Vec<SceneError>,
 }
 
@@ -109,12 +109,10 @@ pub enum SuiteError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// There are no scenes.
-    #[error("there is no scene (*.xml, *.json) below {}", folders(.0))]
+    #[error("no scenes (*.xml, *.json) below {}", folders(.0))]
     NoScenes(Vec<PathBuf>),
     /// Two scenes have the same name.
-    #[error(
-        "two scenes are called {id}, and their traces would be one file\n  help: rename one of them"
-    )]
+    #[error("two scenes have the same name {id}\n  help: rename one of them")]
     SameName {
         /// The name.
         id: String,
@@ -127,10 +125,10 @@ fn folders(folders: &[PathBuf]) -> String {
 }
 
 impl Suite {
-    /// Reads every scene below the folders of the sections. A folder that is not there has no scenes.
+    /// Reads every scene below the folders of the sections. A missing folder has no scenes.
     ///
     /// # Errors
-    /// Where a scene cannot be read, where there is none, or where two have the same name.
+    /// If a scene cannot be read, if there is none, or if two have the same name.
     pub fn load(
         sections: &[(Section, PathBuf)],
         options: &ParseOptions,
@@ -202,12 +200,12 @@ fn hash(parts: [&[u8]; 2]) -> String {
 /// SHA-256 of a file, read as a stream, in hexadecimal.
 ///
 /// # Errors
-/// Where it cannot be read.
+/// If it cannot be read.
 pub fn hash_file(path: &Path) -> io::Result<String> {
     hash_reader(input::open(path)?)
 }
 
-/// SHA-256 of all that is read, in hexadecimal.
+/// SHA-256 of a stream, in hexadecimal.
 pub(crate) fn hash_reader(mut file: impl Read) -> io::Result<String> {
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 1 << 16];
@@ -230,7 +228,7 @@ pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The text of a file of at most `limit` MiB; no more than that is read of a larger one.
+/// The text of a file of at most `limit` MiB. Stops reading a larger file at the limit.
 pub(crate) fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     let mut bytes = Vec::new();
     let limit_in_bytes = limit << 20;
@@ -242,18 +240,18 @@ pub(crate) fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }
 
-/// A scene has no trace that could be used.
+/// Reasons why a scene has no usable trace.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoTrace {
-    /// There is none.
+    /// The trace does not exist.
     #[error("neither {0}.csv nor {0}.bin exists{hint}", stem.display(), hint = hint(other_case.as_ref()))]
     Missing {
-        /// Its path, without extension.
+        /// The trace's path, without extension.
         stem: PathBuf,
-        /// A file that would be it if its extension were in lower case.
+        /// A file with the right name whose extension is not in lower case.
         other_case: Option<PathBuf>,
     },
-    /// There is one in each format.
+    /// There is a trace in each format.
     #[error("both {0}.csv and {0}.bin exist; keep one", stem.display())]
     Several {
         /// Their path, without extension.
@@ -263,7 +261,7 @@ pub enum NoTrace {
 
 fn hint(other_case: Option<&PathBuf>) -> String {
     let hint = |path: &PathBuf| {
-        format!("\n  help: {} does; spell its extension in lower case", path.display())
+        format!("\n  help: {} exists; change its extension to lower case", path.display())
     };
     other_case.map(hint).unwrap_or_default()
 }
@@ -271,7 +269,7 @@ fn hint(other_case: Option<&PathBuf>) -> String {
 /// The trace of a scene in a folder laid out as the scenes are.
 ///
 /// # Errors
-/// Where there is none, or more than one.
+/// If there is none, or more than one.
 pub fn find_trace(folder: &Path, id: &str) -> Result<(PathBuf, TraceFormat), NoTrace> {
     let mut found = find_traces(folder, id);
     match (found.pop(), found.is_empty()) {
@@ -284,18 +282,18 @@ pub fn find_trace(folder: &Path, id: &str) -> Result<(PathBuf, TraceFormat), NoT
     }
 }
 
-/// The traces of a scene, one a format, in a folder laid out as the scenes are.
+/// All traces of a scene in a folder laid out as the scenes are, at most one a format.
 pub fn find_traces(folder: &Path, id: &str) -> Vec<(PathBuf, TraceFormat)> {
     let trace = |format: TraceFormat| {
-        // Not `with_extension`: a scene's name may hold a dot.
+        // Not `with_extension`: a scene's name may contain a dot.
         let path = folder.join(format!("{id}.{}", format.extension()));
-        // What is no regular file is refused when it is opened.
+        // Files that are not regular are rejected when they are opened.
         path.exists().then_some((path, format))
     };
     TraceFormat::ALL.into_iter().filter_map(trace).collect()
 }
 
-/// The file `stem` with a trace's extension in another case, `a.CSV`; the first by name.
+/// The file `stem` with a trace's extension in another case, such as `a.CSV`; the first by name.
 fn in_other_case(stem: &Path) -> Option<PathBuf> {
     let name = stem.file_name()?.to_str()?;
     let is_other_case = |path: &PathBuf| {

@@ -1,4 +1,4 @@
-//! What becomes of one scene: a pass, or one named failure.
+//! Verdict on one scene: a pass, or one named failure.
 
 use std::fmt;
 
@@ -16,7 +16,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict's name: stable, in lower case, fit for machines.
+    /// The stable machine-readable name, in lower case.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -41,7 +41,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// How a submission failed on a scene. What is wrong with a trace's form is judged before its numbers.
+/// How a submission failed on a scene. The form of a trace is judged before its numbers.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Failure {
     /// The files of the submission cannot be read, or are too many or too large.
@@ -50,52 +50,52 @@ pub enum Failure {
         /// Which, and why.
         detail: String,
     },
-    /// There is no trace, or no telling which of two it is.
+    /// The trace is missing, or there are several.
     #[error("{}", printed::text(detail))]
     NoOutput {
-        /// Where it was looked for.
+        /// The expected path, or the paths.
         detail: String,
     },
-    /// The simulator gave up.
+    /// The simulator failed.
     #[error("{}", printed::text(detail))]
     Crashed {
-        /// What it said.
+        /// The exit status or signal, and the program's output.
         detail: String,
     },
-    /// There is no program, for its build failed.
+    /// The build failed, so that there is no program.
     #[error("{}", printed::text(detail))]
     BuildFailed {
-        /// What the build said.
+        /// The exit status or signal, and the build's output.
         detail: String,
     },
-    /// A program did not end in its time.
+    /// A program exceeded its time limit.
     #[error("{}", printed::text(detail))]
     TimedOut {
-        /// What time it is.
+        /// The limit.
         detail: String,
     },
-    /// A program needs more memory than it may have.
+    /// A program exceeded its memory limit.
     #[error("{}", printed::text(detail))]
     OutOfMemory {
-        /// How much it may have.
+        /// The limit.
         detail: String,
     },
-    /// A program writes more than it may.
+    /// A program exceeded an output limit.
     #[error("{}", printed::text(detail))]
     TooMuchOutput {
-        /// What, and how much it may be.
+        /// The output and its limit.
         detail: String,
     },
-    /// A program starts more processes than it may have.
+    /// A program exceeded its limit of processes.
     #[error("{}", printed::text(detail))]
     TooManyProcesses {
-        /// How many it may have.
+        /// The limit.
         detail: String,
     },
     /// The trace is not in its format.
     #[error("{}", printed::text(detail))]
     Malformed {
-        /// Where and how.
+        /// The place and the fault.
         detail: String,
     },
     /// The trace holds an infinity or a NaN.
@@ -103,9 +103,9 @@ pub enum Failure {
     NotFinite {
         /// The file and the place in it, where the trace is a file.
         location: Option<String>,
-        /// Where.
+        /// The number's place.
         place: Place,
-        /// What stands there.
+        /// The number.
         value: f64,
     },
     /// The trace ends early.
@@ -116,16 +116,16 @@ pub enum Failure {
         /// States it should hold.
         expected: u64,
     },
-    /// The trace goes on after the last state.
-    #[error("the trace goes on after its last state, number {expected}")]
+    /// The trace continues after the last state.
+    #[error("the trace has more than {expected} states")]
     TooLong {
         /// States it should hold.
         expected: u64,
     },
-    /// The states agree as long as they can be predicted, and the energy or the momentum is wrong beyond.
+    /// The states agree up to the prediction horizon, but the energy or the momentum is wrong beyond it.
     #[error("{}", printed::text(detail))]
     Drifts {
-        /// Where, and by how much.
+        /// The step and the error.
         detail: String,
     },
     /// The numbers are out of tolerance.
@@ -161,17 +161,17 @@ pub enum Fault {
     /// There is no oracle trace.
     #[error("there is no oracle trace {trace}; make it with `grade oracle regenerate`")]
     NoOracle {
-        /// Where it was looked for.
+        /// The path where it was expected.
         trace: String,
     },
-    /// The oracle's trace is of another version of the scene.
+    /// The oracle's trace was made from another version of the scene.
     #[error(
         "the scene was edited after its oracle trace was made; review it and run `grade oracle regenerate`"
     )]
     StaleOracle,
     /// The oracle's trace was edited after it was made.
     #[error(
-        "the oracle trace {trace} is not the one its manifest records; restore it or run `grade oracle regenerate`"
+        "the oracle trace {trace} does not match its manifest; restore it or run `grade oracle regenerate`"
     )]
     AlteredOracle {
         /// The trace.
@@ -183,31 +183,28 @@ pub enum Fault {
         /// Why.
         detail: String,
     },
-    /// The program could not be run, through no fault of its own.
+    /// The program could not be run, through no fault of the submission.
     #[error("{}", printed::text(detail))]
     NotRun {
         /// Why.
         detail: String,
     },
-    /// The grader broke off.
-    #[error(
-        "the grader broke off, which is a defect of grade; please report it: {}",
-        printed::text(detail)
-    )]
+    /// The grader panicked.
+    #[error("internal error of grade, please report it: {}", printed::text(detail))]
     Internal {
-        /// What it said.
+        /// The panic message.
         detail: String,
     },
 }
 
-/// `location` in front of a message.
+/// `location` as a prefix of a message.
 pub(crate) fn prefix(location: Option<&String>) -> String {
     location.map(|location| format!("{location}: ")).unwrap_or_default()
 }
 
-/// A number in as few characters as tell it apart from any other: 1e308 has no 309 digits.
+/// A number in its shortest unambiguous notation: 1e308 is not written with 309 digits.
 pub fn number(value: f64) -> String {
-    // The other notation of Rust has every digit.
+    // Rust's `Display` notation has all digits.
     let text = format!("{value:?}");
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
 }
@@ -225,7 +222,7 @@ pub struct Place {
     pub axis: usize,
 }
 
-/// What of a particle.
+/// A quantity of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Its position.
@@ -245,7 +242,7 @@ impl Quantity {
 }
 
 impl Place {
-    /// The coordinate as a trace's header calls it, without the particle: `x`, `vy`, ….
+    /// The coordinate's name in a trace's header, without the particle: `x`, `vy`, ….
     pub fn coordinate(&self) -> &'static str {
         match self.quantity {
             Quantity::Position => ["x", "y", "z"][self.axis],
@@ -275,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn no_message_holds_what_a_terminal_or_xml_would_not_take() {
+    fn no_message_contains_terminal_control_or_invalid_xml() {
         let detail = || "a\u{1b}[2J\u{fffe}\u{b}\nb".to_owned();
         let expected = "a\u{fffd}[2J\u{fffd}\u{fffd}\nb";
         for failure in [

@@ -9,7 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use grader::class::Row;
-use grader::class::entry::{self, Entry};
+use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
 use grader::class::record::Record;
 use grader::events::{Event, Observer, Task};
@@ -127,7 +127,7 @@ impl<'a> Class<'a> {
     ///
     /// # Errors
     /// Where the output takes no reports. Whatever else happens is the row's.
-    fn row(&self, entry: &Entry) -> Result<Option<Row>, Stop> {
+    fn row(&self, entry: &ClassEntry) -> Result<Option<Row>, Stop> {
         if self.progress.is_stopped() {
             return Ok(None);
         }
@@ -175,7 +175,7 @@ impl<'a> Class<'a> {
     /// In words, where the grader breaks off.
     fn graded(
         &self,
-        entry: &Entry,
+        entry: &ClassEntry,
         open: impl FnOnce() -> Submission,
     ) -> Result<(Row, Reports), String> {
         let graded = catch_unwind(AssertUnwindSafe(|| {
@@ -184,7 +184,7 @@ impl<'a> Class<'a> {
             grading.submission.clone_from(&entry.name);
             let render = |format: &Format| {
                 let bytes = render(&grading, *format, |out| {
-                    let config = report::text::Config { details: self.args.judge.details };
+                    let config = report::text::TextOptions { details: self.args.judge.details };
                     report::text::write(out, &grading, config)
                 });
                 let bytes = bytes.map_err(|Stop(_, message)| message)?;

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use grader::events::{Event, Observer, Task};
-use grader::grading::{Checks, Grading, Outcome};
+use grader::grading::{Checks, Grading, GradingOutcome};
 
 use crate::args::{Format, GradeArgs};
 use crate::inputs::open_oracle;
@@ -47,16 +47,16 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     deliver(args, &grading)?;
     Ok(match grading.outcome() {
         // Whoever has no hidden scenes cannot do better.
-        Outcome::Passed | Outcome::PassedShipped => Exit::Passed,
-        Outcome::Failed => Exit::Failed,
-        Outcome::GraderFault => Exit::GraderFault,
+        GradingOutcome::Passed | GradingOutcome::PassedShipped => Exit::Passed,
+        GradingOutcome::Failed => Exit::Failed,
+        GradingOutcome::GraderFault => Exit::GraderFault,
     })
 }
 
 /// Writes the report where it is wanted.
 pub(super) fn deliver(args: &GradeArgs, grading: &Grading) -> Result<(), Stop> {
     let bytes = render(grading, args.format, |out| {
-        report::text::write(out, grading, report::text::Config { details: args.judge.details })
+        report::text::write(out, grading, report::text::TextOptions { details: args.judge.details })
     })?;
     put(&bytes, args.output.as_deref())
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use grader::oracle::{self, Change, Difference, Leftover, Regeneration};
+use grader::oracle::{self, Leftover, Regeneration, TraceChange, TraceDifference};
 use grader::verdict::Verdict;
 
 use crate::args::SuiteArgs;
@@ -28,14 +28,14 @@ pub(super) fn describe(regeneration: &Regeneration, folder: &Path) -> String {
     let mut unchanged = 0;
     for (name, change) in &regeneration.changes {
         let words = match change {
-            Change::Unchanged => {
+            TraceChange::Unchanged => {
                 unchanged += 1;
                 continue;
             }
-            Change::New => "new".to_owned(),
-            Change::Removed => "removed: its scene is gone".to_owned(),
-            Change::SceneEdited => "scene edited; its trace is the same".to_owned(),
-            Change::Changed { scene_edited, n_old, difference } => {
+            TraceChange::New => "new".to_owned(),
+            TraceChange::Removed => "removed: its scene is gone".to_owned(),
+            TraceChange::SceneEdited => "scene edited; its trace is the same".to_owned(),
+            TraceChange::Changed { scene_edited, n_old, difference } => {
                 let edited = if *scene_edited { "scene edited; " } else { "" };
                 let several = if *n_old > 1 { "one trace in the place of two; " } else { "" };
                 format!("{edited}{several}{}", describe_difference(difference))
@@ -59,16 +59,16 @@ pub(super) fn describe(regeneration: &Regeneration, folder: &Path) -> String {
     text
 }
 
-pub(super) fn describe_difference(difference: &Difference) -> String {
+pub(super) fn describe_difference(difference: &TraceDifference) -> String {
     let comparison = match difference {
-        Difference::Numbers(comparison) => comparison,
-        Difference::Length { old, new } => {
+        TraceDifference::Numbers(comparison) => comparison,
+        TraceDifference::Length { old, new } => {
             return format!("changed: the old trace has {old} states, the new one {new}");
         }
-        Difference::Shape => {
+        TraceDifference::Shape => {
             return "changed: the old trace has another shape (particles or dimensions)".to_owned();
         }
-        Difference::Unusable { detail } => {
+        TraceDifference::Unusable { detail } => {
             return format!("changed: the old trace cannot be used: {detail}");
         }
     };

@@ -16,13 +16,13 @@ const TICK: Duration = Duration::from_millis(200);
 pub(super) struct Progress {
     /// `None` where nothing is shown.
     bar: Option<ProgressBar>,
-    state: Mutex<State>,
+    state: Mutex<ProgressState>,
     interrupt: Interrupt,
 }
 
 /// What it shows.
 #[derive(Default)]
-struct State {
+struct ProgressState {
     /// Number, how many there are, name.
     submission: Option<(usize, usize, String)>,
     task: Option<Task>,
@@ -50,7 +50,7 @@ impl Progress {
         Self { bar, state: Mutex::default(), interrupt }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, ProgressState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -76,7 +76,7 @@ impl Drop for Progress {
     }
 }
 
-impl State {
+impl ProgressState {
     fn take(&mut self, event: Event<'_>) {
         let called = |name: Option<&str>| name.unwrap_or("hidden").to_owned();
         match event {
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn the_line_says_what_runs_and_names_no_hidden_scene() {
-        let mut state = State::default();
+        let mut state = ProgressState::default();
         let mut line = |event| {
             state.take(event);
             state.line()

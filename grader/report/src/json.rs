@@ -15,7 +15,7 @@ use grader::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
 use grader::diagnosis::{Candidate, Culprit, Diagnosis};
 use grader::grading::{
-    Credit, FeatureResult, Grading, Hidden, Outcome, SceneResult, Tally, Totals,
+    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, SceneResult, Totals,
 };
 use grader::rubric::FaultPoints;
 use grader::suite::Section;
@@ -345,10 +345,10 @@ impl Report {
             grader_version: env!("CARGO_PKG_VERSION"),
             submission: grading.submission.clone(),
             outcome: match grading.outcome() {
-                Outcome::Passed => JsonOutcome::Passed,
-                Outcome::PassedShipped => JsonOutcome::PassedShipped,
-                Outcome::Failed => JsonOutcome::Failed,
-                Outcome::GraderFault => JsonOutcome::GraderFault,
+                GradingOutcome::Passed => JsonOutcome::Passed,
+                GradingOutcome::PassedShipped => JsonOutcome::PassedShipped,
+                GradingOutcome::Failed => JsonOutcome::Failed,
+                GradingOutcome::GraderFault => JsonOutcome::GraderFault,
             },
             protection: grading.protection.as_ref().map(|protections| {
                 protections.iter().map(|protection| protection.name()).collect()
@@ -467,7 +467,7 @@ impl JsonCredit {
 
 impl JsonFeature {
     fn of(result: &FeatureResult, grading: &Grading) -> Self {
-        let Tally { verdicts, .. } = &result.hidden;
+        let HiddenTally { verdicts, .. } = &result.hidden;
         Self {
             partial: result.partial,
             hidden: (grading.hidden == Hidden::Run).then(|| verdicts.clone()),

@@ -10,7 +10,7 @@ use super::{jacobians, text};
 use crate::testsuites::{Kind, Report, TestCase, TestSuite};
 use grader::blame::{Blame, Finding, Suspect};
 use grader::grading::points;
-use grader::grading::{Grading, Hidden, SceneResult, Tally};
+use grader::grading::{Grading, Hidden, HiddenTally, SceneResult};
 use grader::verdict::{Verdict, number};
 
 /// What the case of hidden scenes is called.
@@ -62,7 +62,7 @@ pub fn render(grading: &Grading) -> io::Result<String> {
 }
 
 /// All hidden scenes of a feature: an error where one could not be judged, a failure where one failed.
-fn hidden(tally: &Tally) -> TestCase {
+fn hidden(tally: &HiddenTally) -> TestCase {
     let (passed, all) = (tally.n_passed(), tally.n_scenes());
     let kind = match tally.n_faults() {
         _ if passed == all => return TestCase::passed(HIDDEN),

@@ -15,7 +15,8 @@ use grader::compare::{Criteria, FirstWrong, Tolerances};
 use grader::diagnosis::Diagnosis;
 use grader::grading::points;
 use grader::grading::{
-    Credit, FeatureResult, Grading, Hidden, Outcome, Repetition, SceneResult, Tally, Totals,
+    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, Repetition, SceneResult,
+    Totals,
 };
 use grader::suite::Section;
 use grader::verdict::{Verdict, number};
@@ -23,7 +24,7 @@ use sandbox::Protection;
 
 /// How to write it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Config {
+pub struct TextOptions {
     /// The most scenes whose failure is told in detail.
     pub details: usize,
 }
@@ -32,7 +33,7 @@ pub struct Config {
 ///
 /// # Errors
 /// Where the output takes no more.
-pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Result<()> {
+pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
     for section in Section::ALL {
         let groups: Vec<&[FeatureResult]> = grading.groups(section).collect();
         if !groups.is_empty() {
@@ -49,7 +50,7 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Resu
         super::probe::text::write_findings(
             out,
             probing,
-            super::probe::text::Config { details: false },
+            super::probe::text::ProbeTextOptions { details: false },
         )?;
         writeln!(out)?;
     }
@@ -81,7 +82,7 @@ fn write_hidden(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
 }
 
 /// The verdicts other than a pass, with their counts.
-pub(super) fn verdicts(tally: &Tally) -> String {
+pub(super) fn verdicts(tally: &HiddenTally) -> String {
     let others = tally.verdicts.iter().filter(|(name, _)| **name != Verdict::Pass.name());
     let others = others.map(|(name, count)| format!("{count} {}", name.replace('-', " ")));
     others.collect::<Vec<_>>().join(", ")
@@ -180,7 +181,7 @@ fn residual(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
 }
 
-fn write_failures(out: &mut dyn Write, grading: &Grading, config: Config) -> io::Result<()> {
+fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
     let scenes = grading.features.iter().flat_map(|result| &result.scenes);
     let failed: Vec<&SceneResult> =
         scenes.filter(|scene| !scene.comparison.verdict.is_pass()).collect();
@@ -481,10 +482,10 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
     }
     let (style, text) = match grading.outcome() {
-        Outcome::Passed => (GOOD, "All passed."),
-        Outcome::PassedShipped => (GOOD, "All shipped scenes passed."),
-        Outcome::Failed => (BAD, "Something failed."),
-        Outcome::GraderFault => {
+        GradingOutcome::Passed => (GOOD, "All passed."),
+        GradingOutcome::PassedShipped => (GOOD, "All shipped scenes passed."),
+        GradingOutcome::Failed => (BAD, "Something failed."),
+        GradingOutcome::GraderFault => {
             (ODD, "Something could not be judged; its points are neither earned nor lost.")
         }
     };

@@ -1,10 +1,10 @@
-//! What one failure says by itself.
+//! Evidence from a single failure.
 //!
-//! - **Form**: no trace, a malformed one, another number of states; at the initial state also the initial state
-//!   missing, bytes or numbers in another order.
-//! - **Digits**: numbers that are the oracle's, rounded to few digits or to single precision.
-//! - **The rule of positions**: `x' = x + h v'` (explicit Euler: `x + h v`) holds in the submission's own numbers
-//!   whatever its forces, so that a trace in which it does not hold has another mistake.
+//! - **Form**: no trace, a malformed trace, or a wrong number of states. At the initial state also: the initial state
+//!   is missing, or its bytes or numbers are in another order.
+//! - **Digits**: the numbers are the oracle's, rounded to few digits or to single precision.
+//! - **The position rule**: `x' = x + h v'` (explicit Euler: `x + h v`) holds in the submission's own numbers
+//!   whatever its forces. A trace that violates it has another mistake than a wrong force.
 
 use std::fmt;
 
@@ -16,40 +16,40 @@ use crate::compare::{Comparison, ContextRow, FirstWrong};
 use crate::suite::Case;
 use crate::verdict::{Failure, Verdict};
 
-/// Numbers written with so many digits or fewer are called rounded; an f64 has 15 to 17.
+/// Numbers with at most this many digits count as rounded; an f64 has 15 to 17.
 const FEW_DIGITS: usize = 12;
 
-/// Numbers within this relative distance are the same number, computed otherwise.
+/// Numbers within this relative distance are equal up to the order of operations.
 const SAME: f64 = 1e-9;
 
-/// Single precision, grown over some steps.
+/// Relative error of single precision, accumulated over some steps.
 const NEARLY: f64 = 1e-4;
 
-/// Numbers within this relative distance differ by rounding to single precision at most.
+/// Numbers within this relative distance differ at most by rounding to single precision.
 const CLOSE: f64 = 1e-6;
 
-/// What a failure says.
+/// The evidence of one failure.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Clue {
     pub(super) kind: Kind,
     pub(super) evidence: Evidence,
 }
 
-/// What it says of where the mistake may be.
+/// Evidence on the place of the mistake.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Evidence {
     /// The first wrong particle is a fixed one.
     pub(super) fixed_is_wrong: bool,
-    /// Positions do not follow from velocities as they should.
+    /// Positions do not follow from the velocities by the method's rule.
     pub(super) rule_is_broken: bool,
-    /// The first wrong number is nearly right.
+    /// The first wrong number is almost right.
     pub(super) nearly_right: bool,
 }
 
 /// How a scene failed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// By its numbers.
+    /// Wrong numbers.
     Wrong,
     NotBuilt,
     Crash,
@@ -77,19 +77,19 @@ impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = match self {
             Self::Wrong | Self::NotBuilt | Self::Crash | Self::TimeOut | Self::Memory => "",
-            Self::NoTrace => "no trace is left where it should be",
-            Self::TooMuch => "more is written than may be",
-            Self::Malformed => "not in its format",
-            Self::NotFiniteAtLast => "right, but for numbers that are not finite at the end",
+            Self::NoTrace => "no trace where it is expected",
+            Self::TooMuch => "output limit exceeded",
+            Self::Malformed => "malformed",
+            Self::NotFiniteAtLast => "right, except for non-finite numbers at the end",
             Self::OneStateOff => "one too many or too few",
-            Self::Duration => "as if duration or dt were another",
+            Self::Duration => "wrong duration or dt",
             Self::InitialMissing => "the initial state is missing",
-            Self::ByteOrder => "the bytes of each number stand in reverse order",
-            Self::Order => "the right numbers in another order",
-            Self::SingleBytes => "numbers of 4 bytes instead of 8",
-            Self::InitialVelocity => "the initial velocities are not read",
-            Self::FixedStopped => "their velocities are 0 from the start",
-            Self::InitialState => "the initial state is another",
+            Self::ByteOrder => "reversed byte order",
+            Self::Order => "right numbers in the wrong order",
+            Self::SingleBytes => "4-byte numbers instead of 8-byte ones",
+            Self::InitialVelocity => "initial velocities are not read",
+            Self::FixedStopped => "their velocities are set to 0",
+            Self::InitialState => "wrong initial state",
             Self::Digits(digits) => {
                 return write!(f, "numbers are rounded to {digits} digits");
             }
@@ -103,7 +103,7 @@ impl fmt::Display for Kind {
 }
 
 impl Kind {
-    /// What is to blame, whichever the scene; `None` where that depends on the scenes.
+    /// The feature at fault, if this kind of failure determines it; `None` if that takes several scenes.
     pub(super) fn feature(&self) -> Option<Feature> {
         Some(match self {
             Self::Wrong | Self::NotBuilt | Self::Crash | Self::TimeOut | Self::Memory => {
@@ -124,13 +124,13 @@ impl Kind {
         })
     }
 
-    /// Whether it can have no other cause, whatever the scenes have in common.
+    /// Whether no other cause is possible, whatever the scenes have in common.
     pub(super) fn is_certain(&self) -> bool {
         let open = [Self::NoTrace, Self::TooMuch, Self::Malformed, Self::NotFiniteAtLast];
         self.feature().is_some() && !open.contains(self)
     }
 
-    /// How it shows.
+    /// The symptom.
     pub(super) fn symptom(&self) -> Symptom {
         match self {
             Self::Crash => Symptom::Crash,
@@ -142,7 +142,7 @@ impl Kind {
 }
 
 impl Clue {
-    /// What becomes of a scene; `None` where it passed.
+    /// The evidence of a scene; `None` if it passed.
     pub(super) fn of(case: &Case, comparison: &Comparison) -> Option<Self> {
         let Verdict::Fail(failure) = &comparison.verdict else { return None };
         let first = comparison.first_wrong.as_ref();
@@ -171,7 +171,7 @@ impl Clue {
     }
 }
 
-/// A trace that is right as far as it goes.
+/// The kind of a trace that is right but has the wrong length.
 fn length(failure: &Failure) -> Kind {
     match failure {
         Failure::TooShort { states: 0, .. } => Kind::NoTrace,
@@ -193,7 +193,7 @@ impl Evidence {
     }
 }
 
-/// Whether positions do not follow from the submission's own velocities.
+/// Whether the submission's positions do not follow from its own velocities.
 fn rule_is_broken(scene: &Scene, context: &[ContextRow]) -> bool {
     let (h, axes) = (scene.time_step, scene.dimension.count());
     let Some([of_old, of_new]) = Method::of(scene.integrator.equation).drift() else {
@@ -211,7 +211,7 @@ fn rule_is_broken(scene: &Scene, context: &[ContextRow]) -> bool {
     })
 }
 
-/// What the first wrong numbers are, if they are the right ones in a wrong form.
+/// The kind of failure if the first wrong numbers are right numbers in a wrong form.
 fn in_numbers(scene: &Scene, first: &FirstWrong) -> Option<Kind> {
     let row = |step: u64| first.context.iter().find(|row| row.step == step);
     if first.place.step == 0 {
@@ -224,7 +224,7 @@ fn in_numbers(scene: &Scene, first: &FirstWrong) -> Option<Kind> {
     if rounded.is_none() && first.place.step == 0 { Some(Kind::InitialState) } else { rounded }
 }
 
-/// What the initial state is, if it is not what it should be.
+/// The kind of failure of a wrong initial state.
 fn in_order(
     scene: &Scene,
     particle: usize,
@@ -301,7 +301,7 @@ fn digits(value: f64) -> usize {
     mantissa.chars().filter(char::is_ascii_digit).count()
 }
 
-/// Digits of it behind the point.
+/// Decimals of that notation.
 fn decimals(value: f64) -> usize {
     format!("{value}").split_once('.').map_or(0, |(_, behind)| behind.len())
 }
@@ -325,13 +325,13 @@ mod tests {
     }
 
     #[test]
-    fn rounded_numbers_are_told_by_their_digits() {
+    fn rounded_numbers_are_recognized_by_their_digits() {
         let kind = |values: &[(f64, f64)]| in_digits(&rows(values));
         let (a, b) = (22.0 / 7.0, 1e3 / 7.0);
         assert_eq!(kind(&[(a, 3.14286), (b, 142.857)]), Some(Kind::Digits(6)));
         assert_eq!(kind(&[(a, 3.142857), (b, 142.857143)]), Some(Kind::Decimals(6)));
         assert_eq!(kind(&[(a, f64::from(a as f32)), (b, f64::from(b as f32))]), Some(Kind::Single));
-        // Short numbers that are not the oracle's, and long ones that are nearly.
+        // Short numbers that differ from the oracle's, and long ones that are almost equal.
         assert_eq!(kind(&[(a, 3.25), (b, 142.5)]), None);
         assert_eq!(kind(&[(a, a + 1e-9), (b, b)]), None);
     }

@@ -1,4 +1,4 @@
-//! What may be to blame.
+//! Features of a simulator that can cause failures.
 
 use std::fmt;
 
@@ -19,13 +19,13 @@ pub enum Feature {
     Fixed(Family),
     /// The reading of scenes.
     Reading,
-    /// How many states a trace has.
+    /// The number of states in a trace.
     States,
     /// The form of traces, or where they are written.
     Output,
-    /// How precisely is computed or written.
+    /// The precision of the computation or of the output.
     Precision,
-    /// What every scene needs.
+    /// Something that all scenes need.
     Everything,
 }
 
@@ -46,16 +46,16 @@ impl fmt::Display for Feature {
     }
 }
 
-/// How a mistake shows.
+/// The way a mistake shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Symptom {
-    /// By wrong traces.
+    /// Wrong traces.
     Wrong,
-    /// By crashes.
+    /// Crashes.
     Crash,
-    /// By runs that do not end.
+    /// Runs that do not end.
     TimeOut,
-    /// By too much memory.
+    /// Too much memory.
     Memory,
 }
 
@@ -63,7 +63,7 @@ impl Symptom {
     /// All.
     pub const ALL: [Self; 4] = [Self::Wrong, Self::Crash, Self::TimeOut, Self::Memory];
 
-    /// Its name, fit for machines.
+    /// The machine-readable name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Wrong => "wrong",
@@ -85,7 +85,7 @@ impl fmt::Display for Symptom {
     }
 }
 
-/// A force, or a part of one that a scene may have without the rest.
+/// A force, or a part of one that can occur in a scene without the rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Part {
     /// A whole force, by its tag.
@@ -146,14 +146,14 @@ impl fmt::Display for Part {
     }
 }
 
-/// Methods that treat fixed particles alike.
+/// Methods with the same treatment of fixed particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Family {
     /// All of them.
     Any,
-    /// Those that solve no system.
+    /// Methods that solve no system.
     Explicit,
-    /// Those that do.
+    /// Methods that solve a system.
     Implicit,
 }
 

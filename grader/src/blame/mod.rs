@@ -1,16 +1,16 @@
-//! What a failing submission looks as if it had wrong, judged by which scenes fail and which pass.
+//! Likely causes of a submission's failures, inferred from which scenes fail and which pass.
 //!
 //! ```text
-//! verdicts × scenes ── clue.rs    what one failure says by itself: form, digits, the rule of positions
-//!                   ── scope.rs   each cause with the scenes that it would make fail
+//! verdicts × scenes ── clue.rs    evidence from one failure: form, digits, the position rule
+//!                   ── scope.rs   each cause with the scenes that it makes fail
 //!                   ── mod.rs     log P(verdicts | cause) for all causes, ranked
 //! ```
 //!
-//! A cause says of each scene that it fails, may fail or passes. With `p` the probability of a failure under
-//! each of the three, the score of a cause is `Σ log p(failed) + Σ log (1 − p(passed))`, less a penalty for a
-//! cause that names special circumstances. A cause is named alone where no other comes within a factor of
-//! [`CLEAR`]; two are named where they are close, or where two together explain what neither does alone; nothing is
-//! said where none fits better than no cause at all.
+//! A cause predicts for each scene that it fails, may fail or passes. With `p` the probability of a failure for each of
+//! the three, the score of a cause is `Σ log p(failed) + Σ log (1 − p(passed))`, with a penalty for causes that need
+//! special circumstances. One cause is reported if every other is less likely by a factor of [`CLEAR`]. Two are
+//! reported if they are close, or if both together explain what neither does alone. None is reported if no cause fits
+//! better than chance.
 
 mod clue;
 mod feature;
@@ -27,72 +27,71 @@ use clue::{Clue, Evidence, Kind};
 pub use feature::{Family, Feature, Part, Symptom};
 use scope::{Expected, Hypothesis};
 
-/// How many times as likely as the next a cause must be to be named alone.
+/// Ratio of likelihoods above which the best cause is reported alone.
 pub const CLEAR: f64 = 20.0;
 
-/// How much less likely a cause is beforehand that needs special circumstances (unequal masses, several
-/// elements, …).
+/// Prior probability of a cause that needs special circumstances (unequal masses, several elements, …), relative to
+/// one that needs none.
 const SPECIAL: f64 = 0.1;
 
-/// The share of the failing scenes that a cause must explain to be named.
+/// Minimum share of the failing scenes that a reported cause explains.
 const MOST: f64 = 0.75;
 
-/// From fewer scenes nothing follows where all of them fail.
+/// If all of fewer scenes than this fail, no cause is inferred.
 const FEW: usize = 5;
 
-/// How many suspects are kept.
+/// Number of suspects that are kept.
 const KEPT: usize = 5;
 
-/// What a failing submission looks as if it had wrong.
+/// Likely causes of a submission's failures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blame {
-    /// One for each way in which scenes failed, the most frequent first. Scenes that failed in one way say nothing
-    /// of the causes of another.
+    /// One finding for each symptom, the most frequent first. Scenes with one symptom are no evidence on the causes of
+    /// another.
     pub findings: Vec<Finding>,
 }
 
-/// What is behind failures of one sort.
+/// The causes of all failures with one symptom.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// How they show.
+    /// The symptom.
     pub symptom: Symptom,
-    /// The likeliest causes, the likeliest first.
+    /// The likeliest causes, in falling order.
     pub suspects: Vec<Suspect>,
-    /// How many of them are named: 1 where it is clear, 2 where two are close or are at work together, 0 where
-    /// there is no telling.
+    /// Number of reported suspects: 1 if one stands out, 2 if two are close or act together, 0 if the cause is unknown.
     pub named: usize,
-    /// Whether the two that are named are at work together, and not one or the other.
+    /// Whether the two reported causes act together, rather than being alternatives.
     pub together: bool,
-    /// Scenes that failed so.
+    /// Number of scenes that failed with this symptom.
     pub failing: usize,
 }
 
 impl Finding {
-    /// Those that are named.
+    /// The reported suspects.
     pub fn named(&self) -> &[Suspect] {
         &self.suspects[..self.named]
     }
 }
 
-/// A cause that is suspected.
+/// A suspected cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspect {
-    /// How it shows.
+    /// The symptom.
     pub symptom: Symptom,
-    /// What is wrong.
+    /// The feature at fault.
     pub feature: Feature,
-    /// In which circumstances, or in what way; empty where there is no more to say.
+    /// The circumstances or the kind of mistake; may be empty.
     pub detail: String,
-    /// Failing scenes that it explains.
+    /// Number of failing scenes that it explains.
     pub explained: usize,
-    /// Passing scenes that speak against it.
+    /// Number of passing scenes that contradict it.
     pub against: usize,
-    /// Logarithm of how likely the verdicts are with it, up to a constant.
+    /// Log-likelihood of the verdicts under this cause, up to a constant.
     pub score: f64,
 }
 
 impl Suspect {
-    /// What is wrong, in words, and in which circumstances.
+    /// The feature and the circumstances, in words.
     pub fn cause(&self) -> String {
         let Self { feature, detail, .. } = self;
         if detail.is_empty() { feature.to_string() } else { format!("{feature} ({detail})") }
@@ -109,7 +108,7 @@ impl fmt::Display for Suspect {
     }
 }
 
-/// A scene with what became of it.
+/// A scene with its evidence.
 struct Judged<'a> {
     case: &'a Case,
     /// `None` where it passed.
@@ -117,14 +116,14 @@ struct Judged<'a> {
 }
 
 impl Blame {
-    /// What explains these verdicts; `None` where nothing failed. Scenes that could not be judged say nothing.
+    /// Explains the verdicts; `None` if nothing failed. Scenes that could not be judged are ignored.
     pub fn of<'a>(results: impl IntoIterator<Item = (&'a Case, &'a Comparison)>) -> Option<Self> {
         let judged: Vec<Judged<'a>> = results
             .into_iter()
             .filter(|(_, comparison)| !matches!(comparison.verdict, Verdict::GraderFault(_)))
             .map(|(case, comparison)| Judged { case, clue: Clue::of(case, comparison) })
             .collect();
-        // The compiler has told what it looks like.
+        // The compiler's message is in the report already.
         if judged
             .iter()
             .any(|scene| scene.clue.as_ref().is_some_and(|clue| clue.kind == Kind::NotBuilt))
@@ -139,14 +138,14 @@ impl Blame {
             Finding::of(symptom, &judged)
         };
         let mut findings: Vec<Finding> = Symptom::ALL.into_iter().filter_map(of_symptom).collect();
-        // Stable: of two that are as frequent, in the order of the symptoms.
+        // Stable: equally frequent symptoms keep their order.
         findings.sort_by_key(|finding| std::cmp::Reverse(finding.failing));
         (!findings.is_empty()).then_some(Self { findings })
     }
 }
 
 impl Finding {
-    /// Of scenes that passed, or failed in this way; `None` where none did.
+    /// The finding for one symptom, from scenes that passed or failed with it; `None` if none did.
     fn of(symptom: Symptom, judged: &[&Judged<'_>]) -> Option<Self> {
         let failing = judged.iter().filter(|scene| scene.clue.is_some()).count();
         if failing == 0 {
@@ -157,7 +156,7 @@ impl Finding {
         let mut convincing = baseline + CLEAR.ln();
         let mut is_told = false;
         if let Some((told, is_certain)) = Kinds::of(judged).told(failing) {
-            // A trace that is in order elsewhere is written in order: then the scenes tell more.
+            // If traces elsewhere have the right form, the pattern of failing scenes is better evidence.
             let differs =
                 |best: &Suspect| best.feature != Feature::Everything && best.score > baseline;
             if is_certain || !suspects.first().is_some_and(differs) {
@@ -167,7 +166,7 @@ impl Finding {
             }
         }
         if failing == judged.len() && failing >= FEW {
-            // Nothing could explain it better than chance that fails always.
+            // Nothing explains a failure of all scenes better than chance.
             convincing = baseline;
         }
         let enough = |suspect: &&Suspect| {
@@ -179,7 +178,7 @@ impl Finding {
             few @ (1 | 2) => few,
             _ => 0,
         };
-        // What is told, or explains all by itself, needs no second cause.
+        // A certain cause, or one that explains everything, needs no second one.
         let suffices = |only: &Suspect| only.explained == failing && only.against == 0;
         let is_enough = is_told || named == 1 && suspects.first().is_some_and(suffices);
         let pair = if is_enough { None } else { pair::best(judged, symptom) };
@@ -199,7 +198,7 @@ impl Finding {
     }
 }
 
-/// How likely the verdicts are if scenes fail by chance alone.
+/// Log-likelihood of the verdicts if scenes fail by chance.
 fn baseline(judged: &[&Judged<'_>], failing: usize, symptom: Symptom) -> f64 {
     let rate = (failing as f64 / judged.len() as f64).clamp(0.05, 0.95);
     let score = |scene: &&Judged<'_>| match &scene.clue {
@@ -209,12 +208,12 @@ fn baseline(judged: &[&Judged<'_>], failing: usize, symptom: Symptom) -> f64 {
     judged.iter().map(score).sum()
 }
 
-/// What the evidence of a failure adds to a score.
+/// Contribution of a failure's evidence to a score.
 fn of_evidence(feature: Feature, clue: &Clue, symptom: Symptom) -> f64 {
     if symptom == Symptom::Wrong { likelihood(feature, clue.evidence).ln() } else { 0.0 }
 }
 
-/// All causes that differ between scenes, the likeliest first; of each feature, the circumstances that fit best.
+/// All causes that distinguish scenes, the likeliest first; for each feature, its best circumstances.
 fn ranking(judged: &[&Judged<'_>], symptom: Symptom) -> Vec<Suspect> {
     let mut suspects: Vec<Suspect> = Vec::new();
     for hypothesis in hypotheses(judged, symptom) {
@@ -228,20 +227,20 @@ fn ranking(judged: &[&Judged<'_>], symptom: Symptom) -> Vec<Suspect> {
             None => suspects.push(suspect),
         }
     }
-    // Stable: of two that are alike, the one listed first.
+    // Stable: of equally likely causes, the one listed first wins.
     suspects.sort_by(|a, b| b.score.total_cmp(&a.score));
     suspects
 }
 
-/// The causes of failures of this sort.
+/// The possible causes of failures with this symptom.
 fn hypotheses(judged: &[&Judged<'_>], symptom: Symptom) -> Vec<Hypothesis> {
     let mut all = scope::hypotheses(judged.iter().map(|scene| scene.case));
-    // Rounding shows in numbers alone.
+    // Rounding only shows in wrong numbers.
     all.retain(|cause| cause.feature != Feature::Precision || symptom == Symptom::Wrong);
     all
 }
 
-/// How well a cause explains the verdicts.
+/// Scores a cause against the verdicts.
 fn weigh(hypothesis: &Hypothesis, judged: &[&Judged<'_>], symptom: Symptom) -> Suspect {
     let Hypothesis { feature, detail, .. } = hypothesis;
     let mut score = if hypothesis.special { SPECIAL.ln() } else { 0.0 };
@@ -263,10 +262,10 @@ fn weigh(hypothesis: &Hypothesis, judged: &[&Judged<'_>], symptom: Symptom) -> S
     Suspect { symptom, feature: *feature, detail, explained, against, score }
 }
 
-/// How likely a failure is to be of this sort where that feature is wrong.
+/// Probability of this evidence if that feature is wrong.
 ///
-/// A force moves no fixed particle, and positions follow velocities by a rule that knows no force. Rounding is
-/// nearly right at first, other mistakes are only where they grow slowly.
+/// A force moves no fixed particle, and does not affect the position rule. Rounding errors start almost right; other
+/// mistakes do so only where they grow slowly.
 fn likelihood(feature: Feature, evidence: Evidence) -> f64 {
     const NEVER: f64 = 1e-3;
     let Evidence { fixed_is_wrong, rule_is_broken, nearly_right } = evidence;
@@ -279,7 +278,7 @@ fn likelihood(feature: Feature, evidence: Evidence) -> f64 {
     let rule = match (feature, rule_is_broken) {
         (Feature::Force(_) | Feature::Jacobian(_), true) => NEVER,
         (Feature::Integrator(_) | Feature::Fixed(_), true) => 0.3,
-        // Another dt breaks it always.
+        // Another dt always violates the position rule.
         (Feature::Reading, true) => 0.5,
         (_, true) => 0.1,
         (Feature::Integrator(_), false) => 0.7,
@@ -294,7 +293,7 @@ fn likelihood(feature: Feature, evidence: Evidence) -> f64 {
     fixed * rule * size
 }
 
-/// How many scenes failed in which way.
+/// Number of scenes for each kind of failure.
 struct Kinds(Vec<(Kind, usize)>);
 
 impl Kinds {
@@ -306,13 +305,13 @@ impl Kinds {
                 None => kinds.push((kind.clone(), 1)),
             }
         }
-        // Stable: the kind met first comes first.
+        // Stable: the kind seen first comes first.
         kinds.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
         Self(kinds)
     }
 
-    /// What the failures say by themselves, and whether that is certain whichever the scenes; `None` where it takes
-    /// the pattern of them.
+    /// The cause that the failures themselves show, and whether it is certain whatever the scenes; `None` if only the
+    /// pattern of failing scenes can show it.
     fn told(&self, failing: usize) -> Option<(Suspect, bool)> {
         let mut features: Vec<(Feature, usize)> = Vec::new();
         for (kind, count) in &self.0 {

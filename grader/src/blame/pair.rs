@@ -1,25 +1,25 @@
-//! Two causes at work together.
+//! Pairs of causes that act together.
 //!
-//! A scene fails where either makes it fail: `p = max(p₁, p₂)`. Of each pair of features, the circumstances that fit
-//! best. Cost: pairs of causes times scenes, about two million terms for a suite of 140 scenes.
+//! A scene fails if either cause makes it fail: `p = max(p₁, p₂)`. For each pair of features, the best circumstances
+//! count. Cost: pairs of causes times scenes, about two million terms for a suite of 140 scenes.
 
 use rayon::prelude::*;
 
 use super::feature::{Feature, Symptom};
 use super::{Judged, SPECIAL, Suspect, hypotheses, of_evidence, weigh};
 
-/// The share of submissions with a mistake that have a second one, which may be any.
+/// Share of the submissions with a mistake that have a second one, of any kind.
 const SECOND: f64 = 0.3;
 
-/// A cause with what it adds to the score, scene by scene.
+/// A cause with its contribution to the score, scene by scene.
 struct Weighed {
     feature: Feature,
     prior: f64,
-    /// For each scene, the probability that it fails, and the logarithm of that of the evidence.
+    /// For each scene, the probability of a failure and the log-likelihood of the evidence.
     terms: Vec<(f64, f64)>,
 }
 
-/// The likeliest two of different features, with the score of both, the one that explains more first.
+/// The likeliest pair of different features, with its score; the cause that explains more comes first.
 pub(super) fn best(judged: &[&Judged<'_>], symptom: Symptom) -> Option<(f64, Vec<Suspect>)> {
     let causes = hypotheses(judged, symptom);
     let weighed: Vec<Weighed> = causes
@@ -44,7 +44,7 @@ pub(super) fn best(judged: &[&Judged<'_>], symptom: Symptom) -> Option<(f64, Vec
             .filter(|second| weighed[*second].feature != weighed[first].feature);
         let scored =
             seconds.map(|second| (score(&weighed[first], &weighed[second], &failed), second));
-        // Of two that are alike, the one listed first.
+        // Of equally likely causes, the one listed first.
         scored
             .reduce(|best, next| if next.0 > best.0 { next } else { best })
             .map(|(s, j)| (s, first, j))

@@ -1,4 +1,4 @@
-//! Each cause with the scenes that it would make fail.
+//! Possible causes, each with the scenes that it makes fail.
 
 use simulator::integrator::IntegratorKind;
 use simulator::scene::Scene;
@@ -8,18 +8,18 @@ use simulator::{force, integrator};
 use super::feature::{Family, Feature, Part};
 use crate::suite::Case;
 
-/// What becomes of a scene if a cause is at work.
+/// Prediction for a scene under a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Expected {
     Fails,
-    /// There is no telling: Newton's method often finds its way with wrong derivatives.
+    /// May fail: Newton's method, for example, often converges with wrong derivatives.
     May,
     Passes,
 }
 
 impl Expected {
-    /// The probability of a failure. A mistake now and then does not show where it might; a scene rarely fails
-    /// for another cause.
+    /// The probability of a failure. Even a mistake in use sometimes has no visible effect, and scenes rarely fail for
+    /// another reason.
     pub(super) fn probability(self) -> f64 {
         match self {
             Self::Fails => 0.95,
@@ -29,24 +29,24 @@ impl Expected {
     }
 }
 
-/// A cause, in certain circumstances.
+/// A cause under certain circumstances.
 pub(super) struct Hypothesis {
     pub(super) feature: Feature,
     /// The circumstances, in words.
     pub(super) detail: String,
-    /// Whether they are special ones.
+    /// Whether the circumstances are special.
     pub(super) special: bool,
     pub(super) expects: Box<dyn Fn(&Scene) -> Expected>,
 }
 
-/// A circumstance: words and a test of the scene.
+/// A circumstance: a description and a test of the scene.
 type Circumstance<T> = (&'static str, fn(&Scene, T) -> bool);
 
-/// What forces may get wrong in certain scenes only.
+/// Circumstances under which forces may be wrong.
 const OF_FORCES: [Circumstance<Part>; 5] = [
     ("", |_, _| true),
-    ("where there are several", |scene, part| elements(scene, part).count() > 1),
-    ("where two share an edge", |scene, part| {
+    ("with several elements", |scene, part| elements(scene, part).count() > 1),
+    ("with two on one edge", |scene, part| {
         let edges: Vec<_> = elements(scene, part).filter_map(|(_, _, edge)| edge).collect();
         (1..edges.len()).any(|k| edges[..k].contains(&edges[k]))
     }),
@@ -58,17 +58,17 @@ const OF_FORCES: [Circumstance<Part>; 5] = [
     }),
 ];
 
-/// What Jacobians may get wrong in certain scenes only.
+/// Circumstances under which Jacobians may be wrong.
 const OF_JACOBIANS: [Circumstance<Part>; 3] = [
     ("", |_, _| true),
-    ("between others than the first two particles", |scene, part| {
+    ("between particles other than the first two", |scene, part| {
         let others = |pair: [usize; 2]| pair.iter().any(|particle| *particle > 1);
         elements(scene, part).any(|(_, pair, _)| pair.map_or(scene.particles.len() > 1, others))
     }),
     ("where masses are not 1", |scene, _| unusual_masses(scene)),
 ];
 
-/// What integrators may get wrong in certain scenes only.
+/// Circumstances under which integrators may be wrong.
 const OF_INTEGRATORS: [Circumstance<()>; 6] = [
     ("", |_, ()| true),
     ("where forces act", |scene, ()| parts().any(|part| acts(scene, part))),
@@ -82,7 +82,7 @@ const OF_INTEGRATORS: [Circumstance<()>; 6] = [
     }),
 ];
 
-/// What may go wrong with fixed particles in certain scenes only.
+/// Circumstances under which fixed particles may be wrong.
 const OF_FIXED: [Circumstance<()>; 5] = [
     ("", |_, ()| true),
     ("that move", |scene, ()| {
@@ -91,13 +91,13 @@ const OF_FIXED: [Circumstance<()>; 5] = [
     ("that forces act on", |scene, ()| {
         scene.forces.iter().any(|element| element.pair.is_none()) || joined(scene)
     }),
-    ("that forces join to others", |scene, ()| joined(scene)),
+    ("joined to others by forces", |scene, ()| joined(scene)),
     ("under simple gravity", |scene, ()| {
         scene.forces.iter().any(|element| element.schema.masses == Masses::Own)
     }),
 ];
 
-/// All causes in all circumstances; the plain ones first.
+/// All causes under all circumstances, the unconditional ones first.
 pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     for part in parts() {
@@ -133,7 +133,7 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
             true if some(scene, by_position) => Expected::May,
             _ => Expected::Passes,
         };
-        all.push(hypothesis(Feature::Integrator(name), "the end of Newton's method", newton));
+        all.push(hypothesis(Feature::Integrator(name), "stopping of Newton's method", newton));
     }
     for of in [Family::Any, Family::Explicit, Family::Implicit] {
         for (detail, holds) in OF_FIXED {
@@ -145,7 +145,7 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
             all.push(hypothesis(Feature::Fixed(of), detail, expects));
         }
     }
-    all.push(hypothesis(Feature::Reading, "several forces", |scene: &Scene| {
+    all.push(hypothesis(Feature::Reading, "with several forces", |scene: &Scene| {
         when(scene.forces.len() > 1)
     }));
     all.push(hypothesis(Feature::Reading, "masses", |scene: &Scene| {
@@ -157,7 +157,7 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
     steps.sort_by(f64::total_cmp);
     steps.dedup();
     for step in steps {
-        let detail = format!("as if dt were always {step}");
+        let detail = format!("dt always taken as {step}");
         let expects = move |scene: &Scene| when(scene.time_step != step);
         all.push(Hypothesis { detail, ..hypothesis(Feature::Reading, "dt", expects) });
     }
@@ -192,7 +192,7 @@ fn parts() -> impl Iterator<Item = Part> {
 /// A force's element: its parameters, its pair, and its edge.
 type Element<'a> = (&'a [f64], Option<[usize; 2]>, Option<usize>);
 
-/// The elements by which a part acts on a free particle.
+/// The elements through which a part acts on a free particle.
 fn elements(scene: &Scene, part: Part) -> impl Iterator<Item = Element<'_>> {
     let is_free = |particle: &usize| !scene.particles[*particle].fixed;
     let all = scene.forces.iter().filter(move |element| element.schema.tag == part.tag());
@@ -214,7 +214,7 @@ fn unusual_masses(scene: &Scene) -> bool {
     scene.particles.iter().any(|particle| !particle.fixed && particle.mass != 1.0)
 }
 
-/// Whether a force between two particles has a fixed and a free one.
+/// Whether some force joins a fixed and a free particle.
 fn joined(scene: &Scene) -> bool {
     let is_mixed = |[i, j]: [usize; 2]| scene.particles[i].fixed != scene.particles[j].fixed;
     scene.forces.iter().any(|element| element.pair.is_some_and(is_mixed))

@@ -1,89 +1,89 @@
-//! The envelope of a scene: non-decreasing steps, few of them, over the states.
+//! The envelope of a scene: a non-decreasing step function over the states, with few steps.
 //!
-//! A step is as high as the envelope is at its end, and ends before the envelope has grown by half since its
-//! beginning: so it is never below, and at most half above.
+//! A step has the height of the envelope at the step's end, and ends before the envelope has grown by half since the
+//! step's start. So the function is never below the envelope, and at most half above it.
 
 use serde::Deserialize;
 
 use super::{FACTOR, FLOOR};
 
-/// How much the envelope grows in a step, at most.
+/// Maximum growth of the envelope within a step, as a factor.
 const GROWTH: f64 = 1.5;
 
-/// What a correct program may differ by.
+/// Bounds on the differences between correct programs, over the states of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Envelope {
-    /// How many variants it was measured with.
+    /// Number of variants it was measured with.
     pub variants: usize,
     /// Its steps, in order.
     checkpoints: Vec<Checkpoint>,
-    /// Where states are no longer to be compared; `None` where they are to the end.
+    /// The prediction horizon; `None` if all states are compared.
     pub horizon: Option<Horizon>,
 }
 
 /// The end of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Checkpoint {
-    /// The last state for which it holds.
+    /// The last state of the step.
     to_step: u64,
     bounds: Bounds,
 }
 
-/// Of positions, and of velocities.
+/// A bound on positions and one on velocities.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Bounds {
-    /// Of the distance in position.
+    /// Bound on the distance in position.
     pub position: f64,
-    /// Of the distance in velocity.
+    /// Bound on the distance in velocity.
     pub velocity: f64,
 }
 
-/// Beyond it, states say nothing.
+/// The prediction horizon: from here on, states are not compared.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Horizon {
     /// The first state that is not compared.
     pub step: u64,
-    /// The largest difference in energy from there on.
+    /// The largest difference in energy between variants from there on.
     pub energy: f64,
-    /// The largest difference in momentum from there on.
+    /// The largest difference in momentum between variants from there on.
     pub momentum: f64,
 }
 
-/// An envelope, and the tolerance that follows from it.
+/// An envelope and the resulting tolerance.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Bound {
-    /// What variants differ by.
+    /// Largest difference between variants.
     pub envelope: f64,
-    /// What a program may differ by.
+    /// Largest accepted difference of a program.
     pub tolerance: f64,
 }
 
 impl Bound {
-    /// The tolerance of a quantity of this size.
+    /// The tolerance for a quantity of this size.
     pub fn of(envelope: f64, size: f64) -> Self {
         Self { envelope, tolerance: FACTOR * (envelope + FLOOR * size) }
     }
 }
 
 impl Envelope {
-    /// The envelope of the state of this number, before the horizon. Beyond the last, it is the last.
+    /// The envelope at this state. After the last step, the last value holds.
     pub fn at(&self, step: u64) -> Bounds {
         let place = self.checkpoints.partition_point(|checkpoint| checkpoint.to_step < step);
         let found = self.checkpoints.get(place).or(self.checkpoints.last());
         found.map(|checkpoint| checkpoint.bounds).unwrap_or_default()
     }
 
-    /// Whether the state of this number is compared.
+    /// Whether this state is before the horizon.
     pub fn is_predictable(&self, step: u64) -> bool {
         self.horizon.is_none_or(|horizon| step < horizon.step)
     }
 }
 
-/// An envelope on its way.
+/// An envelope under construction.
 pub(super) struct Builder {
     envelope: Envelope,
-    /// Where the current step began.
+    /// The envelope at the start of the current step.
     base: Bounds,
     /// The envelope so far.
     largest: Bounds,
@@ -99,7 +99,7 @@ impl Builder {
         self.envelope.horizon.is_none()
     }
 
-    /// Adds what the variants differ by at a state, the next.
+    /// Adds the differences between variants at the next state.
     pub(super) fn add(&mut self, step: u64, found: Bounds) {
         self.largest = Bounds {
             position: self.largest.position.max(found.position),
@@ -121,12 +121,12 @@ impl Builder {
         }
     }
 
-    /// From this state on, states are not compared.
+    /// Sets the horizon to this state.
     pub(super) fn end_at(&mut self, step: u64) {
         self.envelope.horizon = Some(Horizon { step, energy: 0.0, momentum: 0.0 });
     }
 
-    /// Adds a difference in energy and momentum beyond the horizon.
+    /// Adds a difference in energy and in momentum beyond the horizon.
     pub(super) fn add_beyond(&mut self, (energy, momentum): (f64, f64)) {
         if let Some(horizon) = &mut self.envelope.horizon {
             horizon.energy = horizon.energy.max(rounded_up(energy));
@@ -139,13 +139,13 @@ impl Builder {
     }
 }
 
-/// The number in two digits, not below it.
+/// The number rounded up to two digits.
 fn rounded_up(value: f64) -> f64 {
-    // A twentieth is half a unit of the second digit, where the first is 1.
+    // 5 % is half a unit of the second digit of 1.0, the worst case.
     format!("{:.1e}", value * 1.05).parse().unwrap_or(f64::INFINITY)
 }
 
-/// An envelope as it is stored, by the name of its scene.
+/// An envelope in its stored form, with the name of its scene.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StoredEnvelope {
@@ -159,7 +159,7 @@ pub struct StoredEnvelope {
 }
 
 impl StoredEnvelope {
-    /// The envelope of the scene of this name.
+    /// The stored form of an envelope.
     pub fn of(name: &str, envelope: &Envelope) -> Self {
         let of_each = |quantity: fn(&Bounds) -> f64| {
             let checkpoints = envelope.checkpoints.iter();
@@ -175,7 +175,7 @@ impl StoredEnvelope {
         }
     }
 
-    /// Its entry in the file of all, as TOML.
+    /// Its TOML entry in the file of envelopes.
     pub fn entry(&self) -> String {
         let name = toml::Value::String(self.name.clone());
         let list = |values: &[f64]| {
@@ -197,7 +197,7 @@ impl StoredEnvelope {
         text
     }
 
-    /// The envelope; `None` where the lists do not go together.
+    /// The envelope; `None` unless the lists are sorted, finite and of equal length.
     pub fn envelope(&self) -> Option<Envelope> {
         let Self { to_step, position, velocity, .. } = self;
         let sorted = to_step.is_sorted() && position.is_sorted() && velocity.is_sorted();
@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_digits_are_never_below_and_hardly_above() {
+    fn rounding_up_to_two_digits_never_lowers_a_value() {
         for value in [0.0, 1e-16, 1.0, 1.04e-9, 9.96e3, 2.0f64.powi(-52), 3.3333] {
             let rounded = rounded_up(value);
             assert!(rounded >= value && rounded <= 1.16 * value, "{value}: {rounded}");

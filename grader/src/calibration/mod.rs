@@ -1,25 +1,27 @@
-//! What a correct program may differ by: measured, scene by scene, when the oracle is made.
+//! Calibrated tolerances: the differences between correct programs, measured for each scene when the oracle is made.
 //!
 //! ```text
 //! envelope(k)   the largest distance, over the particles and states 0 … k, between the oracle's trace and those
-//!               of equally correct variants; positions and velocities each by themselves
+//!               of equally correct variants; separate for positions and velocities
 //! tolerance(k)  F (envelope(k) + 4 ε size(k))        F = 10, ε = 2⁻⁵², size: the largest coordinate so far
 //! ```
 //!
-//! **The factor.** A program differs from the oracle in up to six kinds of things at once ([`Class`]), each by as
-//! much as a variant alone: independent of each other, √6 times as much. Each kind was drawn two to eight times, and
-//! what its largest draw shows is within a factor of four of the worst that is likely among many programs. F = 4 √6,
-//! rounded. A test leaves out orders, formulas and stopping, and finds each within the tolerance that the others give.
+//! **The factor.** A program differs from the oracle in up to six kinds of things at once ([`Class`]). Each has the
+//! effect of one variant, and independent effects add up to √6 times as much. Each kind was sampled two to eight times;
+//! the largest sample is within a factor of four of the worst case that is likely among many programs. F = 4 √6,
+//! rounded. A test leaves out the kinds order, formula and stopping in turn, and checks that each stays within the
+//! tolerance that the others give.
 //!
-//! **The floor.** With it a program may write 15 digits, as many as every f64 has: half a unit of the fifteenth is
-//! 5e-15 of a coordinate, √3 times that of three of them, and `F · 4 ε` is 8.9e-15.
+//! **The floor.** It allows a program to write 15 digits, the number that every f64 has. Half a unit of the fifteenth
+//! digit is 5e-15 of a coordinate, and √3 times that for three coordinates; `F · 4 ε` is 8.9e-15.
 //!
-//! **The horizon.** Where motion is chaotic the envelope grows until it says nothing. The horizon is the first state
-//! whose tolerance is a thousandth of the extent of the motion. States are compared before it; from it on, energy
-//! and momentum alone, each with three times the largest difference that the variants show there, which no longer
-//! grows: they have forgotten each other, and a correct program is one more of them.
+//! **The horizon.** In chaotic motion the envelope grows until it is meaningless. The horizon is the first state whose
+//! tolerance is a thousandth of the extent of the motion. States are compared before it. From there on, only energy
+//! and momentum are compared, each with three times the largest difference between the variants. That difference no
+//! longer grows, because the variants' trajectories are no longer correlated, and a correct program is one more of
+//! them.
 //!
-//! Cost: two dozen runs of the scene, in lockstep; memory is that of their states, and of some dozens of checkpoints.
+//! Cost: two dozen runs of the scene, in lockstep. Memory: the states of all runs, and some dozens of checkpoints.
 
 mod envelope;
 mod variant;
@@ -34,16 +36,16 @@ use crate::stepping::{Invariants, Stepper};
 use envelope::Builder;
 use variant::{Variant, variants};
 
-/// `F`: how many times the envelope a program may differ.
+/// `F`: ratio of the tolerance to the envelope.
 pub const FACTOR: f64 = 10.0;
 
-/// How many times the variants' difference in energy and momentum a program may differ, beyond the horizon.
+/// Ratio of the tolerance to the variants' difference in energy and momentum, beyond the horizon.
 pub const FACTOR_BEYOND: f64 = 3.0;
 
-/// Rounding of a coordinate, relative to its size.
+/// Rounding error of a coordinate, relative to its size.
 const FLOOR: f64 = 4.0 * f64::EPSILON;
 
-/// The tolerance that makes a horizon, relative to the extent of the motion.
+/// The tolerance that defines the horizon, relative to the extent of the motion.
 const PREDICTABLE: f64 = 1e-3;
 
 /// Measures the envelope of a scene.
@@ -68,7 +70,7 @@ fn calibrate_with(scene: &Scene, mut variants: Vec<Variant>) -> Envelope {
             if !oracle.advance() {
                 break;
             }
-            // Where a variant has no answer, it is no correct program.
+            // A variant whose step fails is not a correct program.
             variants.retain_mut(Variant::advance);
         }
         let bounds = largest(&oracle, &variants, scene.dimension.count());
@@ -91,13 +93,13 @@ fn calibrate_with(scene: &Scene, mut variants: Vec<Variant>) -> Envelope {
     builder.finish()
 }
 
-/// Difference in energy, and in momentum.
+/// Difference in energy and in momentum.
 pub(crate) fn difference(a: Invariants, b: Invariants) -> (f64, f64) {
     let momentum = a.momentum.iter().zip(b.momentum).map(|(a, b)| (a - b) * (a - b));
     ((a.energy - b.energy).abs(), momentum.sum::<f64>().sqrt())
 }
 
-/// The largest distances of a state from those of the variants.
+/// The largest distances between the oracle's state and those of the variants.
 fn largest(oracle: &Variant, variants: &[Variant], dimension: usize) -> Bounds {
     let n_places = oracle.state().0.len();
     let mut bounds = Bounds::default();
@@ -117,7 +119,7 @@ fn largest(oracle: &Variant, variants: &[Variant], dimension: usize) -> Bounds {
     bounds
 }
 
-/// How far the motion reaches, and how fast it is.
+/// Extent of the motion: largest displacement and speed.
 struct Extent {
     length: f64,
     speed: f64,
@@ -144,7 +146,7 @@ impl Extent {
         }
         let sides = (0..dimension).map(|axis| high[axis] - low[axis]);
         let length = sides.map(|side| side * side).sum::<f64>().sqrt();
-        // What hardly moves is slow, and no less predictable for it.
+        // A motion that hardly moves is slow, but just as predictable.
         Self { length, speed: speed.max(length / scene.duration.max(scene.time_step)) }
     }
 

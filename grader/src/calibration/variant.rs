@@ -1,15 +1,15 @@
-//! Equally correct ways to run a scene, each a stream of states.
+//! Variants: equally correct ways to simulate a scene, each a stream of states.
 //!
 //! ```text
-//! order      forces summed the other way round, or shuffled; particles numbered otherwise
+//! order      forces summed in reverse or random order; particles renumbered
 //! solver     dense, sparse, LU of either pivoting, QR, the inverse, 4N unknowns, an iterative one's residual
 //! formula    d/l or d·(1/l), h·(F/m) or (h/m)·F, fused multiply-add, Jacobians by dual numbers
-//! start      the last bit of every coordinate, velocity, mass and parameter, up or down or as it is
-//! rounding   the last bit of every coordinate and velocity after every step, likewise
-//! stopping   one iteration more than Newton's method needs, or as many as rounding lets it make
+//! start      the last bit of every coordinate, velocity, mass and parameter: up, down or unchanged
+//! rounding   the last bit of every coordinate and velocity after every step: likewise
+//! stopping   one iteration of Newton's method more than needed, or as many as rounding allows
 //! ```
 //!
-//! Those of the last bits and shuffles are drawn with fixed seeds: the same every time.
+//! Random bits and orders have fixed seeds, so that the variants are deterministic.
 
 use fastrand::Rng;
 use simulator::scene::Scene;
@@ -20,20 +20,20 @@ use crate::stepping::Stepper;
 use reference::second::arithmetic::Arithmetic;
 use reference::second::{Second, Solver, Stop, Style};
 
-/// What kind of difference a variant makes.
+/// Kind of difference between a variant and the oracle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// The order of sums.
     Order,
-    /// The solver of linear systems.
+    /// The linear solver.
     Solver,
     /// The order of evaluation of formulas.
     Formula,
-    /// The last bits of the start.
+    /// The last bits of the initial state.
     Start,
-    /// The last bits of every step.
+    /// The last bits after every step.
     Rounding,
-    /// Where an iteration ends.
+    /// The stopping criterion of an iteration.
     Stopping,
 }
 
@@ -43,11 +43,11 @@ impl Class {
         [Self::Order, Self::Solver, Self::Formula, Self::Start, Self::Rounding, Self::Stopping];
 }
 
-/// A scene on its way in one of these ways. Its state is in the scene's own order of particles.
+/// A running variant. Its state is reported in the scene's own order of particles.
 pub(super) struct Variant {
     pub(super) class: Class,
     engine: Engine,
-    /// Where the coordinates of the scene's particles are in the state.
+    /// For each coordinate of the scene's particles, its index in the variant's state.
     places: Vec<usize>,
     jitter: Option<Jitter>,
     step: u64,
@@ -60,14 +60,14 @@ enum Engine {
     Second(Box<Second>),
 }
 
-/// Last bits after every step.
+/// Random last bits after every step.
 struct Jitter {
     random: Rng,
-    /// The velocity is a difference of positions over this time, where the method makes it so.
+    /// The time step, if the method computes the velocity as a difference of positions over it.
     quotient: Option<f64>,
 }
 
-/// The distance of 1 from the next larger number.
+/// Distance from 1 to the next larger number.
 const BIT: f64 = f64::EPSILON;
 
 impl Variant {
@@ -93,7 +93,7 @@ impl Variant {
         Self::first(Class::Order, scene, LinearSolver::Auto)
     }
 
-    /// Takes a step; false where it has no answer.
+    /// Takes a step. Returns false if it fails.
     pub(super) fn advance(&mut self) -> bool {
         let (x, v) = (&mut self.positions, &mut self.velocities);
         let done = match &mut self.engine {
@@ -113,7 +113,7 @@ impl Variant {
         done
     }
 
-    /// Position and velocity of this number, in the scene's own order.
+    /// Position and velocity at this index, in the scene's own order.
     pub(super) fn at(&self, place: usize) -> (f64, f64) {
         let place = self.places[place];
         (self.positions[place], self.velocities[place])
@@ -125,12 +125,12 @@ impl Variant {
     }
 }
 
-/// The last bit of a number near 1: up, down, or as it is.
+/// A random last bit of a number near 1: up, down or unchanged.
 fn bit(random: &mut Rng) -> f64 {
     BIT * f64::from(random.i8(-1..=1))
 }
 
-/// Every way in which the scene can be run.
+/// All variants of the scene.
 pub(super) fn variants(scene: &Scene) -> Vec<Variant> {
     let mut all = Vec::new();
     orders(scene, &mut all);
@@ -168,7 +168,7 @@ fn orders(scene: &Scene, all: &mut Vec<Variant>) {
     }
 }
 
-/// The scene with the particles `order[0], order[1], …`.
+/// The scene with its particles in the order `order[0], order[1], …`.
 fn renumber(scene: &Scene, order: &[usize]) -> Scene {
     let mut new_number = vec![0; order.len()];
     order.iter().enumerate().for_each(|(new, &old)| new_number[old] = new);
@@ -223,7 +223,7 @@ fn last_bits(scene: &Scene, all: &mut Vec<Variant>) {
             for value in particle.position.iter_mut().chain(&mut particle.velocity) {
                 *value += bit(random) * *value;
             }
-            // Half of them change what the forces are made of, too.
+            // Half of them also change the parameters of the forces.
             if seed % 2 == 1 {
                 particle.mass += bit(random) * particle.mass;
             }
@@ -251,7 +251,7 @@ fn stopping(scene: &Scene, all: &mut Vec<Variant>) {
         }
         return;
     }
-    // A tolerance of the scene's own says where to end; what is left open is how it is compared.
+    // A tolerance set by the scene fixes the end of the iteration; only rounding in the comparison with it is free.
     let tolerances = scene.integrator_options.iter().filter_map(|(option, value)| match value {
         OptionValue::Number(value) if option.name == "tolerance" && value > 0.0 => Some(value),
         _ => None,

@@ -1,4 +1,4 @@
-//! The submissions of a folder.
+//! Lists the submissions of a folder.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -9,40 +9,40 @@ use std::path::{Path, PathBuf};
 use crate::printed::steers;
 use crate::suite::hash_bytes;
 
-/// The longest name, in bytes, that is a report's name as well.
+/// Longest name, in bytes, that is used unchanged as a report's name.
 const LONGEST: usize = 100;
 
-/// The characters of a name that are shown in front of its hash.
+/// Number of characters of a name that are kept in front of its hash.
 const PREFIX: usize = 40;
 
-/// The digits of a hash: nobody finds two names that share it.
+/// Number of hexadecimal digits of the hash: enough to make collisions infeasible.
 const HASH: usize = 32;
 
 /// A file or folder that is graded.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Entry {
-    /// What it is called in the folder.
+pub struct ClassEntry {
+    /// Its name in the folder.
     pub name: String,
-    /// Where it is.
+    /// Its path.
     pub path: PathBuf,
-    /// The name of its report, without the extension of its format. No two entries share one, on any file system.
+    /// The name of its report, without extension. Unique among all entries on any file system.
     pub report: String,
 }
 
-/// Something in the folder that is no submission.
+/// An entry of the folder that is not a submission.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PassedOver {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// Why it is none.
+    /// Why it is skipped.
     pub reason: &'static str,
 }
 
-/// The submissions of a folder, by name, and what else there is.
+/// The submissions of a folder, sorted by name, and the entries that are skipped.
 ///
 /// # Errors
-/// Where the folder cannot be read.
-pub fn list(folder: &Path) -> io::Result<(Vec<Entry>, Vec<PassedOver>)> {
+/// If the folder cannot be read.
+pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
     let mut found: Vec<(OsString, PathBuf)> = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
@@ -54,7 +54,7 @@ pub fn list(folder: &Path) -> io::Result<(Vec<Entry>, Vec<PassedOver>)> {
         let name = file_name.to_str().filter(|name| !name.chars().any(steers));
         match (name, refusal(&path)) {
             (Some(name), None) if !name.starts_with('.') => {
-                entries.push(Entry { name: name.to_owned(), path, report: String::new() });
+                entries.push(ClassEntry { name: name.to_owned(), path, report: String::new() });
             }
             (Some(name), refusal) => {
                 let reason = refusal.filter(|_| !name.starts_with('.'));
@@ -62,9 +62,9 @@ pub fn list(folder: &Path) -> io::Result<(Vec<Entry>, Vec<PassedOver>)> {
                 others.push(PassedOver { name: name.to_owned(), reason });
             }
             (None, _) => others.push(PassedOver {
-                // As an escaped literal.
+                // Shown as an escaped literal.
                 name: format!("{file_name:?}"),
-                reason: "its name cannot be shown",
+                reason: "its name contains control characters or is not UTF-8",
             }),
         }
     }
@@ -79,8 +79,8 @@ pub fn list(folder: &Path) -> io::Result<(Vec<Entry>, Vec<PassedOver>)> {
     Ok((entries, others))
 }
 
-/// A name that every file system keeps as it is stays so, where no other differs from it by case alone. Any other is
-/// spelt in such characters and gets a hash, behind a `~`, which no name has that stays.
+/// A report's name. A name that every file system stores unchanged is kept, unless it differs from another one by case
+/// only. Any other name is reduced to such characters and gets `~` and a hash; kept names contain no `~`.
 fn report_name(name: &str, is_alone: bool) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || " _-.,".contains(c);
     let is_kept = is_alone
@@ -96,13 +96,13 @@ fn report_name(name: &str, is_alone: bool) -> String {
     format!("{prefix}~{}", &hash_bytes(name.as_bytes())[..HASH])
 }
 
-/// Why it cannot be graded.
+/// Why an entry cannot be graded.
 fn refusal(path: &Path) -> Option<&'static str> {
     // It does not follow links.
     let Ok(metadata) = fs::symlink_metadata(path) else { return Some("it cannot be read") };
     let kind = metadata.file_type();
     match () {
-        // It may lead to the oracle, or to another's submission.
+        // A link could lead to the oracle or to another submission.
         () if kind.is_symlink() => Some("it is a link"),
         () if kind.is_dir() => None,
         () if !kind.is_file() => Some("it is neither a file nor a folder"),
@@ -169,7 +169,7 @@ mod tests {
         let reports: BTreeSet<String> =
             entries.iter().map(|entry| entry.report.to_lowercase()).collect();
         assert_eq!(reports.len(), names.len(), "{reports:?}");
-        for Entry { name, report, .. } in &entries {
+        for ClassEntry { name, report, .. } in &entries {
             let stays =
                 ["ada", "a", "a.txt", "BOB.txt", "Lovelace, Ada_12", "a b", "a_b", "con", &of_long];
             assert_eq!(report == name, stays.contains(&name.as_str()), "{name:?}: {report:?}");

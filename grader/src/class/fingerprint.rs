@@ -1,4 +1,4 @@
-//! What a report came of, as one number: where it is the same, so is the report.
+//! Fingerprint of everything that a report depends on: the same fingerprint means the same report.
 //!
 //! ```text
 //! SHA-256 ( the grader · how programs are run · rubric · scenes · traces ) + SHA-256 ( the submission's files )
@@ -11,18 +11,18 @@ use sha2::{Digest, Sha256};
 
 use crate::grading::hidden::HiddenSuite;
 use crate::oracle::Oracle;
-use crate::submission::hand_in::{HandIn, HandInError, Step};
+use crate::submission::hand_in::{HandIn, HandInError, WalkStep};
 use crate::suite::{Case, Suite, hash_file, hexadecimal};
 
-/// A hash being made of parts, each with its length before it, so that no two lists of parts are the same.
+/// A hash of several parts. Each part is preceded by its length, so that different lists of parts differ in the hash.
 #[derive(Debug, Clone)]
 pub struct Fingerprint(Sha256);
 
 impl Fingerprint {
-    /// Of this program.
+    /// The fingerprint of this program.
     ///
     /// # Errors
-    /// Where its own file cannot be read.
+    /// If its own file cannot be read.
     pub fn of_grader() -> io::Result<Self> {
         let mut own = Self(Sha256::new());
         own.part(env!("CARGO_PKG_VERSION").as_bytes());
@@ -39,14 +39,14 @@ impl Fingerprint {
     /// Adds the content of a file.
     ///
     /// # Errors
-    /// Where it cannot be read.
+    /// If it cannot be read.
     pub fn file(&mut self, path: &Path) -> io::Result<()> {
-        // By its own hash: the length of what is read is not known before.
+        // By its own hash: its length is not known beforehand.
         self.part(hash_file(path)?.as_bytes());
         Ok(())
     }
 
-    /// Adds the scenes, their traces and what correct programs differ by; a trace that is missing or in doubt is a part as well.
+    /// Adds the scenes, their traces and envelopes. A missing or invalid trace counts as a part as well.
     pub fn suite(&mut self, suite: &Suite, oracle: &Oracle) {
         self.cases(&suite.cases, oracle);
     }
@@ -73,35 +73,35 @@ impl Fingerprint {
         }
     }
 
-    /// Adds a submission: a file, or every file below a folder, in the order of their names. Links are what they say,
-    /// and not what they lead to.
+    /// Adds a submission: a file, or every file below a folder, in the order of their names. A link counts by its
+    /// target path, not by the target's content.
     ///
     /// # Errors
-    /// Where something of it cannot be read, or it is too much; then nothing but metadata was read.
+    /// If a file cannot be read, or the submission exceeds a limit. Only metadata is read in the latter case.
     pub fn submission(&mut self, path: &Path) -> Result<(), HandInError> {
         HandIn::open(path)?.walk(&mut |step| {
             let (kind, node): (&[u8], _) = match &step {
-                Step::Leave => {
+                WalkStep::Leave => {
                     self.part(b"end");
                     return Ok(());
                 }
-                Step::Enter(node) => (b"folder", node),
-                Step::File(node) if node.is_executable() => (b"program", node),
-                Step::File(node) => (b"file", node),
-                Step::Link(node) => (b"link", node),
+                WalkStep::Enter(node) => (b"folder", node),
+                WalkStep::File(node) if node.is_executable() => (b"program", node),
+                WalkStep::File(node) => (b"file", node),
+                WalkStep::Link(node) => (b"link", node),
             };
             self.part(kind);
             self.part(node.name.to_bytes());
             match &step {
-                Step::File(node) => self.part(node.hash()?.as_bytes()),
-                Step::Link(node) => self.part(node.target()?.to_bytes()),
-                Step::Enter(_) | Step::Leave => {}
+                WalkStep::File(node) => self.part(node.hash()?.as_bytes()),
+                WalkStep::Link(node) => self.part(node.target()?.to_bytes()),
+                WalkStep::Enter(_) | WalkStep::Leave => {}
             }
             Ok(())
         })
     }
 
-    /// In hexadecimal.
+    /// The hash in hexadecimal.
     pub fn finish(self) -> String {
         hexadecimal(&self.0.finalize())
     }

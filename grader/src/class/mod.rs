@@ -1,12 +1,12 @@
-//! A class: a folder of submissions, of each a report and a row.
+//! Grading of a class: a folder of submissions, with a report and a table row for each.
 //!
 //! ```text
 //! DIR ─> entries, by name ─> each alone: Submission -> Grading ─> reports ─> record ─> row ─> summary
 //!          entry.rs                                                            ^
-//!                                                fingerprint.rs: what it came of; as before? then as recorded
+//!                                                fingerprint.rs: unchanged inputs? then the recorded row
 //! ```
 //!
-//! A row depends on its submission, the suite and the grader, and on no other submission.
+//! A row depends on its submission, the suite and the grader only.
 
 pub mod entry;
 pub mod fingerprint;
@@ -15,36 +15,35 @@ pub mod record;
 use serde::{Deserialize, Serialize};
 
 use crate::grading::points;
-use crate::grading::{Grading, Hidden, Outcome, SceneResult};
+use crate::grading::{Grading, GradingOutcome, Hidden, SceneResult};
 use crate::probe::Probing;
 use crate::suite::Section;
 use crate::verdict::Verdict;
 
-/// What became of one submission. Points are text, as in its report: to the same hundredths, however often they are
-/// stored and read.
+/// The table row of one submission. Points are text, as in the report, so that storing and reading them again cannot
+/// change their hundredths.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
-    /// What the submission's file or folder is called.
+    /// The name of the submission's file or folder.
     pub name: String,
-    /// "passed", "passed-shipped", "failed" or "grader-fault"; the verdict's name where every scene has the same.
+    /// "passed", "passed-shipped", "failed" or "grader-fault"; the verdict's name if all scenes have the same one.
     pub verdict: String,
-    /// Required points, and how many there are.
+    /// Required points: earned and maximum.
     pub required: (String, String),
-    /// Extra-credit points, and how many there are.
+    /// Extra-credit points: earned and maximum.
     pub extra_credit: (String, String),
-    /// Points of both.
+    /// Sum of both.
     pub points: String,
-    /// Points of both that could not be judged.
+    /// Points of both that were not judged.
     pub not_judged: String,
-    /// Scenes that passed, and how many there are, without hidden ones.
+    /// Shipped scenes: passed and total.
     pub scenes: (usize, usize),
-    /// The same of hidden ones; `None` where there are none, or they were not run.
+    /// Hidden scenes: passed and total; `None` where there are none, or they were not run.
     pub hidden: Option<(usize, usize)>,
-    /// Findings about its forces and Jacobians that are correct, and how many it offers; `None` where they were not
-    /// measured.
+    /// Findings about its forces and Jacobians: correct and total; `None` where they were not measured.
     pub jacobians: Option<(usize, usize)>,
-    /// That its answers may be copied, in words; `None` where nothing shows it.
+    /// Evidence of copied answers, in words; `None` where there is none.
     pub copied: Option<String>,
 }
 
@@ -79,15 +78,15 @@ impl Row {
     }
 }
 
-/// The verdict of rows in which something could not be judged.
+/// Verdict of rows in which something could not be judged.
 const FAULT: &str = "grader-fault";
 
 fn verdict(grading: &Grading) -> String {
     let outcome = match grading.outcome() {
-        Outcome::Passed => "passed",
-        Outcome::PassedShipped => "passed-shipped",
-        Outcome::GraderFault => FAULT,
-        Outcome::Failed => {
+        GradingOutcome::Passed => "passed",
+        GradingOutcome::PassedShipped => "passed-shipped",
+        GradingOutcome::GraderFault => FAULT,
+        GradingOutcome::Failed => {
             let scenes = grading.features.iter().flat_map(|result| &result.scenes);
             let mut names = scenes.map(|scene: &SceneResult| match &scene.comparison.verdict {
                 Verdict::Fail(failure) => failure.name(),

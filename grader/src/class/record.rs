@@ -1,7 +1,7 @@
-//! What is kept of a submission that was graded, so that it need not be graded again.
+//! Record of a graded submission, which lets a later run skip it.
 //!
-//! `resume/NAME.json` is written last of all that is written of a submission. What it says holds as long as what the
-//! reports came of is the same, and the reports are the ones that were written.
+//! `resume/NAME.json` is written after all reports of the submission. It is valid as long as the fingerprint of the
+//! inputs is the same and the report files are unchanged.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,26 +12,26 @@ use serde::{Deserialize, Serialize};
 use super::Row;
 use crate::suite::{hash_file, read_text};
 
-/// The largest record that is read, in MiB.
+/// Maximum size of a record, in MiB.
 const MAX_MEBIBYTES: u64 = 1;
 
 /// A record.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Record {
-    /// The fingerprint of what the reports came of.
+    /// The fingerprint of the reports' inputs.
     pub fingerprint: String,
-    /// The row.
+    /// The table row.
     pub row: Row,
-    /// The reports' files, with the SHA-256 of each.
+    /// SHA-256 of each report file.
     pub reports: BTreeMap<String, String>,
 }
 
 impl Record {
-    /// Reads the record at `path`, if it is of this fingerprint, the reports in `folder` are those it was written
-    /// with, and nothing was left unjudged.
+    /// Reads the record at `path`. Returns `None` unless it has this fingerprint, the reports in `folder` are those it
+    /// was written with, and everything was judged.
     pub fn read(path: &Path, fingerprint: &str, folder: &Path) -> Option<Self> {
-        // Neither a link nor a pipe was written by `grade`.
+        // `grade` writes neither links nor pipes.
         let is_file = |path: &Path| fs::symlink_metadata(path).is_ok_and(|found| found.is_file());
         if !is_file(path) {
             return None;
@@ -47,7 +47,7 @@ impl Record {
         holds.then_some(record)
     }
 
-    /// As text, with a newline at its end.
+    /// JSON text with a final newline.
     ///
     /// # Errors
     /// Never in practice.

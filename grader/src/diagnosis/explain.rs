@@ -1,4 +1,4 @@
-//! The candidate that explains wrong steps, or none.
+//! Searches for one candidate that explains all wrong steps.
 
 use simulator::scene::Scene;
 
@@ -6,24 +6,24 @@ use super::candidates::{Candidate, Culprit, Trial, Tried};
 use super::physics::{Method, Physics, Term};
 use super::steps::{Sample, WrongSteps};
 
-/// The most coordinates of a scene that is looked into.
+/// Maximum number of coordinates of a scene that is diagnosed.
 const MAX_COORDINATES: usize = 120;
 
-/// The most mistakes in different places that are told side by side.
+/// Maximum number of alternative explanations in different places.
 const MAX_ALTERNATIVES: usize = 3;
 
-/// How many times the noise a defect must be, so that candidates can be told from each other.
+/// Minimum ratio of a defect to the noise for candidates to be distinguishable.
 const CLEAR: f64 = 1e4;
 
-/// How many times the noise an explanation may leave.
+/// Maximum remainder of an explanation, as a multiple of the noise.
 const LEFT: f64 = 3.0;
 
-/// What explains the wrong steps that were looked at, to rounding.
+/// An explanation of the examined wrong steps, up to rounding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
-    /// What is wrong; where there are several, each explains it as well as the others.
+    /// The mistake; several candidates explain the steps equally well.
     pub candidates: Vec<Candidate>,
-    /// What is left of the defect, relative to it.
+    /// The part of the defect that remains, relative to the defect.
     pub remainder: f64,
 }
 
@@ -33,7 +33,7 @@ impl Explanation {
         Self { candidates: vec![candidate], remainder }
     }
 
-    /// In words.
+    /// The description.
     pub fn words(&self) -> String {
         let all: Vec<&str> =
             self.candidates.iter().map(|candidate| candidate.words.as_str()).collect();
@@ -41,7 +41,7 @@ impl Explanation {
     }
 }
 
-/// What explains these wrong steps.
+/// Explains these wrong steps.
 pub(super) fn explain(
     scene: &Scene,
     samples: &[Sample],
@@ -64,7 +64,7 @@ pub(super) fn explain(
     let noise = momentum_noise(&physics, samples);
     if !motion.positions_right {
         let other = other_method(&physics, samples, noise);
-        // Velocities that are wrong besides are two mistakes, of which neither is known.
+        // Velocities that are wrong as well mean two mistakes, neither of which can be identified.
         let velocities_right = || Trial::new(&physics, samples).norm() <= LEFT * noise;
         return other.or_else(|| velocities_right().then_some(motion.explanation).flatten());
     }
@@ -82,10 +82,10 @@ pub(super) fn explain(
     choose(tried, n_terms, size, noise)
 }
 
-/// Those that leave no more than rounding; none where they are too many.
+/// The candidates that leave no more than rounding; none if they are too many.
 ///
-/// A factor that nobody would write is told where nothing else fits, and where it can only be one term's: where all
-/// that moves keeps its proportions, any term with some factor explains anything. No Jacobian is told by such a factor.
+/// An unusual factor is reported only if nothing else fits and only one term can have it: in a motion that keeps its
+/// proportions, any term with some factor explains everything. Jacobians are never reported with an unusual factor.
 fn choose(mut tried: Vec<Tried>, n_terms: usize, size: f64, noise: f64) -> Option<Explanation> {
     tried.retain(|tried| tried.rest <= LEFT * noise);
     let is_named = tried.iter().any(|tried| tried.named);
@@ -95,7 +95,7 @@ fn choose(mut tried: Vec<Tried>, n_terms: usize, size: f64, noise: f64) -> Optio
         if named != is_named {
             continue;
         }
-        // Of several ways to say it of one place, the simplest.
+        // Of several descriptions of the same place, the simplest.
         if found.iter().all(|known| known.culprit != candidate.culprit) {
             found.push(candidate);
             remainder = remainder.max(rest / size);
@@ -103,7 +103,7 @@ fn choose(mut tried: Vec<Tried>, n_terms: usize, size: f64, noise: f64) -> Optio
     }
     let most = match is_named {
         true => MAX_ALTERNATIVES,
-        // The only term there is, and the sum of all.
+        // The only term, and the sum of all terms.
         false if n_terms == 1 => 2,
         false => 1,
     };
@@ -113,7 +113,7 @@ fn choose(mut tried: Vec<Tried>, n_terms: usize, size: f64, noise: f64) -> Optio
     told.then_some(Explanation { candidates: found, remainder })
 }
 
-/// Norm of what `r` may be where nothing is wrong.
+/// Norm of `r` that rounding alone may cause.
 fn momentum_noise(physics: &Physics<'_>, samples: &[Sample]) -> f64 {
     let h = physics.h;
     let of = |sample: &Sample| {
@@ -132,23 +132,23 @@ fn momentum_noise(physics: &Physics<'_>, samples: &[Sample]) -> f64 {
     samples.iter().map(|sample| of(sample).powi(2)).sum::<f64>().sqrt()
 }
 
-/// A trace of fewer digits than this was rounded; one of 15 is within tolerance.
+/// Traces with fewer digits than this were rounded; 15 digits are within tolerance.
 const FEW_DIGITS: usize = 14;
 
-/// Numbers of single precision, or of few digits, where that is all.
+/// Explains the steps by single precision, or by few digits, if that is all.
 fn by_precision(samples: &[Sample], steps: &WrongSteps) -> Option<Explanation> {
     let (unit, words) = if steps.single_precision {
-        let words = "every number of the trace has single precision only (float, not double)";
+        let words = "all numbers of the trace are in single precision (float instead of double)";
         (f64::from(f32::EPSILON), words.to_owned())
     } else if steps.digits < FEW_DIGITS {
-        let words = format!("the numbers of the trace have {} digits only", steps.digits);
+        let words = format!("the numbers of the trace have only {} digits", steps.digits);
         (10.0_f64.powi(1 - i32::try_from(steps.digits).ok()?), words)
     } else {
         return None;
     };
     let within = |sample: &Sample| {
         let size = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        // A handful of roundings of numbers of that size.
+        // A handful of rounding errors of numbers of that size.
         let bound = |values: &[f64]| 64.0 * unit * size(values);
         sample.defect[0] <= bound(&sample.after.positions)
             && sample.defect[1] <= bound(&sample.after.velocities) + bound(&sample.after.positions)
@@ -156,12 +156,12 @@ fn by_precision(samples: &[Sample], steps: &WrongSteps) -> Option<Explanation> {
     samples.iter().all(within).then(|| Explanation::of(words, Culprit::Output, 0.0))
 }
 
-/// An answer that need not be an explanation.
+/// The result of a search that may end without an explanation.
 struct Answer {
     explanation: Option<Explanation>,
 }
 
-/// Fixed particles that do not keep their velocity.
+/// Explains the steps by fixed particles that do not keep their velocity.
 fn by_fixed_velocities(
     physics: &Physics<'_>,
     samples: &[Sample],
@@ -181,13 +181,13 @@ fn by_fixed_velocities(
     Some(Answer { explanation })
 }
 
-/// The rule by which positions move.
+/// The position rule.
 struct Motion {
     positions_right: bool,
     explanation: Option<Explanation>,
 }
 
-/// A rule for new positions: words, factor of the old velocity, factor of the new one; by `h`.
+/// A rule for new positions: description, and the factors of the old and the new velocity as functions of `h`.
 type Rule = (&'static str, fn(f64) -> [f64; 2]);
 
 const RULES: [Rule; 8] = [
@@ -232,7 +232,7 @@ impl Motion {
     }
 }
 
-/// Whether these coordinates of all samples move by this rule, to rounding.
+/// Whether these coordinates follow the rule in all samples, up to rounding.
 fn follows(
     physics: &Physics<'_>,
     samples: &[Sample],

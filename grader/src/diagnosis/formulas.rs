@@ -1,14 +1,14 @@
-//! Wrong formulas that are written often, by the force they are of.
+//! Common wrong formulas of forces and Jacobians.
 //!
-//! With `d = x_i − x_j`, `w = v_i − v_j`, `l = |d|`, `n = d/l`, `A = I − n nᵀ` and `R` the quarter turn, each is
-//! what stands in the place of the force on `i`, or of its derivative by `x_i` or `v_i`. The right ones are in
+//! With `d = x_i − x_j`, `w = v_i − v_j`, `l = |d|`, `n = d/l`, `A = I − n nᵀ` and `R` the rotation by a quarter turn.
+//! Each formula replaces the force on `i`, or its derivative by `x_i` or `v_i`. The right formulas are in
 //! [`crate::jacobian`].
 
 use nalgebra::{Matrix3, Vector3};
 use simulator::scene::ForceElement;
 use simulator::scene::schema::ForceSchema;
 
-/// What a formula depends on; in two dimensions z is 0.
+/// The inputs of a formula; in two dimensions z is 0.
 pub(super) struct Pair {
     pub(super) element: ForceElement,
     pub(super) d: Vector3<f64>,
@@ -59,22 +59,22 @@ impl Pair {
     }
 }
 
-/// A force in the place of the right one.
+/// A wrong formula for a force.
 pub(super) struct WrongForce {
-    /// How the term's name ends.
+    /// The end of the term's name.
     pub(super) term: &'static str,
-    /// What is wrong, in words that follow the term's name.
+    /// The mistake; the text follows the term's name.
     pub(super) words: &'static str,
     pub(super) on_i: fn(&Pair) -> Vector3<f64>,
 }
 
-/// A Jacobian in the place of the right one.
+/// A wrong formula for a Jacobian.
 pub(super) struct WrongJacobian {
-    /// How the term's name ends.
+    /// The end of the term's name.
     pub(super) term: &'static str,
-    /// Whether it is that by velocities.
+    /// Whether it is the derivative by velocities.
     pub(super) by_velocity: bool,
-    /// What is wrong, in words that follow `dF/dx of` and the term's name.
+    /// The mistake; the text follows `dF/dx of` and the term's name.
     pub(super) words: &'static str,
     pub(super) block: fn(&Pair) -> Matrix3<f64>,
 }
@@ -103,7 +103,7 @@ const fn dv(
     WrongJacobian { term, by_velocity: true, words, block }
 }
 
-/// The quarter turn about z, which leaves z alone.
+/// The quarter turn about z, which maps z to itself.
 fn turn() -> Matrix3<f64> {
     Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 }
@@ -128,11 +128,11 @@ pub(super) static FORCES: &[WrongForce] = &[
     force(GREEN, "is that of a Hookean spring", |e| -e.p("k") * (e.l() - e.p("l0")) * e.n()),
     force(GREEN, "pulls and never pushes", |e| -2.0 * e.p("k") * (e.ratio() - 1.0).max(0.0) * e.d),
     force(DAMPING, "is not projected on the spring's axis", |e| -e.p("b") * e.w),
-    force(DAMPING, "takes the velocity of i alone", |e| -e.p("b") * e.n().dot(&e.v[0]) * e.n()),
+    force(DAMPING, "uses the velocity of i alone", |e| -e.p("b") * e.n().dot(&e.v[0]) * e.n()),
     force(DAMPING, "adds the two velocities instead of subtracting them", |e| {
         -e.p("b") * e.n().dot(&(e.v[0] + e.v[1])) * e.n()
     }),
-    force(DAMPING, "takes the size of the velocity along the axis", |e| {
+    force(DAMPING, "uses the absolute value of the velocity along the axis", |e| {
         -e.p("b") * e.closing().abs() * e.n()
     }),
     force(VORTEX, "lacks the quarter turn", |e| e.whirl(2) * (e.p("kbs") * e.n() - e.w)),
@@ -146,7 +146,7 @@ pub(super) static FORCES: &[WrongForce] = &[
     force(VORTEX, "has its viscous part with the wrong sign", |e| {
         e.whirl(2) * (e.p("kbs") * (turn() * e.n()) + e.w)
     }),
-    force(VORTEX, "takes the velocity of i alone", |e| {
+    force(VORTEX, "uses the velocity of i alone", |e| {
         e.whirl(2) * (e.p("kbs") * (turn() * e.n()) - e.v[0])
     }),
 ];
@@ -183,7 +183,7 @@ pub(super) static JACOBIANS: &[WrongJacobian] = &[
     dx(DAMPING, "lacks the factor I − n nᵀ", |e| {
         -e.p("b") / e.l() * (e.closing() * Matrix3::identity() + e.n() * e.w.transpose())
     }),
-    dx(DAMPING, "takes the velocity of i alone", |e| {
+    dx(DAMPING, "uses the velocity of i alone", |e| {
         let along = e.n().dot(&e.v[0]) * Matrix3::identity();
         -e.p("b") / e.l() * (along + e.n() * e.v[0].transpose()) * e.across()
     }),
@@ -218,12 +218,12 @@ pub(super) static JACOBIANS: &[WrongJacobian] = &[
     dv(VORTEX, "is projected on the axis", |e| -e.whirl(2) * e.nn()),
 ];
 
-/// Whether a formula of `term` is one of the term of this name.
+/// Whether `term`, the end of a name, fits the term of this name.
 pub(super) fn is_of(term: &str, name: &str) -> bool {
     term == name || (term == ELASTIC && name == SPRING)
 }
 
-/// What a part of a force that has several is called.
+/// The name of a part of a force with several parts.
 pub(super) fn name_of(schema: &ForceSchema, part: &str) -> String {
     format!("{}'s {}", schema.tag, schema.part(part).title)
 }

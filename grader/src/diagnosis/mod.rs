@@ -1,4 +1,4 @@
-//! Why a trace is wrong: which of its steps are, and what would explain them.
+//! Diagnosis of a wrong trace: which steps are wrong, and which mistake explains them.
 //!
 //! ```text
 //! single step     our step from the trace's own state k − 1, against its state k
@@ -7,15 +7,16 @@
 //! position        p = x' − x − h v   or   x' − x − h v'
 //! ```
 //!
-//! `r` and `p` are zero to rounding where a step is right, whatever the state is that it starts from: so an early
-//! mistake is told from a hundred. What is not zero is held against candidates: a force's term with
-//! another coefficient, another place to evaluate it at, another rule for positions.
+//! `r` and `p` vanish up to rounding in a right step from any state. One early mistake can so be distinguished from a
+//! hundred mistakes. Remainders are compared with candidate mistakes: a term with another coefficient, another
+//! evaluation point, another position rule.
 //!
-//! **An explanation explains all.** It is given where what it leaves of the defect is rounding, in every step looked
-//! at. Candidates that do so equally well are told side by side, and none where there are too many of them: a wrong
-//! explanation is worse than none.
+//! **An explanation explains everything.** It is reported only if the remainder is rounding error in every examined
+//! step. Several candidates that do so equally well are reported as alternatives, and none if they are too many: a
+//! wrong explanation is worse than none.
 //!
-//! Cost: four steps of the simulator a state, and, for a dozen wrong steps, the law's Jacobians and some fifty
+//! Cost: four simulator steps for each state; for about a dozen wrong steps also the law's Jacobians and some fifty
+//! candidates. Memory is that of a few states.
 //! candidates. Memory is that of a few states.
 
 mod candidates;
@@ -37,18 +38,18 @@ use crate::submission::StateSource;
 use crate::suite::Case;
 use steps::SingleSteps;
 
-/// What is found of a trace that differs.
+/// The diagnosis of a trace that differs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosis {
-    /// Which of its steps are wrong by themselves.
+    /// The steps that are wrong by themselves.
     pub steps: WrongSteps,
-    /// What explains those; `None` where nothing does, or there are none.
+    /// The mistake that explains them; `None` if there is no explanation, or no wrong step.
     pub explanation: Option<Explanation>,
-    /// Steps made anew from the oracle's states; `None` where there is no program to make them, or not of this scene.
+    /// Steps redone from the oracle's states; `None` without a program, or for scenes where it is impossible.
     pub restarts: Option<Restarts>,
 }
 
-/// Looks into a trace, read once more; `None` where it cannot be read to its end.
+/// Diagnoses a trace, read once more; `None` if it cannot be read to its end.
 pub fn diagnose(case: &Case, source: &mut dyn StateSource) -> Option<Diagnosis> {
     let Expectation { shape, n_states, .. } = Expectation::of(&case.scene);
     let mut single = SingleSteps::new(&case.scene);

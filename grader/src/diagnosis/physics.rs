@@ -1,7 +1,7 @@
-//! The equations of a step, term by term, at the states of a trace.
+//! The equations of a step, term by term, evaluated at the states of a trace.
 //!
-//! Vectors hold `n·D` numbers, particle-major. Forces and Jacobians are those of the law, so that nothing here is the
-//! simulator's.
+//! Vectors hold `n·D` numbers, particle-major. Forces and Jacobians come from the reference laws, independent of the
+//! simulator.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use simulator::scene::schema::ForceSchema;
@@ -15,7 +15,7 @@ pub(super) use reference::method::OnePoint as Method;
 /// A force, or a part of one.
 #[derive(Debug, Clone)]
 pub(super) struct Term {
-    /// In words: `springforce's damping`.
+    /// Its description: `springforce's damping`.
     pub(super) name: String,
     pub(super) tag: &'static str,
     pub(super) elements: Vec<ForceElement>,
@@ -67,14 +67,14 @@ impl Term {
     }
 }
 
-/// Where forces are evaluated: positions, velocities, time.
+/// An evaluation point of the forces: positions, velocities, time.
 pub(super) struct Point {
     pub(super) x: Vec<f64>,
     pub(super) v: Vec<f64>,
     pub(super) time: f64,
 }
 
-/// A scene, of which a step is looked into.
+/// A scene whose steps are examined.
 pub(super) struct Physics<'a> {
     pub(super) scene: &'a Scene,
     pub(super) method: Method,
@@ -104,7 +104,7 @@ impl<'a> Physics<'a> {
         matches!(self.method, Method::Linearized | Method::Implicit)
     }
 
-    /// Where the method evaluates forces in a step.
+    /// The point at which the method evaluates forces in a step.
     pub(super) fn point(&self, sample: &Sample) -> Point {
         let (x, v) = (&sample.before.positions, &sample.before.velocities);
         let time = sample.step as f64 * self.h;
@@ -123,7 +123,7 @@ impl<'a> Physics<'a> {
         x.iter().zip(v).map(|(x, v)| x + self.h * v).collect()
     }
 
-    /// What formulas of an element between two particles depend on.
+    /// The inputs of formulas for an element between two particles.
     pub(super) fn pair(&self, element: &ForceElement, at: &Point) -> Pair {
         let [i, j] = element.pair.unwrap_or_default();
         let vector = |values: &[f64], particle: usize| {
@@ -151,7 +151,7 @@ impl<'a> Physics<'a> {
         (found.by_position, found.by_velocity)
     }
 
-    /// `v' − v` as the trace has it.
+    /// `v' − v` in the trace.
     pub(super) fn delta(&self, sample: &Sample) -> DVector<f64> {
         let pairs = sample.after.velocities.iter().zip(&sample.before.velocities);
         DVector::from_iterator(self.mass.len(), pairs.map(|(new, old)| new - old))
@@ -162,7 +162,7 @@ impl<'a> Physics<'a> {
         DVector::from_fn(delta.len(), |dof, _| self.mass[dof] * delta[dof])
     }
 
-    /// Zero where a particle is fixed.
+    /// The vector with the components of fixed particles set to zero.
     pub(super) fn free(&self, mut vector: DVector<f64>) -> DVector<f64> {
         for (value, fixed) in vector.iter_mut().zip(&self.fixed) {
             if *fixed {
@@ -172,8 +172,7 @@ impl<'a> Physics<'a> {
         vector
     }
 
-    /// The velocities after so many of Newton's iterations from the old ones, fixed particles left out; one set an
-    /// iteration.
+    /// The velocities after each of the first `most` Newton iterations from the old ones, without fixed particles.
     pub(super) fn newton(&self, sample: &Sample, most: usize) -> Vec<Vec<f64>> {
         let (x, v) = (&sample.before.positions, &sample.before.velocities);
         let free: Vec<usize> = (0..v.len()).filter(|&dof| !self.fixed[dof]).collect();

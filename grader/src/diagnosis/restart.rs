@@ -1,7 +1,7 @@
-//! Steps of a program that start from the oracle's states.
+//! Restarts a program from the oracle's states.
 //!
-//! A scene of one step is written for each, with the oracle's state in the place of its start. What holds of a
-//! program's steps from its own states need not hold of these: it may carry more from step to step than a state.
+//! Each step becomes a scene with one step that starts from the oracle's state. The result may differ from the
+//! program's steps from its own states: a program may carry more than the state from step to step.
 
 use std::io;
 
@@ -13,20 +13,20 @@ use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
 use crate::suite::Case;
 
-/// The most steps of a scene.
+/// Maximum number of steps for a scene.
 const MOST: u64 = 8;
 
-/// What came of them.
+/// The result of restarted steps.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Restarts {
-    /// The steps that were made, from 1.
+    /// The restarted steps, counted from 1.
     pub made: Vec<u64>,
-    /// Those of them that are wrong, or that the program did not make.
+    /// The steps among them that are wrong, or that failed.
     pub wrong: Vec<u64>,
 }
 
 impl Restarts {
-    /// In words.
+    /// The description.
     pub fn words(&self) -> String {
         let list =
             |steps: &[u64]| steps.iter().map(u64::to_string).collect::<Vec<String>>().join(", ");
@@ -39,11 +39,11 @@ impl Restarts {
     }
 }
 
-/// Makes some steps of a scene from the states of `oracle`; `None` where its steps depend on more than a state, or
-/// they cannot be written down.
+/// Redoes some steps of a scene from the states of `oracle`; `None` if its steps depend on more than the state, or the
+/// scenes cannot be written.
 pub fn restart(case: &Case, program: &Program, oracle: &mut dyn TraceReader) -> Option<Restarts> {
     let scene = &case.scene;
-    // A wind depends on the time, and on where particles started.
+    // Wind depends on the time and on the initial positions of the particles.
     let is_windy = scene.forces.iter().any(|element| element.schema.depends_on().time);
     let is_xml = case.files.first()?.name.extension().is_some_and(|extension| extension == "xml");
     if is_windy || !is_xml {
@@ -76,7 +76,7 @@ pub fn restart(case: &Case, program: &Program, oracle: &mut dyn TraceReader) -> 
     (!restarts.made.is_empty()).then_some(restarts)
 }
 
-/// The scene's first step from `state`.
+/// The scene of one step from `state`.
 fn one_step(scene: &Scene, state: &State) -> Scene {
     let mut one = scene.clone();
     one.duration = one.time_step;

@@ -1,7 +1,7 @@
-//! Each step by itself: ours from the trace's own state, against the trace's next.
+//! Redoes each step of a trace from the trace's own previous state.
 //!
-//! A step is right within ten times what our own step changes by where the last bits of its start change, plus the
-//! floor of [`calibration`](crate::calibration), plus what a linear solver of backward error 1e-12 may leave.
+//! A step is right within ten times the change of our own step when the last bits of its start change, plus the floor
+//! of [`calibration`](crate::calibration), plus the error that a linear solver of backward error 1e-12 may leave.
 
 use fastrand::Rng;
 use simulator::scene::Scene;
@@ -11,37 +11,37 @@ use simulator::trace::State;
 use crate::calibration::Bound;
 use crate::stepping::Stepper;
 
-/// Starts with other last bits.
+/// Number of starts with other last bits.
 const PERTURBED: u64 = 3;
 
-/// What an iterative solver leaves, relative to the change of the velocities, ten times.
+/// Ten times the error of an iterative solver, relative to the change of the velocities.
 const SOLVER: f64 = 1e-11;
 
-/// The most wrong steps that are looked into.
+/// Maximum number of wrong steps that are examined.
 const SAMPLES: usize = 10;
 
-/// The most ranges of wrong steps that are told.
+/// Maximum number of reported ranges of wrong steps.
 const RANGES: usize = 6;
 
-/// Which steps of a trace are wrong by themselves.
+/// The steps of a trace that are wrong by themselves.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct WrongSteps {
-    /// Steps that were looked at.
+    /// Number of examined steps.
     pub total: u64,
-    /// How many of them are wrong.
+    /// Number of wrong steps.
     pub wrong: u64,
-    /// The first runs of wrong steps: first and last, from 1.
+    /// The first ranges of wrong steps: first and last step, counted from 1.
     pub ranges: Vec<[u64; 2]>,
-    /// Whether the trace starts from the scene's state.
+    /// Whether the trace starts from the scene's initial state.
     pub starts_right: bool,
-    /// Whether every number of it has single precision only.
+    /// Whether all its numbers are in single precision.
     pub single_precision: bool,
-    /// The most digits that a number of it has.
+    /// The largest number of digits of any of its numbers.
     pub digits: usize,
 }
 
 impl WrongSteps {
-    /// In words.
+    /// The description.
     pub fn words(&self) -> String {
         let start = if self.starts_right {
             ""
@@ -50,15 +50,15 @@ impl WrongSteps {
         };
         let Self { total, wrong, ranges, .. } = self;
         let rest = match (*wrong, ranges.as_slice()) {
-            (0, _) => format!("all {total} steps are right to rounding"),
+            (0, _) => format!("all {total} steps are right up to rounding"),
             (wrong, _) if wrong == *total => {
                 format!("all {total} steps are wrong")
             }
             (1, [[only, _]]) => {
-                format!("only step {only} of {total} is wrong; the rest follows from it")
+                format!("only step {only} of {total} is wrong, and causes the other differences")
             }
             (2, [[first, last]]) if last - first == 1 => format!(
-                "steps {first} and {last} of {total} are wrong, as if state {first} alone were off"
+                "steps {first} and {last} of {total} are wrong, which fits a wrong state {first}"
             ),
             (wrong, ranges) => {
                 let name = |&[first, last]: &[u64; 2]| match first == last {
@@ -79,17 +79,17 @@ impl WrongSteps {
 /// A wrong step.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
-    /// Number of the state that it starts from.
+    /// Number of the state it starts from.
     pub(super) step: u64,
     pub(super) before: State,
     pub(super) after: State,
-    /// What a right step may be off by: position, velocity.
+    /// Accepted errors of a right step: position, velocity.
     pub(super) noise: [f64; 2],
-    /// Differs from ours by this much: position, velocity.
+    /// Differences from our step: position, velocity.
     pub(super) defect: [f64; 2],
 }
 
-/// The trace on its way.
+/// Redoes the steps of a trace while it is read.
 pub(super) struct SingleSteps<'a> {
     scene: &'a Scene,
     stepper: Stepper,
@@ -115,7 +115,7 @@ impl<'a> SingleSteps<'a> {
         }
     }
 
-    /// The next state.
+    /// Adds the next state.
     pub(super) fn add(&mut self, state: &State) {
         match self.before.take() {
             None => self.found.starts_right = self.is_start(state),
@@ -149,7 +149,7 @@ impl<'a> SingleSteps<'a> {
         let Some(ours) = self.step_from(step, before, false) else { return };
         self.found.total += 1;
         let defect = distance(&ours, after);
-        // Where it is the same bits, nothing need be known of noise.
+        // Identical bits need no noise estimate.
         if defect == [0.0; 2] {
             return;
         }
@@ -181,7 +181,7 @@ impl<'a> SingleSteps<'a> {
             _ if n_ranges < RANGES => ranges.push([number; 2]),
             _ => {}
         }
-        // The first ones, and ever fewer of the later ones.
+        // The first two, and then fewer and fewer of the later ones.
         let wanted = self.found.wrong <= 2 || self.found.wrong.is_power_of_two();
         if wanted && self.samples.len() < SAMPLES {
             let (before, after) = (before.clone(), after.clone());
@@ -205,7 +205,7 @@ impl<'a> SingleSteps<'a> {
     }
 }
 
-/// The fewest digits that tell a number from every other.
+/// The smallest number of digits that identifies a number.
 fn digits(value: f64) -> usize {
     let text = format!("{value:e}");
     let mantissa = text.split('e').next().unwrap_or("");
@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_are_those_that_are_needed() {
+    fn the_number_of_digits_is_minimal() {
         for (value, count) in [(0.1, 1), (-1.25e-7, 3), (1.0 / 3.0, 16), (0.1 + 0.2, 17)] {
             assert_eq!(digits(value), count, "{value}");
         }

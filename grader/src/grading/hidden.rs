@@ -1,4 +1,4 @@
-//! Hidden scenes: a second suite that counts, and of which nothing is told but counts.
+//! Hidden scenes: a second suite that counts towards the points. Reports show only counts of its verdicts.
 //!
 //! ```text
 //! hidden/assets/, hidden/extracreditassets/, hidden/expected/    laid out as the shipped suite
@@ -6,9 +6,9 @@
 //! scene -> Verdict -> Tally (verdict names, counted by feature) -> Grading
 //! ```
 //!
-//! A [`Tally`] is all that leaves this module, so that no report can tell more: no names, paths, numbers, states or
-//! messages of scenes, and nothing that a program printed on them. They are run after everything else of a
-//! submission, so that no run whose output is shown can know of them.
+//! Only a [`HiddenTally`] leaves this module. No report can therefore show names, paths, numbers, states or messages of
+//! hidden scenes, or output of programs on them. Hidden scenes run after everything else of a submission, so that no run with
+//! visible output can depend on them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,33 +17,33 @@ use rayon::prelude::*;
 use simulator::scene::ParseOptions;
 
 use super::judge::judge_case;
-use super::result::{FeatureResult, Grading, Hidden, SceneResult, Tally};
+use super::result::{FeatureResult, Grading, Hidden, HiddenTally, SceneResult};
 use crate::events::{Event, Observer, Task};
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
 use crate::submission::Submission;
 use crate::suite::{Case, Feature, Section, Suite};
 
-/// What a group is called of which there is no shipped scene: its own name is part of what is hidden.
+/// Group name of hidden scenes whose own group has no shipped scene: that name is hidden as well.
 pub const HIDDEN_GROUP: &str = "hidden";
 
-/// Hidden scenes with their oracle.
+/// Hidden scenes and their oracle.
 #[derive(Debug)]
 pub struct HiddenSuite {
     suite: Suite,
     oracle: Oracle,
 }
 
-/// Hidden scenes that cannot be used. The messages name none of them.
+/// Hidden scenes that cannot be used. The messages contain no scene name.
 #[derive(Debug, thiserror::Error)]
 pub enum HiddenError {
-    /// There is no such folder, or it holds neither kind of scenes.
+    /// The folder does not exist, or contains no scenes.
     #[error(
-        "{}: there are no hidden scenes\n  help: it holds assets/ or extracreditassets/, and expected/", .0.display()
+        "{}: there are no hidden scenes\n  help: the folder must contain assets/ or extracreditassets/, and expected/", .0.display()
     )]
     NoScenes(PathBuf),
     /// A scene, or the manifest, cannot be read.
-    #[error("{0}: the hidden scenes cannot be used\n  help: `grade oracle verify --root {0}` says why", root.display())]
+    #[error("{0}: the hidden scenes cannot be used\n  help: run `grade oracle verify --root {0}` for the reason", root.display())]
     Unusable {
         /// The folder.
         root: PathBuf,
@@ -51,10 +51,10 @@ pub enum HiddenError {
 }
 
 impl HiddenSuite {
-    /// Reads the hidden scenes below `root`. A group without scenes in `shipped` loses its name.
+    /// Reads the hidden scenes below `root`. Group names without scenes in `shipped` are replaced by [`HIDDEN_GROUP`].
     ///
     /// # Errors
-    /// Where there are none, or one cannot be read.
+    /// If there are none, or one cannot be read.
     pub fn load(root: &Path, shipped: &Suite, options: &ParseOptions) -> Result<Self, HiddenError> {
         let sections = [
             (Section::Required, root.join("assets")),
@@ -82,17 +82,17 @@ impl HiddenSuite {
         Ok(Self { suite, oracle })
     }
 
-    /// How many there are.
+    /// Number of hidden scenes.
     pub fn n_scenes(&self) -> usize {
         self.suite.cases.len()
     }
 
-    /// Remarks on their files.
+    /// Number of warnings about their files.
     pub fn n_warnings(&self) -> usize {
         self.suite.warnings.len()
     }
 
-    /// The scenes, for the rubric to be held to, and for hashes.
+    /// The scenes, for the check of the rubric and for hashes.
     pub fn cases(&self) -> &[Case] {
         &self.suite.cases
     }
@@ -102,7 +102,7 @@ impl HiddenSuite {
         &self.oracle
     }
 
-    /// Runs `submission` on them, and adds what came of it to its grading.
+    /// Runs `submission` on them and adds the counts to its grading.
     pub fn grade(
         &self,
         submission: &Submission,
@@ -123,7 +123,7 @@ impl HiddenSuite {
         };
         let results: Option<Vec<SceneResult>> = self.suite.cases.par_iter().map(judge).collect();
         let Some(results) = results else { return };
-        let mut tallies: BTreeMap<&Feature, Tally> = BTreeMap::new();
+        let mut tallies: BTreeMap<&Feature, HiddenTally> = BTreeMap::new();
         for (case, result) in self.suite.cases.iter().zip(&results) {
             tallies.entry(&case.feature).or_default().add(result);
         }

@@ -1,4 +1,4 @@
-//! One scene: a trace against the oracle's, its verdict, and why it differs.
+//! Judges one scene: compares the trace with the oracle's and looks for the reason of a difference.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,7 +16,7 @@ use crate::submission::{StateSource, Submission};
 use crate::suite::Case;
 use crate::verdict::{Failure, Fault, Verdict};
 
-/// The most scenes of which steps are made from the oracle's states.
+/// Maximum number of scenes for which a program is restarted from the oracle's states.
 const RESTARTED: usize = 5;
 
 /// Judges a submission on one scene.
@@ -31,7 +31,7 @@ pub(super) fn judge_case(
     })
 }
 
-/// One scene, judged by its criteria.
+/// Judges one scene by its criteria.
 pub(super) fn of_case(
     case: &Case,
     oracle: &Oracle,
@@ -49,14 +49,14 @@ pub(super) fn of_case(
     }
 }
 
-/// Judges the states that `start` yields for a scene. A panic, here or there, costs this scene alone.
+/// Judges the states that `start` yields for a scene. A panic, here or in the submission's code, fails this scene only.
 pub fn judge(
     case: &Case,
     oracle: &Oracle,
     criteria: Criteria,
     start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
 ) -> Comparison {
-    // What a panic leaves half done is dropped with it.
+    // State that a panic leaves inconsistent is dropped with the closure.
     let judged = catch_unwind(AssertUnwindSafe(|| {
         let expectation = Expectation::of(&case.scene);
         let mut expected = match open_oracle(case, oracle, expectation.shape) {
@@ -74,7 +74,7 @@ pub fn judge(
     })
 }
 
-/// Looks into a trace that differs. It is read, or made, once more.
+/// Diagnoses a trace that differs. The trace is read, or computed, once more.
 pub(super) fn look_into(
     case: &Case,
     submission: &Submission,
@@ -83,13 +83,13 @@ pub(super) fn look_into(
     if comparison.verdict != Verdict::Fail(Failure::Differs) {
         return None;
     }
-    // What breaks off here costs the remark, and not the verdict.
+    // An error or a panic here loses the diagnosis, but not the verdict.
     let found =
         catch_unwind(AssertUnwindSafe(|| diagnose(case, submission.states(case).ok()?.as_mut())));
     found.ok().flatten()
 }
 
-/// Makes some steps of the first scenes that differ from the oracle's states.
+/// Restarts the program from the oracle's states in the first scenes that differ.
 pub(super) fn restart_some(
     program: &Program,
     oracle: &Oracle,
@@ -108,7 +108,7 @@ pub(super) fn restart_some(
     });
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
@@ -142,7 +142,7 @@ mod tests {
       <particle m="1" px="0" py="0" vx="1" vy="0" fixed="0"/>
     </scene>"#;
 
-    /// Yields one right state, and breaks off.
+    /// Yields one right state, then panics.
     struct Panicking(Box<dyn StateSource>, bool);
 
     impl StateSource for Panicking {
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_a_fault_of_the_scene_it_happens_in() {
+    fn a_panic_affects_only_its_scene() {
         let folder = tempfile::tempdir().unwrap();
         let (scenes, traces) = (folder.path().join("assets"), folder.path().join("expected"));
         std::fs::create_dir(&scenes).unwrap();

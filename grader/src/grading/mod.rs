@@ -1,11 +1,11 @@
-//! A submission graded over a suite: scenes in parallel, results in the suite's order.
+//! Grading of a submission over a suite: scenes run in parallel, results keep the suite's order.
 //!
 //! ```text
 //! Grader::grade    Jacobians (built-in) ─> scenes ─> twice ─> probe ─> altered ─> hidden ─> Grading
 //!                                          judge.rs                              hidden.rs  result.rs
 //! ```
 //!
-//! Hidden scenes come last, so that no run whose output is shown can know of them.
+//! Hidden scenes run last, so that no run with visible output can depend on them.
 
 pub mod hidden;
 pub mod points;
@@ -34,15 +34,15 @@ pub use judge::{judge, panic_message};
 use judge::{judge_case, look_into, of_case, restart_some};
 use result::gather;
 pub use result::{
-    Credit, FeatureResult, Grading, Hidden, Interrupted, Outcome, Repetition, SceneResult, Tally,
-    Totals,
+    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, Interrupted, Repetition,
+    SceneResult, Totals,
 };
 
-/// The most scenes that are run twice.
+/// Maximum number of scenes that are run twice.
 const REPEATED: usize = 8;
 
 impl Repetition {
-    /// Runs the first scene of each feature twice, as long as it leaves a trace at all.
+    /// Runs the first scene of each feature twice; scenes without a trace are left out.
     fn of(suite: &Suite, program: &Program) -> Self {
         let mut features = HashSet::new();
         let first_ones = suite.cases.iter().filter(|case| features.insert(&case.feature));
@@ -57,7 +57,7 @@ impl Repetition {
     }
 }
 
-/// What submissions are graded against, and how.
+/// Settings of a grading: the suite, the oracle and the checks.
 #[derive(Clone, Copy)]
 pub struct Grader<'a> {
     /// The shipped scenes.
@@ -66,7 +66,7 @@ pub struct Grader<'a> {
     pub oracle: &'a Oracle,
     /// Tolerances and points.
     pub rubric: &'a Rubric,
-    /// The hidden scenes that are at hand.
+    /// The hidden scenes, where they are available.
     pub hidden: Option<&'a HiddenSuite>,
     /// Checks beside the shipped scenes.
     pub checks: Checks,
@@ -77,25 +77,25 @@ pub struct Grader<'a> {
 /// Checks beside the shipped scenes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Checks {
-    /// The built-in simulator's Jacobians.
+    /// Check of the built-in simulator's Jacobians.
     pub jacobians: bool,
-    /// A program's forces and Jacobians, from single steps.
+    /// Measurement of a program's forces and Jacobians from single steps.
     pub probe: bool,
-    /// A program on altered scenes, where nothing else shows that it simulates.
+    /// Altered scenes, for a program that nothing else shows to simulate.
     pub altered: bool,
     /// Hidden scenes.
     pub hidden: bool,
 }
 
 impl<'a> Grader<'a> {
-    /// The shipped scenes alone, unobserved.
+    /// Grades the shipped scenes only, without an observer.
     pub fn new(suite: &'a Suite, oracle: &'a Oracle, rubric: &'a Rubric) -> Self {
         let checks = Checks::default();
         Self { suite, oracle, rubric, hidden: None, checks, observer: &() }
     }
 
-    /// Grades a submission, whose programs are run under `protection`, if it has any. Where the observer ends the run
-    /// early, only the scenes that ended before are in the result.
+    /// Grades a submission. Its programs, if any, run under `protection`. If the observer ends the run early, the
+    /// result contains only the scenes that had ended.
     pub fn grade(&self, submission: &Submission, protection: Option<Vec<Protection>>) -> Grading {
         let Self { suite, oracle, rubric, checks, observer, .. } = *self;
         let jacobians = if checks.jacobians && matches!(submission, Submission::BuiltIn(_)) {
@@ -105,7 +105,7 @@ impl<'a> Grader<'a> {
             JacobianReport::default()
         };
         let mut results = self.scenes(submission);
-        // A program that was ended with the run says nothing more.
+        // A program that was killed with the run has no further results.
         let program = || match submission {
             Submission::Program(program) if !observer.is_stopped() => Some(program),
             _ => None,
@@ -129,7 +129,7 @@ impl<'a> Grader<'a> {
             let (passed, probing) = (grading.passed(), grading.probing.as_ref());
             grading.copied = altered::of_program(suite, program, &passed, probing);
         }
-        // Nobody can have made traces of hidden scenes.
+        // A folder of traces cannot contain traces of hidden scenes.
         let hidden = self.hidden.filter(|_| !matches!(submission, Submission::Traces(_)));
         if let Some(hidden) = hidden.filter(|_| checks.hidden && !observer.is_stopped()) {
             hidden.grade(submission, rubric, &mut grading, observer);
@@ -140,7 +140,7 @@ impl<'a> Grader<'a> {
         grading
     }
 
-    /// Whether there are hidden scenes, as they have not been run yet.
+    /// The state of the hidden scenes before they run.
     pub fn hidden_not_run(&self) -> Hidden {
         match (self.hidden, self.rubric.hidden()) {
             (Some(hidden), _) => Hidden::NotRun { scenes: Some(hidden.n_scenes()) },
@@ -149,7 +149,7 @@ impl<'a> Grader<'a> {
         }
     }
 
-    /// The scenes of the suite, in parallel, as far as they ended.
+    /// Judges the scenes of the suite in parallel; those that ended.
     fn scenes(&self, submission: &Submission) -> Vec<(&'a Case, SceneResult)> {
         let Self { suite, oracle, rubric, observer, .. } = *self;
         observer.notice(Event::Task(Task::Scenes(suite.cases.len())));

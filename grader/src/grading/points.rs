@@ -1,20 +1,20 @@
-//! Points as reports show them: in hundredths, rounded, but never up to what was not reached; `–` where nothing was
-//! judged, or points are withheld.
+//! Formats points for reports, in hundredths. Rounding never shows a part as all of the points, or as none. `–` means
+//! that nothing was judged, or that points are withheld.
 
 use super::Credit;
 use crate::rubric::FaultPoints;
 
-/// `value` in hundredths at most.
+/// `value` with at most two decimals.
 pub fn shown(value: f64) -> String {
     trimmed(&format!("{value:.2}"))
 }
 
-/// What was earned: less than all is not shown as all, and more than nothing not as nothing.
+/// Points earned. A part is never shown as all points or as 0.
 pub fn earned(credit: &Credit, faults: FaultPoints) -> String {
     credit.shown(faults).map_or_else(|| "–".to_owned(), |earned| part(earned, credit.points))
 }
 
-/// What was not judged; likewise.
+/// Points not judged, with the same rounding.
 pub fn unjudged(credit: &Credit) -> String {
     part(credit.unjudged, credit.points)
 }
@@ -24,7 +24,7 @@ pub fn of(credit: &Credit, faults: FaultPoints) -> String {
     format!("{}/{}", earned(credit, faults), shown(credit.points))
 }
 
-/// `1.5 of 2`, and what of it was not judged.
+/// `1.5 of 2`, followed by the points not judged.
 pub fn in_words(credit: &Credit, faults: FaultPoints, noun: &str) -> String {
     let text = format!("{} of {}{noun}", earned(credit, faults), shown(credit.points));
     if credit.unjudged > 0.0 { format!("{text}, {} not judged", unjudged(credit)) } else { text }
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_rounded_to_all_or_to_nothing() {
+    fn a_part_is_never_rounded_to_all_or_nothing() {
         let of =
             |earned, points| of(&Credit { points, earned, unjudged: 0.0 }, FaultPoints::Withheld);
         assert_eq!(of(2.0 / 3.0, 1.0), "0.67/1");
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_judged_stands_apart() {
+    fn points_not_judged_are_shown_apart() {
         let words = |earned, unjudged, faults| {
             in_words(&Credit { points: 43.0, earned, unjudged }, faults, " points")
         };

@@ -1,4 +1,4 @@
-//! The result of grading a submission: everything that reports say, and its sums.
+//! The result of grading a submission: everything that reports show, and its sums.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fmt;
@@ -15,39 +15,39 @@ use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Fault, Verdict};
 use sandbox::Protection;
 
-/// Everything a report says.
+/// The content of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grading {
-    /// What the submission is called.
+    /// The submission's name.
     pub submission: String,
     /// Features in the order of the report: by section, group, integrator.
     pub features: Vec<FeatureResult>,
-    /// How its programs were run; `None` where it has none.
+    /// Protection under which its programs ran; `None` where it has none.
     pub protection: Option<Vec<Protection>>,
-    /// Whether its programs do the same twice; `None` where it has none.
+    /// Whether its programs are deterministic; `None` where it has none.
     pub repetition: Option<Repetition>,
-    /// Forces and Jacobians of its program, measured from single steps; `None` where they were not.
+    /// Its program's forces and Jacobians, measured from single steps; `None` if not measured.
     pub probing: Option<Probing>,
-    /// That it passes shipped scenes, and takes no right step in altered ones; `None` where it is not so, or not known.
+    /// Evidence that its answers are copied; `None` where there is none, or it was not checked.
     pub copied: Option<Copied>,
-    /// What it looks as if it had wrong; `None` where nothing failed.
+    /// Likely causes of its failures; `None` where nothing failed.
     pub blame: Option<Blame>,
     /// Jacobian checks; empty where the submission is not the built-in simulator.
     pub jacobians: JacobianReport,
-    /// Whether there are hidden scenes, and whether they were run.
+    /// Whether hidden scenes exist and were run.
     pub hidden: Hidden,
-    /// What is shown of points where something could not be judged.
+    /// Display of points if something could not be judged.
     pub faults: FaultPoints,
-    /// How much was done, where it was ended early.
+    /// Progress of a run that was ended early.
     pub interrupted: Option<Interrupted>,
 }
 
-/// How much was done of a run that was ended early.
+/// Progress of a run that was ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupted {
     /// Scenes graded.
     pub graded: usize,
-    /// Scenes that there are, without hidden ones.
+    /// All scenes, without hidden ones.
     pub scenes: usize,
 }
 
@@ -57,12 +57,12 @@ impl fmt::Display for Interrupted {
     }
 }
 
-/// Some scenes, each run twice more.
+/// Scenes that were run twice.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Repetition {
-    /// How many were run twice.
+    /// Number of scenes that were run twice.
     pub scenes: usize,
-    /// The names of those whose two traces were not the same bytes.
+    /// Names of the scenes whose two traces differed in some byte.
     pub differing: Vec<String>,
 }
 
@@ -71,14 +71,14 @@ pub struct Repetition {
 pub struct FeatureResult {
     /// The feature.
     pub feature: Feature,
-    /// Points it may earn.
+    /// Maximum points.
     pub points: f64,
-    /// Whether it earns them in proportion to its scenes that pass; otherwise all or nothing.
+    /// Whether it earns points in proportion to its passed scenes, rather than all or nothing.
     pub partial: bool,
     /// Its scenes, by name.
     pub scenes: Vec<SceneResult>,
-    /// Its hidden scenes; none where they were not run.
-    pub hidden: Tally,
+    /// Its hidden scenes; empty if they were not run.
+    pub hidden: HiddenTally,
 }
 
 /// A scene with its verdict.
@@ -88,39 +88,39 @@ pub struct SceneResult {
     pub id: String,
     /// The scene's path, as given.
     pub path: String,
-    /// What it was judged by.
+    /// The criteria it was judged by.
     pub criteria: Criteria,
-    /// What it counts among the scenes of its feature.
+    /// Its weight among the scenes of its feature.
     pub weight: f64,
-    /// How its trace compares.
+    /// The comparison of its trace with the oracle's.
     pub comparison: Comparison,
-    /// Why it differs; `None` where it does not, or that cannot be found out.
+    /// The reason of a difference; `None` where there is no difference or no reason is found.
     pub diagnosis: Option<Diagnosis>,
 }
 
 impl FeatureResult {
-    /// A feature without scenes so far.
+    /// A feature that has no scenes yet.
     pub(super) fn new(feature: Feature, rubric: &Rubric) -> Self {
         Self {
             points: rubric.points(&feature),
             partial: rubric.partial(&feature),
             feature,
             scenes: Vec::new(),
-            hidden: Tally::default(),
+            hidden: HiddenTally::default(),
         }
     }
 
-    /// Whether every scene passed, hidden ones too.
+    /// Whether every scene passed, hidden ones included.
     pub fn is_pass(&self) -> bool {
         self.n_passed() == self.scenes.len() && self.hidden.n_passed() == self.hidden.n_scenes()
     }
 
-    /// Whether a scene passed, be it hidden.
+    /// Whether any scene passed, hidden ones included.
     pub fn has_passes(&self) -> bool {
         self.n_passed() + self.hidden.n_passed() > 0
     }
 
-    /// Whether a scene could not be judged, be it hidden.
+    /// Whether any scene could not be judged, hidden ones included.
     pub fn has_faults(&self) -> bool {
         self.n_faults() + self.hidden.n_faults() > 0
     }
@@ -137,10 +137,14 @@ impl FeatureResult {
         self.scenes.iter().filter(is_fault).count()
     }
 
-    /// What becomes of its points: in proportion to the weight of its scenes, hidden ones too, or all or nothing.
+    /// Its points earned, lost and not judged: in proportion to the weights of all its scenes, or all or nothing.
     pub fn credit(&self) -> Credit {
-        let Tally { weight_passed: mut passed, weight_unjudged: mut unjudged, mut weight, .. } =
-            self.hidden;
+        let HiddenTally {
+            weight_passed: mut passed,
+            weight_unjudged: mut unjudged,
+            mut weight,
+            ..
+        } = self.hidden;
         for scene in &self.scenes {
             weight += scene.weight;
             match scene.comparison.verdict {
@@ -153,7 +157,7 @@ impl FeatureResult {
         let n_passed = self.n_passed() + self.hidden.n_passed();
         let n_faults = self.n_faults() + self.hidden.n_faults();
         let (earned, unjudged) = match () {
-            // To the last bit, which a quotient might lose.
+            // Exact: a quotient could lose the last bit.
             () if n_passed == n_scenes => (self.points, 0.0),
             () if n_faults == n_scenes => (0.0, self.points),
             () if self.partial => (self.points * passed / weight, self.points * unjudged / weight),
@@ -173,10 +177,10 @@ impl FeatureResult {
     }
 }
 
-/// What becomes of points: what is neither earned nor unjudged is lost.
+/// Points of a feature or a sum of features. Points that are neither earned nor unjudged are lost.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Credit {
-    /// Points that there are.
+    /// Maximum points.
     pub points: f64,
     /// Points earned.
     pub earned: f64,
@@ -185,7 +189,7 @@ pub struct Credit {
 }
 
 impl Credit {
-    /// The points earned, as far as they are shown: not where nothing was judged, or they are withheld.
+    /// The points earned for display; `None` if nothing was judged or points are withheld.
     pub fn shown(&self, faults: FaultPoints) -> Option<f64> {
         let is_withheld = faults == FaultPoints::Withheld || self.unjudged >= self.points;
         (self.unjudged == 0.0 || !is_withheld).then_some(self.earned)
@@ -221,9 +225,9 @@ pub struct Totals {
     pub hidden_faults: usize,
     /// Features.
     pub features: usize,
-    /// Features of which every scene passed, hidden ones too.
+    /// Features all of whose scenes passed, hidden ones included.
     pub features_passed: usize,
-    /// What becomes of their points.
+    /// Sum of their points.
     pub credit: Credit,
 }
 
@@ -246,12 +250,12 @@ impl Totals {
     }
 }
 
-/// What a grading comes to.
+/// Overall result of a grading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum GradingOutcome {
     /// Everything passed.
     Passed,
-    /// Everything that was run passed; there are hidden scenes, which were not.
+    /// Everything that was run passed, but hidden scenes were not run.
     PassedShipped,
     /// Something failed.
     Failed,
@@ -274,7 +278,7 @@ impl Grading {
         groups.filter(move |group| group.iter().all(|result| result.feature.section == section))
     }
 
-    /// Notes that it was ended early, and drops what was said of all scenes together.
+    /// Marks the grading as ended early and drops statements about all scenes together.
     pub fn interrupt(&mut self, suite: &Suite) {
         let graded = self.features.iter().map(|result| result.scenes.len()).sum();
         self.interrupted = Some(Interrupted { graded, scenes: suite.cases.len() });
@@ -288,10 +292,10 @@ impl Grading {
         passed.map(|scene| scene.id.as_str()).collect()
     }
 
-    /// What it comes to: a fault of the grader outweighs a failure.
-    pub fn outcome(&self) -> Outcome {
+    /// The overall result. A fault of the grader outweighs a failure.
+    pub fn outcome(&self) -> GradingOutcome {
         if self.features.iter().any(FeatureResult::has_faults) {
-            Outcome::GraderFault
+            GradingOutcome::GraderFault
         } else if !self.features.iter().all(FeatureResult::is_pass)
             || !self.jacobians.is_pass()
             || self
@@ -299,55 +303,55 @@ impl Grading {
                 .as_ref()
                 .is_some_and(|probing| probing.verdict() == probe::Verdict::Wrong)
         {
-            Outcome::Failed
+            GradingOutcome::Failed
         } else if matches!(self.hidden, Hidden::NotRun { .. }) {
-            Outcome::PassedShipped
+            GradingOutcome::PassedShipped
         } else {
-            Outcome::Passed
+            GradingOutcome::Passed
         }
     }
 }
 
-/// Whether there are hidden scenes, and what became of them.
+/// Hidden scenes of a grading.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Hidden {
-    /// None are known of.
+    /// There are none.
     #[default]
     None,
-    /// There are some, and they were not run.
+    /// There are hidden scenes, but they were not run.
     NotRun {
-        /// How many, where that is known.
+        /// Their number, if known.
         scenes: Option<usize>,
     },
     /// They were run.
     Run,
 }
 
-/// The hidden scenes of one feature, by their verdicts.
+/// Hidden scenes of one feature, counted by verdict.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Tally {
-    /// How many there are of each verdict, by its name.
+pub struct HiddenTally {
+    /// Number of scenes by the name of their verdict.
     pub verdicts: BTreeMap<&'static str, usize>,
-    /// Weight of those that passed.
+    /// Weight of the passed scenes.
     pub weight_passed: f64,
-    /// Weight of those that could not be judged.
+    /// Weight of the scenes that could not be judged.
     pub weight_unjudged: f64,
-    /// Weight of all.
+    /// Weight of all scenes.
     pub weight: f64,
 }
 
-impl Tally {
+impl HiddenTally {
     /// Hidden scenes.
     pub fn n_scenes(&self) -> usize {
         self.verdicts.values().sum()
     }
 
-    /// Those that passed.
+    /// Number of passed scenes.
     pub fn n_passed(&self) -> usize {
         self.count(&Verdict::Pass)
     }
 
-    /// Those that could not be judged.
+    /// Number of scenes that could not be judged.
     pub fn n_faults(&self) -> usize {
         let fault = Fault::StaleOracle;
         self.count(&Verdict::GraderFault(fault))
@@ -369,7 +373,7 @@ impl Tally {
     }
 }
 
-/// Puts together the results of scenes, in the order of the suite.
+/// Gathers the results of scenes by feature, in the order of the suite.
 pub(super) fn gather(
     submission: String,
     rubric: &Rubric,
@@ -434,12 +438,12 @@ mod tests {
             points: 0.7,
             partial,
             scenes: scenes.iter().map(scene).collect(),
-            hidden: Tally::default(),
+            hidden: HiddenTally::default(),
         }
     }
 
     #[test]
-    fn what_was_not_judged_is_neither_earned_nor_lost() {
+    fn points_not_judged_are_neither_earned_nor_lost() {
         let credit = |partial, scenes: &[(f64, char)]| {
             let Credit { earned, unjudged, .. } = feature(partial, scenes).credit();
             (earned, unjudged)
@@ -458,12 +462,12 @@ mod tests {
         let mut hidden = feature(true, &[(1.0, 'p')]);
         let verdicts = [("pass", 1), ("grader-fault", 1), ("differs", 1)].into();
         let (weight_passed, weight_unjudged, weight) = (1.0, 1.0, 3.0);
-        hidden.hidden = Tally { verdicts, weight_passed, weight_unjudged, weight };
+        hidden.hidden = HiddenTally { verdicts, weight_passed, weight_unjudged, weight };
         assert_eq!(hidden.credit(), Credit { points: 0.7, earned: half, unjudged: 0.7 / 4.0 });
     }
 
     #[test]
-    fn points_are_shown_as_earned_where_something_was_judged() {
+    fn earned_points_are_shown_if_something_was_judged() {
         let shown = |earned, unjudged| {
             let credit = Credit { points: 2.0, earned, unjudged };
             [FaultPoints::Apart, FaultPoints::Withheld].map(|faults| credit.shown(faults))

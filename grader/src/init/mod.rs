@@ -1,5 +1,5 @@
-//! Skeletons of submissions, one a language. Each documents the protocol in its comments, and moves particles
-//! on which no force acts.
+//! Skeletons of submissions, one for each language. Each documents the protocol in its comments and moves particles
+//! without forces.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::submission::folder::MANIFEST;
 
-/// A language that there is a skeleton in.
+/// The language of a skeleton.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
     /// C++, with the standard library alone.
@@ -22,7 +22,7 @@ impl Language {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Cpp, Self::Python, Self::Rust];
 
-    /// Its name, as on the command line.
+    /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cpp => "cpp",
@@ -40,13 +40,13 @@ impl Language {
         }
     }
 
-    /// What has to be said to have it built, beside its folder's name, if anything.
+    /// Arguments of `grade` that its build needs, if any.
     pub fn arguments(self) -> Option<&'static str> {
-        // rustup keeps its toolchains in the home folder, which no submission may read.
+        // rustup keeps its toolchains in the home folder, which submissions may not read.
         (self == Self::Rust).then_some("--readable \"$(rustc --print sysroot)\"")
     }
 
-    /// What the source is called, and what it says.
+    /// File name and text of the source.
     fn source(self) -> (&'static str, &'static str) {
         match self {
             Self::Cpp => ("simulate.cpp", include_str!("simulate.cpp")),
@@ -65,10 +65,10 @@ impl Language {
             Self::Rust => format!("[\"rustc\", \"-O\", \"-o\", \"simulate\", \"{source}\"]"),
         };
         let build = if build.is_empty() {
-            "# Nothing is built. If something were: build = [\"make\"]\n".to_owned()
+            "# No build is needed. If one were: build = [\"make\"]\n".to_owned()
         } else {
             format!(
-                "# Run in a copy of this folder, before anything else. Leave it out if nothing is built.\n\
+                "# Runs in a copy of this folder before anything else. Optional.\n\
                  build = {build}\n"
             )
         };
@@ -77,27 +77,27 @@ impl Language {
             Self::Cpp | Self::Rust => "\"./simulate\"".to_owned(),
         };
         format!(
-            "# What `grade` has to know of this submission; docs/formats.md says more.\n\n\
+            "# The submission's manifest; docs/formats.md describes it.\n\n\
              name = \"my simulator\"\n\n{build}\n\
              # {{scene}} and {{trace}} are the files of a run, {{folder}} is this folder.\n\
              run = [{program}, \"{{scene}}\", \"{{trace}}\"]\n\n\
-             # Of the trace: \"csv\", or \"fosssim\", the course's binary.\n\
+             # Format of the trace: \"csv\", or \"fosssim\", the course's binary.\n\
              format = \"csv\"\n"
         )
     }
 }
 
-/// Writes the skeleton into the folder, which is made where it is missing, and returns the files.
+/// Writes the skeleton into the folder, which is created if it is missing, and returns the files.
 ///
 /// # Errors
-/// Where a file is already there, or cannot be written. Nothing is overwritten.
+/// If a file exists already, or cannot be written. Nothing is overwritten.
 pub fn write(language: Language, folder: &Path) -> io::Result<Vec<PathBuf>> {
     fs::create_dir_all(folder)?;
     let (name, source) = language.source();
     let files = [(name, source.to_owned()), (MANIFEST, language.manifest())];
     let files = files.map(|(name, text)| (folder.join(name), text));
     if let Some((path, _)) = files.iter().find(|(path, _)| path.exists()) {
-        let message = format!("{} is already there; nothing was written", path.display());
+        let message = format!("{} already exists; nothing was written", path.display());
         return Err(io::Error::new(io::ErrorKind::AlreadyExists, message));
     }
     for (path, text) in &files {

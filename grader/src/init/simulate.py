@@ -2,12 +2,12 @@
 """A mass-spring simulator: called as `simulate.py SCENE TRACE`, it turns a scene into a trace.
 
 The protocol
-    SCENE   XML. <duration time="..."/> and <integrator type="..." dt="..."/> say how long and how; each
-            <particle m px py vx vy fixed/> is a particle, numbered from 0; forces are further elements, and
-            springs refer to <edge i j/> by its number. Elements come in any order; ignore what you do not know.
-    TRACE   CSV: a header `step,time,x0,y0,vx0,vy0,x1,...`, then a row a state. The first row is the scene's own
-            state, and ceil(duration / dt) rows follow. Write every digit: repr() does.
-    End with status 0 if all went well. What you write to standard error is shown to you where you fail. Read no
+    SCENE   XML. <duration time="..."/> and <integrator type="..." dt="..."/> set duration, method and step; each
+            <particle m px py vx vy fixed/> is a particle, numbered from 0. Forces are further elements;
+            springs refer to <edge i j/> by its number. Elements come in any order; ignore unknown ones.
+    TRACE   CSV: a header `step,time,x0,y0,vx0,vy0,x1,...`, then one row for each state. The first row is the initial
+            state, and ceil(duration / dt) rows follow. Write all digits: repr() does.
+    Exit with status 0 on success. Your standard error is shown in the report of a failed run. Read no
     other file, and write to the working directory only; there is no network.
 """
 

@@ -1,7 +1,7 @@
-//! Every entry of both Jacobians of a subject, at one state, by three opinions.
+//! Checks every entry of both Jacobians at one state by three independent estimates.
 //!
-//! Shapes: `n·D` rows and columns. Cost: `2·n·D` columns, each of 60 evaluations of the force and one of the
-//! law by dual numbers.
+//! Shapes: `n·D` rows and columns. Cost: `2·n·D` columns, with 60 evaluations of the force and one of the law by dual
+//! numbers for each.
 
 use nalgebra::DMatrix;
 
@@ -13,17 +13,17 @@ use super::verdict::{BlockKind, By, Entry, Part};
 use reference::law::Jacobians;
 use reference::law::{Expectation, Law, Scale, Term};
 
-/// A value is rounded by at most this part of the terms it is a sum of, in any sensible order of
+/// Bound on the rounding error of a value, relative to the sum of the sizes of its terms, in any sensible order of
 /// operations: thirty-two roundings.
 pub(super) const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// A quantity counts as not zero where it is this many times its uncertainty.
+/// A quantity counts as nonzero if it is this many times its uncertainty.
 const SEEN: f64 = 1e3;
 
-/// What was observed at one state.
+/// The estimates at one state.
 pub(super) struct Observation {
     pub(super) blocks: Vec<ObservedBlock>,
-    /// Whether the force is clearly not zero.
+    /// Whether the force is clearly nonzero.
     pub(super) force_seen: bool,
 }
 
@@ -33,16 +33,16 @@ pub(super) struct ObservedBlock {
     pub(super) row: usize,
     pub(super) column: usize,
     pub(super) entries: Vec<Entry>,
-    /// The largest entry by the sharpest opinions.
+    /// The largest entry by the most accurate estimates.
     pub(super) size: f64,
-    /// Whether that is clearly not zero.
+    /// Whether that is clearly nonzero.
     pub(super) seen: bool,
-    /// Which of the law's parameters clearly show.
+    /// Whether each of the law's parameters clearly affects the block.
     pub(super) terms: Vec<bool>,
 }
 
-/// Observes `subject` at `state`; `None` where its force has no value. Dual numbers have no opinion unless
-/// the force `is_the_laws`, at every state and not by chance at this one.
+/// Observes `subject` at `state`; `None` if its force is undefined there. Dual numbers are used only if the subject's
+/// force `is_the_laws` at every state, not only by chance at this one.
 pub(super) fn observe(
     subject: &dyn Subject,
     state: &CheckState,
@@ -127,7 +127,7 @@ pub(super) fn observe(
 }
 
 impl By {
-    /// The Jacobian by this.
+    /// The Jacobian by this quantity.
     pub(super) fn of(self, jacobians: &Jacobians) -> &DMatrix<f64> {
         match self {
             Self::Position => &jacobians.by_position,
@@ -144,7 +144,7 @@ impl By {
     }
 }
 
-/// Whether the force of `subject` at `state` is the law's, to rounding; so it is where it has no value.
+/// Whether the force of `subject` at `state` is the law's, up to rounding; also true if both are undefined.
 pub(super) fn has_the_laws_force(
     subject: &dyn Subject,
     state: &CheckState,
@@ -165,7 +165,7 @@ pub(super) fn has_the_laws_force(
     })
 }
 
-/// The law's Jacobians with each parameter, in turn, half as large again; `None` for one that is zero.
+/// The law's Jacobians with each parameter in turn increased by half; `None` for a parameter that is zero.
 fn with_each_parameter_changed(
     law: &'static Law,
     state: &CheckState,
@@ -185,7 +185,7 @@ fn with_each_parameter_changed(
     law.terms().iter().map(changed).collect()
 }
 
-/// A quarter of the way to where the law is not smooth, or a whole `scale` where it is everywhere.
+/// A quarter of the distance to the nearest non-smooth point of the law, or `scale` if it is smooth everywhere.
 pub(super) fn first_step(shortest: Option<f64>, scale: f64) -> f64 {
     match shortest {
         Some(length) if length > 0.0 => power_of_two(0.25 * length),
@@ -197,7 +197,7 @@ pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
 }
 
-/// Every particle with every particle.
+/// All pairs of particles.
 fn pairs(n_particles: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n_particles).flat_map(move |row| (0..n_particles).map(move |column| (row, column)))
 }

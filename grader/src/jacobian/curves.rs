@@ -1,4 +1,4 @@
-//! Errors by step size, for a plot.
+//! Errors of differences and of Taylor's test as functions of the step, for a plot.
 //!
 //! Along one direction `p` in positions and velocities, with `J p = ∂F/∂x p_x + ∂F/∂v p_v`,
 //!
@@ -24,15 +24,15 @@ use simulator::force;
 /// Steps of a curve.
 const STEPS: i32 = 46;
 
-/// Components of the direction, positions first. The two particles must not move alike.
+/// Signs of the direction's components, positions first. The two particles must not move alike.
 const SIGNS: [f64; 12] = [1.0, -1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, -1.0];
 
 /// Errors by step, for one force at one state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
-    /// What it is about, in words.
+    /// The plot's title.
     pub title: String,
-    /// The steps `t`, falling.
+    /// The steps `t`, in falling order.
     pub steps: Vec<f64>,
     /// Error of the central difference.
     pub central: Vec<f64>,
@@ -40,12 +40,12 @@ pub struct Curves {
     pub with_jacobian: Vec<f64>,
     /// The same with `J p` left out.
     pub without_jacobian: Vec<f64>,
-    /// Where the slopes of the last two were fitted.
+    /// The windows of the slopes fitted to the last two.
     pub windows: [Option<Window>; 2],
 }
 
-/// The curves of a check: at the state of what is wrong, if something is, and else at a random one. `None`
-/// for a force whose Jacobians are zero.
+/// The curves of a check: at the state of a wrong finding if there is one, else at a random state. `None` for a force
+/// with zero Jacobians.
 pub fn curves(check: &JacobianCheck) -> Option<Curves> {
     let wrong = check.blocks.iter().find(|finding| finding.verdict == Verdict::Wrong);
     let state = match wrong.and_then(|finding| finding.exhibit.as_ref()) {
@@ -137,7 +137,7 @@ mod tests {
             let without = without.unwrap_or_else(|| panic!("{curves:?}"));
             assert!((without.slope - 1.0).abs() < 0.1, "{}: {without:?}", curves.title);
             if curves.title.starts_with("dragdamping") {
-                // Linear: nothing is left but rounding.
+                // The force is linear: the remainder is rounding error.
                 assert_eq!(with, None);
                 continue;
             }

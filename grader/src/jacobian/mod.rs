@@ -1,17 +1,17 @@
-//! Jacobians of forces, judged block by block and as a whole.
+//! Verification of the Jacobians of forces, block by block and as a whole.
 //!
-//! For every registered force, in two and three dimensions, at states that are random and at states that are
-//! hard on purpose, each entry of `∂F/∂x` and `∂F/∂v` is held against three opinions:
+//! For every registered force, in two and three dimensions, at random states and at deliberately hard ones, each entry
+//! of `∂F/∂x` and `∂F/∂v` is compared with three estimates:
 //!
 //! ```text
 //! differences    (F(z+h) − F(z−h)) / 2h, extrapolated to h = 0, with an uncertainty (ridders)
-//! dual numbers   the law written a second time, F(z + ε e) = F(z) + ε J e          (law)
+//! dual numbers   an independent implementation of the law, F(z + ε e) = F(z) + ε J e          (law)
 //! Taylor         |F(z+te) − F(z) − t J e| falls as t² or as t                        (taylor)
 //! ```
 //!
-//! and called correct, wrong or inconclusive ([`Verdict`]). Beside the entries stand properties of the whole
-//! ([`Property`]), and the Newton systems of the implicit methods ([`NewtonCheck`]). Cost: some ten thousand
-//! evaluations of the force a state; all forces together take a twentieth of a second on two cores.
+//! and judged correct, wrong or inconclusive ([`Verdict`]). Two further checks cover properties of the whole
+//! ([`Property`]) and the Newton systems of the implicit methods ([`NewtonCheck`]). Cost: some ten thousand evaluations
+//! of the force for each state; all forces together take a twentieth of a second on two cores.
 
 mod check;
 mod curves;
@@ -44,10 +44,10 @@ pub use verdict::{
 use structure::{Project, Structure};
 use tally::Tally;
 
-/// How to check.
+/// Settings of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Config {
-    /// Random states a force and dimension, beside the hard ones.
+    /// Number of random states for each force and dimension, beside the hard ones.
     pub states: u32,
     /// Seed of the random states.
     pub seed: u64,
@@ -59,12 +59,12 @@ impl Default for Config {
     }
 }
 
-/// All that was found.
+/// The results of all checks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct JacobianReport {
-    /// One entry a force and dimension.
+    /// One entry for each force and dimension.
     pub forces: Vec<JacobianCheck>,
-    /// One entry an implicit method and scene.
+    /// One entry for each implicit method and scene.
     pub newton: Vec<NewtonCheck>,
 }
 
@@ -85,21 +85,21 @@ impl JacobianReport {
         of_forces.chain(self.newton.iter().map(|check| check.verdict))
     }
 
-    /// How many verdicts are correct, of how many that were asked for.
+    /// Number of correct verdicts, and number of all applicable ones.
     pub fn counts(&self) -> (usize, usize) {
         let asked = || self.verdicts().filter(|verdict| *verdict != Verdict::NotApplicable);
         (asked().filter(|verdict| verdict.is_correct()).count(), asked().count())
     }
 }
 
-/// What was found for one force in one dimension.
+/// The results for one force in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JacobianCheck {
     /// The force's tag.
     pub tag: &'static str,
     /// Two or three dimensions.
     pub dimension: Dimension,
-    /// States checked.
+    /// Number of states checked.
     pub states: usize,
     /// Each kind of block, in the order of [`BlockKind::ALL`].
     pub blocks: Vec<BlockFinding>,
@@ -125,12 +125,12 @@ impl JacobianCheck {
     }
 }
 
-/// Checks all there is: every registered force, and the Newton systems.
+/// Checks every registered force, and the Newton systems.
 pub fn check_all(config: Config) -> JacobianReport {
     JacobianReport { forces: check_forces(config, |_| true), newton: newton::check_all() }
 }
 
-/// Checks every registered force whose tag `select` accepts, forces and dimensions in parallel.
+/// Checks every registered force whose tag `select` accepts, in parallel.
 pub fn check_forces(config: Config, select: impl Fn(&str) -> bool) -> Vec<JacobianCheck> {
     let kinds = force::REGISTRY.iter().copied().filter(|kind| select(kind.schema.tag));
     let both = |kind| [(kind, Dimension::Two), (kind, Dimension::Three)];
@@ -140,7 +140,7 @@ pub fn check_forces(config: Config, select: impl Fn(&str) -> bool) -> Vec<Jacobi
         .collect()
 }
 
-/// Checks the subjects that `make` makes of the states for `kind`; `None` for a force without a law.
+/// Checks the subjects that `make` creates for the states of `kind`; `None` for a force without a law.
 pub fn check(
     kind: &'static ForceKind,
     dimension: Dimension,
@@ -201,8 +201,8 @@ mod tests {
     use simulator::scene::{ParseOptions, Scene, xml};
     use simulator::system::BuildForce;
 
-    /// What keeps a force from being checked, if anything does: it has no law, or its example, between two
-    /// particles that are nowhere special, yields nothing to check.
+    /// The reason why a force cannot be checked, if there is one: it has no law, or its example between two particles
+    /// in general position yields nothing to check.
     fn registry_fault(kind: &'static ForceKind) -> Option<String> {
         let tag = kind.schema.tag;
         let Some(law) = law::find(tag) else { return Some(format!("{tag} has no law")) };
@@ -242,7 +242,7 @@ mod tests {
             law.terms().iter().any(|term| term.by_position),
             law.terms().iter().any(|term| term.by_velocity),
         ];
-        // An example need not be damped; what depends on nothing else must show.
+        // An example need not have damping, but one that depends on nothing at all cannot be checked.
         let Largest([by_position, by_velocity]) = largest;
         let hidden = shows.iter().any(|shows| *shows) && by_position == 0.0 && by_velocity == 0.0;
         hidden.then(|| format!("{tag}: the Jacobians of its example are zero"))
@@ -272,7 +272,7 @@ mod tests {
         assert!(faults.is_empty(), "{}", faults.join("\n"));
     }
 
-    /// A force that exerts nothing.
+    /// A force that is always zero.
     struct Idle;
 
     impl<const D: usize> Force<D> for Idle {
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_cannot_be_checked_is_told() {
+    fn a_force_that_cannot_be_checked_is_reported() {
         fn idle<const D: usize>(_: &Scene, _: &[Numbered<'_>]) -> Box<dyn Force<D>> {
             Box::new(Idle)
         }
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_bits_come_of_any_number_of_threads() {
+    fn results_do_not_depend_on_the_number_of_threads() {
         let config = Config { states: 2, seed: 5 };
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -1,4 +1,4 @@
-//! The Newton systems of the implicit methods against differences of their residual.
+//! Compares the Newton systems of the implicit methods with differences of their residual.
 //!
 //! Each iteration of an implicit method solves `A δ = r(u)` with
 //!
@@ -6,11 +6,10 @@
 //! r(u) = M (v − u) + h F(q + h u, u)          A = −∂r/∂u = M − h² ∂F/∂x − h ∂F/∂v
 //! ```
 //!
-//! `A`, as it is stored before it is factorised, is held against extrapolated differences of `r`, entry by entry,
-//! and the right-hand side against `r`: at every iteration of chosen scenes. Systems of which an element was
-//! projected have another matrix by intent, and are counted without being judged. Iterates have digits to the last place:
-//! here the steps of the differences are what they come to be when they are rounded. Cost: `16·n·D`
-//! evaluations of the force a system.
+//! `A`, as stored before its factorization, is compared entry by entry with extrapolated differences of `r`, and the
+//! right-hand side with `r`, at every iteration of selected scenes. Systems with a projected element differ by design,
+//! and are counted but not judged. The iterates use all their digits, so that no step is exact: the differences divide
+//! by the rounded steps. Cost: `16·n·D` evaluations of the force for each system.
 
 use std::sync::mpsc;
 
@@ -31,33 +30,33 @@ use super::verdict::{Reason, Verdict};
 use reference::law::Scale;
 use reference::laws::Laws;
 
-/// How many allowances a contradiction takes.
+/// Ratio of a difference to its tolerance above which it is a contradiction.
 const CLEAR: f64 = 8.0;
 
-/// What was found for one method on one scene.
+/// The result for one method and one scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewtonCheck {
     /// The integrator's name.
     pub integrator: &'static str,
-    /// The scene, in words.
+    /// The scene's description.
     pub scene: &'static str,
     /// The verdict.
     pub verdict: Verdict,
-    /// Linear systems solved.
+    /// Number of linear systems solved.
     pub systems: usize,
-    /// Those that could be judged.
+    /// Number of systems that could be judged.
     pub evidence: usize,
-    /// The largest difference of two entries, in allowances; told relative to the largest entry.
+    /// The largest difference between two entries, in terms of the tolerance; reported relative to the largest entry.
     pub error: Option<Estimate>,
 }
 
-/// A scene. Every method steps it that solves with the Jacobians of its forces and takes them all.
+/// A scene. It is stepped by every method that solves with Jacobians and supports its forces.
 struct Case {
     name: &'static str,
     text: &'static str,
 }
 
-/// Unsymmetric, symmetric and separate systems; dense and sparse; in the plane and in space.
+/// Unsymmetric, symmetric and decoupled systems; dense and sparse; in two and three dimensions.
 const CASES: &[Case] = &[
     Case {
         name: "damped springs, drag and gravity; one particle fixed",
@@ -109,7 +108,7 @@ pub(super) fn check_all() -> Vec<NewtonCheck> {
     jobs.into_par_iter().filter_map(|(case, kind)| check(case, kind)).collect()
 }
 
-/// `None` where the method refuses a force, or the scene cannot be read; a test sees to it that it can.
+/// `None` if the method does not support a force, or the scene cannot be parsed; a test ensures that it can.
 fn check(case: &'static Case, integrator: &'static IntegratorKind) -> Option<NewtonCheck> {
     let vocabulary = vocabulary();
     let overrides = Overrides { integrator: Some(&integrator.schema), ..Overrides::default() };
@@ -122,7 +121,7 @@ fn check(case: &'static Case, integrator: &'static IntegratorKind) -> Option<New
     Some(tally.finish(integrator.schema.name, case.name))
 }
 
-/// Steps `scene` and judges every system on the way.
+/// Simulates `scene` and judges every system.
 fn run<const D: usize>(scene: &Scene, integrator: &IntegratorKind) -> Tally
 where
     ForceKind: BuildForce<D>,
@@ -162,7 +161,7 @@ where
     tally
 }
 
-/// A system with all that its residual needs.
+/// A system with all inputs of its residual.
 struct Observed {
     h: f64,
     time: f64,
@@ -174,14 +173,14 @@ struct Observed {
     projected: bool,
 }
 
-/// What is left between a system and its residual.
+/// The result of comparing a system with its residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Finding {
-    /// Its matrix is another by intent.
+    /// The matrix differs by design.
     Projected,
-    /// Differences could not be had.
+    /// The differences could not be computed.
     Unknown,
-    /// The largest difference in allowances, and relative.
+    /// The largest difference, in terms of the tolerance and relative.
     Judged(f64, Estimate),
 }
 
@@ -223,7 +222,7 @@ impl Observed {
         let end = moved(&self.iterate);
         let (scales, shortest) = scales(scene, &end, &self.iterate, time);
         let (far, fast) = (largest(&end), largest(&self.iterate).max(largest(&self.velocities)));
-        // The end of the step is itself rounded, and so are the sums that make up the residual.
+        // The end of the step is rounded, and so are the sums in the residual.
         let noise: Vec<f64> = free
             .iter()
             .map(|dof| {
@@ -275,13 +274,13 @@ impl Observed {
     }
 }
 
-/// The scales of all forces of a scene together, and the shortest distance of two particles they join.
+/// The scales of all forces of a scene, and the shortest distance of two particles joined by one.
 fn scales(scene: &Scene, x: &[f64], v: &[f64], time: f64) -> (Vec<Scale>, Option<f64>) {
     let laws = Laws::new(scene);
     (laws.scales(x, v, time), laws.shortest(x))
 }
 
-/// All systems so far.
+/// The systems judged so far.
 #[derive(Default)]
 struct Tally {
     systems: usize,
@@ -340,7 +339,7 @@ mod tests {
         assert_eq!(checks.len(), expected);
         for check in checks {
             assert_eq!(check.verdict, Verdict::Correct, "{check:?}");
-            // A projected system has another matrix; of the chain under tension most have none.
+            // A projected system has another matrix; most systems of the chain under tension are not projected.
             let few = if check.integrator == "projected-newton" { check.systems / 2 } else { 0 };
             assert!(check.evidence + few >= check.systems, "{check:?}");
             // Implicit Euler takes several iterations a step.

@@ -1,4 +1,4 @@
-//! Derivatives by differences, extrapolated, each with an uncertainty of its own.
+//! Derivatives by extrapolated central differences, each with an uncertainty.
 //!
 //! Central differences at steps `h, h/2, h/4, …` have an error even in `h`; Neville's scheme extrapolates
 //! them to `h = 0`:
@@ -7,20 +7,20 @@
 //! T(i,0) = (F(x+hᵢ) − F(x−hᵢ)) / 2hᵢ       T(i,j) = T(i,j−1) + (T(i,j−1) − T(i−1,j−1)) / ((hᵢ₋ⱼ/hᵢ)² − 1)
 //! ```
 //!
-//! The entry of the table with the smallest uncertainty is taken: twice the larger change to its two
-//! neighbours, for truncation, plus the rounding of `F`, of which the caller states a bound, divided by the step
-//! and carried through the scheme. Steps are powers of two, and only those are used for which `x + h` and
-//! `x − h` are exact: the step is then the one that was meant, however far the coordinate is from the origin.
+//! The entry of the table with the smallest uncertainty is used: twice the larger change to its two neighbours, for
+//! truncation, plus the rounding error of `F` (whose bound the caller gives) divided by the step and propagated through
+//! the scheme. Steps are powers of two, and only those with exact `x + h` and `x − h` are used. The step is then exact,
+//! however far the coordinate is from the origin.
 //!
-//! Where the slopes on the two sides do not approach each other as the step shrinks, `F` has a kink at `x`, where
-//! central differences would converge to the mean of two slopes. Cost: 16 evaluations a coordinate.
+//! If the slopes on the two sides do not approach each other as the step shrinks, `F` has a kink at `x`. Central
+//! differences would converge to the mean of the two slopes there. Cost: 16 evaluations for each coordinate.
 //! Source: Ridders, *Accurate computation of F'(x) and F'(x)F''(x)*, Advances in Engineering Software 4
 //! (1982).
 
-/// Steps tried.
+/// Maximum number of steps.
 const LEVELS: usize = 8;
 
-/// A measured value, and a bound of how far it is from the true one.
+/// A measured value with an error bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The value.
@@ -29,7 +29,7 @@ pub struct Estimate {
     pub uncertainty: f64,
 }
 
-/// A quantity at one step, whose error is even in the step.
+/// A quantity at one step, with an error that is even in the step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sample {
     pub(super) step: f64,
@@ -38,24 +38,24 @@ pub(super) struct Sample {
     pub(super) noise: f64,
 }
 
-/// What differences say of one entry.
+/// The derivative by differences of one entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Difference {
     /// The derivative.
     Smooth(Estimate),
     /// The slopes on the two sides differ.
     Kink,
-    /// Too few steps are exact, or the function has no value there.
+    /// Too few steps are exact, or the function is undefined there.
     Unavailable,
 }
 
-/// Extrapolates samples of falling steps to step 0; `None` of fewer than two, or of some not finite.
+/// Extrapolates samples of falling steps to step 0; `None` for fewer than two, or if some are not finite.
 pub(super) fn extrapolate(samples: &[Sample]) -> Option<Estimate> {
     if samples.len() < 2 || samples.iter().any(|sample| !sample.value.is_finite()) {
         return None;
     }
     let mut best: Option<Estimate> = None;
-    // The last row of the scheme: values and what rounding may have made of them.
+    // The last row of the scheme: values and bounds on their rounding errors.
     let mut last: Vec<(f64, f64)> = Vec::with_capacity(samples.len());
     let mut row: Vec<(f64, f64)> = Vec::with_capacity(samples.len());
     for (i, sample) in samples.iter().enumerate() {
@@ -81,9 +81,9 @@ pub(super) fn extrapolate(samples: &[Sample]) -> Option<Estimate> {
 
 /// The derivatives of every component of `function` by coordinate `column` of `x`.
 ///
-/// `function` fills a vector of `noise.len()` components, and returns whether it has a value there; `noise`
-/// bounds the rounding of each component. `first` is the first step: a power of two, well within the distance
-/// to where the function is not smooth.
+/// `function` fills a vector of `noise.len()` components and returns whether it is defined there. `noise` bounds the
+/// rounding error of each component. `first` is the first step: a power of two, well below the distance to the nearest
+/// non-smooth point.
 pub(super) fn differentiate(
     function: impl FnMut(&[f64], &mut [f64]) -> bool,
     x: &[f64],
@@ -94,8 +94,8 @@ pub(super) fn differentiate(
     differentiate_by(function, x, column, (first, exact_steps), noise)
 }
 
-/// The same with steps that are what rounding makes of them, for coordinates that have no digits to spare. The
-/// two sides may then differ by a rounding of the coordinate, which `noise` must allow for.
+/// The same with rounded steps, for coordinates without spare digits. The two sides may then differ by a rounding error
+/// of the coordinate, which `noise` must include.
 pub(super) fn differentiate_rounded(
     function: impl FnMut(&[f64], &mut [f64]) -> bool,
     x: &[f64],
@@ -107,7 +107,7 @@ pub(super) fn differentiate_rounded(
     differentiate_by(function, x, column, (first, rounded), noise)
 }
 
-/// Both sides of a coordinate at a step, where the step can be taken.
+/// The coordinate on both sides of a step, if the step can be taken.
 type Sides = fn(f64, f64) -> Option<(f64, f64)>;
 
 fn differentiate_by(
@@ -152,15 +152,16 @@ fn differentiate_by(
     .collect()
 }
 
-/// `x + step` and `x − step`, where both are exact.
+/// `x + step` and `x − step` if both are exact.
 pub(super) fn exact_steps(x: f64, step: f64) -> Option<(f64, f64)> {
     let (up, down) = (x + step, x - step);
-    // Where the sum loses digits of x, taking the step back does not lead to x again.
+    // If the sum loses digits of x, the step back does not return to x.
     (up - step == x && up - x == step && down + step == x && x - down == step).then_some((up, down))
 }
 
-/// Whether the slopes on the two sides differ. Their jump over a step `h` is `κ + ah + bh³ + O(h⁵)`, with `κ = 0`
-/// where `F` is smooth: what is left of it without the second and third term stays, above rounding, or falls.
+/// Whether the slopes on the two sides differ. Their jump over a step `h` is `κ + ah + bh³ + O(h⁵)`, with `κ = 0` for
+/// a smooth `F`. After elimination of the second and third term, the jump of a kink stays above rounding; that of a
+/// smooth function falls.
 fn is_kink(samples: &[Sample], jumps: &[f64], noise: f64) -> bool {
     let [.., farthest, far, near, nearest] = jumps else { return false };
     let without_second = |wide: f64, narrow: f64| 2.0 * narrow - wide;
@@ -175,7 +176,7 @@ fn is_kink(samples: &[Sample], jumps: &[f64], noise: f64) -> bool {
     late.abs() > 64.0 * noise / smallest && late.abs() > 0.5 * early.abs()
 }
 
-/// The power of two at or below a positive `scale`.
+/// The largest power of two that is at most `scale`, which must be positive.
 pub(super) fn power_of_two(scale: f64) -> f64 {
     2.0_f64.powi(scale.log2().floor() as i32)
 }
@@ -228,11 +229,11 @@ mod tests {
     }
 
     #[test]
-    fn a_kink_is_told_from_a_bend() {
+    fn a_kink_is_distinguished_from_a_bend() {
         let noise = 4.0 * f64::EPSILON;
         assert_eq!(derivative(|x| (x - 1.0).max(0.0), 1.0, 0.25, noise), Difference::Kink);
         assert_eq!(derivative(|x| (x - 1.0).abs() + x * x, 1.0, 0.25, noise), Difference::Kink);
-        // A kink beside the point, within the first steps, leaves the smaller ones.
+        // With a kink beside the point but within the first steps, the smaller steps still work.
         let Difference::Smooth(beside) = derivative(|x| (x - 1.125).max(0.0), 1.0, 0.25, noise)
         else {
             panic!()

@@ -1,12 +1,11 @@
-//! The states at which Jacobians are checked, each with a name.
+//! States at which Jacobians are checked, each with a name.
 //!
-//! Half of them are random; the others are hard on purpose: nearly zero length, compressed and stretched,
-//! masses a thousand million times each other, far from the origin, velocities along and across the line of
-//! two particles, no velocity, and every parameter that may be zero at zero. Some have three particles, with
-//! elements that share one, that are listed backwards, or that join the same two. Parameters are drawn from
-//! the schema's typical values.
+//! Half of them are random. The others are deliberately hard: almost zero length, compressed and stretched, mass ratios
+//! of 1e9, far from the origin, velocities along and across the line of two particles, no velocity, and every parameter
+//! that may be zero at zero. Some have three particles, with elements that share a particle, are listed backwards, or
+//! join the same two. Parameters are drawn from the schema's typical values.
 //!
-//! Coordinates are multiples of a power of two, with digits to spare: differences can then take exact steps.
+//! Coordinates are multiples of a power of two with spare digits, so that differences can take exact steps.
 
 use fastrand::Rng;
 use simulator::force::ForceKind;
@@ -16,10 +15,10 @@ use simulator::scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
 };
 
-/// A scene of which the first moment is the state, and when that is.
+/// A state: the initial state of a scene, at a given time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CheckState {
-    /// What reports call it.
+    /// The name in reports.
     pub name: String,
     /// Masses, elements, positions and velocities.
     pub scene: Scene,
@@ -44,16 +43,16 @@ impl CheckState {
     }
 }
 
-/// How the line from the first particle to the second is drawn.
+/// The distance between the first two particles.
 #[derive(Clone, Copy)]
 enum Length {
-    /// Half a unit to three units.
+    /// Between half a unit and three units.
     Any,
-    /// This many rest lengths, or units where the force has no rest length.
+    /// This many rest lengths, or units if the force has no rest length.
     Times(f64),
 }
 
-/// How the velocities are drawn.
+/// The velocities.
 #[derive(Clone, Copy, PartialEq)]
 enum Motion {
     Any,
@@ -63,21 +62,21 @@ enum Motion {
     Rest,
 }
 
-/// What is drawn, before the dice fall.
+/// A recipe for a random state.
 #[derive(Clone, Copy)]
 struct Plan {
     length: Length,
     motion: Motion,
-    /// The first particle's distance from the origin.
+    /// Distance of the first particle from the origin.
     far: f64,
     masses: [f64; 2],
-    /// A parameter set to zero, or to the smallest that its domain has.
+    /// A parameter to set to zero, or to the smallest value in its domain.
     without: Option<usize>,
     axis_aligned: bool,
     arrangement: Arrangement,
 }
 
-/// Which particles the elements join.
+/// The particles that the elements join.
 #[derive(Clone, Copy, PartialEq)]
 enum Arrangement {
     /// 0 and 1.
@@ -88,7 +87,7 @@ enum Arrangement {
     Chain,
     /// 0 and 1, 2 and 1.
     ChainBackwards,
-    /// 0 and 2, twice; 1 is by itself.
+    /// 0 and 2, twice; 1 is isolated.
     Twice,
 }
 
@@ -118,7 +117,7 @@ const PLAIN: Plan = Plan {
     arrangement: Arrangement::Pair,
 };
 
-/// The states for `kind`: `random` of them random, and the hard ones.
+/// The states for `kind`: `random` random ones, and the hard ones.
 pub fn states(
     kind: &'static ForceKind,
     dimension: Dimension,
@@ -198,7 +197,7 @@ fn draw(
     CheckState { name, scene, time }
 }
 
-/// A value within the typical bounds, a multiple of 2⁻¹⁰ or so.
+/// A value within the typical bounds, a multiple of 2⁻¹⁰ or a bound.
 fn typical(parameter: &ParameterSchema, rng: &mut Rng) -> f64 {
     let (low, high) = parameter.typical;
     on_grid(low + (high - low) * rng.f64(), 10).clamp(low, high)
@@ -249,7 +248,7 @@ fn positions(dimension: Dimension, plan: &Plan, rest_length: f64, rng: &mut Rng)
         if plan.axis_aligned {
             direction = [1.0, 0.0, 0.0];
         }
-        // Twelve digits of the length: what is added stays exact beside the origin.
+        // Twelve binary digits of the length: sums stay exact beside the origin.
         let digits = 12 - length.log2().floor() as i32;
         let last = positions[positions.len() - 1];
         positions.push(std::array::from_fn(|axis| {
@@ -271,7 +270,7 @@ fn velocities(
     let base = vector(dimension, rng).map(|component| on_grid(2.0 * component, 12));
     let speed = on_grid(0.5 + rng.f64(), 12);
     let along = unit(line);
-    // The quarter turn in the plane, which is across in space as well, unless the line is the z axis.
+    // A quarter turn in the plane. In space it is perpendicular as well, unless the line is the z axis.
     let across = [-along[1], along[0], 0.0];
     (0..n_particles)
         .map(|number| match motion {

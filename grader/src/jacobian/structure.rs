@@ -1,17 +1,17 @@
-//! What must hold of a force and its Jacobians as a whole, each with a verdict of its own.
+//! Properties of a force and its Jacobians as a whole, each with its own verdict.
 //!
 //! ```text
 //! force         F = the law's
 //! symmetry      K = Kᵀ where there is an energy            K = ∂F/∂x, B = ∂F/∂v
 //! translation   Σ_b K_ab = 0, Σ_b B_ab = 0 for internal forces
 //! rotation      F(Rx, Rv) = R F, K(Rx, Rv) = R K Rᵀ, B likewise
-//! stencil       blocks that no coupling claims are zero to the bit, and couplings are the law's
+//! stencil       blocks outside the couplings are exactly zero, and the couplings are the law's
 //! gradient      F = −∇U                                    by differences of the energy U
 //! hessian       K = −∇²U                                   by second differences of U
-//! projection    of −K of one element: semi-definite, and the nearest in the Frobenius norm (Higham 1988)
+//! projection    of −K of one element: semi-definite, and the nearest such matrix in the Frobenius norm (Higham 1988)
 //! ```
 //!
-//! Allowances are the rounding of the terms, times what the operation adds; a violation takes eight of them.
+//! Tolerances are the rounding errors of the terms, times a factor of the operation; a violation exceeds eight of them.
 
 use nalgebra::DMatrix;
 use simulator::force::Coupling;
@@ -25,23 +25,23 @@ use super::verdict::{By, Property, PropertyFinding, Reason, Verdict};
 use reference::law::Jacobians;
 use reference::law::{Expectation, Law, Scale, Symmetry};
 
-/// How many allowances a violation takes.
+/// Ratio of a difference to its tolerance above which it is a violation.
 const CLEAR: f64 = 8.0;
 
-/// A quantity counts as not zero where it is this many times its allowance.
+/// A quantity counts as nonzero if it is this many times its tolerance.
 const SEEN: f64 = 1e3;
 
-/// Where turning the positions rounds the line between two particles by more roundings than this, nothing is
+/// If rotating the positions rounds the line between two particles by more rounding errors than this, nothing is
 /// compared.
 const MOST_LOST: f64 = 1e4;
 
-/// Steps of the second differences.
+/// Number of steps of the second differences.
 const HESSIAN_LEVELS: usize = 5;
 
 /// Projects a symmetric block.
 pub(super) type Project<'a> = &'a (dyn Fn(&DMatrix<f64>) -> DMatrix<f64> + Sync);
 
-/// Every property over all states so far.
+/// All properties over all states so far.
 pub(super) struct Structure<'a> {
     law: &'static Law,
     project: Project<'a>,
@@ -53,21 +53,21 @@ struct Tally {
     property: Property,
     applies: bool,
     evidence: usize,
-    /// The last state that counts as evidence.
+    /// The last state that counted as evidence.
     last: String,
     wrong: bool,
-    /// The largest violation, in allowances; relative; and where.
+    /// The largest violation: in terms of the tolerance, relative, and its state.
     worst: Option<(f64, Estimate, Box<CheckState>)>,
 }
 
-/// A value that should be another, within an allowance.
+/// Two values that must agree within a tolerance.
 struct Pair {
     value: f64,
     expected: f64,
     allowance: f64,
 }
 
-/// One state with what its properties need.
+/// A state with the quantities that its properties need.
 struct Scenario<'a> {
     subject: &'a dyn Subject,
     state: &'a CheckState,
@@ -95,7 +95,7 @@ impl<'a> Structure<'a> {
         Self { law, project, tallies: Property::ALL.map(tally).into() }
     }
 
-    /// Adds what holds of `subject` at `state`. Where force or Jacobians have no value, nothing does.
+    /// Adds the properties of `subject` at `state`, unless its force or its Jacobians are undefined.
     pub(super) fn add(&mut self, subject: &dyn Subject, state: &CheckState) {
         let Some(scenario) = Scenario::new(subject, state, self.law) else { return };
         let project = self.project;
@@ -120,7 +120,7 @@ impl<'a> Structure<'a> {
 }
 
 impl Tally {
-    /// Adds comparisons at `state`; `size` is what they are told relative to.
+    /// Adds comparisons at `state`; `size` is the reference of relative errors.
     fn compare(
         &mut self,
         state: &CheckState,
@@ -129,7 +129,7 @@ impl Tally {
         pairs: impl Iterator<Item = Pair>,
     ) {
         self.applies = true;
-        // Both Jacobians of a state are one piece of evidence.
+        // Both Jacobians of a state count as one piece of evidence.
         if seen && self.last != state.name {
             self.evidence += 1;
             self.last.clone_from(&state.name);
@@ -188,18 +188,18 @@ impl<'a> Scenario<'a> {
         &self.scales[row / self.dimension]
     }
 
-    /// Every row and column.
+    /// All pairs of row and column.
     fn places(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let size = self.x.len();
         (0..size).flat_map(move |row| (0..size).map(move |column| (row, column)))
     }
 
-    /// Whether the positions show in the law at all.
+    /// Whether the law depends on the positions at all.
     fn bends(&self) -> bool {
         self.law().schema().depends_on().position
     }
 
-    /// Whether `matrix` is clearly not zero beside its rounding.
+    /// Whether `matrix` is clearly nonzero, compared with its rounding error.
     fn is_seen(&self, by: By) -> bool {
         let matrix = by.of(&self.jacobians);
         self.places().any(|(row, column)| {
@@ -270,7 +270,7 @@ impl<'a> Scenario<'a> {
         let time = self.state.time;
         let Ok(()) = self.subject.force(&x, &v, time, &mut force) else { return };
         let Ok(jacobians) = self.subject.jacobians(&x, &v, time) else { return };
-        // The turned positions are rounded, and the more a value changes with them the shorter the line.
+        // The rotated positions are rounded. The effect on a value grows as the line gets shorter.
         let lost = match self.expectation.shortest(&self.x) {
             Some(length) => 1.0 + largest(&self.x) / length,
             None => 1.0,
@@ -280,7 +280,7 @@ impl<'a> Scenario<'a> {
         }
         let scales = self.expectation.scales_of_rounded(&self.x, &self.v, time);
         let allowance = |row: usize, of: &dyn Fn(&Scale) -> f64| {
-            // A turned row mixes the components of its particle.
+            // A rotated row mixes the components of its particle.
             8.0 * ROUNDING * lost * of(&scales[row / self.dimension])
         };
         let expected = turned(&turn, &self.force);
@@ -335,7 +335,7 @@ impl<'a> Scenario<'a> {
                 if !(claims(a, b) && joined) {
                     pairs.extend(block.iter().map(|entry| zero(*entry)));
                 } else if only_diagonal(a) {
-                    // Claimed to be a multiple of the identity.
+                    // The coupling claims a multiple of the identity.
                     let places = (0..dimension).flat_map(|r| (0..dimension).map(move |c| (r, c)));
                     pairs.extend(places.map(|(row, column)| Pair {
                         value: block[(row, column)],
@@ -350,7 +350,7 @@ impl<'a> Scenario<'a> {
         tally.compare(self.state, size, seen, pairs.into_iter());
     }
 
-    /// The energy, and a bound of its rounding.
+    /// The energy, and a bound of its rounding error.
     fn energy(&self) -> (impl Fn(&[f64]) -> f64, f64) {
         let energy =
             |x: &[f64]| self.subject.energy(x, &self.v, self.state.time).unwrap_or(f64::NAN);
@@ -472,7 +472,7 @@ fn second_difference(
     extrapolate(&samples)
 }
 
-/// A turn by the angle of a triangle of sides 3, 4 and 5.
+/// A rotation about z by the angle of a triangle with sides 3, 4 and 5.
 fn about_z(dimension: usize) -> DMatrix<f64> {
     let mut turn = DMatrix::identity(dimension, dimension);
     turn[(0, 0)] = 0.6;
@@ -482,7 +482,7 @@ fn about_z(dimension: usize) -> DMatrix<f64> {
     turn
 }
 
-/// Such a turn about z, then one about x.
+/// Such a rotation about z, followed by one about x.
 fn about_every_axis() -> DMatrix<f64> {
     let mut about_x = DMatrix::identity(3, 3);
     about_x[(1, 1)] = 0.28;
@@ -492,7 +492,7 @@ fn about_every_axis() -> DMatrix<f64> {
     about_x * about_z(3)
 }
 
-/// Every particle's vector, turned.
+/// The vector of every particle, rotated.
 fn turned(turn: &DMatrix<f64>, values: &[f64]) -> Vec<f64> {
     let dimension = turn.nrows();
     let component = |(row, _): (usize, &f64)| {

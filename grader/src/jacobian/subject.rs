@@ -1,8 +1,8 @@
-//! What a check of Jacobians looks at.
+//! The interface of a force whose Jacobians are checked.
 //!
 //! A [`Subject`] is a small system of `n` particles in `D` dimensions: its force, both Jacobians of the force, the
-//! couplings it claims and its energy, if it has one. The simulator's [`System`] is one ([`Simulated`]); a check
-//! sees nothing else of it, so that whatever states these functions can be judged.
+//! couplings that it claims, and its energy, if it has one. The simulator's [`System`] is one ([`Simulated`]). The
+//! check uses nothing else, so that any implementation of these functions can be judged.
 //!
 //! Positions, velocities and forces hold `n·D` numbers, particle-major; a Jacobian is a dense matrix of `n·D`
 //! rows (of the force) and columns (of the position or velocity).
@@ -19,19 +19,19 @@ pub trait Subject {
     /// Sets `force` to the force on every particle.
     ///
     /// # Errors
-    /// Where it is not defined.
+    /// If it is undefined there.
     fn force(&self, x: &[f64], v: &[f64], time: f64, force: &mut [f64]) -> Result<(), Degenerate>;
 
-    /// Both Jacobians, as the subject states them.
+    /// Both Jacobians, as the subject computes them.
     ///
     /// # Errors
-    /// Where they are not defined.
+    /// If they are undefined there.
     fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Result<Jacobians, Degenerate>;
 
     /// The potential energy, if the force has one.
     fn energy(&self, x: &[f64], v: &[f64], time: f64) -> Option<f64>;
 
-    /// What the subject says that its Jacobians couple.
+    /// The couplings that the subject claims for its Jacobians.
     fn couplings(&self) -> Vec<Coupling>;
 }
 
@@ -49,7 +49,7 @@ pub fn simulated(scene: &Scene) -> Box<dyn Subject> {
 /// The simulator's system of a scene.
 struct Simulated<const D: usize> {
     system: System<D>,
-    /// Each kind of force by itself, to ask whether it has an energy.
+    /// Each kind of force by itself, to find out whether it has an energy.
     forces: Vec<Box<dyn Force<D>>>,
 }
 
@@ -94,7 +94,7 @@ impl<const D: usize> Subject for Simulated<D> {
     }
 }
 
-/// Adds blocks up in dense matrices.
+/// Adds blocks to dense matrices.
 struct Dense(Jacobians);
 
 impl<const D: usize> JacobianSink<D> for Dense {

@@ -1,4 +1,4 @@
-//! Observations of many states, gathered into a verdict a kind of block.
+//! Gathers the observations of many states into one verdict for each kind of block.
 
 use std::collections::BTreeSet;
 
@@ -12,21 +12,21 @@ use reference::law::Law;
 /// One kind of block over all states so far.
 pub(super) struct Tally {
     kind: BlockKind,
-    /// Which of the law's parameters have to show in the block.
+    /// The law's parameters, and whether each has to affect the block.
     required: Vec<(&'static str, bool)>,
-    /// Which did.
+    /// Whether each parameter was seen to affect the block.
     shown: Vec<bool>,
     evidence: usize,
-    /// States at which the force was not zero, and the block was, by every opinion.
+    /// States at which the force was nonzero, but the block was zero by every estimate.
     zeros: usize,
     undecided: usize,
     reason: Option<Reason>,
-    /// Row and column of blocks that were undecided at some state, and of those that agreed at some.
+    /// Row and column of blocks without a verdict at some state, and of those that agreed at some.
     open_places: BTreeSet<(usize, usize)>,
     agreed_places: BTreeSet<(usize, usize)>,
     /// The worst contradiction.
     wrong: Option<(f64, Box<Exhibit>)>,
-    /// The first block that is open for the gravest reason.
+    /// The first block whose verdict is open for the most severe reason.
     open: Option<(Reason, Box<Exhibit>)>,
     /// The largest error of an entry that agrees.
     largest: Option<(f64, Box<Exhibit>)>,
@@ -59,12 +59,12 @@ impl Tally {
         })
     }
 
-    /// Adds a state at which the force has no value.
+    /// Adds a state at which the force is undefined.
     pub(super) fn add_degenerate(&mut self) {
         self.undecide(Reason::Degenerate);
     }
 
-    /// Adds what was observed at `state`.
+    /// Adds an observation at `state`.
     pub(super) fn add(&mut self, state: &CheckState, observation: &Observation) {
         let (mut seen, mut zero, mut undecided) = (false, true, None);
         let kind = self.kind;
@@ -75,7 +75,7 @@ impl Tally {
                 Judgement::Undecided(reason) => Some(*reason),
                 Judgement::Agrees | Judgement::Wrong => None,
             });
-            // The gravest first: reasons are in that order.
+            // The most severe first, which is the order of the reasons.
             let reason = reasons.min();
             if let Some(reason) = reason {
                 self.open_places.insert((block.row, block.column));
@@ -103,7 +103,7 @@ impl Tally {
         let unseen: Vec<&str> =
             required().filter(|(_, shown)| !**shown).map(|((name, _), _)| *name).collect();
         let is_zero = required().next().is_none();
-        // What holds for one pair of particles says nothing of another that could never be judged.
+        // Agreement of one pair of particles is no evidence on another that could never be judged.
         let settled = self.open_places.is_subset(&self.agreed_places);
         let verdict = match self.reason {
             _ if self.wrong.is_some() => Verdict::Wrong,
@@ -163,7 +163,7 @@ impl Tally {
         let places = 0..block.entries.len();
         let Some(worst) = places.max_by(|a, b| error(a).total_cmp(&error(b))) else { return };
         let relative = if block.size > 0.0 { error(&worst) / block.size } else { 0.0 };
-        // Where a block is zero the first state stands for all.
+        // If all blocks are zero, the first state represents them.
         let counts = block.seen || self.largest.is_none();
         let is_first = self.largest.as_ref().is_none_or(|(_, known)| known.size == 0.0);
         if counts && (is_first || self.largest.as_ref().is_none_or(|(known, _)| relative > *known))
@@ -173,7 +173,7 @@ impl Tally {
     }
 }
 
-/// Whether an entry is zero by what the subject states and by what was measured.
+/// Whether an entry is zero, both as stated and as measured.
 fn is_zero(entry: &Entry) -> bool {
     entry.analytic == 0.0 && entry.sharpest().is_some_and(|estimate| estimate.value == 0.0)
 }

@@ -1,55 +1,55 @@
-//! Taylor's test: how the remainder of a linearisation falls as the step shrinks.
+//! Taylor's test: the order of the remainder of a linearization as the step shrinks.
 //!
 //! ```text
 //! R(t) = |F(z + t e) − F(z) − t J e|          t = 2⁰, 2⁻¹, 2⁻², … times a first step
 //! ```
 //!
-//! Where `J` is right, `R = O(t²)`, down to rounding; where it is wrong by `ε`, `R` approaches `ε t`. The
-//! slope of `log R` against `log t` tells them apart, if it is fitted where truncation dominates: the window
-//! starts at the smallest `t` whose remainder is eight times above rounding, and grows upwards as long as the
-//! slope between neighbours stays where it is. A remainder that is at rounding throughout belongs to a
-//! function that is linear along `e`, and is right. Cost: up to 44 evaluations a coordinate.
+//! If `J` is right, `R = O(t²)` down to rounding; if it is wrong by `ε`, `R` approaches `ε t`. The slope of `log R`
+//! against `log t` distinguishes the two if it is fitted where truncation dominates. The window of the fit starts at
+//! the smallest `t` whose remainder is eight times above rounding, and grows while the slope between neighbours stays
+//! constant. If the remainder is at rounding level throughout, the function is linear along `e`, and `J` is right.
+//! Cost: up to 44 evaluations for each coordinate.
 
 use super::ridders::exact_steps;
 
-/// Steps tried.
+/// Number of steps.
 const STEPS: usize = 44;
 
-/// How far above the bound of rounding a remainder must be to count.
+/// Minimum ratio of a remainder to its rounding bound.
 const CLEAR: f64 = 8.0;
 
-/// How far the slope between two neighbours may be from the one before, for the window to grow.
+/// Maximum change of the slope between neighbours while the window grows.
 const STEADY: f64 = 0.12;
 
-/// The fewest remainders that make a window.
+/// Minimum number of remainders in a window.
 const FEWEST: usize = 4;
 
-/// Where the slope was fitted.
+/// The range of steps in which the slope was fitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
     /// The slope.
     pub slope: f64,
     /// The smallest and the largest step in it.
     pub steps: (f64, f64),
-    /// How many steps it holds.
+    /// Number of steps in it.
     pub count: usize,
 }
 
-/// What the remainders say of one entry.
+/// The result of the test for one entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Taylor {
-    /// They fall as `t²` or faster.
+    /// The remainders fall as `t²` or faster.
     Consistent(Window),
-    /// They are rounding: the function is linear along the step.
+    /// The remainders are rounding errors: the function is linear along the step.
     Linear,
-    /// They fall as `t`.
+    /// The remainders fall as `t`.
     Wrong(Window),
     /// No window was found.
     Undecided,
 }
 
 impl Taylor {
-    /// The window, where there is one.
+    /// The window, if there is one.
     pub fn window(&self) -> Option<Window> {
         match self {
             Self::Consistent(window) | Self::Wrong(window) => Some(*window),
@@ -58,7 +58,7 @@ impl Taylor {
     }
 }
 
-/// A remainder and its bound of rounding.
+/// A remainder with its rounding bound.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Remainder {
     pub(super) step: f64,
@@ -66,16 +66,16 @@ pub(super) struct Remainder {
     pub(super) floor: f64,
 }
 
-/// Changes of a function, step by step, from which remainders follow for any Jacobian.
+/// Changes of a function along a sequence of steps. They yield the remainders for any Jacobian.
 pub(super) struct Steps {
     steps: Vec<f64>,
-    /// `F(z + t e) − F(z)`, a row a step.
+    /// `F(z + t e) − F(z)`, one row for each step.
     changes: Vec<Vec<f64>>,
 }
 
 impl Steps {
-    /// Takes the steps along coordinate `column` of `x`, from `first` (a power of two) downwards. Those that
-    /// are not exact, or lead to where the function has no value, are left out.
+    /// Takes the steps along coordinate `column` of `x`, from `first` (a power of two) downwards. Steps that are
+    /// inexact or lead to a point where the function is undefined are left out.
     pub(super) fn take(
         mut function: impl FnMut(&[f64], &mut [f64]) -> bool,
         x: &[f64],
@@ -103,8 +103,8 @@ impl Steps {
         taken
     }
 
-    /// What the remainders of component `row` say of the entry `jacobian`. `noise` bounds the rounding of
-    /// the component, `entry_noise` that of the entry.
+    /// Tests the entry `jacobian` against the remainders of component `row`. `noise` bounds the rounding error of the
+    /// component, `entry_noise` that of the entry.
     pub(super) fn judge(&self, row: usize, jacobian: f64, noise: f64, entry_noise: f64) -> Taylor {
         let remainders: Vec<Remainder> = self
             .steps
@@ -132,7 +132,7 @@ pub(super) fn judge(remainders: &[Remainder]) -> Taylor {
     let mut largest = smallest;
     while largest > 0 && remainders[largest - 1].size > CLEAR * remainders[largest - 1].floor {
         let next = slope(largest - 1);
-        // At the start nothing is known yet of the slope, and rounding is at its largest.
+        // At the start the slope is unknown, and rounding is at its largest.
         let steady = smallest - largest < 2 || (next - slope(largest)).abs() < STEADY;
         if !steady {
             break;
@@ -155,7 +155,7 @@ pub(super) fn judge(remainders: &[Remainder]) -> Taylor {
     }
 }
 
-/// Slope of the line of least squares through `log₂ R` against `log₂ t`.
+/// Slope of the least-squares line through `log₂ R` against `log₂ t`.
 fn fit(remainders: &[Remainder]) -> f64 {
     let n = remainders.len() as f64;
     let points = || remainders.iter().map(|r| (r.step.log2(), r.size.log2()));

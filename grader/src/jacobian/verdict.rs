@@ -1,4 +1,4 @@
-//! What can be said of a Jacobian: correct, wrong, or inconclusive and why.
+//! Verdict on a Jacobian: correct, wrong, or inconclusive for a reason.
 
 use super::ridders::{Difference, Estimate};
 use super::states::CheckState;
@@ -7,40 +7,40 @@ use super::taylor::Taylor;
 /// A verdict on a block, a property or a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Verdict {
-    /// It agrees where it was seen, and is contradicted nowhere.
+    /// It agrees wherever it is nonzero, and is contradicted nowhere.
     Correct,
-    /// It is zero, as it has to be, at states where the force is not.
+    /// It is zero, as it must be, at states with a nonzero force.
     CorrectZero,
-    /// At least two opinions contradict it, and agree with each other.
+    /// At least two estimates contradict it and agree with each other.
     Wrong,
     /// Neither could be shown.
     Inconclusive(Reason),
-    /// The property is not asked of this force.
+    /// The property does not apply to this force.
     NotApplicable,
 }
 
-/// Why nothing could be shown.
+/// Why a check is inconclusive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Reason {
-    /// The opinions contradict each other.
+    /// The estimates contradict each other.
     Disagreement,
     /// The force has a kink at the state.
     Kink,
-    /// The force has no value there: the state is degenerate.
+    /// The force is undefined there: the state is degenerate.
     Degenerate,
-    /// Rounding leaves no digits to compare.
+    /// Rounding errors exceed the digits to compare.
     Cancellation,
-    /// The term vanished at every state, or no state was there.
+    /// The term vanished at every state, or there was no state.
     NoEvidence,
 }
 
 impl Verdict {
-    /// Whether nothing is left to be said against it.
+    /// Whether it counts as correct.
     pub fn is_correct(self) -> bool {
         matches!(self, Self::Correct | Self::CorrectZero | Self::NotApplicable)
     }
 
-    /// Its name, for reports.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Correct => "correct",
@@ -51,14 +51,14 @@ impl Verdict {
         }
     }
 
-    /// Why it is inconclusive, if it is.
+    /// The reason, if it is inconclusive.
     pub fn reason(self) -> Option<Reason> {
         if let Self::Inconclusive(reason) = self { Some(reason) } else { None }
     }
 }
 
 impl Reason {
-    /// Its name, for reports.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Disagreement => "disagreement",
@@ -70,7 +70,7 @@ impl Reason {
     }
 }
 
-/// By what the force is differentiated.
+/// The variable of a derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum By {
     /// Positions: `∂F/∂x`.
@@ -79,16 +79,16 @@ pub enum By {
     Velocity,
 }
 
-/// Whose force by whose coordinate.
+/// A block's position in the Jacobian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Part {
-    /// A particle's own: block `(a, a)`.
+    /// A particle's force by its own coordinates: block `(a, a)`.
     Direct,
-    /// Another's: block `(a, b)`.
+    /// A particle's force by another one's coordinates: block `(a, b)`.
     Cross,
 }
 
-/// Which blocks a finding is about.
+/// A kind of block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct BlockKind {
     /// By position or velocity.
@@ -98,7 +98,7 @@ pub struct BlockKind {
 }
 
 impl BlockKind {
-    /// All four, in the order of reports.
+    /// All four, in the order of the reports.
     pub const ALL: [Self; 4] = [
         Self { by: By::Position, part: Part::Direct },
         Self { by: By::Position, part: Part::Cross },
@@ -106,7 +106,7 @@ impl BlockKind {
         Self { by: By::Velocity, part: Part::Cross },
     ];
 
-    /// Its name, for reports.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match (self.by, self.part) {
             (By::Position, Part::Direct) => "dF/dx direct",
@@ -117,37 +117,37 @@ impl BlockKind {
     }
 }
 
-/// What was found for one kind of block.
+/// The result for one kind of block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockFinding {
-    /// Which blocks.
+    /// The kind of block.
     pub kind: BlockKind,
     /// The verdict.
     pub verdict: Verdict,
-    /// States at which the block was not zero and could be judged.
+    /// Number of states at which the block was nonzero and could be judged.
     pub evidence: usize,
-    /// States at which an entry could not be judged.
+    /// Number of states at which an entry could not be judged.
     pub undecided: usize,
-    /// Parameters that had to show in the block, and did at no state.
+    /// Parameters that must affect the block, but did so at no state.
     pub unseen: Vec<&'static str>,
-    /// The state that shows the verdict: the worst contradiction, or the largest error.
+    /// The state that supports the verdict: the worst contradiction, or the largest error.
     pub exhibit: Option<Box<Exhibit>>,
 }
 
-/// One block at one state, with all that was measured.
+/// One block at one state with all measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exhibit {
     /// The state.
     pub state: CheckState,
-    /// The particle whose force it is.
+    /// The particle whose force is differentiated.
     pub row: usize,
-    /// The particle whose position or velocity moves.
+    /// The particle whose position or velocity varies.
     pub column: usize,
     /// Its entries, row by row.
     pub entries: Vec<Entry>,
-    /// The worst of them.
+    /// Index of the worst entry.
     pub worst: usize,
-    /// The largest entry of the block, by the sharpest opinion: errors are told relative to it.
+    /// The largest entry of the block by the most accurate estimate: the reference of relative errors.
     pub size: f64,
 }
 
@@ -165,22 +165,22 @@ impl Exhibit {
     }
 }
 
-/// One entry of a Jacobian, by everyone who has an opinion.
+/// One entry of a Jacobian with all estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// What the subject states.
+    /// The subject's own value.
     pub analytic: f64,
-    /// Bound of the rounding that any correct formula may leave in it.
+    /// Bound on its rounding error for any correct formula.
     pub rounding: f64,
-    /// By differences of the subject's force.
+    /// The derivative by differences of the subject's force.
     pub difference: Difference,
-    /// By dual numbers; `None` where the subject's force is not the law's.
+    /// The derivative by dual numbers; `None` if the subject's force is not the law's.
     pub dual: Option<Estimate>,
-    /// By Taylor's test.
+    /// The result of Taylor's test.
     pub taylor: Taylor,
 }
 
-/// What the opinions come to.
+/// The combined judgement of the estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Judgement {
     Agrees,
@@ -188,18 +188,18 @@ pub(super) enum Judgement {
     Undecided(Reason),
 }
 
-/// How many combined uncertainties a contradiction takes.
+/// Ratio of a difference to the combined uncertainties above which it is a contradiction.
 const CLEAR: f64 = 8.0;
 
 impl Entry {
-    /// The opinion with the smallest uncertainty, of differences and dual numbers.
+    /// The estimate with the smallest uncertainty, of differences and dual numbers.
     pub fn sharpest(&self) -> Option<Estimate> {
         let smaller = |a: Estimate, b: Estimate| if b.uncertainty < a.uncertainty { b } else { a };
         self.values().into_iter().flatten().reduce(smaller)
     }
 
-    /// How far the entry is from the differences (from dual numbers where there are none), and how well that is
-    /// known. Not finite where the entry is not.
+    /// Difference between the entry and the finite differences (dual numbers if there are none), with its uncertainty.
+    /// Not finite if the entry is not.
     pub fn error(&self) -> Estimate {
         match self.values().into_iter().flatten().next() {
             Some(Estimate { value, uncertainty }) => Estimate {
@@ -210,7 +210,7 @@ impl Entry {
         }
     }
 
-    /// How many combined uncertainties the entry is off, by the opinion that is most against it.
+    /// Largest difference from any estimate, in terms of the combined uncertainties.
     pub(super) fn excess(&self) -> f64 {
         if !self.analytic.is_finite() {
             return f64::INFINITY;
@@ -262,33 +262,33 @@ impl Entry {
     }
 }
 
-/// A property of the whole, with its verdict.
+/// A property of the whole with its verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PropertyFinding {
     /// The property.
     pub property: Property,
     /// The verdict.
     pub verdict: Verdict,
-    /// States at which it could be seen.
+    /// Number of states at which it could be observed.
     pub evidence: usize,
-    /// The largest violation and how well it is known, relative to the size of what is compared.
+    /// The largest violation with its uncertainty, relative to the size of the compared values.
     pub error: Option<Estimate>,
-    /// The state with that violation.
+    /// The state of that violation.
     pub state: Option<Box<CheckState>>,
 }
 
-/// What must hold of a force besides its derivatives.
+/// Properties of a force beside its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Property {
     /// The force is the law's.
     Force,
     /// `∂F/∂x` is symmetric where the force has an energy, and both are where the couplings say so.
     Symmetry,
-    /// Rows sum to zero: internal forces do not change where all particles move alike.
+    /// Rows sum to zero: internal forces do not change when all particles move alike.
     Translation,
     /// `J(Rx) = R J(x) Rᵀ`, and `F(Rx) = R F(x)`.
     Rotation,
-    /// Blocks outside of the couplings are zero to the bit, and the couplings are the law's.
+    /// Blocks outside the couplings are exactly zero, and the couplings are the law's.
     Stencil,
     /// `F = −∇U`.
     Gradient,
@@ -299,7 +299,7 @@ pub enum Property {
 }
 
 impl Property {
-    /// All, in the order of reports.
+    /// All, in the order of the reports.
     pub const ALL: [Self; 8] = [
         Self::Force,
         Self::Symmetry,
@@ -311,7 +311,7 @@ impl Property {
         Self::Projection,
     ];
 
-    /// Its name, for reports.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Force => "force",
@@ -325,14 +325,14 @@ impl Property {
         }
     }
 
-    /// What it says.
+    /// The statement of the property.
     pub fn meaning(self) -> &'static str {
         match self {
-            Self::Force => "the force is the documents' formula",
+            Self::Force => "the force follows the documented formula",
             Self::Symmetry => "symmetric where there is an energy",
             Self::Translation => "rows sum to zero",
-            Self::Rotation => "turned with the scene",
-            Self::Stencil => "zero outside of the couplings",
+            Self::Rotation => "rotates with the scene",
+            Self::Stencil => "zero outside the couplings",
             Self::Gradient => "F = -grad U",
             Self::Hessian => "dF/dx = -Hessian of U",
             Self::Projection => "the nearest semi-definite matrix",
@@ -361,7 +361,7 @@ mod tests {
     const WINDOW: Window = Window { slope: 1.0, steps: (1e-8, 1e-4), count: 12 };
 
     #[test]
-    fn it_takes_two_opinions_to_call_an_entry_wrong() {
+    fn wrong_takes_two_estimates_that_agree() {
         let smooth = |value| Difference::Smooth(estimate(value, 1e-12));
         let dual = |value| Some(estimate(value, 1e-15));
         let right = Taylor::Consistent(Window { slope: 2.0, ..WINDOW });
@@ -374,18 +374,18 @@ mod tests {
             (entry(off, smooth(1.0), dual(1.0), Taylor::Undecided), Wrong),
             (entry(off, smooth(1.0), None, wrong), Wrong),
             (entry(off, Difference::Unavailable, dual(1.0), wrong), Wrong),
-            // One alone does not do, and neither do two that contradict each other.
+            // A single contradiction is not enough, and neither are two that contradict each other.
             (entry(off, smooth(1.0), dual(off), right), Undecided(Reason::Disagreement)),
             (entry(off, smooth(1.0), None, right), Undecided(Reason::Disagreement)),
             (entry(off, smooth(1.0), dual(2.0), right), Undecided(Reason::Disagreement)),
             (entry(1.0, smooth(1.0), dual(1.0), wrong), Undecided(Reason::Disagreement)),
             (entry(off, smooth(1.0), dual(off), wrong), Undecided(Reason::Disagreement)),
-            // Without an opinion nothing is correct.
+            // Without an estimate nothing is correct.
             (entry(1.0, Difference::Unavailable, None, right), Undecided(Reason::Cancellation)),
             (entry(1.0, Difference::Kink, dual(1.0), right), Undecided(Reason::Kink)),
             (entry(f64::NAN, smooth(1.0), dual(1.0), Taylor::Undecided), Wrong),
             (entry(f64::INFINITY, smooth(1.0), dual(1.0), Taylor::Undecided), Wrong),
-            // An opinion that knows nothing contradicts nothing.
+            // An estimate with infinite uncertainty contradicts nothing.
             (
                 entry(off, Difference::Smooth(estimate(1.0, 1.0)), dual(off), Taylor::Undecided),
                 Agrees,

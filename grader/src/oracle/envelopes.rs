@@ -1,4 +1,4 @@
-//! `expected/envelopes.toml`: what correct programs differ by, scene by scene.
+//! `expected/envelopes.toml`: the envelope of each scene.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -11,25 +11,25 @@ use crate::suite::{hash_bytes, read_text};
 /// The file's name.
 pub(super) const FILE_NAME: &str = "envelopes.toml";
 
-/// The largest file that is read, in MiB.
+/// Maximum size of the file, in MiB.
 const MAX_MEBIBYTES: u64 = 64;
 
-/// Envelopes by the names of their scenes.
+/// Envelopes by scene name.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Envelopes(HashMap<String, Envelope>);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct EnvelopesFile {
     #[serde(rename = "scene", default)]
     scenes: Vec<StoredEnvelope>,
 }
 
 impl Envelopes {
-    /// Reads those of a folder of traces, whose manifest records this hash of their file.
+    /// Reads the envelopes of a folder of traces. `sha256` is the hash of the file in the manifest.
     ///
     /// # Errors
-    /// Where the file cannot be read or is not the one that is recorded: what is wrong, and what to do.
+    /// If the file cannot be read or has another hash. The text says what is wrong and what to do.
     pub(super) fn load(folder: &Path, sha256: &str) -> Result<Self, String> {
         let path = folder.join(FILE_NAME);
         let restore = "restore it or run `grade oracle regenerate`";
@@ -37,20 +37,25 @@ impl Envelopes {
             .map_err(|error| format!("{}: cannot be read: {error}; {restore}", path.display()))?;
         if hash_bytes(text.as_bytes()) != sha256 {
             let path = path.display();
-            return Err(format!("{path} is not the one that the manifest records; {restore}"));
+            return Err(format!("{path} does not match the manifest; {restore}"));
         }
         let broken = |detail: &str| format!("{}: {detail}; {restore}", path.display());
-        let file: File =
+        let file: EnvelopesFile =
             toml::from_str(&text).map_err(|error| broken(error.to_string().trim_end()))?;
         let entry = |stored: StoredEnvelope| {
             let envelope = stored.envelope();
-            let message = || broken(&format!("the lists of {} do not go together", stored.name));
+            let message = || {
+                broken(&format!(
+                    "the lists of {} must be sorted, finite and of equal length",
+                    stored.name
+                ))
+            };
             Ok((stored.name.clone(), envelope.ok_or_else(message)?))
         };
         Ok(Self(file.scenes.into_iter().map(entry).collect::<Result<_, String>>()?))
     }
 
-    /// The envelope of the scene of this name.
+    /// The envelope of this scene.
     pub(super) fn find(&self, scene: &str) -> Option<&Envelope> {
         self.0.get(scene)
     }

@@ -1,4 +1,4 @@
-//! `expected/manifest.toml`: what each trace was made from, and how.
+//! `expected/manifest.toml`: the origin of each trace.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use crate::suite::{Case, read_text};
 /// The manifest's file name.
 pub const FILE_NAME: &str = "manifest.toml";
 
-/// Version of the manifest's own format.
+/// Version of the manifest's format.
 pub const FORMAT: u32 = 2;
 
-/// The largest manifest that is read, in MiB.
+/// Maximum size of a manifest, in MiB.
 const MAX_MEBIBYTES: u64 = 64;
 
 /// The program that makes the traces.
@@ -36,10 +36,10 @@ pub struct Manifest {
     pub envelopes_sha256: String,
     /// One entry a trace, by scene.
     #[serde(rename = "trace", default)]
-    pub traces: Vec<Entry>,
+    pub traces: Vec<ManifestEntry>,
 }
 
-/// What every format of the manifest says.
+/// The part of a manifest that every version of its format has.
 #[derive(Deserialize)]
 struct Version {
     format: u32,
@@ -48,7 +48,7 @@ struct Version {
 /// One trace.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Entry {
+pub struct ManifestEntry {
     /// The scene's name; the trace is `<scene>.csv`.
     pub scene: String,
     /// SHA-256 of the scene file.
@@ -63,7 +63,7 @@ pub struct Entry {
     pub steps: u64,
 }
 
-impl Entry {
+impl ManifestEntry {
     /// The entry of `case`, whose trace has this hash.
     pub(super) fn of(case: &Case, trace_sha256: String) -> Self {
         Self {
@@ -81,7 +81,7 @@ impl Manifest {
     /// Reads the manifest of a folder of traces, if there is one.
     ///
     /// # Errors
-    /// Where it cannot be read, or is none.
+    /// If it cannot be read, or is not valid.
     pub fn load(folder: &Path) -> Result<Option<Self>, OracleError> {
         let path = folder.join(FILE_NAME);
         let text = match read_text(&path, MAX_MEBIBYTES) {
@@ -91,27 +91,29 @@ impl Manifest {
         };
         let invalid = |message: String| OracleError::Invalid { path: path.clone(), message };
         let unreadable = |error: toml::de::Error| invalid(error.to_string().trim_end().to_owned());
-        // The format first: in another, other fields are right.
+        // The format first: another version has other fields.
         let Version { format } = toml::from_str(&text).map_err(unreadable)?;
         if format < FORMAT {
             let message = format!(
-                "its format is {format}, that of an earlier version of grade, and not {FORMAT}"
+                "its format is {format}, that of an earlier version of grade; this version needs {FORMAT}"
             );
             return Err(invalid(message));
         }
         if format > FORMAT {
-            return Err(invalid(format!("its format is {format}, and grade knows up to {FORMAT}")));
+            return Err(invalid(format!(
+                "its format is {format}, but this version of grade knows up to {FORMAT}"
+            )));
         }
         toml::from_str(&text).map(Some).map_err(unreadable)
     }
 
-    /// Whether this program, in this version, made the traces.
+    /// Whether this version of this program made the traces.
     pub fn is_of_this_version(&self) -> bool {
         self.simulator == SIMULATOR && self.version == VERSION
     }
 
     /// The entry of a scene.
-    pub fn entry(&self, scene: &str) -> Option<&Entry> {
+    pub fn entry(&self, scene: &str) -> Option<&ManifestEntry> {
         self.traces.iter().find(|entry| entry.scene == scene)
     }
 }

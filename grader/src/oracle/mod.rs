@@ -1,4 +1,4 @@
-//! The stored traces: a folder, a manifest of what they were made from, and the envelopes around them.
+//! The stored oracle: a folder of traces, the manifest of their origin, and their envelopes.
 
 mod envelopes;
 pub mod manifest;
@@ -12,8 +12,10 @@ use envelopes::Envelopes;
 use manifest::Manifest;
 use simulator::trace::TraceFormat;
 
-pub use regenerate::{Change, Difference, Leftover, RegenerateError, Regeneration, regenerate};
-pub use verify::{Finding, verify};
+pub use regenerate::{
+    Leftover, RegenerateError, Regeneration, TraceChange, TraceDifference, regenerate,
+};
+pub use verify::{Mismatch, verify};
 
 use crate::compare::Calibrated;
 use crate::suite::{Case, NoTrace, Suite, find_trace, hash_file};
@@ -24,9 +26,9 @@ use crate::verdict::Fault;
 pub struct Oracle {
     /// The folder.
     pub folder: PathBuf,
-    /// What its traces were made from; `None` for traces of another origin, which say nothing of it.
+    /// The origin of its traces; `None` for traces from elsewhere.
     pub manifest: Option<Manifest>,
-    /// What correct programs differ by; or what is wrong with the file that says so.
+    /// The envelopes, or why their file cannot be used.
     envelopes: Result<Envelopes, String>,
 }
 
@@ -41,8 +43,8 @@ pub enum OracleError {
         /// Why.
         source: std::io::Error,
     },
-    /// The manifest is none.
-    #[error("{}: not a manifest: {message}\n  help: restore it, or make it anew with `grade oracle regenerate --accept`", path.display())]
+    /// The file is not a valid manifest.
+    #[error("{}: not a manifest: {message}\n  help: restore it, or write a new one with `grade oracle regenerate --accept`", path.display())]
     Invalid {
         /// The file.
         path: PathBuf,
@@ -52,10 +54,10 @@ pub enum OracleError {
 }
 
 impl Oracle {
-    /// Opens the folder; its traces are read later.
+    /// Opens the folder. Its traces are read later.
     ///
     /// # Errors
-    /// Where there is a manifest that cannot be read.
+    /// If there is a manifest that cannot be read.
     pub fn open(folder: &Path) -> Result<Self, OracleError> {
         let manifest = Manifest::load(folder)?;
         let envelopes = match &manifest {
@@ -65,13 +67,13 @@ impl Oracle {
         Ok(Self { folder: folder.to_path_buf(), manifest, envelopes })
     }
 
-    /// A folder of which nothing is known but its traces.
+    /// A folder of traces without a manifest.
     fn without_manifest(folder: &Path) -> Self {
         let envelopes = Ok(Envelopes::default());
         Self { folder: folder.to_path_buf(), manifest: None, envelopes }
     }
 
-    /// What correct programs may differ by on a scene; `None` where it is not known.
+    /// The calibrated criteria of a scene; `None` where it has no envelope.
     pub fn calibrated(&self, case: &Case) -> Option<Calibrated> {
         let envelope = self.envelopes.as_ref().ok()?.find(&case.id)?;
         Some(Calibrated::new(envelope.clone(), &case.scene))
@@ -80,7 +82,7 @@ impl Oracle {
     /// The trace of a scene.
     ///
     /// # Errors
-    /// Where there is none, or more than one.
+    /// If there is none, or more than one.
     pub fn find(&self, case: &Case) -> Result<(PathBuf, TraceFormat), Fault> {
         find_trace(&self.folder, &case.id).map_err(|error| match error {
             NoTrace::Missing { stem, .. } => {
@@ -90,10 +92,10 @@ impl Oracle {
         })
     }
 
-    /// Checks that the trace at `path` was made from the scene as it is now, and not altered since.
+    /// Checks that the trace at `path` was made from the current scene and has not been altered since.
     ///
     /// # Errors
-    /// Where it was not. Without a manifest, nothing can be said, and nothing is.
+    /// If either is not so. Without a manifest, nothing is checked.
     pub fn check(&self, case: &Case, path: &Path) -> Result<(), Fault> {
         if let Err(detail) = &self.envelopes {
             return Err(Fault::BrokenOracle { detail: detail.clone() });
@@ -101,7 +103,7 @@ impl Oracle {
         self.check_trace(case, path)
     }
 
-    /// The same of the trace alone, whatever is known of its envelope.
+    /// The same for the trace only, without its envelope.
     fn check_trace(&self, case: &Case, path: &Path) -> Result<(), Fault> {
         let Some(manifest) = &self.manifest else { return Ok(()) };
         let trace = || path.display().to_string();
@@ -137,13 +139,13 @@ fn files_below(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// The traces among `files` without a scene, by the name it would have.
+/// The traces among `files` without a scene, by the scene name they imply.
 fn orphans(suite: &Suite, files: &[PathBuf]) -> BTreeSet<String> {
     let names = files.iter().filter_map(|file| trace_name(file));
     names.filter(|name| suite.cases.iter().all(|case| case.id != *name)).collect()
 }
 
-/// The name of the scene that `file`, relative to the folder, is the trace of; `None` if it is no trace.
+/// The scene name that `file`, relative to the folder, belongs to; `None` if it is not a trace.
 fn trace_name(file: &Path) -> Option<String> {
     TraceFormat::of_path(file)?;
     let parts: Vec<String> =

@@ -1,9 +1,8 @@
-//! Makes every oracle trace anew with the built-in simulator, and replaces the folder whole or not at
-//! all.
+//! Regenerates all oracle traces with the built-in simulator. The folder is replaced as a whole or not at all.
 //!
-//! The new traces are written to a folder beside the old one, compared with the old ones, and only then
-//! exchanged with them, in one step where the system has one. A trace that changed beyond its tolerance,
-//! or lost its scene, is not replaced unless the changes are accepted; then nothing else is either.
+//! The new traces are written to a folder beside the old one and compared with the old ones. Then the two folders are
+//! exchanged, atomically where the system supports it. A trace that changed beyond its tolerance, or whose scene is
+//! gone, is replaced only if the changes are accepted; otherwise the whole folder stays.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -17,7 +16,7 @@ use simulator::trace::csv::CsvWriter;
 use simulator::trace::{self, Shape, State, TraceError, TraceFault, TraceFormat, TraceWriter};
 use tempfile::TempDir;
 
-use super::manifest::{Entry, FILE_NAME, FORMAT, Manifest, SIMULATOR, VERSION};
+use super::manifest::{FILE_NAME, FORMAT, Manifest, ManifestEntry, SIMULATOR, VERSION};
 use super::{Oracle, OracleError, envelopes};
 use crate::calibration::{StoredEnvelope, calibrate};
 use crate::compare::{Comparison, Expectation, Tolerances, compare};
@@ -25,79 +24,78 @@ use crate::rubric::Rubric;
 use crate::suite::{Case, Suite, find_traces, hash_bytes, hash_file};
 use crate::verdict::{Fault, Verdict};
 
-/// What regenerating did, or would do.
+/// Result of a regeneration, or of its dry run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regeneration {
-    /// One entry a scene, and one a trace that lost its scene; by name.
-    pub changes: Vec<(String, Change)>,
-    /// Whether the folder was replaced. It is not where nothing changed, or where a change needs
-    /// accepting.
+    /// One entry for each scene and for each trace without a scene, by name.
+    pub changes: Vec<(String, TraceChange)>,
+    /// Whether the folder was replaced. It stays where nothing changed, or where a change has to be accepted first.
     pub replaced: bool,
-    /// What is left of the old folder, where it was replaced and could not be removed.
+    /// Remainder of the old folder, if it was replaced but could not be removed.
     pub leftover: Option<Leftover>,
 }
 
 /// Old content that could not be removed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Leftover {
-    /// Where it is now.
+    /// Its path.
     pub path: PathBuf,
-    /// Why it is still there.
+    /// Why it could not be removed.
     pub detail: String,
 }
 
-/// What became of a trace.
+/// Change of one trace.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Change {
+pub enum TraceChange {
     /// The same bytes, of the same scene.
     Unchanged,
     /// The same bytes, although the scene was edited.
     SceneEdited,
-    /// There was none before.
+    /// A new trace, without an old one.
     New,
     /// Other bytes.
     Changed {
-        /// Whether the scene was edited since the old trace was made, as far as is known.
+        /// Whether the scene was edited since the old trace was made, if known.
         scene_edited: bool,
-        /// How many old traces there were: one a format.
+        /// Number of old traces: one a format.
         n_old: usize,
-        /// How the new trace differs from them; of several, from the one that differs most.
-        difference: Difference,
+        /// Difference from the old trace; of several, from the one that differs most.
+        difference: TraceDifference,
     },
-    /// Its scene is gone.
+    /// The scene is gone.
     Removed,
 }
 
-/// How a new trace differs from an old one.
+/// Difference of a new trace from an old one.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Difference {
-    /// In numbers: the new trace judged by the old one.
+pub enum TraceDifference {
+    /// The numbers differ: the new trace judged by the old one.
     Numbers(Box<Comparison>),
-    /// In the number of states.
+    /// The number of states differs.
     Length {
-        /// States of the old one.
+        /// States of the old trace.
         old: u64,
-        /// States of the new one.
+        /// States of the new trace.
         new: u64,
     },
-    /// In the number of particles or dimensions.
+    /// The number of particles or dimensions differs.
     Shape,
-    /// The old one cannot be read.
+    /// The old trace cannot be read.
     Unusable {
         /// Why.
         detail: String,
     },
 }
 
-impl Difference {
+impl TraceDifference {
     /// Whether the numbers agree within the tolerance.
     pub fn is_within_tolerance(&self) -> bool {
         matches!(self, Self::Numbers(comparison) if comparison.verdict.is_pass())
     }
 }
 
-impl Change {
-    /// Whether it may only happen with consent.
+impl TraceChange {
+    /// Whether the change has to be accepted by the user.
     pub fn needs_accepting(&self) -> bool {
         match self {
             Self::Unchanged | Self::SceneEdited | Self::New => false,
@@ -108,13 +106,13 @@ impl Change {
 }
 
 impl Regeneration {
-    /// Whether nothing was replaced because a change needs accepting.
+    /// Whether the replacement was refused because a change has to be accepted.
     pub fn refused(&self) -> bool {
         !self.replaced && self.changes.iter().any(|(_, change)| change.needs_accepting())
     }
 }
 
-/// Regenerating failed; the old folder is as it was, or where the message says.
+/// Regenerating failed. The old folder is unchanged, unless the message says otherwise.
 #[derive(Debug, thiserror::Error)]
 pub enum RegenerateError {
     /// A scene cannot be simulated.
@@ -123,24 +121,24 @@ pub enum RegenerateError {
     /// The old manifest cannot be read.
     #[error(transparent)]
     Oracle(#[from] OracleError),
-    /// The folder has no name that the new one could take.
+    /// The path has no file name from which to derive the new folder's name.
     #[error("{}: a folder without a name cannot be replaced", path.display())]
     NoName {
         /// The folder.
         path: PathBuf,
     },
-    /// The folder holds the one that this program runs in.
-    #[error("{}: the folder is replaced whole, and the current folder would go with it\n  help: run this from outside of it", path.display())]
+    /// The folder contains the current working directory.
+    #[error("{}: cannot be replaced, because it contains the current folder\n  help: run the command from another folder", path.display())]
     HoldsCurrent {
         /// The folder.
         path: PathBuf,
     },
-    /// The old folder stepped aside, and neither the new one nor it could take its place.
-    #[error("{}: could not be replaced, and its content is now in {}: {source}", path.display(), aside.display())]
+    /// The old folder was moved aside, but neither the new nor the old one could take its place.
+    #[error("{}: could not be replaced: {source}\n  help: its content is now in {}", path.display(), aside.display())]
     Aside {
         /// The folder.
         path: PathBuf,
-        /// Where its content is.
+        /// The path of its content.
         aside: PathBuf,
         /// Why.
         source: io::Error,
@@ -155,24 +153,24 @@ pub enum RegenerateError {
     },
 }
 
-/// Makes the traces of every scene of the suite, and replaces `folder` by them. Where it is a link, the
-/// folder that it leads to is replaced.
+/// Makes the traces of every scene of the suite and replaces `folder` by them. If `folder` is a link, its target is
+/// replaced.
 ///
 /// # Errors
-/// Where a scene cannot be simulated, or a file not be written; `folder` is then as it was. Where the
-/// folder cannot be replaced.
+/// If a scene cannot be simulated, a file cannot be written, or the folder cannot be replaced. Except as the error
+/// says, `folder` is then unchanged.
 pub fn regenerate(
     suite: &Suite,
     folder: &Path,
     rubric: &Rubric,
     accept: bool,
 ) -> Result<Regeneration, RegenerateError> {
-    // A manifest that cannot be read is what `accept` is there to replace.
+    // `accept` also replaces a manifest that cannot be read.
     let old = match Oracle::open(folder) {
         Err(_) if accept => Oracle::without_manifest(folder),
         opened => opened?,
     };
-    let place = Place::of(folder)?;
+    let place = FolderLocation::of(folder)?;
     let staging = stage(&place)?;
     let make = |case: &Case| make(case, staging.path(), &old, rubric);
     let made: Result<Vec<Made>, RegenerateError> = suite.cases.par_iter().map(make).collect();
@@ -185,7 +183,7 @@ pub fn regenerate(
     envelopes.sort_by(|a, b| a.name.cmp(&b.name));
     let envelopes = envelopes::text(&envelopes);
     let others = other_files(suite, folder)?;
-    changes.extend(others.orphans.into_iter().map(|name| (name, Change::Removed)));
+    changes.extend(others.orphans.into_iter().map(|name| (name, TraceChange::Removed)));
     changes.sort_by(|(a, _), (b, _)| a.cmp(b));
 
     let mut manifest = Manifest {
@@ -198,7 +196,7 @@ pub fn regenerate(
     manifest.traces.sort_by(|a, b| a.scene.cmp(&b.scene));
     let same = old.manifest.as_ref() == Some(&manifest)
         && old.envelopes.is_ok()
-        && changes.iter().all(|(_, change)| *change == Change::Unchanged);
+        && changes.iter().all(|(_, change)| *change == TraceChange::Unchanged);
     let refused = !accept && changes.iter().any(|(_, change)| change.needs_accepting());
     let replaced = !same && !refused;
     let mut leftover = None;
@@ -213,17 +211,17 @@ pub fn regenerate(
     Ok(Regeneration { changes, replaced, leftover })
 }
 
-/// Where the folder stands, behind every link.
-struct Place {
+/// The folder's canonical location, with links resolved.
+struct FolderLocation {
     /// An absolute path.
     parent: PathBuf,
     name: OsString,
 }
 
-impl Place {
+impl FolderLocation {
     fn of(folder: &Path) -> Result<Self, RegenerateError> {
         let no_name = || RegenerateError::NoName { path: folder.to_path_buf() };
-        // A link that leads nowhere is there, and is no folder.
+        // A dangling link exists, but is not a folder.
         if fs::symlink_metadata(folder).is_err() {
             let name = folder.file_name().ok_or_else(no_name)?.to_owned();
             let parent = match folder.parent() {
@@ -251,8 +249,8 @@ impl Place {
     }
 }
 
-/// An empty folder beside the one to replace; what an interrupted run left there is removed.
-fn stage(Place { parent, name }: &Place) -> Result<TempDir, RegenerateError> {
+/// A new empty folder beside the one to replace. Remainders of interrupted runs are removed.
+fn stage(FolderLocation { parent, name }: &FolderLocation) -> Result<TempDir, RegenerateError> {
     let prefix = format!(".{}.regenerating.", name.to_string_lossy());
     for entry in fs::read_dir(parent).map_err(at(parent))?.flatten() {
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
@@ -264,20 +262,20 @@ fn stage(Place { parent, name }: &Place) -> Result<TempDir, RegenerateError> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As any new folder: what the umask leaves of it.
+        // The umask applies, as for any new folder.
         builder.permissions(fs::Permissions::from_mode(0o777));
     }
     builder.tempdir_in(parent).map_err(at(parent))
 }
 
-/// A trace with what is stored beside it.
+/// A new trace and its entries in the manifest and the envelopes.
 struct Made {
-    entry: Entry,
-    change: Change,
+    entry: ManifestEntry,
+    change: TraceChange,
     envelope: StoredEnvelope,
 }
 
-/// Makes one trace in `staging`, and compares it with the old one.
+/// Makes one trace in `staging` and compares it with the old one.
 fn make(
     case: &Case,
     staging: &Path,
@@ -292,10 +290,10 @@ fn make(
     let old_traces = find_traces(&old.folder, &case.id);
     let is_same = |old: &Path| hash_file(old).map_err(at(old)).map(|hash| hash == trace_sha256);
     let change = match old_traces.as_slice() {
-        [] => Change::New,
+        [] => TraceChange::New,
         [(old, _)] if is_same(old)? => match scene_edited {
-            false => Change::Unchanged,
-            true => Change::SceneEdited,
+            false => TraceChange::Unchanged,
+            true => TraceChange::SceneEdited,
         },
         [first, others @ ..] => {
             let compare = |old| compare_traces(case, old, &path, rubric.tolerances(case));
@@ -305,11 +303,11 @@ fn make(
                     difference = compare(other);
                 }
             }
-            Change::Changed { scene_edited, n_old: old_traces.len(), difference }
+            TraceChange::Changed { scene_edited, n_old: old_traces.len(), difference }
         }
     };
     let envelope = StoredEnvelope::of(&case.id, &calibrate(&case.scene));
-    Ok(Made { entry: Entry::of(case, trace_sha256), change, envelope })
+    Ok(Made { entry: ManifestEntry::of(case, trace_sha256), change, envelope })
 }
 
 fn write_trace(case: &Case, path: &Path) -> Result<(), RegenerateError> {
@@ -329,18 +327,18 @@ fn write_trace(case: &Case, path: &Path) -> Result<(), RegenerateError> {
     file.sync_all().map_err(at(path))
 }
 
-/// How the new trace differs from the old one, which is the measure as if it were the oracle's.
+/// Difference of the new trace from the old one, which takes the role of the oracle.
 fn compare_traces(
     case: &Case,
     (old, format): &(PathBuf, TraceFormat),
     new: &Path,
     tolerances: Tolerances,
-) -> Difference {
+) -> TraceDifference {
     let expectation = Expectation::of(&case.scene);
     let Expectation { shape, n_states, .. } = expectation;
     match count_states(old, *format, shape) {
         Ok(count) if count == n_states => {}
-        Ok(count) => return Difference::Length { old: count, new: n_states },
+        Ok(count) => return TraceDifference::Length { old: count, new: n_states },
         Err(error) => return difference_of(&error),
     }
     let opened = trace::open(old, *format, shape)
@@ -350,12 +348,14 @@ fn compare_traces(
         Err(error) => return difference_of(&error),
     };
     match comparison.verdict {
-        Verdict::GraderFault(Fault::BrokenOracle { detail }) => Difference::Unusable { detail },
-        _ => Difference::Numbers(Box::new(comparison)),
+        Verdict::GraderFault(Fault::BrokenOracle { detail }) => {
+            TraceDifference::Unusable { detail }
+        }
+        _ => TraceDifference::Numbers(Box::new(comparison)),
     }
 }
 
-/// States of a trace, read to its end.
+/// Number of states of a trace, read to its end.
 fn count_states(path: &Path, format: TraceFormat, shape: Shape) -> Result<u64, TraceError> {
     let mut reader = trace::open(path, format, shape)?;
     let mut state = State::zeros(shape);
@@ -366,24 +366,24 @@ fn count_states(path: &Path, format: TraceFormat, shape: Shape) -> Result<u64, T
     Ok(count)
 }
 
-fn difference_of(error: &TraceError) -> Difference {
+fn difference_of(error: &TraceError) -> TraceDifference {
     match error {
-        TraceError::Line { fault: TraceFault::HeaderLength { .. }, .. } => Difference::Shape,
-        // As many columns, of other particles: they part after the first one's `x0,y0`.
+        TraceError::Line { fault: TraceFault::HeaderLength { .. }, .. } => TraceDifference::Shape,
+        // The same number of columns for another number of particles: the headers differ after `x0,y0`.
         TraceError::Line { fault: TraceFault::Header { found, expected, .. }, .. }
             if matches!((found.as_str(), expected.as_str()), ("z0", "vx0") | ("vx0", "z0")) =>
         {
-            Difference::Shape
+            TraceDifference::Shape
         }
-        _ => Difference::Unusable { detail: error.to_string() },
+        _ => TraceDifference::Unusable { detail: error.to_string() },
     }
 }
 
 /// Files of the old folder that are not traces of the suite.
 struct OtherFiles {
-    /// Traces without a scene, by the name the scene would have.
+    /// Traces without a scene, by the scene name they imply.
     orphans: BTreeSet<String>,
-    /// Files that are no traces, relative to the folder.
+    /// Other files, relative to the folder.
     kept: Vec<PathBuf>,
 }
 
@@ -417,11 +417,11 @@ fn copy(from: &Path, to: &Path) -> Result<(), RegenerateError> {
     Ok(())
 }
 
-/// How folders are exchanged and removed.
+/// File-system operations, replaced in tests.
 struct Means {
-    /// Exchanges two names in one step.
+    /// Exchanges two names atomically.
     exchange_names: fn(&Path, &Path) -> io::Result<()>,
-    /// Removes a folder and all that is in it.
+    /// Removes a folder and its content.
     remove: fn(&Path) -> io::Result<()>,
 }
 
@@ -431,8 +431,8 @@ impl Default for Means {
     }
 }
 
-/// Puts the staged folder in the place of `folder`, whose old content is removed; what of it could not
-/// be is returned. On an error the staged folder is removed.
+/// Puts the staged folder in the place of `folder` and removes the old content. Returns what could not be removed. On
+/// an error, the staged folder is removed.
 fn exchange(
     staging: TempDir,
     folder: &Path,
@@ -444,7 +444,7 @@ fn exchange(
     };
     if !folder.exists() {
         fs::rename(staging.path(), folder).map_err(at(folder))?;
-        // It has its new name: there is nothing left to remove.
+        // The staged folder was renamed: nothing is left to remove.
         let _ = staging.keep();
         return Ok(None);
     }
@@ -452,8 +452,7 @@ fn exchange(
         // The staging name now holds the old content.
         return Ok(remove(staging.keep()));
     }
-    // No exchange in one step here: the old folder steps aside first, and back if the new one cannot
-    // take its place.
+    // No atomic exchange here: the old folder is moved aside first, and back if the new one cannot take its place.
     let aside = staging.path().with_extension("old");
     fs::rename(folder, &aside).map_err(at(folder))?;
     if let Err(source) = fs::rename(staging.path(), folder) {
@@ -496,7 +495,7 @@ mod tests {
         let folder = root.path().join("expected");
         fs::create_dir(&folder).unwrap();
         fs::write(folder.join("old.txt"), "old").unwrap();
-        let staging = stage(&Place::of(&folder).unwrap()).unwrap();
+        let staging = stage(&FolderLocation::of(&folder).unwrap()).unwrap();
         fs::write(staging.path().join("new.txt"), "new").unwrap();
         (root, folder, staging)
     }
@@ -523,7 +522,7 @@ mod tests {
     }
 
     #[test]
-    fn old_content_that_cannot_be_removed_is_told_of_and_is_no_error() {
+    fn old_content_that_cannot_be_removed_is_reported_and_is_no_error() {
         for exchange_names in [Means::default().exchange_names, NO_EXCHANGE] {
             let (_root, folder, staging) = prepare();
             let means = Means { exchange_names, remove: NO_REMOVAL };
@@ -534,7 +533,7 @@ mod tests {
     }
 
     #[test]
-    fn the_staged_folder_goes_when_it_cannot_take_its_place() {
+    fn the_staged_folder_is_removed_if_the_exchange_fails() {
         let (root, folder, staging) = prepare();
         assert!(exchange(staging, &root.path().join("none/expected"), &Means::default()).is_err());
         assert_eq!(
@@ -542,7 +541,7 @@ mod tests {
             (vec!["old.txt".into()], vec!["expected".into()])
         );
 
-        // Something is in the way where the old folder would step aside.
+        // A file blocks the name that the old folder would be moved to.
         let (root, folder, staging) = prepare();
         let aside = staging.path().with_extension("old");
         fs::create_dir(&aside).unwrap();

@@ -1,15 +1,15 @@
-//! Whether the stored traces still match their scenes and their manifest.
+//! Verifies that the stored traces match their scenes and their manifest.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Oracle;
-use super::manifest::{Entry, SIMULATOR, VERSION};
+use super::manifest::{ManifestEntry, SIMULATOR, VERSION};
 use crate::suite::{Case, Suite};
 use crate::verdict::Fault;
 
-/// Something that does not match.
+/// A mismatch.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Finding {
+pub enum Mismatch {
     /// There is no manifest.
     #[error("there is no manifest; make it with `grade oracle regenerate`")]
     NoManifest,
@@ -19,17 +19,17 @@ pub enum Finding {
         /// Why.
         detail: String,
     },
-    /// A scene and its trace do not go together.
+    /// A trace does not match its scene.
     #[error("{scene}: {fault}")]
     Scene {
         /// The scene.
         scene: String,
-        /// Why not.
+        /// Why.
         fault: Fault,
     },
-    /// The manifest is another program's, or another version's.
+    /// The manifest was written by another program or another version.
     #[error(
-        "the traces were made by {simulator} {version}, and this is {SIMULATOR} {VERSION}; make them anew with `grade oracle regenerate`"
+        "the traces were made by {simulator} {version}, but this is {SIMULATOR} {VERSION}; remake them with `grade oracle regenerate`"
     )]
     OtherVersion {
         /// The program.
@@ -37,44 +37,42 @@ pub enum Finding {
         /// Its version.
         version: String,
     },
-    /// The manifest says of a scene what is not so.
+    /// The manifest disagrees with the scene.
     #[error(
-        "{scene}: the manifest records the {fact} {recorded}, and the scene's is {actual}; restore the manifest or run `grade oracle regenerate`"
+        "{scene}: the manifest records the {fact} {recorded}, but the scene's is {actual}; restore the manifest or run `grade oracle regenerate`"
     )]
     Entry {
         /// The scene.
         scene: String,
-        /// What of the scene.
+        /// The property of the scene.
         fact: &'static str,
-        /// By the manifest.
+        /// Its value in the manifest.
         recorded: String,
-        /// By the scene.
+        /// Its value in the scene.
         actual: String,
     },
     /// The manifest has several entries for one scene.
     #[error(
-        "{scene}: the manifest has {count} entries for it; restore the manifest or run `grade oracle regenerate`"
+        "{scene}: {count} entries in the manifest; restore the manifest or run `grade oracle regenerate`"
     )]
     Duplicate {
         /// The scene.
         scene: String,
-        /// How many.
+        /// Their number.
         count: usize,
     },
-    /// The manifest has an entry for a scene that is not there, and neither is its trace.
+    /// The manifest has an entry for a scene that does not exist, and there is no trace either.
     #[error(
-        "{scene}: the manifest has an entry for it, and there is no such scene; restore the manifest or run `grade oracle regenerate`"
+        "{scene}: in the manifest, but there is no such scene; restore the manifest or run `grade oracle regenerate`"
     )]
     NoScene {
         /// The name of the scene.
         scene: String,
     },
     /// A trace has no scene.
-    #[error(
-        "{trace}: there is no such scene; remove the trace with `grade oracle regenerate --accept`"
-    )]
+    #[error("{trace}: trace without a scene; remove it with `grade oracle regenerate --accept`")]
     Orphan {
-        /// The name its scene would have.
+        /// The scene name that the trace implies.
         trace: String,
     },
     /// The folder cannot be listed.
@@ -85,27 +83,27 @@ pub enum Finding {
     },
 }
 
-/// Compares the folder with the suite; what does not match, by scene.
-pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
+/// Compares the folder with the suite. Returns the mismatches by scene.
+pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Mismatch> {
     let mut findings = Vec::new();
     match &oracle.manifest {
-        None => findings.push(Finding::NoManifest),
+        None => findings.push(Mismatch::NoManifest),
         Some(manifest) if !manifest.is_of_this_version() => {
             let (simulator, version) = (manifest.simulator.clone(), manifest.version.clone());
-            findings.push(Finding::OtherVersion { simulator, version });
+            findings.push(Mismatch::OtherVersion { simulator, version });
         }
         Some(_) => {}
     }
     if let Err(detail) = &oracle.envelopes {
-        findings.push(Finding::Envelopes { detail: detail.clone() });
+        findings.push(Mismatch::Envelopes { detail: detail.clone() });
     }
     for case in &suite.cases {
         let checked = oracle.find(case).and_then(|(path, _)| oracle.check_trace(case, &path));
         let edited = checked == Err(Fault::StaleOracle);
         if let Err(fault) = checked {
-            findings.push(Finding::Scene { scene: case.id.clone(), fault });
+            findings.push(Mismatch::Scene { scene: case.id.clone(), fault });
         }
-        // An edited scene may well have other numbers of steps and such; it has its finding.
+        // An edited scene, whose finding is above, may well differ in these properties.
         let entry = oracle.manifest.as_ref().and_then(|manifest| manifest.entry(&case.id));
         if let (Some(entry), false) = (entry, edited) {
             findings.extend(differences(case, entry));
@@ -114,18 +112,18 @@ pub fn verify(suite: &Suite, oracle: &Oracle) -> Vec<Finding> {
     let orphans = match super::files_below(&oracle.folder) {
         Ok(files) => super::orphans(suite, &files),
         Err(error) => {
-            findings.push(Finding::Unreadable { detail: error.to_string() });
+            findings.push(Mismatch::Unreadable { detail: error.to_string() });
             BTreeSet::new()
         }
     };
     findings.extend(odd_entries(suite, oracle, &orphans));
-    findings.extend(orphans.into_iter().map(|trace| Finding::Orphan { trace }));
+    findings.extend(orphans.into_iter().map(|trace| Mismatch::Orphan { trace }));
     findings
 }
 
-/// What the manifest says of a scene that is not so.
-fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
-    let is = Entry::of(case, String::new());
+/// Properties of a scene that the manifest records differently.
+fn differences(case: &Case, entry: &ManifestEntry) -> Vec<Mismatch> {
+    let is = ManifestEntry::of(case, String::new());
     let step = |value: f64| format!("{value} s");
     let facts = [
         ("integrator", entry.integrator.clone(), is.integrator),
@@ -133,7 +131,7 @@ fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
         ("number of steps", entry.steps.to_string(), is.steps.to_string()),
     ];
     let differing = facts.into_iter().filter(|(_, recorded, actual)| recorded != actual);
-    let finding = |(fact, recorded, actual)| Finding::Entry {
+    let finding = |(fact, recorded, actual)| Mismatch::Entry {
         scene: case.id.clone(),
         fact,
         recorded,
@@ -142,8 +140,8 @@ fn differences(case: &Case, entry: &Entry) -> Vec<Finding> {
     differing.map(finding).collect()
 }
 
-/// Entries of the manifest without a scene, unless their trace is told of, and scenes with several.
-fn odd_entries(suite: &Suite, oracle: &Oracle, orphans: &BTreeSet<String>) -> Vec<Finding> {
+/// Manifest entries without a scene, unless their trace is reported, and scenes with several entries.
+fn odd_entries(suite: &Suite, oracle: &Oracle, orphans: &BTreeSet<String>) -> Vec<Mismatch> {
     let mut counts = BTreeMap::new();
     for entry in oracle.manifest.iter().flat_map(|manifest| &manifest.traces) {
         *counts.entry(entry.scene.as_str()).or_insert(0_usize) += 1;
@@ -152,10 +150,10 @@ fn odd_entries(suite: &Suite, oracle: &Oracle, orphans: &BTreeSet<String>) -> Ve
     for (name, count) in counts {
         let scene = name.to_owned();
         if count > 1 {
-            findings.push(Finding::Duplicate { scene: scene.clone(), count });
+            findings.push(Mismatch::Duplicate { scene: scene.clone(), count });
         }
         if suite.cases.iter().all(|case| case.id != name) && !orphans.contains(name) {
-            findings.push(Finding::NoScene { scene });
+            findings.push(Mismatch::NoScene { scene });
         }
     }
     findings

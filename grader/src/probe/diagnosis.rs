@@ -1,35 +1,35 @@
-//! What a wrong Jacobian looks like: mistakes that people make, held against the measured matrix.
+//! Names common mistakes in a Jacobian from the measured matrix of a step.
 //!
-//! Each turns the right `K = ∂F/∂x` and `B = ∂F/∂v` into a matrix of the step. It is named if it explains the
-//! measured one at every state and time step, and is itself clearly not the right one. A diagnosis is a
-//! help: no verdict rests on it.
+//! Each mistake turns the right `K = ∂F/∂x` and `B = ∂F/∂v` into a matrix of the step. It is reported if that matrix
+//! agrees with the measured one at every state and time step, and clearly differs from the right one. A diagnosis is
+//! help for the user: no verdict depends on it.
 
 use nalgebra::DMatrix;
 
 use super::differences::Estimate;
 use super::noise::CLEAR;
 
-/// What was measured of one part at one state with one time step.
+/// The measurements of one part at one state with one time step.
 pub(super) struct Measured<'a> {
     pub(super) h: f64,
     /// Coordinates of a particle.
     pub(super) count: usize,
     /// Matrix of the step.
     pub(super) matrix: &'a Estimate,
-    /// Projects on the directions in which the steps show it.
+    /// Projects on the directions in which the steps determine it.
     pub(super) moved: &'a DMatrix<f64>,
-    /// Derivatives of the program's force by position and velocity, and ours.
+    /// Derivatives by position and velocity: of the program's force, and of ours.
     pub(super) own: [&'a Estimate; 2],
     pub(super) ours: [&'a DMatrix<f64>; 2],
-    /// Derivatives of the program's force where the step starts, if they were needed.
+    /// Derivatives of the program's force at the start of the step, if they were needed.
     pub(super) at_start: Option<[Estimate; 2]>,
 }
 
-/// A mistake: its name and the matrix it makes.
+/// A mistake: its description and the resulting matrix.
 type Mistake = (&'static str, fn(&Measured<'_>) -> DMatrix<f64>);
 
 const MISTAKES: [Mistake; 16] = [
-    ("the Jacobian is that of the right force: the mistake is in the force", |m| {
+    ("the Jacobian belongs to the right force: the mistake is in the force", |m| {
         m.ours[0] * (m.h * m.h) + m.ours[1] * m.h
     }),
     ("dF/dx is missing", |m| m.by_v() * m.h),
@@ -39,14 +39,14 @@ const MISTAKES: [Mistake; 16] = [
     ("dF/dv has the wrong sign", |m| m.by_x() * (m.h * m.h) - m.by_v() * m.h),
     ("dF/dx and dF/dv have the wrong sign", |m| -(m.by_x() * (m.h * m.h) + m.by_v() * m.h)),
     ("dF/dx is transposed", |m| m.by_x().transpose() * (m.h * m.h) + m.by_v() * m.h),
-    ("dF/dx is multiplied by h in place of h²", |m| (m.by_x() + m.by_v()) * m.h),
-    ("dF/dv is multiplied by h² in place of h", |m| (m.by_x() + m.by_v()) * (m.h * m.h)),
+    ("dF/dx is multiplied by h instead of h²", |m| (m.by_x() + m.by_v()) * m.h),
+    ("dF/dv is multiplied by h² instead of h", |m| (m.by_x() + m.by_v()) * (m.h * m.h)),
     ("dF/dx and dF/dv are swapped", |m| m.by_v() * (m.h * m.h) + m.by_x() * m.h),
     ("dF/dx and dF/dv are not multiplied by the time step", |m| m.by_x() + m.by_v()),
     ("the cross blocks are missing", |m| m.right_with_cross(0.0)),
     ("the cross blocks have the wrong sign", |m| m.right_with_cross(-1.0)),
     ("the direct blocks are missing", |m| m.right() - m.right_with_cross(0.0)),
-    ("the Jacobians are taken at q, not at q + h v", |m| match &m.at_start {
+    ("the Jacobians are evaluated at q, not at q + h v", |m| match &m.at_start {
         Some([by_x, by_v]) => &by_x.value * (m.h * m.h) + &by_v.value * m.h,
         None => m.right(),
     }),
@@ -77,7 +77,7 @@ impl Measured<'_> {
         matrix
     }
 
-    /// How many times its bound the measured matrix, or `other`, is off from `candidate`.
+    /// Distance of the measured matrix, or `other`, from `candidate`, as a multiple of the bound.
     fn distance(&self, candidate: &DMatrix<f64>, other: Option<&DMatrix<f64>>) -> f64 {
         let (h, [by_x, by_v]) = (self.h, self.own);
         let start = self
@@ -96,7 +96,7 @@ impl Measured<'_> {
     }
 }
 
-/// The mistakes that explain what was measured.
+/// The mistakes that explain the measurements.
 pub(super) fn diagnose(all: &[Measured<'_>]) -> Vec<String> {
     let explains = |(_, matrix): &&Mistake| {
         let fits = all.iter().all(|m| m.distance(&matrix(m), None) <= CLEAR);
@@ -105,7 +105,7 @@ pub(super) fn diagnose(all: &[Measured<'_>]) -> Vec<String> {
     };
     let mut named: Vec<&Mistake> = Vec::new();
     for mistake in MISTAKES.iter().filter(explains) {
-        // Where a term is zero, two mistakes may be one.
+        // If a term is zero, two mistakes may give the same matrix.
         let is_same = |(_, other): &&Mistake| {
             all.iter().all(|m| m.distance(&mistake.1(m), Some(&other(m))) <= CLEAR)
         };
@@ -118,7 +118,7 @@ pub(super) fn diagnose(all: &[Measured<'_>]) -> Vec<String> {
     if names.is_empty() { factor(all).into_iter().collect() } else { names }
 }
 
-/// One of the two Jacobians off by a factor, the same at every state.
+/// A constant factor in one of the two Jacobians.
 fn factor(all: &[Measured<'_>]) -> Option<String> {
     for (which, name) in ["dF/dx", "dF/dv"].into_iter().enumerate() {
         let power = |h: f64| if which == 0 { h * h } else { h };
@@ -135,7 +135,7 @@ fn factor(all: &[Measured<'_>]) -> Option<String> {
             m.distance(&(m.right() + part * (factor - 1.0)), None) <= CLEAR
         };
         if factor.is_finite() && below > 0.0 && all.iter().all(explains) {
-            return Some(format!("{name} is off by the factor {factor:.7}"));
+            return Some(format!("{name} is wrong by the factor {factor:.7}"));
         }
     }
     None

@@ -1,10 +1,9 @@
-//! A program's force, and the derivatives of it, from explicit steps.
+//! Measures a program's force and its derivatives from explicit steps.
 //!
-//! One step of explicit or symplectic Euler with `h = 1` from `(x, v)` gives `F = M (v' − v)`. One run holds
-//! every state of a difference table: along each coordinate of a group, central differences at five
-//! distances from 1/16 to 1/256 are extrapolated (C. J. F. Ridders, *Accurate computation of F'(x)*, 1982).
-//! Of the table's entries the one is taken whose error estimate and share of the noise are together the
-//! least. Cost: 20 D (D + 1) + 9 groups a state.
+//! One step of explicit or symplectic Euler with `h = 1` from `(x, v)` gives `F = M (v' − v)`. One run contains all
+//! states of a difference table: along each coordinate of a group, central differences at five distances from 1/16 to
+//! 1/256 are extrapolated (C. J. F. Ridders, *Accurate computation of F'(x)*, 1982). The table's entry with the least
+//! sum of error estimate and noise is used. Cost: 20 D (D + 1) + 9 groups for each state.
 
 use nalgebra::DMatrix;
 use simulator::force::{Block, ForceKind, JacobianSink};
@@ -16,7 +15,7 @@ use super::scenes::{Elements, Group, State, chain, scene};
 use super::stepper::Stepper;
 use crate::verdict::Failure;
 
-/// Distances of the central differences, each half the last.
+/// Number of distances of the central differences, each half of the one before.
 const LEVELS: usize = 5;
 
 /// The largest distance.
@@ -25,7 +24,7 @@ const WIDEST: f64 = 1.0 / 16.0;
 /// Time step of the explicit steps; a power of two.
 pub(super) const EXPLICIT_STEP: f64 = 1.0;
 
-/// Numbers, each with a bound of its error.
+/// Numbers, each with an error bound.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Estimate {
     pub(super) value: DMatrix<f64>,
@@ -37,7 +36,7 @@ impl Estimate {
         Self { value: DMatrix::zeros(size, size), bound: DMatrix::zeros(size, size) }
     }
 
-    /// The difference; the bounds add up.
+    /// The difference; the bounds are added.
     pub(super) fn minus(&self, other: &Self) -> Self {
         Self { value: &self.value - &other.value, bound: &self.bound + &other.bound }
     }
@@ -51,21 +50,21 @@ impl Estimate {
     }
 }
 
-/// A force at one state with its derivatives, as a program has them, and as ours are.
+/// A force and its derivatives at one state: the program's, and ours.
 #[derive(Debug, Clone)]
 pub(super) struct Differences {
-    /// Groups at which the force was taken, with the force of the program and ours.
+    /// Groups at which the force was measured, with the program's force and ours.
     pub(super) samples: Vec<Sample>,
-    /// `∂F/∂x` and `∂F/∂v` of the program's force, by differences.
+    /// `∂F/∂x` and `∂F/∂v` of the program's force, by finite differences.
     pub(super) by_position: Estimate,
     pub(super) by_velocity: Estimate,
     /// Our Jacobians.
     pub(super) ours: [DMatrix<f64>; 2],
-    /// Noise of a component of the force.
+    /// Noise of a force component.
     pub(super) noise: f64,
 }
 
-/// A force at a group.
+/// A force on a group.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
     pub(super) group: Group,
@@ -73,18 +72,18 @@ pub(super) struct Sample {
     pub(super) ours: Vec<f64>,
 }
 
-/// A program, and how it spells the methods that it offers.
+/// A program with the integrator names that it accepts.
 #[derive(Clone, Copy)]
 pub(super) struct Offer<'a> {
     pub(super) stepper: &'a dyn Stepper,
     pub(super) dimension: Dimension,
     pub(super) explicit: &'a str,
-    /// Linearized implicit Euler; `None` where it is not offered.
+    /// Linearized implicit Euler; `None` if the program does not offer it.
     pub(super) implicit: Option<&'a str>,
 }
 
 impl Offer<'_> {
-    /// Numbers of a group's positions.
+    /// Number of coordinates of a group.
     pub(super) fn size(&self) -> usize {
         chain(self.dimension) * self.dimension.count()
     }
@@ -163,7 +162,7 @@ fn distance(level: usize) -> f64 {
     WIDEST / f64::from(1_u32 << level)
 }
 
-/// The derivative of component `row` from samples `F(+d₀), F(−d₀), F(+d₁), …`, and a bound of its error.
+/// The derivative of component `row` from samples `F(+d₀), F(−d₀), F(+d₁), …`, with an error bound.
 fn extrapolate(samples: &[Vec<f64>], row: usize, noise: f64) -> (f64, f64) {
     let mut best = (0.0, f64::INFINITY);
     let mut last: Vec<(f64, f64)> = Vec::new();
@@ -188,7 +187,7 @@ fn extrapolate(samples: &[Vec<f64>], row: usize, noise: f64) -> (f64, f64) {
     best
 }
 
-/// Our force on every particle of a scene at its start; NaN where it is not defined.
+/// Our force on every particle of a scene at its start; NaN where it is undefined.
 fn our_force(scene: &Scene) -> Vec<f64> {
     match scene.dimension {
         Dimension::Two => force_of::<2>(scene),
@@ -208,7 +207,7 @@ where
     force
 }
 
-/// Our Jacobians by position and velocity of a scene at its start.
+/// Our Jacobians by position and velocity at a scene's start.
 fn our_jacobians(scene: &Scene) -> [DMatrix<f64>; 2] {
     match scene.dimension {
         Dimension::Two => jacobians_of::<2>(scene),
@@ -263,7 +262,7 @@ mod tests {
                         let error = (&estimate.value - ours).abs();
                         let excess = error.component_div(&estimate.bound).max();
                         assert!(excess < 1.0, "{} {}: {excess}", part.force, part.name);
-                        // Narrow enough to see a millionth of an entry clearly.
+                        // Narrow enough to detect an error of a millionth of an entry.
                         let scale = ours.amax().max(1.0);
                         let width = CLEAR * estimate.bound.amax() / scale;
                         assert!(width < 1e-8, "{} {}: {width:e}", part.force, part.name);

@@ -1,4 +1,4 @@
-//! The matrix that a program's implicit steps use, from the steps alone.
+//! Identifies the matrix of a program's implicit steps from the steps alone.
 //!
 //! A step of linearized implicit Euler from `(x − h v, v)` evaluates everything at `(x, v)`, whatever `h`:
 //!
@@ -8,18 +8,17 @@
 //! ```
 //!
 //! Each row of `A` is a least-squares problem with the same matrix of `δ_r`, solved by one singular value
-//! decomposition. There are twice as many equations as unknowns and two more, so that the residual `s` says
-//! how exactly the program solves its equations, and the standard error of entry `c` is `s √(ΔᵀΔ)⁻¹_cc`.
+//! decomposition. There are twice as many equations as unknowns, plus two. So the residual `s` shows how exactly the
+//! program solves its equations, and the standard error of entry `c` is `s √(ΔᵀΔ)⁻¹_cc`.
 //!
-//! The unknown is the difference of `A` to what the program's own force says, and directions in which the steps
-//! do not move the particles are left out: there `A` stays what it should be. (With a right force and a right
-//! Jacobian there are none. A wrong Jacobian may keep the particles on their lines.)
+//! The unknown is the difference of `A` from the matrix of the program's own force. Directions in which the steps do
+//! not move the particles are left out: there `A` keeps its expected value. (With a right force and a right Jacobian
+//! there are no such directions. A wrong Jacobian may keep the particles on their lines.)
 //!
-//! Where no matrix leaves a small residual, the step is another than it should be: other masses on the left
-//! or another right-hand side ([`MODELS`]) are tried. Where no model helps, the groups are stepped again in two
-//! halves: an exact solver takes the same steps beside fewer groups, an iteration that stops early does not,
-//! and by how much they differ says what its residual is worth. Cost: three implicit runs and one explicit a
-//! state.
+//! If no matrix leaves a small residual, the step itself is wrong: other masses on the left or another right-hand side
+//! are tried ([`MODELS`]). If no model fits, the groups are stepped again in two halves. An exact solver takes the same
+//! steps beside fewer groups, an iterative solver that stops early does not; the difference measures its error. Cost:
+//! three implicit runs and one explicit run for each state.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -29,33 +28,33 @@ use super::noise::{self, CLEAR, MATRIX};
 use super::scenes::{Elements, Group, State, TIME_STEPS, masses, scene};
 use crate::verdict::Failure;
 
-/// A relative residual above this is not the rounding of a solver: no program that passes the course's
-/// criteria solves so loosely.
+/// A relative residual above this is not rounding of a solver: programs that meet the course's criteria solve more
+/// exactly.
 pub(super) const UNEXPLAINED: f64 = 1e-4;
 
-/// A relative residual above this is no solver's at all: whatever depends on the other particles then is wrong.
+/// A relative residual above this cannot come from a solver: the step depends wrongly on other particles.
 const LOOSEST: f64 = 1e-2;
 
-/// Below this relative residual no other model is tried.
+/// With a relative residual below this, no other model is tried.
 const EXPLAINED: f64 = 1e-9;
 
-/// Singular values below this, relative to the largest, are directions in which nothing moves.
+/// Relative singular values below this belong to directions without motion.
 const UNMOVED: f64 = 1e-11;
 
-/// Another model must explain the steps this many times better.
+/// Minimum ratio by which another model must reduce the residual.
 const BETTER: f64 = 1e3;
 
 /// Steps of one state with one time step.
 #[derive(Debug, Clone)]
 pub(super) struct Experiment {
     pub(super) h: f64,
-    /// The force at the state where the step should take it.
+    /// The force at the expected evaluation point of the step.
     pub(super) twins: Vec<Sample>,
     /// `v' − v` for each combination of masses.
     pub(super) changes: Vec<Vec<f64>>,
-    /// The force at the state where the step starts, once it was needed.
+    /// The force at the start of the step, if it was needed.
     at_start: Option<Vec<Sample>>,
-    /// The matrix that follows from the program's own force.
+    /// The expected matrix, from the program's own force.
     own: DMatrix<f64>,
 }
 
@@ -63,51 +62,51 @@ pub(super) struct Experiment {
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
     pub(super) matrix: Estimate,
-    /// What it is more than the matrix that follows from the program's own force.
+    /// Its difference from the expected matrix.
     pub(super) excess: DMatrix<f64>,
     /// Largest residual, relative to the largest term of the equations.
     pub(super) residual: f64,
     /// Projects on the directions in which the steps move the particles.
     pub(super) moved: DMatrix<f64>,
-    /// Whether that is less than all of them.
+    /// Whether these are not all directions.
     pub(super) is_partial: bool,
 }
 
-/// What a step is taken to be: `(L − A) δ = c W F`.
+/// A model of the step: `(L − A) δ = c W F`.
 pub(super) struct Model {
-    /// What is different from what it should be.
+    /// The mistake that the model describes.
     pub(super) difference: &'static str,
-    /// `L` of a mass.
+    /// `L` as a function of the mass.
     left: fn(f64) -> f64,
-    /// `c W` of time step and mass.
+    /// `c W` as a function of time step and mass.
     right: fn(f64, f64) -> f64,
-    /// Whether the force is taken where the step starts.
+    /// Whether the force is evaluated at the start of the step.
     at_start: bool,
 }
 
-/// The right step, and ways to get it wrong.
+/// The right step, and common mistakes.
 pub(super) static MODELS: [Model; 9] = [
     Model { difference: "", left: |m| m, right: |h, _| h, at_start: false },
     Model {
-        difference: "the right-hand side takes the force at q, not at q + h v",
+        difference: "the right-hand side evaluates the force at q, not at q + h v",
         left: |m| m,
         right: |h, _| h,
         at_start: true,
     },
     Model {
-        difference: "the left-hand side has the identity in place of the mass matrix",
+        difference: "the left-hand side has the identity instead of the mass matrix",
         left: |_| 1.0,
         right: |h, _| h,
         at_start: false,
     },
     Model {
-        difference: "the right-hand side lacks its h",
+        difference: "the right-hand side lacks the factor h",
         left: |m| m,
         right: |_, _| 1.0,
         at_start: false,
     },
     Model {
-        difference: "the right-hand side has h² in place of h",
+        difference: "the right-hand side has h² instead of h",
         left: |m| m,
         right: |h, _| h * h,
         at_start: false,
@@ -125,7 +124,7 @@ pub(super) static MODELS: [Model; 9] = [
         at_start: false,
     },
     Model {
-        difference: "the Jacobians are not divided by the masses, as everything else is",
+        difference: "the Jacobians are not divided by the masses, but everything else is",
         left: |_| 1.0,
         right: |h, m| h / m,
         at_start: false,
@@ -138,7 +137,7 @@ pub(super) static MODELS: [Model; 9] = [
     },
 ];
 
-/// Steps with `elements` from `states`, and the model that explains them.
+/// Steps with `elements` from all states, and the model that explains them.
 pub(super) struct Steps {
     /// By state, then by time step.
     pub(super) experiments: Vec<Vec<Experiment>>,
@@ -148,17 +147,16 @@ pub(super) struct Steps {
     pub(super) residual: f64,
     /// The same for the right model.
     pub(super) residual_of_right: f64,
-    /// How far steps differ, relative to the same, when the groups are stepped in two halves; measured where
-    /// nothing explains them.
+    /// Relative difference between steps of all groups and steps in two halves; measured only if no model fits.
     looseness: f64,
 }
 
 impl Steps {
-    /// Takes the steps and explains them, those of all `variants` by one matrix. `own` are the matrices that
-    /// follow from the program's own force, by state and time step.
+    /// Takes the steps and fits one matrix to those of all `variants`. `own` are the expected matrices, from the
+    /// program's own force, by state and time step.
     ///
     /// # Errors
-    /// Where one of the runs fails.
+    /// If a run fails.
     pub(super) fn take(
         offer: Offer<'_>,
         implicit: &str,
@@ -220,22 +218,22 @@ impl Steps {
         Ok(Self { experiments, fits, model, residual, residual_of_right, looseness })
     }
 
-    /// Whether the step is what it should be.
+    /// Whether the right model explains the step.
     pub(super) fn is_right(&self) -> bool {
         self.model.difference.is_empty() && self.is_explained()
     }
 
-    /// Whether there are directions in which no particle moves.
+    /// Whether there are directions without motion.
     pub(super) fn is_partial(&self) -> bool {
         self.fits.iter().flatten().any(|fit| fit.is_partial)
     }
 
-    /// Whether the solver stops so early that its error may be all that is left of the equations.
+    /// Whether the solver stops so early that its error may explain the whole residual.
     pub(super) fn is_loose(&self) -> bool {
         !self.is_explained() && self.residual <= LOOSEST.min(CLEAR * self.looseness)
     }
 
-    /// Whether there is a matrix.
+    /// Whether some matrix explains the steps.
     pub(super) fn is_explained(&self) -> bool {
         self.residual <= UNEXPLAINED
     }
@@ -298,7 +296,7 @@ impl Experiment {
         [left, right]
     }
 
-    /// How far the steps of the first variant, `elements`, are off from the same in two halves, relative to the
+    /// Difference between the steps of the first variant, `elements`, and the same in two halves, relative to the
     /// largest term of the equations.
     fn looseness(
         &self,
@@ -323,7 +321,7 @@ impl Experiment {
         Ok(if scale > 0.0 { largest / scale } else { 0.0 })
     }
 
-    /// How many times its bound a step's equation is off, with these matrices in the place of `A`: one a
+    /// Residual of the steps' equations with these matrices as `A`, as a multiple of its bound: one matrix for each
     /// combination of masses, for the first variant.
     pub(super) fn excess(&self, matrices: &[Estimate]) -> f64 {
         let [left, right] = self.terms(&MODELS[0]);
@@ -342,7 +340,7 @@ impl Experiment {
         worst
     }
 
-    /// Rounding of one equation: that of the velocities, times the masses, and that of the forces.
+    /// Rounding error of one equation, from the velocities times the masses and from the forces.
     fn rounding(&self, left: &DMatrix<f64>, right: &DMatrix<f64>) -> f64 {
         let speeds = self.twins.iter().zip(&self.changes).flat_map(|(twin, change)| {
             let mass = twin.group.masses.iter().copied().fold(1.0, f64::max);
@@ -356,7 +354,7 @@ impl Experiment {
         let (steps, size) = (self.changes.len(), self.changes.first().map_or(0, Vec::len));
         let [left, right] = self.terms(model);
         let changes = DMatrix::from_fn(steps, size, |step, column| self.changes[step][column]);
-        // What the program's own force does not explain.
+        // The part that the program's own force does not explain.
         let wanted = &left - &right - &changes * self.own.transpose();
         let decomposition = changes.clone().svd(true, true);
         let (Some(u), Some(v_t)) = (&decomposition.u, &decomposition.v_t) else {
@@ -376,7 +374,7 @@ impl Experiment {
         let noise = spread.fold(0.0, f64::max).max(rounding);
         let errors: Vec<f64> = scaled.row_iter().map(|row| row.norm()).collect();
         let bound = DMatrix::from_fn(size, size, |_, column| {
-            // An entry that no step shows is as uncertain as the rounding of the others.
+            // An entry that no step determines is as uncertain as the rounding of the others.
             MATRIX * noise * errors[column].max(f64::EPSILON)
         });
         let scale = left.amax().max(right.amax());
@@ -419,7 +417,7 @@ mod tests {
             };
             let states = states(dimension);
             for part in parts().iter().filter(|part| part.steps == Kind::Chain) {
-                // What is expected must not matter.
+                // The expected matrix must not affect the result.
                 let size = offer.size();
                 let nothing =
                     vec![vec![DMatrix::zeros(size, size); TIME_STEPS.len()]; states.len()];

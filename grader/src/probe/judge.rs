@@ -1,7 +1,7 @@
-//! Verdicts on forces and steps.
+//! Judges measured forces and steps.
 //!
-//! The force is held against ours entry by entry, the step against the model that explains it best. What the
-//! bounds are made of stands in `noise.rs`.
+//! The force is compared with ours entry by entry, the step with the model that explains it best. `noise.rs` derives
+//! the bounds.
 
 use super::differences::{Differences, Sample};
 use super::identify::Steps;
@@ -64,7 +64,7 @@ pub(super) fn compare_forces(
         }
     }
     if !has_effect {
-        let reason = "it has no effect: the program passes over the element or the parameter";
+        let reason = "no effect: the program ignores the element or the parameter";
         return Finding::only(Verdict::NotOffered, reason);
     }
     let entries = entries
@@ -77,7 +77,7 @@ pub(super) fn judge_model(steps: &Steps) -> Finding {
     let residual = steps.residual_of_right;
     let mut finding = if steps.is_loose() {
         let reason =
-            "its solver stops early: beside fewer particles the same state is stepped otherwise";
+            "its solver stops early: the same state gets another step beside fewer particles";
         Finding::only(Verdict::Inconclusive, reason)
     } else if !steps.is_explained() {
         let reason = "no matrix explains the steps: the mass term, the right-hand side or the solver is wrong";
@@ -91,19 +91,20 @@ pub(super) fn judge_model(steps: &Steps) -> Finding {
     finding
 }
 
-/// Step and blocks of a force that depends on the masses otherwise than ours.
+/// Verdicts on the step and the blocks of a force whose dependence on the masses is not ours.
 pub(super) fn judge_by_mass(excess: f64, residual: f64) -> (Finding, Finding) {
     let mut step = Finding::only(Verdict::Correct, "");
     step.error = residual.is_finite().then_some(residual);
     if excess <= 1.0 {
-        let reason = "follows its own force, mass by mass";
+        let reason = "agrees with the program's own force at each mass";
         return (step, Finding::only(Verdict::Correct, reason));
     }
     if excess <= CLEAR {
-        let reason = "its force depends on the masses; its steps fit that almost";
+        let reason =
+            "its force depends on the masses, and its steps agree with that only approximately";
         return (step, Finding::only(Verdict::Inconclusive, reason));
     }
-    let reason = "the steps do not follow from its own force, mass by mass";
+    let reason = "the steps do not agree with the program's own force at each mass";
     let blocks = Finding::only(Verdict::Inconclusive, "no matrix explains the steps");
     (Finding::only(Verdict::Wrong, reason), blocks)
 }
@@ -116,7 +117,7 @@ pub(super) fn no_implicit() -> Failure {
     Failure::Crashed { detail: "linearized implicit Euler is not offered".to_owned() }
 }
 
-/// A run that failed: a thing that is not there, unless it is there and yields no numbers.
+/// The finding of a run that failed: not offered, unless the run returned non-finite numbers.
 pub(super) fn failed(failure: &Failure) -> Finding {
     let verdict = match failure {
         Failure::NotFinite { .. } => Verdict::Wrong,

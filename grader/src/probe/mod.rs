@@ -1,4 +1,4 @@
-//! The forces and Jacobians of any simulator, measured from single steps.
+//! Measures the forces and Jacobians of any simulator from single steps.
 //!
 //! ```text
 //! explicit Euler, h = 1, from (x, v)                 F = M (v' − v)
@@ -6,14 +6,14 @@
 //! linearized implicit Euler from (x − h v, v)        (M − A) δ = h F      A = h² ∂F/∂x + h ∂F/∂v
 //! ```
 //!
-//! A submission is only met through traces ([`Stepper`]). One scene holds hundreds of independent groups of
-//! particles, so that a force costs some twenty runs. Each part of each force is asked: is the force ours
-//! ([`PartReport::force_finding`]), is the step what it should be ([`PartReport::step`]), is the Jacobian the
-//! derivative of the program's own force ([`PartReport::blocks`])? So a wrong force with a consistent
-//! Jacobian is told from a right force with a wrong one.
+//! A submission is seen only through traces ([`Stepper`]). One scene contains hundreds of independent groups of
+//! particles, so that a force costs some twenty runs. Each part of each force gets three kinds of findings: the force
+//! against ours ([`PartReport::force_finding`]), the form of the step ([`PartReport::step`]), and the Jacobian against
+//! the derivative of the program's own force ([`PartReport::blocks`]). A wrong force with a consistent Jacobian can so
+//! be distinguished from a right force with a wrong Jacobian.
 //!
-//! How the bounds follow from measured noise stands in `noise.rs`; the scenes in `scenes.rs`; how the matrix
-//! is identified in `identify.rs`.
+//! `noise.rs` derives the bounds from measured noise, `scenes.rs` builds the scenes, `identify.rs` identifies the
+//! matrix.
 
 mod scenes;
 mod stepper;
@@ -40,43 +40,43 @@ use session::Session;
 pub use stepper::{BuiltIn, Stepper};
 pub use verdict::{Block, Entry, Finding, PartReport, Replay, Verdict};
 
-/// Spellings of methods with the step `v' = v + h F(q, v)/m`, in the order in which they are tried.
+/// Names of methods with the step `v' = v + h F(q, v)/m`, in the order in which they are tried.
 const EXPLICIT: [&str; 4] =
     ["explicit-euler", "symplectic-euler", "forward-backward-euler", "symplectic"];
 
-/// Spellings of linearized implicit Euler.
+/// Names of linearized implicit Euler.
 const IMPLICIT: [&str; 2] = ["linearized-implicit-euler", "linearized-implicit"];
 
-/// What was found about a simulator.
+/// The findings about a simulator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probing {
-    /// What it is called.
+    /// The simulator's name.
     pub name: String,
-    /// What it offers in two and in three dimensions.
+    /// Its methods in the plane and in space.
     pub spaces: Vec<Space>,
-    /// One entry a part and space.
+    /// One entry for each part and dimension.
     pub parts: Vec<PartReport>,
 }
 
-/// What a simulator offers in one space.
+/// A simulator's methods in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Space {
     /// Two or three dimensions.
     pub dimension: Dimension,
-    /// How it spells the method that shows its forces, or what came of asking.
+    /// Its name of the method that reveals forces, or the failure.
     pub explicit: Result<&'static str, Failure>,
-    /// How it spells linearized implicit Euler, or what came of asking.
+    /// Its name of linearized implicit Euler, or the failure.
     pub implicit: Result<&'static str, Failure>,
 }
 
 impl Probing {
-    /// The gravest verdict of all parts.
+    /// The most severe verdict of all parts.
     pub fn verdict(&self) -> Verdict {
         let verdicts = self.parts.iter().map(PartReport::verdict);
         verdicts.max().unwrap_or(Verdict::NotOffered)
     }
 
-    /// How many findings are correct, and how many the simulator offers.
+    /// Number of correct findings, and number of findings that the simulator offers.
     pub fn counts(&self) -> (usize, usize) {
         let count = |wanted: fn(Verdict) -> bool| {
             let findings = self.parts.iter().flat_map(PartReport::findings);
@@ -87,14 +87,14 @@ impl Probing {
     }
 }
 
-/// Probes a simulator with every force whose tag `select` accepts. Runs are made in parallel; the result
-/// does not depend on their order.
+/// Probes a simulator with every force whose tag `select` accepts. Runs are parallel; the result does not depend on
+/// their order.
 pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str) -> bool) -> Probing {
     let mut spaces: Vec<Space> = Vec::new();
     let mut parts = Vec::new();
     for dimension in [Dimension::Two, Dimension::Three] {
         let blank = Offer { stepper, dimension, explicit: "", implicit: None };
-        // What was understood in the plane is spelt the same in space.
+        // A name that was accepted in 2D is used in 3D as well.
         let known = spaces.first();
         let explicit = match known.map(|space| &space.explicit) {
             Some(Ok(known)) => first_of(blank, &[*known], false),
@@ -116,7 +116,7 @@ pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str) -> bool) -> Probing {
     Probing { name: stepper.name(), spaces, parts }
 }
 
-/// The first spelling that is understood; the first failure where none is.
+/// The first accepted name, or the first failure.
 fn first_of(
     offer: Offer<'_>,
     spellings: &[&'static str],
@@ -134,7 +134,7 @@ fn first_of(
     Err(first.unwrap_or(Failure::TooShort { states: 0, expected: 2 }))
 }
 
-/// Particles and dimension of the states that reports show.
+/// Particles and dimension of the states in reports.
 pub fn shape(dimension: Dimension) -> Shape {
     Shape { dimension, n_particles: scenes::chain(dimension) }
 }

@@ -1,33 +1,31 @@
-//! How far to trust a number that a program wrote.
+//! Noise of a program's numbers, and the error bounds that follow from it.
 //!
-//! Nothing is known of how a program computes: double or single precision, one order of summation or
-//! another, fast-math, conjugate gradients to some tolerance. So its noise is measured. Along a straight
-//! line of nine states 2⁻¹³ apart, a smooth force has sixth differences far below rounding; what they show is
-//! noise,
+//! A program may compute in double or single precision, sum in any order, use fast-math, or solve by conjugate
+//! gradients to some tolerance. Its noise is therefore measured. Along a straight line of nine states at distances of
+//! 2⁻¹³, the sixth differences of a smooth force are far below rounding. Measured sixth differences are noise,
 //!
 //! ```text
 //! σ² = (6!)²/12! · mean (Δ⁶F)²       J. J. Moré, S. M. Wild, Estimating Computational Noise, 2011
 //! ```
 //!
-//! and it is never taken to be less than the rounding of the velocities from which the force is read,
-//! `4 ε max|v'|`. From there each bound follows:
+//! and the noise is at least the rounding error of the velocities that yield the force, `4 ε max|v'|`. The bounds are:
 //!
 //! ```text
 //! force against ours          FORCE σ                  and 64 ε of the largest force
 //! differences of the force    |extrapolation error| + DIFFERENCE σ Σ|weights|         (differences.rs)
 //! matrix of the steps         MATRIX s √(ΔᵀΔ)⁻¹_cc     s: residual of the least squares (identify.rs)
-//! steps that no matrix fits   CLEAR times what the same steps differ by beside fewer particles
+//! steps that no matrix fits   CLEAR times the change of the same steps beside fewer particles
 //! ```
 //!
-//! A number within its bound of another agrees with it. It is called different only beyond [`CLEAR`] times
-//! the bound: between the two is no verdict. For normally distributed noise a bound is missed once in 10⁹
-//! or less, and the clear factor is for noise that is not: a solver's error that goes the same way each time.
+//! Two numbers agree within the bound, and differ beyond [`CLEAR`] times the bound; in between there is no verdict. For
+//! normally distributed noise a correct number exceeds the bound once in 10⁹ cases or less. The factor `CLEAR` allows
+//! for other noise, such as a solver's error that always has the same sign.
 
 use simulator::scene::Dimension;
 
 use super::scenes::{State, chain};
 
-/// Beyond this many times its bound, a difference is no noise.
+/// A difference beyond this many bounds is not noise.
 pub(super) const CLEAR: f64 = 10.0;
 
 /// Multiples of `σ` in the bound of a force.
@@ -39,19 +37,19 @@ pub(super) const DIFFERENCE: f64 = 6.0;
 /// Multiples of the standard error in the bound of an entry of the steps' matrix.
 pub(super) const MATRIX: f64 = 8.0;
 
-/// Units of rounding of the largest velocity that are the least noise there is.
+/// Minimum noise: rounding errors relative to the largest velocity.
 pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Units of rounding by which two right ways to write a force may differ, of the largest force.
+/// Relative difference between two correct formulas of a force, in terms of the largest force.
 pub(super) const FORMULA: f64 = 64.0 * f64::EPSILON;
 
-/// A bound above this, relative to what it bounds, tells nothing.
+/// A relative bound above this is too wide for a verdict.
 pub(super) const TOO_WIDE: f64 = 1e-3;
 
-/// Distance of the states of a line; a power of two.
+/// Distance between the states of a line; a power of two.
 const SPACING: f64 = 1.0 / 8192.0;
 
-/// States of a line.
+/// Number of states of a line.
 pub(super) const LINE: usize = 9;
 
 /// 12! / (6!)².

@@ -1,18 +1,17 @@
-//! What is shown to a program: parts of forces, states, and scenes that hold many copies of a state.
+//! Scenes of the probe: parts of forces, states, and many copies of a state in one scene.
 //!
-//! A *group* is one particle more than there are dimensions, and a force between two acts in it as a chain,
+//! A *group* has one particle more than there are dimensions. A force between two particles forms a chain in it,
 //!
 //! ```text
 //! 0 —element— 1 —element— 2 —element— 3       elements (0, 1), (2, 1) and, in space, (2, 3)
 //! ```
 //!
-//! so that the forces together point in all directions; groups do not touch each other. A *part* is what is
-//! left of the force `full` after the force `without` it. Coordinates, parameters and masses are dyadic with
-//! few bits: reading them, perturbing them and moving a state back by `h v` is exact, in single precision as
-//! well.
+//! so that the forces together span all directions. Groups do not interact. A *part* of a force is the difference
+//! between the force `full` and the force `without` the part. Coordinates, parameters and masses are dyadic with few
+//! bits: reading and perturbing them and moving a state back by `h v` is exact, even in single precision.
 //!
-//! Springs are stretched, gravitation is weak and masses are at least 1, so that `M − h² ∂F/∂x` is definite
-//! wherever it is symmetric: conjugate gradients may be used.
+//! Springs are stretched, gravitation is weak and masses are at least 1. So `M − h² ∂F/∂x` is definite wherever it is
+//! symmetric, and a program may use conjugate gradients.
 
 use std::sync::LazyLock;
 
@@ -27,7 +26,7 @@ use simulator::scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
 };
 
-/// The pairs of a chain; in the plane, the first two.
+/// The pairs of a chain; in two dimensions, the first two.
 const PAIRS: [[usize; 2]; 3] = [[0, 1], [2, 1], [2, 3]];
 
 /// Particles of a group.
@@ -39,10 +38,10 @@ fn pairs(dimension: Dimension) -> &'static [[usize; 2]] {
     &PAIRS[..dimension.count()]
 }
 
-/// States at which each part is measured.
+/// Number of states at which each part is measured.
 pub(super) const N_STATES: usize = 3;
 
-/// Time steps of the implicit steps: three, to separate `h² K` from `h B` and have one left over.
+/// Time steps of the implicit steps: two separate `h² K` from `h B`, and the third is a check.
 pub(super) const TIME_STEPS: [f64; 3] = [0.5, 1.0, 2.0];
 
 /// Elements of one force, with the samples of its parameters but for those of parts that are left out.
@@ -87,30 +86,30 @@ impl Elements {
     }
 }
 
-/// What one line of the report is about.
+/// A part of a force: one line of the report.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Part {
     /// The force's tag.
     pub(super) force: &'static str,
     /// Its name among the parts of that force.
     pub(super) name: &'static str,
-    /// What the part is.
+    /// Its description.
     pub(super) meaning: &'static str,
-    /// The forces with the part, and without it: the part's value is the difference.
+    /// The forces with the part and without it: the part is the difference.
     pub(super) full: Elements,
     pub(super) without: Option<Elements>,
-    /// What the implicit steps measure of it.
+    /// How implicit steps measure it.
     pub(super) steps: Steps,
 }
 
-/// How a part is measured from implicit steps.
+/// How implicit steps measure a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Steps {
     /// In the chain that the force itself forms.
     Chain,
-    /// Together with a chain of springs: alone it is weak, or moves the particles along one direction.
+    /// Together with a chain of springs, because the force alone is weak or moves the particles along one line.
     BesideSprings,
-    /// Not at all: the force depends on the time, and an implicit step takes it at another.
+    /// Not at all: the force depends on the time, and an implicit step evaluates it at another time.
     None,
 }
 
@@ -144,18 +143,18 @@ fn every_part() -> Vec<Part> {
     force::REGISTRY.iter().flat_map(|kind| of_force(&kind.schema)).collect()
 }
 
-/// What parts are measured beside; where it is not offered, gravitation beside nothing, and forces on every
-/// particle beside gravitation.
+/// The force beside which parts are measured. Without it, gravitation is measured alone, and forces on every particle
+/// beside gravitation.
 pub(super) fn companion() -> Elements {
     Elements::up_to("springforce", "elastic")
 }
 
-/// What is added where a wrong Jacobian keeps the particles on their lines.
+/// An additional force for the case that a wrong Jacobian keeps the particles on their lines.
 pub(super) fn exciter() -> Elements {
     Elements::up_to("constantforce", "all")
 }
 
-/// What forces on every particle are measured beside where there are no springs.
+/// The force beside which forces on every particle are measured if there are no springs.
 pub(super) fn second_companion() -> Elements {
     Elements::up_to("gravitationalforce", "all")
 }
@@ -168,7 +167,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// Where a particle moving with its velocity was a time `h` ago.
+    /// The state a time `h` earlier of particles that move with constant velocity.
     pub(super) fn before(&self, h: f64) -> Self {
         let back = |(x, v): (&f64, &f64)| x - h * v;
         Self {
@@ -185,7 +184,7 @@ pub(super) struct Group {
     pub(super) masses: Vec<f64>,
 }
 
-/// States in general position: no distance, angle or velocity is special.
+/// States in general position: no special distances, angles or velocities.
 pub(super) fn states(dimension: Dimension) -> Vec<State> {
     let mut rng = Rng::with_seed(4);
     let mut found = Vec::new();
@@ -218,19 +217,18 @@ fn is_general(state: &State, dimension: Dimension) -> bool {
         let components = d.iter().chain(&w).all(|component| component.abs() >= 0.1875);
         (1.25..2.25).contains(&norm(d)) && along.abs() > 0.375 && across > 0.375 && components
     };
-    // The volume that the unit vectors along the pairs span: not flat.
+    // The volume of the unit vectors along the pairs: the chain is not flat.
     let unit = |row: usize, column: usize| directions[row][column] / norm(&directions[row]);
     let volume = DMatrix::from_fn(count, count, unit).determinant();
     pairs(dimension).iter().zip(&directions).all(is_good) && volume.abs() > 0.5
 }
 
-/// Combinations of masses with which one state is stepped: twice as many as a row of the matrix has unknowns,
-/// and two.
+/// Combinations of masses for one state: twice as many as the unknowns in a row of the matrix, plus two.
 pub(super) fn masses(dimension: Dimension) -> Vec<Vec<f64>> {
     let particles = chain(dimension);
     let count = 2 * particles * dimension.count() + 2;
     let all = 1 << (2 * particles);
-    // Spread over all combinations of 1, 2, 4 and 8; the stride has no factor in common with their number.
+    // Spread over all combinations of 1, 2, 4 and 8; the stride is coprime to their number.
     let masses = |index: usize| {
         let code = (index * 27 + 5) % all;
         (0..particles).map(|i| f64::from(1 << (code >> (2 * i) & 3))).collect()
@@ -238,7 +236,7 @@ pub(super) fn masses(dimension: Dimension) -> Vec<Vec<f64>> {
     (0..count).map(masses).collect()
 }
 
-/// A scene of one step that holds `groups`, with `elements` in each.
+/// A scene of one step with all `groups`, and `elements` in each.
 pub(super) fn scene(
     dimension: Dimension,
     elements: &[Elements],

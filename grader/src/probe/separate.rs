@@ -1,11 +1,11 @@
-//! `K` and `B` of a part, from the matrices of steps with several `h`.
+//! Separates `K` and `B` of a part, from the matrices of steps with several `h`.
 //!
 //! ```text
 //! A_h = h² K + h B      for each of the time steps: least squares, entry by entry, weighted by the bounds
 //! ```
 //!
-//! There are three time steps for two unknowns: what is left over says whether the matrix is of that form at
-//! all. A part of a force is what is left of its matrix after that of the force without the part.
+//! Three time steps for two unknowns leave a misfit, which shows whether the matrix has this form at all. The matrix of
+//! a part is the matrix of the whole force minus that of the force without the part.
 
 use nalgebra::DMatrix;
 
@@ -15,14 +15,14 @@ use super::noise::CLEAR;
 use super::scenes::TIME_STEPS;
 use super::verdict::{Block, Entry};
 
-/// By how little a direction that two sets of steps share may be off the one of either.
+/// Tolerance for directions that two sets of steps share.
 const SHARED: f64 = 1e-6;
 
 /// The derivatives of a part at one state.
 pub(super) struct Derivatives {
     pub(super) own: [Estimate; 2],
     pub(super) ours: [DMatrix<f64>; 2],
-    /// Size of the largest force.
+    /// The largest force.
     pub(super) force: f64,
 }
 
@@ -57,7 +57,7 @@ impl Derivatives {
 /// A part's matrix of one step.
 pub(super) struct PartMatrix {
     pub(super) matrix: Estimate,
-    /// Projects on the directions in which the steps show it.
+    /// Projects on the directions in which the steps determine it.
     pub(super) moved: DMatrix<f64>,
 }
 
@@ -73,14 +73,14 @@ pub(super) fn part_matrices(full: &Steps, without: Option<&Steps>) -> Vec<Vec<Pa
     states.collect()
 }
 
-/// The difference of two fits. Where only one of them moves the particles in some direction, the part is taken
-/// there to be what it should be.
+/// The difference of two fits. In directions in which only one of them moves the particles, the part gets its expected
+/// value.
 fn part_matrix(full: &Fit, without: &Fit) -> PartMatrix {
     let mut matrix = full.matrix.minus(&without.matrix);
     if !full.is_partial && !without.is_partial {
         return PartMatrix { matrix, moved: full.moved.clone() };
     }
-    // Directions that both projections leave as they are.
+    // Directions that both projections leave unchanged.
     let size = full.moved.nrows();
     let both = (&full.moved + &without.moved).symmetric_eigen();
     let kept = both.eigenvalues.map(|value| f64::from(value > 2.0 - SHARED));
@@ -93,7 +93,7 @@ fn part_matrix(full: &Fit, without: &Fit) -> PartMatrix {
 /// `K` and `B` of one state.
 pub(super) struct Separated {
     pub(super) matrices: [Estimate; 2],
-    /// How many times its bound `h² K + h B` is off from a matrix it was made of.
+    /// Misfit of `h² K + h B` and the measured matrices, as a multiple of the bound.
     pub(super) misfit: f64,
 }
 

@@ -1,4 +1,4 @@
-//! One program in one space: every part measured, each run made once.
+//! Probes one program in the plane or in space: measures every part and repeats no run.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ use crate::verdict::Failure;
 
 type Kept<T> = Vec<(Vec<Elements>, Result<T, Failure>)>;
 
-/// Steps with these elements and, where they must be kept off their lines, with the exciter as well.
+/// Steps with these elements, and with the exciter if the particles would stay on their lines otherwise.
 #[derive(Debug, Clone, PartialEq)]
 struct Stepped {
     elements: Vec<Elements>,
@@ -43,7 +43,7 @@ impl Stepped {
     }
 }
 
-/// What was measured so far.
+/// All measurements so far.
 pub(super) struct Session<'a> {
     offer: Offer<'a>,
     states: Vec<State>,
@@ -57,7 +57,7 @@ impl<'a> Session<'a> {
         Self { offer, states, forces: Vec::new(), steps: Vec::new() }
     }
 
-    /// Everything about one part.
+    /// The report on one part.
     pub(super) fn report(&mut self, part: &'static Part) -> PartReport {
         let force = self.judge_force(part);
         let mut report = PartReport {
@@ -81,7 +81,7 @@ impl<'a> Session<'a> {
         report
     }
 
-    /// Makes sure that the force of these elements was measured.
+    /// Measures the force of these elements, unless it was measured before.
     fn measure_forces(&mut self, elements: &[Elements]) -> usize {
         if let Some(found) = self.forces.iter().position(|(known, _)| known == elements) {
             return found;
@@ -109,7 +109,7 @@ impl<'a> Session<'a> {
         all.collect()
     }
 
-    /// Makes sure that these steps were taken.
+    /// Takes these steps, unless they were taken before.
     fn measure_steps(&mut self, stepped: &Stepped) -> usize {
         if let Some(found) = self.steps.iter().position(|(known, _)| known == stepped) {
             return found;
@@ -124,7 +124,7 @@ impl<'a> Session<'a> {
         self.steps.len() - 1
     }
 
-    /// The matrix of a step that follows from the program's own force, by state and time step.
+    /// The expected matrix of a step, from the program's own force, by state and time step.
     fn own_matrices(&mut self, elements: &[Elements]) -> Result<Vec<Vec<DMatrix<f64>>>, Failure> {
         let size = self.offer.size();
         let zeros = || vec![DMatrix::zeros(size, size); TIME_STEPS.len()];
@@ -142,7 +142,7 @@ impl<'a> Session<'a> {
         Ok(matrices)
     }
 
-    /// Has the particles kept off their lines, where a wrong Jacobian keeps them on.
+    /// Adds the exciter if a wrong Jacobian keeps the particles on their lines.
     fn excite(&mut self, full: &mut Stepped, without: &mut Option<Stepped>) {
         let mut all: Vec<&mut Stepped> = vec![full];
         all.extend(without);
@@ -203,7 +203,7 @@ impl<'a> Session<'a> {
                 return not_judged(report, &report.step.clone());
             }
             Some(Err(failure)) => {
-                let reason = format!("there are no steps without this part: {failure}");
+                let reason = format!("no steps without this part: {failure}");
                 report.step = Finding::only(Verdict::Inconclusive, reason);
                 return not_judged(report, &report.step.clone());
             }
@@ -219,7 +219,7 @@ impl<'a> Session<'a> {
             matrices.iter().map(|of_state| separate(of_state)).collect();
         let misfit = separated.iter().map(|separated| separated.misfit).fold(0.0, f64::max);
         if misfit > CLEAR {
-            let reason = "the matrix of the steps is not h² K + h B, whatever K and B";
+            let reason = "the matrix of the steps does not have the form h² K + h B";
             if report.step.verdict == Verdict::Correct {
                 report.step = Finding::only(Verdict::Wrong, reason);
             }
@@ -251,8 +251,8 @@ impl<'a> Session<'a> {
         if full_steps.is_partial() || without_steps.is_some_and(Steps::is_partial) {
             for block in &mut report.blocks {
                 if block.verdict == Verdict::Wrong {
-                    let reason = "the steps do not move the particles in every direction: which block it is \
-                                  cannot be told for sure";
+                    let reason = "the steps do not move the particles in every direction, so the wrong block \
+                                  cannot be identified with certainty";
                     block.reason = reason.to_owned();
                 }
             }
@@ -263,7 +263,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Steps that no single matrix explains: it may depend on the masses.
+    /// Judges steps that no single matrix explains: the matrix may depend on the masses.
     fn judge_unexplained(
         &self,
         part: &Part,
@@ -298,7 +298,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Whether the part's Jacobian, each row scaled so by the particle's mass, explains the steps.
+    /// Whether the part's Jacobian, with each row scaled by a function of the particle's mass, explains the steps.
     fn is_scaled(
         &self,
         part: &Part,
@@ -346,10 +346,10 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// What a part is stepped with, and what the steps without it are.
+    /// The steps that measure a part, and the steps without it.
     fn steps_of(&mut self, part: &Part) -> Result<(Stepped, Option<Stepped>), Box<Finding>> {
         if part.steps == scenes::Steps::None {
-            let reason = "it depends on the time: only the force is judged";
+            let reason = "the force depends on the time: only its value is judged";
             return Err(Box::new(Finding::only(Verdict::NotOffered, reason)));
         }
         if self.offer.implicit.is_none() {
@@ -372,18 +372,18 @@ impl<'a> Session<'a> {
         if part.full == second_companion() {
             return Ok((Stepped::new(&[part.full]), None));
         }
-        let reason = "there is no other force to excite every direction with";
+        let reason = "no other force moves the particles in every direction";
         Err(Box::new(Finding::only(Verdict::Inconclusive, reason)))
     }
 
-    /// Whether these elements move anything by explicit steps.
+    /// Whether explicit steps with these elements move anything.
     fn has_force(&mut self, elements: Elements) -> bool {
         let forces = self.measure_forces(&[elements]);
         let moves = |sample: &Sample| sample.force.iter().any(|force| *force != 0.0);
         self.forces[forces].1.as_ref().is_ok_and(|forces| forces.by_mass.iter().any(moves))
     }
 
-    /// Whether these elements move anything, by explicit and by implicit steps.
+    /// Whether explicit and implicit steps with these elements move anything.
     fn moves(&mut self, elements: Elements) -> bool {
         let steps = self.measure_steps(&Stepped::new(&[elements]));
         self.has_force(elements) && self.steps[steps].1.as_ref().is_ok_and(Steps::is_explained)
@@ -407,7 +407,7 @@ impl<'a> Session<'a> {
         Some(states.collect())
     }
 
-    /// How many times their bound the steps are off from what differences at their very masses say.
+    /// Misfit of the steps and the differences at their own masses, as a multiple of the bound.
     fn excess(&self, elements: &[Elements], steps: &Steps) -> Result<f64, Failure> {
         let Some((state, experiments)) = self.states.first().zip(steps.experiments.first()) else {
             return Ok(f64::INFINITY);
@@ -486,16 +486,16 @@ impl<'a> Session<'a> {
     }
 }
 
-/// A row's factor by the mass of its particle, and how reports put it.
+/// A factor of a row as a function of its particle's mass, with its description.
 type Scaling = (fn(f64) -> f64, &'static str);
 
-/// Ways to bring masses into a Jacobian where they do not belong.
+/// Wrong factors that depend on the mass.
 const BY_MASS: [Scaling; 2] = [
     (|mass| mass, "is multiplied by the particle's mass"),
     (|mass| 1.0 / mass, "is divided by the particle's mass"),
 ];
 
-/// Whether a program steps groups that feel nothing, by this spelling of a method.
+/// Whether a program steps groups without forces, by this name of a method.
 pub(super) fn takes(offer: Offer<'_>, spelling: &str, implicit: bool) -> Result<(), Failure> {
     let masses = vec![1.0; chain(offer.dimension)];
     let states = scenes::states(offer.dimension).into_iter();

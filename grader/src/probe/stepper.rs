@@ -1,4 +1,4 @@
-//! What is probed: something that takes one step of a scene. A program, or the built-in simulator.
+//! A simulator that takes one step of a scene: a program, or the built-in one.
 
 use simulator::scene::{Scene, write};
 use simulator::simulation::Simulation;
@@ -8,19 +8,18 @@ use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
 use crate::verdict::{Failure, Place, Quantity, Verdict};
 
-/// How far a trace's first state may be from the scene's: digits of a trace, not physics, are at stake.
+/// Tolerance on a trace's first state: only the digits of the trace matter here, not physics.
 const SAME: f64 = 1e-6;
 
-/// Something that steps scenes.
+/// Takes single steps of scenes.
 pub trait Stepper: Sync {
-    /// What reports call it.
+    /// The name in reports.
     fn name(&self) -> String;
 
-    /// Velocities after the one step that `scene` has, `n·D`, particle-major, by the integrator that is
-    /// spelt so.
+    /// Velocities after the only step of `scene`, `n·D` numbers, particle-major, by the integrator of this name.
     ///
     /// # Errors
-    /// Where there is no such step, or it is not finite.
+    /// If the step fails or is not finite.
     fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure>;
 }
 
@@ -36,7 +35,7 @@ impl Stepper for BuiltIn {
     fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
         let crashed = |detail: String| Failure::Crashed { detail };
         let schema = simulator::vocabulary().integrator(integrator);
-        let schema = schema.ok_or_else(|| crashed(format!("no integrator {integrator}")))?;
+        let schema = schema.ok_or_else(|| crashed(format!("unknown integrator {integrator}")))?;
         let scene = Scene { integrator: schema, ..scene.clone() };
         let mut simulation = Simulation::new(&scene);
         simulation.advance().map_err(|error| crashed(error.to_string()))?;
@@ -55,7 +54,7 @@ impl Stepper for Program {
         let mut run =
             self.run(SceneSource::Xml(&text), shape).map_err(|verdict| match verdict {
                 Verdict::Fail(failure) => failure,
-                // No step, and no fault of the program's: nothing is held against it.
+                // No step, and not the program's fault: it does not count against it.
                 other => Failure::NoOutput { detail: other.to_string() },
             })?;
         let mut state = State::zeros(shape);
@@ -75,10 +74,10 @@ impl Stepper for Program {
     }
 }
 
-/// The scene as a file, its integrator spelt so.
+/// The scene as text, with this name of its integrator.
 pub(super) fn text(scene: &Scene, integrator: &str) -> String {
     let mut bytes = Vec::new();
-    // Nothing in a probe's scene cannot be written.
+    // Every scene of the probe can be written.
     let _ = write::write(scene, &mut bytes);
     let text = String::from_utf8(bytes).unwrap_or_default();
     text.replacen(&format!("\"{}\"", scene.integrator.name), &format!("\"{integrator}\""), 1)

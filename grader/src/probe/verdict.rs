@@ -1,32 +1,32 @@
-//! From a number, what it should be and a bound, to a verdict.
+//! Verdict on a measured number, given its expected value and an error bound.
 //!
 //! ```text
-//! |measured − expected| ≤ bound              correct, if the bound is narrow enough to tell
+//! |measured − expected| ≤ bound              correct, if the bound is narrow enough
 //! |measured − expected| > CLEAR · bound      wrong
 //! otherwise                                  inconclusive
 //! ```
 //!
-//! over all entries of a block: one that is clearly wrong makes the block wrong, however large the others.
+//! over all entries of a block. One clearly wrong entry makes the block wrong.
 
 use simulator::scene::Dimension;
 
 use super::noise::{CLEAR, TOO_WIDE};
 
-/// What is said of one thing.
+/// Verdict on a force, a step or a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// It is what it should be, within a bound that would show a mistake.
+    /// The value is right, within a bound that would show a mistake.
     Correct,
-    /// The program does not have it. No fault.
+    /// The program does not offer it. Not a failure.
     NotOffered,
-    /// It could not be told.
+    /// The measurement does not decide.
     Inconclusive,
-    /// It is not what it should be, far beyond all noise.
+    /// The value is wrong, far beyond all noise.
     Wrong,
 }
 
 impl Verdict {
-    /// Its name: stable, in lower case, fit for machines.
+    /// The stable machine-readable name, in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Correct => "correct",
@@ -37,18 +37,18 @@ impl Verdict {
     }
 }
 
-/// A verdict with what it rests on.
+/// A verdict with its evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     /// The verdict.
     pub verdict: Verdict,
-    /// Why, where the verdict needs it.
+    /// The reason, if the verdict needs one.
     pub reason: String,
-    /// Largest difference over all entries, relative to the largest entry; `None` where nothing was compared.
+    /// Largest difference over all entries, relative to the largest entry; `None` if nothing was compared.
     pub error: Option<f64>,
-    /// The widest bound of an entry, relative to the largest entry: what could not be seen is below it.
+    /// The widest bound of an entry, relative to the largest entry: smaller errors are invisible.
     pub bound: Option<f64>,
-    /// The entry whose difference is the most times its bound.
+    /// The entry with the largest difference as a multiple of its bound.
     pub worst: Option<Entry>,
 }
 
@@ -61,25 +61,25 @@ pub struct Entry {
     pub row: (usize, usize),
     /// Particle and axis of the position or velocity; `None` for a force.
     pub column: Option<(usize, usize)>,
-    /// What the program has.
+    /// The program's value.
     pub measured: f64,
-    /// What it should have: by its own force for a Jacobian, ours for a force.
+    /// The expected value: from the program's own force for a Jacobian, ours for a force.
     pub expected: f64,
-    /// What we have.
+    /// Our value.
     pub ours: f64,
-    /// How far the two may be apart by noise alone.
+    /// Bound on the difference that noise alone may cause.
     pub bound: f64,
     /// The block that holds it, `D × D`, row by row: measured, then expected; `None` for a force.
     pub block: Option<[Vec<f64>; 2]>,
 }
 
 impl Finding {
-    /// Without a comparison.
+    /// A finding without a comparison.
     pub(super) fn only(verdict: Verdict, reason: impl Into<String>) -> Self {
         Self { verdict, reason: reason.into(), error: None, bound: None, worst: None }
     }
 
-    /// What the entries come to; `scale` is the size of the largest that there are.
+    /// The finding about these entries; `scale` is the size of the largest one.
     pub(super) fn of(entries: impl Iterator<Item = Entry>, scale: f64) -> Self {
         let (mut error, mut bound): (f64, f64) = (0.0, 0.0);
         let mut worst: Option<(f64, Entry)> = None;
@@ -96,18 +96,15 @@ impl Finding {
         }
         let times = worst.as_ref().map_or(f64::NAN, |(times, _)| *times);
         let (verdict, reason) = if !sound || times.is_nan() {
-            (
-                Verdict::Inconclusive,
-                "the program's numbers are too noisy to say anything".to_owned(),
-            )
+            (Verdict::Inconclusive, "the program's numbers are too noisy for a verdict".to_owned())
         } else if times > CLEAR {
             (Verdict::Wrong, String::new())
         } else if times > 1.0 {
             let reason =
-                format!("off by {times:.1} times the bound of noise: too little to be sure");
+                format!("the error is {times:.1} times the noise bound: too small for a verdict");
             (Verdict::Inconclusive, reason)
         } else if bound > TOO_WIDE {
-            let reason = format!("a difference below {bound:.0e} would be lost in the noise");
+            let reason = format!("noise would hide an error below {bound:.0e}");
             (Verdict::Inconclusive, reason)
         } else {
             (Verdict::Correct, String::new())
@@ -117,51 +114,51 @@ impl Finding {
     }
 }
 
-/// What was found about one part of a force.
+/// The findings about one part of a force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartReport {
     /// The force's tag.
     pub force: &'static str,
     /// The part's name: `all`, `elastic`, `damping`, ….
     pub part: &'static str,
-    /// What the part is.
+    /// The part's description.
     pub meaning: &'static str,
     /// The space it was measured in.
     pub dimension: Dimension,
     /// The program's force against ours.
     pub force_finding: Finding,
-    /// Whether the implicit step is `(M − A) δ = h F` with `A = h² K + h B`, whatever the Jacobians.
+    /// Whether the implicit step has the form `(M − A) δ = h F` with `A = h² K + h B`, whatever the Jacobians.
     pub step: Finding,
     /// The Jacobian against differences of the program's own force, by quantity and block, as
     /// [`Block::ALL`] has them.
     pub blocks: [Finding; 4],
-    /// What the mistake looks like.
+    /// Likely mistakes.
     pub diagnosis: Vec<String>,
-    /// The scenes that show what was found, where something is not correct.
+    /// The scenes that reproduce the findings, if something is not correct.
     pub replay: Option<Replay>,
 }
 
-/// Scenes to run again.
+/// Scenes that reproduce a finding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     /// Number of the state.
     pub state: usize,
-    /// An explicit step of 1 s at the state, with each combination of masses: shows the force.
+    /// An explicit step of 1 s at the state, with each combination of masses: reveals the force.
     pub explicit: String,
-    /// An implicit step that evaluates everything at that state; empty where none was taken.
+    /// An implicit step that evaluates everything at that state; empty if none was taken.
     pub implicit: String,
 }
 
-/// Which of the Jacobian's blocks.
+/// A block of the Jacobian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Block {
-    /// ∂F/∂x, a particle's force by its own position.
+    /// ∂F/∂x: a particle's force by its own position.
     PositionDirect,
-    /// ∂F/∂x, a particle's force by another's position.
+    /// ∂F/∂x: a particle's force by another one's position.
     PositionCross,
-    /// ∂F/∂v, a particle's force by its own velocity.
+    /// ∂F/∂v: a particle's force by its own velocity.
     VelocityDirect,
-    /// ∂F/∂v, a particle's force by another's velocity.
+    /// ∂F/∂v: a particle's force by another one's velocity.
     VelocityCross,
 }
 
@@ -170,7 +167,7 @@ impl Block {
     pub const ALL: [Self; 4] =
         [Self::PositionDirect, Self::PositionCross, Self::VelocityDirect, Self::VelocityCross];
 
-    /// What reports call it.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::PositionDirect => "dF/dx direct",
@@ -185,7 +182,7 @@ impl Block {
         matches!(self, Self::PositionDirect | Self::PositionCross)
     }
 
-    /// Whether the entry at these particles belongs to it.
+    /// Whether it contains the entry of these particles.
     pub(super) fn holds(self, row: usize, column: usize) -> bool {
         let direct = matches!(self, Self::PositionDirect | Self::VelocityDirect);
         direct == (row == column)
@@ -193,13 +190,13 @@ impl Block {
 }
 
 impl PartReport {
-    /// All of its findings with their names.
+    /// All findings with their names.
     pub fn findings(&self) -> impl Iterator<Item = (&'static str, &Finding)> {
         let blocks = Block::ALL.into_iter().map(Block::name).zip(&self.blocks);
         [("force", &self.force_finding), ("step", &self.step)].into_iter().chain(blocks)
     }
 
-    /// The gravest of its verdicts.
+    /// The most severe of its verdicts.
     pub fn verdict(&self) -> Verdict {
         let verdicts = self.findings().map(|(_, finding)| finding.verdict);
         verdicts.max().unwrap_or(Verdict::NotOffered)

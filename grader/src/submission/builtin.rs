@@ -1,4 +1,4 @@
-//! The built-in simulator, judged as any other.
+//! The built-in simulator as a submission.
 
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
@@ -10,15 +10,15 @@ use crate::verdict::Failure;
 
 /// Starts the built-in simulator on a scene.
 pub fn start(scene: &Scene, solver: LinearSolver) -> Box<dyn StateSource> {
-    Box::new(BuiltIn { simulation: Simulation::with_solver(scene, solver), started: false })
+    Box::new(BuiltInStates { simulation: Simulation::with_solver(scene, solver), started: false })
 }
 
-struct BuiltIn {
+struct BuiltInStates {
     simulation: Simulation,
     started: bool,
 }
 
-impl StateSource for BuiltIn {
+impl StateSource for BuiltInStates {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         if self.started {
             let advanced = self.simulation.advance();

@@ -1,15 +1,15 @@
-//! A folder with `submission.toml`: what is built, and how it is run.
+//! A submission folder with `submission.toml`: its build and its run command.
 //!
 //! ```toml
-//! name = "Ada"                                       # may be left out, as may `build`
+//! name = "Ada"                                       # optional, as is `build`
 //! build = ["make"]
 //! run = ["./simulate", "{scene}", "-o", "{trace}"]
 //! format = "csv"                                     # or "fosssim", the course's binary
 //! ```
 //!
-//! `{scene}` and `{trace}` are the files of a run, `{folder}` is the submission's own. A program with a `/` in
-//! its name is looked for in that folder, any other where the system keeps its own. The folder itself is not
-//! written to: a build works on a copy.
+//! `{scene}` and `{trace}` are the files of a run, `{folder}` is the submission's own. A program name with a `/` is
+//! relative to that folder; any other is searched in the system's folders. The submission itself is never written to:
+//! a build runs in a copy.
 
 use std::fs;
 use std::io;
@@ -26,28 +26,28 @@ use crate::verdict::Failure;
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Job, Keep, Limits, SandboxError};
 
-/// What the file is called.
+/// The manifest's file name.
 pub const MANIFEST: &str = "submission.toml";
 
-/// The largest manifest that is read, in MiB.
+/// Maximum size of a manifest, in MiB.
 const MAX_MEBIBYTES: u64 = 1;
 
-/// In commands: the submission's folder.
+/// Placeholder in commands for the submission's folder.
 const FOLDER: &str = "{folder}";
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Manifest {
+struct SubmissionManifest {
     name: Option<String>,
     build: Option<Vec<String>>,
     run: Vec<String>,
     #[serde(default)]
-    format: Format,
+    format: ManifestFormat,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Format {
+enum ManifestFormat {
     #[default]
     Csv,
     Fosssim,
@@ -56,7 +56,7 @@ enum Format {
 /// A folder that cannot be graded.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// Its files cannot be read, or are too much.
+    /// Its files cannot be read, or exceed a limit.
     #[error("{}: {error}", path.display())]
     HandIn {
         /// The folder.
@@ -64,7 +64,7 @@ pub enum FolderError {
         /// What is wrong.
         error: HandInError,
     },
-    /// The manifest does not say what it has to.
+    /// The manifest is not valid.
     #[error("{}:{line}: {message}", path.display())]
     Invalid {
         /// The file.
@@ -74,51 +74,51 @@ pub enum FolderError {
         /// What is wrong.
         message: String,
     },
-    /// There is no folder to build in.
-    #[error("there is no folder to build in: {0}")]
+    /// The copy for the build cannot be made.
+    #[error("no folder for the build: {0}")]
     NotCopied(io::Error),
     /// The build could not be run.
     #[error(transparent)]
     NotRun(#[from] SandboxError),
 }
 
-/// What a folder comes to.
+/// Result of opening a folder.
 #[derive(Debug)]
 pub enum Built {
     /// A program.
     Program(Program),
-    /// Its build failed.
+    /// The build failed.
     Failed {
-        /// What reports call it.
+        /// The submission's name in reports.
         name: String,
-        /// How.
+        /// The build's failure.
         failure: Failure,
     },
 }
 
-/// Whether this folder is such a submission: whether it has anything of the manifest's name.
+/// Whether the folder contains an entry with the manifest's name.
 pub fn is_submission(folder: &Path) -> bool {
     let found = fs::symlink_metadata(folder.join(MANIFEST));
     found.map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |_| true)
 }
 
-/// Reads the manifest, and builds what is to be built, under the runner's protection.
+/// Reads the manifest and runs the build, if any, under the runner's protection.
 ///
 /// # Errors
-/// Where the manifest says nothing of use, or the build could not be run. A build that fails is no error.
+/// If the manifest is not valid, or the build could not be run. A build that fails is not an error.
 pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<Built, FolderError> {
     let path = folder.join(MANIFEST);
     let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
     let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
-    let manifest = Manifest::parse(&text, &path)?;
+    let manifest = SubmissionManifest::parse(&text, &path)?;
     let home = home_of(folder);
     let files = HandIn::open(&home).map_err(refused)?;
     let name = manifest.name.as_deref().map_or_else(
         || folder.display().to_string(),
-        // It is the submission's, and stands in every report.
+        // The name is untrusted, and is shown in every report.
         printed::line,
     );
-    // A user of its own may not read what is not everybody's.
+    // The sandbox's own user may lack permission to read the original.
     let is_copied = manifest.build.is_some() || runner.sandbox.has_own_user();
     let (home, copy) = if is_copied {
         let copy = scratch_folder().map_err(FolderError::NotCopied)?;
@@ -134,10 +134,10 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
         return Ok(Built::Failed { name, failure });
     }
     runner.readable.push(home.clone());
-    let Command { program, arguments } = Command::of(&manifest.run, &home);
+    let CommandLine { program, arguments } = CommandLine::of(&manifest.run, &home);
     let format = match manifest.format {
-        Format::Csv => TraceFormat::Csv,
-        Format::Fosssim => TraceFormat::Fosssim,
+        ManifestFormat::Csv => TraceFormat::Csv,
+        ManifestFormat::Fosssim => TraceFormat::Fosssim,
     };
     Ok(Built::Program(Program { name, path: program, arguments, format, runner, copy }))
 }
@@ -146,7 +146,7 @@ fn home_of(folder: &Path) -> PathBuf {
     fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf())
 }
 
-impl Manifest {
+impl SubmissionManifest {
     fn parse(text: &str, path: &Path) -> Result<Self, FolderError> {
         let invalid = |line: usize, message: String| FolderError::Invalid {
             path: path.to_path_buf(),
@@ -176,18 +176,18 @@ impl Manifest {
     }
 }
 
-/// A command with the folder put in.
-struct Command {
+/// A command with the folder's path filled in.
+struct CommandLine {
     program: PathBuf,
     arguments: Vec<String>,
 }
 
-impl Command {
+impl CommandLine {
     fn of(words: &[String], home: &Path) -> Self {
         let folder = home.to_string_lossy();
         let mut words = words.iter().map(|word| word.replace(FOLDER, &folder));
         let program = words.next().unwrap_or_default();
-        // Where there is no `/` in it, the system looks for it; an absolute path stays one.
+        // The system searches for a name without `/`; an absolute path stays absolute.
         let program =
             if program.contains('/') { home.join(&program) } else { PathBuf::from(&program) };
         Self { program, arguments: words.collect() }
@@ -201,7 +201,7 @@ fn run_build(
     limits: Limits,
 ) -> Result<Result<(), Failure>, FolderError> {
     let built = home.with_file_name("built");
-    let Command { program, arguments } = Command::of(build, home);
+    let CommandLine { program, arguments } = CommandLine::of(build, home);
     let job = Job {
         program,
         arguments: arguments.into_iter().map(Into::into).collect(),
@@ -218,7 +218,7 @@ fn run_build(
     if let Err(reason) = &outcome.kept {
         return failed(format!("the built folder {reason}"));
     }
-    // The unbuilt one is removed with the scratch folder that both are in.
+    // The unbuilt copy is removed with the scratch folder that contains both.
     fs::rename(home, home.with_file_name("unbuilt"))
         .and_then(|()| fs::rename(&built, home))
         .map_err(SandboxError::no_scratch)?;

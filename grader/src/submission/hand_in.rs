@@ -1,15 +1,15 @@
-//! A hand-in on disk: a file, or a folder, that somebody else made. Walks it, reads it, and copies it.
+//! An untrusted hand-in on disk, a file or a folder: walks, reads and copies it.
 //!
-//! Nothing of it is trusted. Every entry is opened from its own folder, links are never followed, and only regular
-//! files are read. The walk keeps no more than one open folder a level on a stack of its own, so that it needs no
-//! long path and no deep recursion. Its bounds are checked before anything is read:
+//! Every entry is opened relative to its folder, links are never followed, and only regular files are read. The walk
+//! keeps one open folder a level on its own stack, so that it needs neither long paths nor deep recursion. These limits
+//! are checked before any content is read:
 //!
-//! | what | at most |
+//! | quantity | maximum |
 //! | --- | --- |
-//! | folders inside each other | 100 |
+//! | depth of nested folders | 100 |
 //! | files and folders | 100,000 |
-//! | the path of an entry, seen from the hand-in | 1,000 bytes |
-//! | all files together, sparse ones at their full length | 1 GiB |
+//! | length of an entry's path, relative to the hand-in | 1,000 bytes |
+//! | sum of all file sizes, sparse files at full length | 1 GiB |
 
 use std::ffi::{CStr, CString, OsStr};
 use std::fs::{self, File};
@@ -27,51 +27,51 @@ use rustix::io::Errno;
 use crate::printed;
 use crate::suite::hash_reader;
 
-/// The most folders inside each other.
+/// Maximum depth of nested folders.
 const MAX_DEPTH: usize = 100;
 
-/// The most files and folders.
+/// Maximum number of files and folders.
 const MAX_ENTRIES: usize = 100_000;
 
-/// The longest path of an entry, in bytes.
+/// Maximum length of an entry's path, in bytes.
 const MAX_PATH: usize = 1_000;
 
-/// The most bytes of all files together, in MiB.
+/// Maximum sum of all file sizes, in MiB.
 const MAX_MEBIBYTES: u64 = 1 << 10;
 
 /// A hand-in that cannot be graded.
 #[derive(Debug, thiserror::Error)]
 pub enum HandInError {
-    /// The system refuses to read something.
+    /// The system refuses to read an entry.
     #[error("{path}: cannot be read: {source}\n  help: give everybody permission to read it")]
     Unreadable {
-        /// The entry, seen from the hand-in.
+        /// The entry, relative to the hand-in.
         path: String,
         /// Why.
         source: io::Error,
     },
-    /// There are too many bytes.
+    /// The files are too large together.
     #[error(
-        "the files have more than {MAX_MEBIBYTES} MiB together, from {path} on\n  help: hand in sources, \
-         and nothing that a build makes"
+        "the files are larger than {MAX_MEBIBYTES} MiB together, counted up to {path}\n  help: hand in sources, \
+         without the products of a build"
     )]
     TooLarge {
-        /// The file that is too much.
+        /// The file that exceeds the limit.
         path: String,
     },
     /// There are too many entries.
     #[error(
-        "{path}: there are more than {MAX_ENTRIES} files and folders\n  help: hand in sources, and nothing \
-         that a build makes"
+        "{path}: there are more than {MAX_ENTRIES} files and folders\n  help: hand in sources, without the \
+         products of a build"
     )]
     TooMany {
-        /// The folder that is too much.
+        /// The folder that exceeds the limit.
         path: String,
     },
-    /// There are too many folders inside each other.
-    #[error("{path}: more than {MAX_DEPTH} folders are inside each other")]
+    /// Folders are nested too deeply.
+    #[error("{path}: folders are nested more than {MAX_DEPTH} deep")]
     TooDeep {
-        /// The folder that is too deep.
+        /// The folder that exceeds the limit.
         path: String,
     },
     /// A path is too long.
@@ -80,14 +80,12 @@ pub enum HandInError {
         /// The entry.
         path: String,
     },
-    /// An entry is a pipe, a socket or a device; or a link where there must be a file.
-    #[error(
-        "{path}: is {kind}, and no regular file\n  help: put a file in its place, or remove it"
-    )]
+    /// An entry is a pipe, a socket or a device; or a link in the place of a file.
+    #[error("{path}: is {kind}, not a regular file\n  help: replace it by a file, or remove it")]
     Special {
         /// The entry.
         path: String,
-        /// What it is, with its article.
+        /// Its kind, with an article.
         kind: &'static str,
     },
     /// A file that is read as text is too large.
@@ -95,10 +93,10 @@ pub enum HandInError {
     LargeText {
         /// The file.
         path: String,
-        /// How large it may be.
+        /// The limit.
         mebibytes: u64,
     },
-    /// A file that is read as text is none.
+    /// A text file is not UTF-8.
     #[error("{path}: is not text in UTF-8")]
     NotText {
         /// The file.
@@ -115,7 +113,7 @@ pub enum HandInError {
 }
 
 impl HandInError {
-    /// Whether the grader or its machine is at fault, and not the hand-in.
+    /// Whether the grader or its machine is at fault, rather than the hand-in.
     pub fn is_fault(&self) -> bool {
         match self {
             Self::NotCopied { .. } => true,
@@ -128,42 +126,42 @@ impl HandInError {
     }
 }
 
-/// A hand-in that is within its bounds.
+/// A hand-in within the limits.
 pub(crate) struct HandIn {
-    /// The folder that it is in.
+    /// Its parent folder.
     parent: OwnedFd,
     name: CString,
 }
 
-/// What a walk meets, by name within each folder.
-pub(crate) enum Step<'a> {
-    /// A folder, before all that is in it.
-    Enter(Node<'a>),
-    /// The end of the folder that was entered last.
+/// A step of a walk. The entries of each folder come by name.
+pub(crate) enum WalkStep<'a> {
+    /// A folder, before its content.
+    Enter(HandInNode<'a>),
+    /// The end of the innermost open folder.
     Leave,
     /// A regular file.
-    File(Node<'a>),
+    File(HandInNode<'a>),
     /// A symbolic link.
-    Link(Node<'a>),
+    Link(HandInNode<'a>),
 }
 
 /// An entry of a hand-in.
-pub(crate) struct Node<'a> {
+pub(crate) struct HandInNode<'a> {
     folder: &'a OwnedFd,
-    /// What it is called in its folder.
+    /// Its name in its folder.
     pub(crate) name: &'a CStr,
-    /// Its path, seen from the hand-in.
+    /// Its path relative to the hand-in.
     path: &'a [u8],
     stat: Stat,
 }
 
-impl Node<'_> {
-    /// Whether somebody may execute it.
+impl HandInNode<'_> {
+    /// Whether any user may execute it.
     pub(crate) fn is_executable(&self) -> bool {
         self.stat.st_mode & 0o111 != 0
     }
 
-    /// Opens a regular file. It yields no more bytes than it had when the walk met it.
+    /// Opens a regular file. Yields no more bytes than its size during the walk.
     fn open(&self) -> Result<io::Take<File>, HandInError> {
         let file = open_regular(self.folder, self.name, self.path)?;
         Ok(file.take(size(&self.stat)))
@@ -175,22 +173,22 @@ impl Node<'_> {
         hash_reader(self.open()?).map_err(failed)
     }
 
-    /// Where a link leads.
+    /// The target of a link.
     pub(crate) fn target(&self) -> Result<CString, HandInError> {
         readlinkat(self.folder, self.name, Vec::new()).map_err(|errno| unreadable(self.path, errno))
     }
 }
 
-/// A folder whose entries are being walked.
+/// A folder during a walk.
 struct Level {
     folder: OwnedFd,
     names: std::vec::IntoIter<CString>,
-    /// Bytes of its own path.
+    /// Length of its path, in bytes.
     path: usize,
 }
 
 impl HandIn {
-    /// A file or folder, once it was found to be within its bounds. Only metadata is read.
+    /// Opens a file or folder after checking its limits. Only metadata is read.
     pub(crate) fn open(path: &Path) -> Result<Self, HandInError> {
         let unreadable = |source| HandInError::Unreadable { path: shown(b""), source };
         let resolved;
@@ -207,10 +205,10 @@ impl HandIn {
         Ok(hand_in)
     }
 
-    /// Meets every entry once, the hand-in itself first.
+    /// Visits every entry once, the hand-in itself first.
     pub(crate) fn walk(
         &self,
-        visit: &mut dyn FnMut(Step<'_>) -> Result<(), HandInError>,
+        visit: &mut dyn FnMut(WalkStep<'_>) -> Result<(), HandInError>,
     ) -> Result<(), HandInError> {
         let parent = self.parent.try_clone();
         let folder =
@@ -223,7 +221,7 @@ impl HandIn {
             let Some(name) = level.names.next() else {
                 levels.pop();
                 if !levels.is_empty() {
-                    visit(Step::Leave)?;
+                    visit(WalkStep::Leave)?;
                 }
                 continue;
             };
@@ -241,16 +239,16 @@ impl HandIn {
             let stat = statat(folder, &name, AtFlags::SYMLINK_NOFOLLOW)
                 .map_err(|errno| unreadable(&path, errno))?;
             let kind = FileType::from_raw_mode(stat.st_mode);
-            let node = Node { folder, name: &name, path: &path, stat };
+            let node = HandInNode { folder, name: &name, path: &path, stat };
             match kind {
                 FileType::RegularFile => {
                     bytes = bytes.saturating_add(size(&stat));
                     if bytes > MAX_MEBIBYTES << 20 {
                         return Err(HandInError::TooLarge { path: shown(&path) });
                     }
-                    visit(Step::File(node))?;
+                    visit(WalkStep::File(node))?;
                 }
-                FileType::Symlink => visit(Step::Link(node))?,
+                FileType::Symlink => visit(WalkStep::Link(node))?,
                 FileType::Directory => {
                     if depth > MAX_DEPTH {
                         return Err(HandInError::TooDeep { path: shown(&path) });
@@ -263,7 +261,7 @@ impl HandIn {
                     if entries > MAX_ENTRIES {
                         return Err(HandInError::TooMany { path: shown(&path) });
                     }
-                    visit(Step::Enter(node))?;
+                    visit(WalkStep::Enter(node))?;
                     let names = found.into_iter();
                     levels.push(Level { folder: inner, names, path: path.len() });
                 }
@@ -275,8 +273,8 @@ impl HandIn {
         Ok(())
     }
 
-    /// Copies it to `to`, which is not there yet. Files get the mode 0644, or 0755 where somebody may execute them;
-    /// links are copied as links, and a file of two names as two files.
+    /// Copies the hand-in to `to`, which must not exist. Files get the mode 0644, or 0755 if any user may execute them.
+    /// Links are copied as links, and a file with two names as two files.
     pub(crate) fn copy_to(&self, to: &Path) -> Result<(), HandInError> {
         let (base, top) = parent_and_name(to)
             .map_err(|source| HandInError::NotCopied { path: shown(b""), source })?;
@@ -285,22 +283,22 @@ impl HandIn {
             let Some(folder) = folders.last() else { return Ok(()) };
             let is_top = folders.len() == 1;
             match step {
-                Step::Leave => drop(folders.pop()),
-                Step::Enter(node) => {
+                WalkStep::Leave => drop(folders.pop()),
+                WalkStep::Enter(node) => {
                     let name = if is_top { &top } else { node.name };
                     let made = mkdirat(folder, name, Mode::from_raw_mode(0o755))
                         .and_then(|()| openat(folder, name, FOLDER, Mode::empty()))
                         .and_then(|made| {
-                            // Whatever this process's mask is.
+                            // Independent of this process's umask.
                             fchmod(&made, Mode::from_raw_mode(0o755)).map(|()| made)
                         });
                     folders.push(made.map_err(|errno| not_copied(&node, errno.into()))?);
                 }
-                Step::File(node) => {
+                WalkStep::File(node) => {
                     let name = if is_top { &top } else { node.name };
                     copy_file(&node, folder, name)?;
                 }
-                Step::Link(node) => {
+                WalkStep::Link(node) => {
                     let name = if is_top { &top } else { node.name };
                     symlinkat(&node.target()?, folder, name)
                         .map_err(|errno| not_copied(&node, errno.into()))?;
@@ -311,7 +309,7 @@ impl HandIn {
     }
 }
 
-fn copy_file(node: &Node<'_>, folder: &OwnedFd, name: &CStr) -> Result<(), HandInError> {
+fn copy_file(node: &HandInNode<'_>, folder: &OwnedFd, name: &CStr) -> Result<(), HandInError> {
     let mut source = node.open()?;
     let mode = Mode::from_raw_mode(if node.is_executable() { 0o755 } else { 0o644 });
     let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
@@ -323,7 +321,7 @@ fn copy_file(node: &Node<'_>, folder: &OwnedFd, name: &CStr) -> Result<(), HandI
     copy().map(drop).map_err(|source| not_copied(node, source))
 }
 
-/// The text of a file in the folder of a hand-in, of at most so many MiB.
+/// The text of a file in the folder of a hand-in, of at most `mebibytes` MiB.
 pub(crate) fn read_text(folder: &Path, name: &str, mebibytes: u64) -> Result<String, HandInError> {
     let path = name.as_bytes();
     let failed = |source| HandInError::Unreadable { path: shown(path), source };
@@ -338,11 +336,11 @@ pub(crate) fn read_text(folder: &Path, name: &str, mebibytes: u64) -> Result<Str
     String::from_utf8(bytes).map_err(|_| HandInError::NotText { path: shown(path) })
 }
 
-/// How folders are opened: never by a link.
+/// Flags that open a folder without following links.
 const FOLDER: OFlags =
     OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
 
-/// Opens a regular file, and nothing else: a pipe would block, and opening a device may do something.
+/// Opens regular files only: a pipe would block, and opening a device may have side effects.
 fn open_regular(folder: impl AsFd, name: &CStr, path: &[u8]) -> Result<File, HandInError> {
     let is_regular = |stat: Stat| match FileType::from_raw_mode(stat.st_mode) {
         FileType::RegularFile => Ok(()),
@@ -356,7 +354,7 @@ fn open_regular(folder: impl AsFd, name: &CStr, path: &[u8]) -> Result<File, Han
     Ok(file.into())
 }
 
-/// The names in a folder, sorted; one more than `most` where there are more.
+/// The names in a folder, sorted; `most + 1` of them if there are more than `most`.
 fn names(folder: &OwnedFd, most: usize) -> rustix::io::Result<Vec<CString>> {
     let mut names = Vec::new();
     for entry in Dir::read_from(folder)? {
@@ -396,7 +394,7 @@ fn word(kind: FileType) -> &'static str {
     }
 }
 
-/// The path as messages show it.
+/// The path for messages.
 fn shown(path: &[u8]) -> String {
     if path.is_empty() { "the hand-in".to_owned() } else { printed::path(path) }
 }
@@ -405,7 +403,7 @@ fn unreadable(path: &[u8], errno: Errno) -> HandInError {
     HandInError::Unreadable { path: shown(path), source: errno.into() }
 }
 
-fn not_copied(node: &Node<'_>, source: io::Error) -> HandInError {
+fn not_copied(node: &HandInNode<'_>, source: io::Error) -> HandInError {
     HandInError::NotCopied { path: shown(node.path), source }
 }
 
@@ -419,7 +417,7 @@ mod tests {
         HandIn::open(path).err().map(|error| error.to_string()).unwrap_or_default()
     }
 
-    /// A chain of folders, which no path could name.
+    /// A chain of folders whose path is too long for the system.
     fn nest(folder: &Path, levels: usize) {
         let mut folder = openat(CWD, folder, FOLDER, Mode::empty()).unwrap();
         for _ in 0..levels {
@@ -429,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_much_is_refused_by_name() {
+    fn exceeded_limits_are_reported_by_name() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("ada");
         let fresh = || {
@@ -441,17 +439,25 @@ mod tests {
         assert_eq!(message(&path), "");
         let deep = tempfile::tempdir().unwrap();
         nest(deep.path(), MAX_DEPTH + 1);
-        assert!(message(deep.path()).contains("more than 100 folders"), "{}", message(deep.path()));
+        assert!(
+            message(deep.path()).contains("nested more than 100 deep"),
+            "{}",
+            message(deep.path())
+        );
 
         fresh();
         let sparse = |length| File::create(path.join("a")).unwrap().set_len(length).unwrap();
         sparse(MAX_MEBIBYTES << 20);
         assert_eq!(message(&path), "");
         fs::write(path.join("b"), "!").unwrap();
-        assert!(message(&path).contains("1024 MiB together, from b on"), "{}", message(&path));
+        assert!(
+            message(&path).contains("1024 MiB together, counted up to b"),
+            "{}",
+            message(&path)
+        );
         sparse((MAX_MEBIBYTES << 20) + 1);
-        // A file may be a hand-in as well.
-        assert!(message(&path.join("a")).contains("from the hand-in on"));
+        // A single file may be a hand-in as well.
+        assert!(message(&path.join("a")).contains("counted up to the hand-in"));
 
         fresh();
         let name = "n".repeat(250);
@@ -466,7 +472,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_without_end_is_left_before_it_is_read() {
+    fn an_endlessly_nested_folder_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();
         for number in 0..20 {
             File::create(folder.path().join(number.to_string())).unwrap();
@@ -493,7 +499,7 @@ mod tests {
         assert_eq!(fs::read(to.join("b/c")).unwrap(), b"b/c");
         assert_eq!(fs::metadata(to.join("a")).unwrap().nlink(), 1);
         assert_eq!(fs::read_link(to.join("link")).unwrap(), Path::new("/etc/passwd"));
-        // Nothing is overwritten, and that is no fault of the hand-in.
+        // Existing files are not overwritten, and the hand-in is not at fault.
         assert!(HandIn::open(&from).unwrap().copy_to(&to).unwrap_err().is_fault());
     }
 

@@ -1,4 +1,4 @@
-//! What is graded: something that yields, for each scene, a stream of states.
+//! Submissions: sources of a stream of states for each scene.
 
 pub mod folder;
 pub mod hand_in;
@@ -19,22 +19,22 @@ use program::{Program, SceneSource};
 /// A submission.
 #[derive(Debug, Clone)]
 pub enum Submission {
-    /// This project's own simulator, with these linear solvers.
+    /// This project's own simulator, with this linear solver.
     BuiltIn(LinearSolver),
-    /// A folder with a trace a scene.
+    /// A folder with one trace a scene.
     Traces(PathBuf),
     /// A program.
     Program(Program),
-    /// A program that cannot be built, or writes no trace of the simplest scene.
+    /// A program that cannot be built, or that writes no trace of the simplest scene.
     Unusable {
-        /// What reports call it.
+        /// The submission's name in reports.
         name: String,
-        /// How.
+        /// Its failure.
         failure: Failure,
     },
-    /// Something that could not be graded, through no fault of its own.
+    /// A submission that could not be graded, through no fault of its own.
     NotGraded {
-        /// What reports call it.
+        /// Its name in reports.
         name: String,
         /// Why.
         detail: String,
@@ -42,7 +42,7 @@ pub enum Submission {
 }
 
 impl Submission {
-    /// What reports call it.
+    /// The submission's name in reports.
     pub fn name(&self) -> String {
         match self {
             Self::BuiltIn(_) => "built-in simulator".to_owned(),
@@ -52,10 +52,10 @@ impl Submission {
         }
     }
 
-    /// The states it has for this scene.
+    /// The submission's states for this scene.
     ///
     /// # Errors
-    /// Where it has none, or that cannot be found out.
+    /// If there are none, or the grader cannot run the submission.
     pub fn states(&self, case: &Case) -> Result<Box<dyn StateSource>, Verdict> {
         match self {
             Self::BuiltIn(solver) => Ok(builtin::start(&case.scene, *solver)),
@@ -72,15 +72,15 @@ impl Submission {
     }
 }
 
-/// States that are judged.
+/// A stream of states to be judged.
 pub trait StateSource {
-    /// Puts the next state into `state`; false where there is none.
+    /// Reads the next state into `state`. Returns false at the end.
     ///
     /// # Errors
-    /// Where there is something else in its place.
+    /// If the next state is invalid.
     fn read(&mut self, state: &mut State) -> Result<bool, Failure>;
 
-    /// Where the state read last stands: a file, and a place in it. `None` where it is in no file.
+    /// The location of the last state: a file and a place in it. `None` if it is not in a file.
     fn location(&self) -> Option<String> {
         None
     }

@@ -1,15 +1,15 @@
-//! A program that turns a scene into a trace, run as another process.
+//! An untrusted program that turns a scene into a trace.
 //!
-//! It is called in one of two ways, and which one it understands is found out by trying:
+//! There are two calling conventions. The grader tries both to find out which one the program has:
 //!
 //! ```text
 //! FOSSSim's   PROGRAM -s scene.xml -d 0 -o trace.bin     trace: the course's binary
 //! ours        PROGRAM scene.xml -o trace.csv             trace: CSV
 //! ```
 //!
-//! Each run has a scratch folder of its own, which is its working directory and is removed with the states
-//! that were read from it. No shell is involved. Whatever a program does, what comes of it is states or a named
-//! failure; only what the grader or its machine cannot do is a fault.
+//! Each run has its own scratch folder as working directory, which is removed once the states have been read. No shell
+//! is involved. Whatever a program does, the result is a stream of states or a named failure. Only a failure of the
+//! grader or its machine is a fault.
 
 use std::fs;
 use std::io;
@@ -28,7 +28,7 @@ use crate::verdict::{Failure, Fault, Verdict};
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Sandbox, SandboxError};
 
-/// A scene that asks nothing but a step from a program: one particle on its way.
+/// A minimal scene for probing the calling convention: one free particle, one step.
 const GREETING: &str = r#"<scene>
   <duration time="0.5"/>
   <integrator type="explicit-euler" dt="0.5"/>
@@ -36,31 +36,31 @@ const GREETING: &str = r#"<scene>
 </scene>
 "#;
 
-/// The state that the scene above starts from.
+/// The initial state of that scene.
 const GREETED: ([f64; 2], [f64; 2]) = ([0.25, -1.5], [2.0, 0.5]);
 
-/// Spellings of a method that offers the step which the scene above asks for.
+/// Integrators that all take the same step in that scene; a program needs to know only one of them.
 const GREETING_METHODS: [&str; 4] =
     ["explicit-euler", "symplectic-euler", "forward-backward-euler", "linearized-implicit-euler"];
 
-/// In arguments: the scene's file.
+/// Placeholder in arguments for the scene's file.
 const SCENE: &str = "{scene}";
 
-/// In arguments: the trace's file.
+/// Placeholder in arguments for the trace's file.
 const TRACE: &str = "{trace}";
 
-/// How programs are run.
+/// Settings for running programs.
 #[derive(Debug, Clone)]
 pub struct Runner {
-    /// Under which protection.
+    /// The protection.
     pub sandbox: Sandbox,
-    /// The most that a run may use.
+    /// The limits of a run.
     pub limits: Limits,
-    /// Files and folders that programs may read, beside the system's and their own.
+    /// Files and folders that programs may read, beside those of the system and their own.
     pub readable: Vec<PathBuf>,
 }
 
-/// A program with the way in which it is called.
+/// A program with its calling convention.
 #[derive(Debug, Clone)]
 pub struct Program {
     pub(super) name: String,
@@ -73,7 +73,7 @@ pub struct Program {
     pub(super) copy: Option<Copy>,
 }
 
-/// A way to call a program.
+/// A calling convention.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Dialect {
     Fosssim,
@@ -99,17 +99,17 @@ impl Dialect {
     }
 }
 
-/// A scene for a program.
+/// A scene as input of a program.
 #[derive(Debug, Clone, Copy)]
 pub enum SceneSource<'a> {
-    /// In XML.
+    /// XML text.
     Xml(&'a str),
     /// A scene of the suite.
     Case(&'a Case),
 }
 
 impl SceneSource<'_> {
-    /// What the program's copy is called. A scene's own name would tell it what is graded.
+    /// The file name of the program's copy. The scene's own name would reveal what is graded.
     fn name(self) -> &'static str {
         let is_json = |case: &Case| {
             case.files.first().is_some_and(|file| file.name.extension() == Some("json".as_ref()))
@@ -121,32 +121,32 @@ impl SceneSource<'_> {
     }
 }
 
-/// What a file comes to.
+/// Result of probing a program's calling convention.
 #[derive(Debug)]
 pub enum Identified {
-    /// A program that is called in a known way.
+    /// A program with a known calling convention.
     Program(Program),
-    /// One that writes no trace of the simplest scene, whichever way it is called.
+    /// A program that writes no trace of the minimal scene under either convention.
     Unusable {
-        /// What reports call it: its path, as given.
+        /// Its name in reports: its path, as given.
         name: String,
-        /// What came of it.
+        /// Its failure.
         failure: Failure,
     },
 }
 
 impl Program {
-    /// Finds out how the program at `path` is called. Costs one run, up to eight where it lacks methods.
+    /// Finds out the calling convention of the program at `path`. Cost: one run, up to eight if it lacks integrators.
     ///
     /// # Errors
-    /// Where it could not be run, through no fault of its own.
+    /// If it could not be run, through no fault of its own.
     pub fn identify(path: &Path, runner: Runner) -> Result<Identified, SandboxError> {
         let name = path.display().to_string();
-        // Each run has another working directory.
+        // An absolute path, because each run has another working directory.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let (arguments, format) = (Vec::new(), TraceFormat::Csv);
         let mut program = Self { name, path, arguments, format, runner, copy: None };
-        // A user of its own may not read what is not everybody's.
+        // The sandbox's own user may lack permission to read the original.
         if program.runner.sandbox.has_own_user() {
             let copy = scratch_folder().map_err(SandboxError::no_scratch)?;
             let path = copy.path().join("program");
@@ -176,7 +176,7 @@ impl Program {
                     }
                 }
             }
-            // Whoever knows the method no better gives up; who spins or floods would do so at the next.
+            // A crash may mean an unknown integrator. A time-out or an exceeded limit would recur.
             let is_other = |failure: &Option<Failure>| {
                 failure.as_ref().is_some_and(|failure| !may_lack_a_method(failure))
             };
@@ -190,19 +190,19 @@ impl Program {
         Ok(Identified::Unusable { name: program.name, failure })
     }
 
-    /// The same program, called with these arguments behind its own.
+    /// The same program with further arguments.
     pub fn with_arguments<'a>(&self, more: impl IntoIterator<Item = &'a str>) -> Self {
         let mut other = self.clone();
         other.arguments.extend(more.into_iter().map(str::to_owned));
         other
     }
 
-    /// The same program, of which traces in this format are expected.
+    /// The same program with traces in this format.
     pub fn with_format(self, format: TraceFormat) -> Self {
         Self { format, ..self }
     }
 
-    /// The same program under other limits; a limit that there is not is passed over.
+    /// The same program with other limits. Unknown limits are ignored.
     pub fn with_limits(mut self, limits: &[(&str, f64)]) -> Self {
         for (name, value) in limits {
             let _ = self.runner.limits.set(name, *value);
@@ -210,17 +210,16 @@ impl Program {
         self
     }
 
-    /// What reports call it: its path, as given.
+    /// The program's name in reports: its path, as given.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Runs the program on a scene; the states of the trace that it leaves.
+    /// Runs the program on a scene and opens the trace.
     ///
     /// # Errors
-    /// A failure where it does not end well, or there is no trace of this shape; a fault where it could not be
-    /// run.
-    pub fn run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<Run, Verdict> {
+    /// A failure if it does not exit with status 0, or leaves no trace of this shape; a fault if it could not be run.
+    pub fn run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<ProgramRun, Verdict> {
         self.try_run(scene, shape).map_err(|error| match error {
             RunError::Failed(failure) => Verdict::Fail(failure),
             RunError::NotRun(error) => {
@@ -229,7 +228,7 @@ impl Program {
         })
     }
 
-    /// The hash of the bytes of the trace that it leaves of a scene, each time anew.
+    /// Runs the program on a scene and hashes the bytes of the trace.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -260,7 +259,7 @@ impl Program {
         Ok(())
     }
 
-    fn try_run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<Run, RunError> {
+    fn try_run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<ProgramRun, RunError> {
         let workspace = Workspace::new(scene).map_err(SandboxError::no_scratch)?;
         let trace = match self.format {
             TraceFormat::Csv => "trace.csv",
@@ -285,11 +284,11 @@ impl Program {
             return Err(RunError::Failed(no_trace(trace, reason, &outcome)));
         }
         let reader = trace::open(&path, self.format, shape).map_err(failure_of)?;
-        Ok(Run { reader, path, _workspace: workspace, _copy: self.copy.clone() })
+        Ok(ProgramRun { reader, path, _workspace: workspace, _copy: self.copy.clone() })
     }
 }
 
-/// Whether another method may make a difference to a program that failed so.
+/// Whether the program may have failed because it lacks the integrator.
 fn may_lack_a_method(failure: &Failure) -> bool {
     matches!(
         failure,
@@ -297,13 +296,13 @@ fn may_lack_a_method(failure: &Failure) -> bool {
     )
 }
 
-/// The failure of a program that fails whichever way it is called.
+/// The failure of a program under both calling conventions.
 fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
     let both = format!(
         "writes no trace of a single free particle\n  called as `{name} -s scene.xml -d 0 -o trace.bin`: \
          {fosssim}\n  called as `{name} scene.xml -o trace.csv`: {plain}"
     );
-    // Whoever does not understand a call gives up, or writes nothing; what else happens says more.
+    // A crash or a missing trace is the usual reaction to an unknown convention; any other failure is more informative.
     let gives_up =
         |failure: &Failure| matches!(failure, Failure::Crashed { .. } | Failure::NoOutput { .. });
     let mut failure = if gives_up(&fosssim) && !gives_up(&plain) { plain } else { fosssim };
@@ -320,7 +319,7 @@ fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
     failure
 }
 
-/// The failure of a program that ended well and left no trace that can be read.
+/// The failure of a program that exited with status 0 and left no readable trace.
 fn no_trace(name: &str, reason: &NotKept, outcome: &Outcome) -> Failure {
     let said = complaint(outcome);
     match reason {
@@ -334,27 +333,27 @@ fn no_trace(name: &str, reason: &NotKept, outcome: &Outcome) -> Failure {
     }
 }
 
-/// `SIGSEGV`, or the number where it has no name.
+/// The signal's name, such as `SIGSEGV`, or its number if it has none.
 fn signal_name(number: i32) -> String {
     #[cfg(unix)]
     if let Some(signal) = rustix::process::Signal::from_named_raw(number) {
         let name = format!("{signal:?}");
-        // Some versions of rustix put it in quotes.
+        // Some versions of rustix quote the name.
         return format!("SIG{}", name.trim_matches('"').trim_start_matches("Signal::"));
     }
     format!("signal {number}")
 }
 
-/// The folder of one run.
+/// The scratch folder of one run.
 pub(super) struct Workspace(Scratch);
 
 impl Workspace {
-    /// With nothing in it.
+    /// An empty one.
     pub(super) fn empty() -> io::Result<Self> {
         Ok(Self(scratch_folder()?))
     }
 
-    /// With the scene where the program works.
+    /// One with the scene in the program's working directory.
     fn new(scene: SceneSource<'_>) -> io::Result<Self> {
         let workspace = Self::empty()?;
         let scratch = workspace.folder();
@@ -372,18 +371,18 @@ impl Workspace {
         Ok(workspace)
     }
 
-    /// What the program finds in its working directory.
+    /// The program's working directory.
     fn folder(&self) -> PathBuf {
         self.0.path().join("scratch")
     }
 
-    /// Where its trace is kept.
+    /// The path where its trace is kept.
     fn trace(&self) -> PathBuf {
         self.0.path().join("trace")
     }
 }
 
-/// The failure that the end of a run is, where it is one.
+/// The failure that the end of a run amounts to.
 pub(super) fn failure_of_run(outcome: &Outcome, job: &Job) -> Failure {
     let said = complaint(outcome);
     let limits = &job.limits;
@@ -401,8 +400,8 @@ pub(super) fn failure_of_run(outcome: &Outcome, job: &Job) -> Failure {
             let program = job.program.display();
             return Failure::Crashed {
                 detail: format!(
-                    "cannot be started: {program}: {error}\n  help: it must be a program that may be executed, \
-                     in a folder of the system's, of the submission or of --readable"
+                    "cannot be started: {program}: {error}\n  help: make it executable, and keep it in a folder of \
+                     the system, in the submission or below a --readable folder"
                 ),
             };
         }
@@ -432,10 +431,10 @@ pub(super) fn failure_of_run(outcome: &Outcome, job: &Job) -> Failure {
     }
 }
 
-/// What the program complained of, to be put behind a message.
+/// The program's own error output, as a suffix of a message.
 fn complaint(outcome: &Outcome) -> String {
     let said = [&outcome.stdout, &outcome.stderr].map(printed::tail);
-    // A program's standard output is its own business where it says on the other why it gave up.
+    // Standard output counts only if standard error is empty.
     let said = said.into_iter().rev().find(|said| !said.is_empty());
     said.map_or_else(String::new, |said| format!("; it printed:\n{said}"))
 }
@@ -458,15 +457,15 @@ impl From<SandboxError> for RunError {
     }
 }
 
-/// The states of one run; its scratch folder lives as long as they do.
-pub struct Run {
+/// The states of one run. Its scratch folder lives as long.
+pub struct ProgramRun {
     reader: Box<dyn TraceReader>,
     path: PathBuf,
     _workspace: Workspace,
     _copy: Option<Copy>,
 }
 
-impl StateSource for Run {
+impl StateSource for ProgramRun {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         StateSource::read(&mut self.reader, state)
     }

@@ -1,4 +1,4 @@
-//! A folder of traces: `<group>/<scene>.csv` or `.bin`, as the scenes are laid out.
+//! A folder of traces, `<group>/<scene>.csv` or `.bin`, laid out as the scenes are.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
     let (path, format) = find_trace(folder, &case.id).map_err(|error| {
         let detail = match error {
             NoTrace::Missing { .. } => format!("there is no trace: {error}"),
-            NoTrace::Several { .. } => format!("there is no telling which trace to grade: {error}"),
+            NoTrace::Several { .. } => format!("ambiguous trace: {error}"),
         };
         Failure::NoOutput { detail }
     })?;
@@ -26,27 +26,27 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
         return Err(Failure::NoOutput { detail });
     }
     let reader = trace::open(&path, format, Shape::of(&case.scene)).map_err(failure_of)?;
-    Ok(Box::new(Trace { reader, path, format, states: 0 }))
+    Ok(Box::new(TraceFile { reader, path, format, states: 0 }))
 }
 
-/// Whether the file is elsewhere, by a link in the folder: in the oracle, or another's submission.
+/// Whether a link leads out of the folder, for example to the oracle or to another submission.
 fn leads_out(path: &Path, folder: &Path) -> bool {
     match (fs::canonicalize(path), fs::canonicalize(folder)) {
         (Ok(path), Ok(folder)) => !path.starts_with(folder),
-        // What is not there is told of when it is opened.
+        // Opening a missing file reports it.
         _ => false,
     }
 }
 
-struct Trace {
+struct TraceFile {
     reader: Box<dyn TraceReader>,
     path: PathBuf,
     format: TraceFormat,
-    /// States read.
+    /// Number of states read so far.
     states: u64,
 }
 
-impl StateSource for Trace {
+impl StateSource for TraceFile {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         let is_state = StateSource::read(&mut self.reader, state)?;
         self.states += u64::from(is_state);

@@ -1,4 +1,4 @@
-//! Envelopes and the tolerances that follow from them, on the shipped scenes.
+//! Tests envelopes and tolerances on the shipped scenes.
 
 use test_support::{root, suite};
 
@@ -20,7 +20,7 @@ fn chaotic() -> Case {
     suite().cases.into_iter().find(is_it).expect("the scene is there")
 }
 
-/// A scene that becomes another at some step.
+/// A scene whose equation of motion changes at some step.
 struct Run {
     steppers: [Stepper; 2],
     switch_at: u64,
@@ -65,7 +65,7 @@ impl TraceReader for Run {
     }
 }
 
-/// The chaotic scene by its stored envelope.
+/// The chaotic scene, judged by its stored envelope.
 fn judge(case: &Case, mut run: Run) -> Comparison {
     let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
     let calibrated: Calibrated = oracle.calibrated(case).expect("an envelope");
@@ -79,7 +79,7 @@ fn a_kind_of_difference_that_was_not_measured_is_within_the_tolerance_of_the_oth
     let escapes = |case: &Case| {
         let n_steps = case.scene.n_steps();
         let mut found = Vec::new();
-        // Last bits and solvers are drawn wider than programs are, on purpose.
+        // Last bits and solvers deliberately vary more than real programs do.
         for class in [Class::Order, Class::Formula, Class::Stopping] {
             let (with, without) = (
                 calibrate_by(&case.scene, |each| each == class),
@@ -123,7 +123,7 @@ fn every_scene_is_measured_with_a_dozen_variants_and_four_of_five_are_much_tight
 #[test]
 fn the_stored_envelope_is_the_one_that_is_measured() {
     let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
-    // The order of summation of larger systems depends on the processor.
+    // The order of summation in larger systems depends on the processor.
     let cases = suite().cases;
     let small = cases.iter().filter(|case| case.scene.particles.len() <= 3);
     for case in small.filter(|case| case.scene.n_steps() < 1000) {
@@ -139,7 +139,7 @@ fn beyond_the_horizon_a_correct_program_passes_although_its_states_differ() {
     nudged.particles[1].position[0] *= 1.0 + 3.0 * f64::EPSILON;
     let found = judge(&case, Run::new(&nudged, &nudged, 0));
     assert_eq!(found.verdict, Verdict::Pass);
-    // They have long parted.
+    // The trajectories have diverged by then.
     let mut state = State::zeros(Shape::of(&case.scene));
     let (mut one, mut other) =
         (Run::new(&case.scene, &case.scene, 0), Run::new(&nudged, &nudged, 0));
@@ -160,13 +160,13 @@ fn beyond_the_horizon_energy_that_is_lost_or_gained_fails() {
         for element in damped.forces.iter_mut().filter(|element| element.pair.is_some()) {
             element.parameters[2] = damping;
         }
-        // Right up to the horizon, and for a while after.
+        // The states agree up to the horizon and a while beyond.
         let found = judge(&case, Run::new(&case.scene, &damped, 1900));
         let Verdict::Fail(Failure::Drifts { detail }) = &found.verdict else {
             panic!("{damping}: {}", found.verdict);
         };
         assert!(detail.contains("the energy is off by"), "{detail}");
-        // From the beginning, the states show it.
+        // From the beginning, the states differ visibly.
         let found = judge(&case, Run::new(&damped, &damped, 0));
         assert_eq!(found.verdict, Verdict::Fail(Failure::Differs));
     }

@@ -1,9 +1,9 @@
-//! The course's own scenes against the course's own traces, where they are at hand.
+//! Compares the course's own traces of its own scenes with the built-in simulator, where they are available.
 
 use std::path::PathBuf;
 use test_support::root;
 
-use grader::grading::{Grader, Outcome};
+use grader::grading::{Grader, GradingOutcome};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
@@ -11,7 +11,7 @@ use grader::suite::{Section, Suite};
 use simulator::scene::ParseOptions;
 use simulator::solver::linear::LinearSolver;
 
-/// The folder of the course's data, if it is there.
+/// The folder of the course's data, if it is available.
 fn course() -> Option<PathBuf> {
     let beside = root().join("../shared/fosssim");
     let folder = std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from);
@@ -22,9 +22,7 @@ fn course() -> Option<PathBuf> {
 #[expect(clippy::print_stderr, reason = "a skipped test says why")]
 fn the_courses_own_traces_are_reproduced() {
     let Some(course) = course() else {
-        eprintln!(
-            "skipped: the course's scenes are not there (SPRING_ORACLE_FOSSSIM names their folder)"
-        );
+        eprintln!("skipped: no scenes of the course; set SPRING_ORACLE_FOSSSIM to their folder");
         return;
     };
     let sections = [(Section::Required, course.join("scenes"))];
@@ -50,9 +48,9 @@ fn reproduces(suite: &Suite, oracle: &Oracle, solver: LinearSolver) {
                 scene.comparison
             );
             let largest = scene.comparison.position.largest.max(scene.comparison.velocity.largest);
-            // Ten times better than asked: rounding leaves 4e-12 on the worst scene.
+            // Ten times better than required: rounding leaves 4e-12 on the worst scene.
             assert!(largest < 1e-11, "{solver:?}, {}: {largest:e}", scene.id);
         }
     }
-    assert_eq!(grading.outcome(), Outcome::Passed);
+    assert_eq!(grading.outcome(), GradingOutcome::Passed);
 }

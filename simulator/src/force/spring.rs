@@ -52,7 +52,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             PartSchema {
                 name: "damping",
                 title: "damping",
-                meaning: "what damping adds to springs",
+                meaning: "contribution of damping to springs",
                 scaled_by: &["b"],
                 shaped_by: &[],
                 stands_alone: true,

@@ -55,7 +55,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             PartSchema {
                 name: "rotation",
                 title: "rotation",
-                meaning: "what kbs adds to vortices",
+                meaning: "contribution of kbs to vortices",
                 scaled_by: &["kbs"],
                 shaped_by: &["kvc"],
                 stands_alone: false,

@@ -499,9 +499,9 @@ fn what_is_wrong_with_a_hand_in_is_its_own_failure() {
     assert!(removed.unwrap().success());
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
     for (name, message) in [
-        ("deep", "more than 100 folders are inside each other"),
-        ("full", "the files have more than 1024 MiB together, from data.bin on"),
-        ("huge", "the files have more than 1024 MiB together, from the hand-in on"),
+        ("deep", "folders are nested more than 100 deep"),
+        ("full", "the files are larger than 1024 MiB together, counted up to data.bin"),
+        ("huge", "the files are larger than 1024 MiB together, counted up to the hand-in"),
         ("linked", "submission.toml: is a link"),
         ("long", "submission.toml: is larger than 1 MiB"),
         ("pipe", "submission.toml: is a pipe"),

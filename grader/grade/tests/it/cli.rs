@@ -179,7 +179,7 @@ fn every_fault_of_form_has_its_name() {
     let edits: [(&str, &str, Edit); 13] = [
         ("too-short", "after 7 of 11 states", |lines| lines.truncate(8)),
         ("too-short", "after 0 of 11 states", |lines| lines.truncate(1)),
-        ("too-long", "after its last state, number 11", |lines| {
+        ("too-long", "the trace has more than 11 states", |lines| {
             let extra = lines[11].replacen("10,", "11,", 1);
             lines.push(extra);
         }),
@@ -208,10 +208,10 @@ fn every_fault_of_form_has_its_name() {
         ("malformed", ":4: the step is \"7\" where 2 comes next", |lines| {
             lines[3] = replace_field(&lines[3], 0, "7");
         }),
-        ("malformed", "pair.csv:4: state 2 is given the time 0.2, not 0.1", |lines| {
+        ("malformed", "pair.csv:4: state 2 has the time 0.2 instead of 0.1", |lines| {
             lines[3] = replace_field(&lines[3], 1, "0.2");
         }),
-        ("malformed", "pair.csv:4: state 2 is given the time 1e308, not 0.1", |lines| {
+        ("malformed", "pair.csv:4: state 2 has the time 1e308 instead of 0.1", |lines| {
             lines[3] = replace_field(&lines[3], 1, "1e308");
         }),
     ];
@@ -328,7 +328,7 @@ fn an_altered_or_missing_oracle_trace_is_a_fault_of_the_grader() {
     let run = project.grade(&["--format", "json"]);
     assert_eq!(run.code, 3);
     for (name, message) in
-        [("Spring/pair", "is not the one its manifest"), ("Fall/stone", "no oracle trace")]
+        [("Spring/pair", "does not match its manifest"), ("Fall/stone", "no oracle trace")]
     {
         let told = scene(&run.stdout, name);
         assert_eq!(told["verdict"], "grader-fault");
@@ -482,7 +482,7 @@ fn envelopes_that_are_not_the_recorded_ones_are_no_ground_for_a_verdict() {
         .write("expected/envelopes.toml", &text.replacen("position = [", "position = [9e9, ", 1));
     let run = project.grade(&["--only", "pair"]);
     assert_eq!(run.code, 3, "{}", run.stdout);
-    assert!(run.stdout.contains("envelopes.toml is not the one that the manifest records"));
+    assert!(run.stdout.contains("envelopes.toml does not match the manifest"));
     let verify = project.grade(&["oracle", "verify"]);
     assert!(verify.stdout.contains("1 thing does not match"), "{}", verify.stdout);
     // Making them anew is the remedy, and needs no consent.
@@ -511,11 +511,11 @@ fn a_wrong_rubric_is_refused_with_its_line() {
         ("[default]\n\nlarge = 1e-9\n", "rubric.toml:3:1: unknown field `large`"),
         (
             "[[feature]]\ngroup = \"Sprong\"\npoints = 2\n",
-            "[[feature]] group \"Sprong\" fits no scene",
+            "[[feature]] group \"Sprong\" matches no scene",
         ),
         (
             "[[scene]]\nname = \"Spring/pear\"\nlargest = 1\n",
-            "[[scene]] \"Spring/pear\" fits no scene",
+            "[[scene]] \"Spring/pear\" matches no scene",
         ),
         ("points = \n", "rubric.toml:1:"),
         (
@@ -570,7 +570,7 @@ fn two_scenes_of_one_name_are_refused() {
     project.write("extracreditassets/Spring/pair.xml", SPRING);
     let run = project.grade(&[]);
     assert_eq!(run.code, 2);
-    assert!(run.stderr.contains("two scenes are called Spring/pair"), "{}", run.stderr);
+    assert!(run.stderr.contains("two scenes have the same name Spring/pair"), "{}", run.stderr);
 }
 
 #[test]
@@ -787,13 +787,13 @@ steps = 8
         (
             "\"symplectic-euler\"",
             "\"explicit-euler\"",
-            "Spring/pair: the manifest records the integrator explicit-euler, and the scene's is symplectic-euler",
+            "Spring/pair: the manifest records the integrator explicit-euler, but the scene's is symplectic-euler",
         ),
-        ("time_step = 0.05", "time_step = 0.1", "the time step 0.1 s, and the scene's is 0.05 s"),
-        ("steps = 10", "steps = 11", "the number of steps 11, and the scene's is 10"),
+        ("time_step = 0.05", "time_step = 0.1", "the time step 0.1 s, but the scene's is 0.05 s"),
+        ("steps = 10", "steps = 11", "the number of steps 11, but the scene's is 10"),
         ("version = \"", "version = \"0.0.", "the traces were made by Spring Oracle 0.0."),
-        ("steps = 10\n", &format!("steps = 10\n{extra}"), "Fall/none: the manifest has an entry"),
-        ("steps = 10\n", &format!("steps = 10\n{twice}"), "Fall/stone: the manifest has 2 entries"),
+        ("steps = 10\n", &format!("steps = 10\n{extra}"), "Fall/none: in the manifest, but there"),
+        ("steps = 10\n", &format!("steps = 10\n{twice}"), "Fall/stone: 2 entries in the manifest"),
     ];
     for (from, to, message) in edits {
         let project = Project::new();
@@ -837,7 +837,7 @@ fn a_folder_that_holds_the_current_one_is_not_replaced() {
         let arguments = ["oracle", "regenerate", "--root", "..", "--expected", expected];
         let run = run(&project.path(folder), &arguments, &[]);
         assert_eq!(run.code, 2, "{expected}");
-        assert!(run.stderr.contains("run this from outside of it"), "{}", run.stderr);
+        assert!(run.stderr.contains("run the command from another folder"), "{}", run.stderr);
         assert!(project.snapshot(".") == before, "{expected}");
     }
     // A name that ends in dots is resolved: `assets/../expected/.` is the folder itself.
@@ -919,7 +919,8 @@ fn an_extension_in_upper_case_is_pointed_at() {
     let message = told["message"].as_str().unwrap();
     assert!(message.starts_with("there is no trace: neither traces/Spring/pair.csv nor"), "{told}");
     assert!(
-        message.ends_with("help: traces/Spring/pair.CSV does; spell its extension in lower case")
+        message
+            .ends_with("help: traces/Spring/pair.CSV exists; change its extension to lower case")
     );
 }
 

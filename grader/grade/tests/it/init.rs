@@ -37,7 +37,7 @@ fn every_skeleton_passes_the_simplest_group() {
         let again = Command::new(GRADE).args(["init", language.name()]).arg(&submission).output();
         let again = again.unwrap();
         assert_eq!(again.status.code(), Some(2), "nothing is overwritten");
-        assert!(String::from_utf8_lossy(&again.stderr).contains("is already there"));
+        assert!(String::from_utf8_lossy(&again.stderr).contains("already exists"));
 
         let mut grade = Command::new(GRADE);
         grade.arg(&submission).args(["--only", "Inertia", "--root"]).arg(root());

@@ -13,7 +13,7 @@ use grader::jacobian::{
 
 /// How much to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Config {
+pub struct JacobianTextOptions {
     /// Both blocks side by side for everything, and not only where it is not correct.
     pub details: bool,
 }
@@ -22,7 +22,11 @@ pub struct Config {
 ///
 /// # Errors
 /// Where the output takes no more.
-pub fn write(out: &mut dyn Write, report: &JacobianReport, config: Config) -> io::Result<()> {
+pub fn write(
+    out: &mut dyn Write,
+    report: &JacobianReport,
+    config: JacobianTextOptions,
+) -> io::Result<()> {
     let JacobianReport { forces: checks, newton } = report;
     writeln!(
         out,

@@ -18,7 +18,7 @@ const ODD: Style = AnsiColor::Yellow.on_default().bold();
 
 /// How to write it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Config {
+pub struct ProbeTextOptions {
     /// Whether what is correct is told in detail as well.
     pub details: bool,
 }
@@ -27,7 +27,7 @@ pub struct Config {
 ///
 /// # Errors
 /// Where the output takes no more.
-pub fn write(out: &mut dyn Write, probing: &Probing, config: Config) -> io::Result<()> {
+pub fn write(out: &mut dyn Write, probing: &Probing, config: ProbeTextOptions) -> io::Result<()> {
     write_findings(out, probing, config)?;
     write_summary(out, probing)
 }
@@ -36,7 +36,11 @@ pub fn write(out: &mut dyn Write, probing: &Probing, config: Config) -> io::Resu
 ///
 /// # Errors
 /// Where the output takes no more.
-pub fn write_findings(out: &mut dyn Write, probing: &Probing, config: Config) -> io::Result<()> {
+pub fn write_findings(
+    out: &mut dyn Write,
+    probing: &Probing,
+    config: ProbeTextOptions,
+) -> io::Result<()> {
     writeln!(
         out,
         "{BOLD}Forces and Jacobians{BOLD:#} of {}, measured from single steps",
@@ -103,7 +107,7 @@ fn cell(finding: &Finding) -> Cell {
     }
 }
 
-fn write_part(out: &mut dyn Write, part: &PartReport, config: Config) -> io::Result<()> {
+fn write_part(out: &mut dyn Write, part: &PartReport, config: ProbeTextOptions) -> io::Result<()> {
     writeln!(out)?;
     let space = dimension(part.dimension.count());
     writeln!(out, "{BOLD}{}, {}{BOLD:#} ({}, {space})", part.force, part.part, part.meaning)?;

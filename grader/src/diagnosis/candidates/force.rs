@@ -1,4 +1,4 @@
-//! A force with another factor, parameter or formula, or with elements left out.
+//! Candidates: a force with another factor, parameter or formula, or with missing elements.
 
 use nalgebra::{DMatrix, DVector};
 use simulator::scene::ForceElement;
@@ -8,7 +8,7 @@ use crate::diagnosis::formulas::{self, FORCES};
 use crate::diagnosis::physics::{Method, Term};
 
 impl Trial<'_> {
-    /// A term with another factor: as a whole, its force alone, its Jacobians alone.
+    /// A term with another factor: everywhere, in its force only, or in its Jacobians only.
     pub(super) fn factors(&mut self, number: usize) {
         let Term { name, tag, .. } = self.terms[number].clone();
         let h = self.physics.h;
@@ -64,7 +64,7 @@ impl Trial<'_> {
         }
     }
 
-    /// A parameter that is 0 or 1 whatever the scene says.
+    /// A parameter that is always 0 or 1, whatever the scene says.
     pub(super) fn parameters(&mut self, number: usize) {
         let Term { name, tag, elements } = self.terms[number].clone();
         let Some(schema) = elements.first().map(|element| element.schema) else { return };
@@ -78,7 +78,7 @@ impl Trial<'_> {
                 for element in &mut changed {
                     *element.parameter_mut(parameter.name) = value;
                 }
-                let words = format!("{name} is as if {} were {value}", parameter.name);
+                let words = format!("{name} uses {} = {value}", parameter.name);
                 let culprit = Culprit::Force(tag);
                 let force = |step: &Prepared| self.physics.force(&changed, &step.at);
                 let h = self.physics.h;
@@ -96,7 +96,7 @@ impl Trial<'_> {
         }
     }
 
-    /// A force of another form: by mass, by length, on one of two particles, along one axis.
+    /// A force of another form: with masses, with lengths, on one of two particles, along one axis.
     pub(super) fn shapes(&mut self, number: usize) {
         let Term { name, tag, elements } = self.terms[number].clone();
         let culprit = Culprit::Force(tag);
@@ -183,7 +183,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Another formula in the place of the right one.
+    /// A wrong formula in the place of the right one.
     pub(super) fn formulas(&mut self, number: usize) {
         let Term { name, tag, elements } = self.terms[number].clone();
         let (physics, dimension) = (self.physics, self.physics.dimension);
@@ -215,7 +215,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Some of a term's elements.
+    /// Some of a term's elements only.
     pub(super) fn elements(&mut self, number: usize) {
         const MOST: usize = 40;
         let Term { name, tag, elements } = self.terms[number].clone();
@@ -225,7 +225,7 @@ impl Trial<'_> {
         let culprit = Culprit::Force(tag);
         let physics = self.physics;
         let last = elements.len() - 1;
-        let words = format!("only the last of several elements of {name} counts");
+        let words = format!("only the last of several elements of {name} has an effect");
         let rest = self.each(|step| {
             let others = self.effective(&self.parts(&elements[..last], &step.at), &step.delta);
             &step.residual + others

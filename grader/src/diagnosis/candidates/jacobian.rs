@@ -1,4 +1,4 @@
-//! Jacobians with another factor or shape, or left out.
+//! Candidates: Jacobians with another factor or form, or missing ones.
 
 use nalgebra::{DMatrix, DVector};
 use simulator::scene::ForceElement;
@@ -8,7 +8,7 @@ use crate::diagnosis::formulas::{self, JACOBIANS};
 use crate::diagnosis::physics::Term;
 
 impl Trial<'_> {
-    /// Jacobians of another form, in the place of a term's.
+    /// Wrong formulas for a term's Jacobians.
     pub(super) fn jacobian_shapes(&mut self, number: usize) {
         let Term { name, elements, .. } = self.terms[number].clone();
         let (physics, dimension) = (self.physics, self.physics.dimension);
@@ -68,7 +68,7 @@ impl Trial<'_> {
                         matrix[(row, column)] * physics.mass[row]
                     })
                 });
-                let words = format!("{what} of {name} is there along x alone");
+                let words = format!("{what} of {name} has its x components only");
                 self.try_jacobian(number, by_velocity, words, |_, matrix| {
                     DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |row, column| {
                         if row % dimension == 0 { matrix[(row, column)] } else { 0.0 }
@@ -85,8 +85,7 @@ impl Trial<'_> {
                     for element in &mut changed {
                         *element.parameter_mut(parameter.name) = value;
                     }
-                    let words =
-                        format!("{what} of {name} is as if {} were {value}", parameter.name);
+                    let words = format!("{what} of {name} uses {} = {value}", parameter.name);
                     self.try_jacobian(number, by_velocity, words, |step, _| {
                         of(physics.jacobians(&changed, &step.at))
                     });
@@ -95,7 +94,7 @@ impl Trial<'_> {
         }
     }
 
-    /// The Jacobians of all forces, in the matrix of a linearized step.
+    /// The Jacobians of all forces together, in the matrix of a linearized step.
     pub(super) fn jacobians_of_all(&mut self) {
         let h = self.physics.h;
         let total = |kind: usize| {

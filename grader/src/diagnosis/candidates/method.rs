@@ -1,4 +1,4 @@
-//! Another method, Newton's method, fixed particles, and places where forces are taken.
+//! Candidates: another method, Newton's method ended early, fixed particles, other evaluation points.
 
 use nalgebra::DVector;
 use simulator::scene::ForceElement;
@@ -8,7 +8,7 @@ use crate::diagnosis::physics::{Method, Point};
 use crate::diagnosis::steps::Sample;
 
 impl Trial<'_> {
-    /// What may be wrong with the method.
+    /// Mistakes in the method itself.
     pub(super) fn integrator(&mut self) {
         let (h, method) = (self.physics.h, self.physics.method);
         let culprit = Culprit::Integrator;
@@ -86,7 +86,7 @@ impl Trial<'_> {
         }
     }
 
-    /// Forces evaluated elsewhere.
+    /// Forces evaluated at another point.
     pub(super) fn places(&mut self) {
         let physics = self.physics;
         let h = physics.h;
@@ -143,7 +143,7 @@ impl Trial<'_> {
             }
         }
         if physics.is_implicit() && physics.fixed.contains(&true) {
-            let words = "fixed particles are taken where they were, not where they will be";
+            let words = "forces use the old positions of fixed particles, not the new ones";
             add(words, Culprit::Fixed, &|sample, step| {
                 let mut at =
                     Point { x: step.at.x.clone(), v: step.at.v.clone(), time: step.at.time };

@@ -1,15 +1,15 @@
-//! What may be wrong with the velocities of a step.
+//! Candidate mistakes that explain the wrong velocities of a step.
 //!
 //! With the effective momentum of a term `T`,
 //!
 //! ```text
 //! E = h F                            explicit, symplectic and implicit Euler
 //! E = h F + (h² K + h B)(v' − v)     linearized implicit Euler
-//! r = Σ E of what the program adds, less Σ E of what it leaves out
+//! r = Σ E of the terms that the program adds, minus Σ E of those it leaves out
 //! ```
 //!
-//! a term with another factor shows as `r = c E`, with one `c` for all coordinates of all steps looked at; other
-//! candidates say what `r` is outright. Either leaves a remainder.
+//! A term with another factor shows as `r = c E`, with the same `c` for all coordinates of all examined steps. Other
+//! candidates predict `r` itself. Either kind leaves a remainder.
 
 mod force;
 mod jacobian;
@@ -21,7 +21,7 @@ use simulator::scene::ForceElement;
 use super::physics::{Method, Physics, Point, Term};
 use super::steps::Sample;
 
-/// Where the mistake would be.
+/// The place of a mistake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Culprit {
     /// A force, by its tag.
@@ -30,33 +30,33 @@ pub enum Culprit {
     Jacobian(&'static str),
     /// The integrator.
     Integrator,
-    /// How fixed particles are held.
+    /// The treatment of fixed particles.
     Fixed,
-    /// How numbers are written.
+    /// The notation of numbers in the output.
     Output,
 }
 
-/// Something that explains a defect.
+/// A possible explanation of a defect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// What is wrong, in words.
+    /// The mistake, in words.
     pub words: String,
-    /// Where.
+    /// Its place.
     pub culprit: Culprit,
 }
 
-/// A candidate with the norm of what it leaves.
+/// A candidate with the norm of its remainder.
 pub(super) struct Tried {
     pub(super) candidate: Candidate,
     pub(super) rest: f64,
-    /// Whether it says what is wrong; if not, it is a factor that nobody would write.
+    /// Whether it is a plausible mistake, rather than an unusual factor.
     pub(super) named: bool,
 }
 
-/// What a factor is, in words, and whether somebody would write it.
+/// A factor in words, and whether it is a plausible mistake.
 type Factor = Option<(String, bool)>;
 
-/// What is known of a step before candidates are tried.
+/// The quantities of a step that all candidates need.
 struct Prepared {
     at: Point,
     delta: DVector<f64>,
@@ -70,7 +70,7 @@ struct Parts {
     jacobians: Option<(DMatrix<f64>, DMatrix<f64>)>,
 }
 
-/// Candidates for the momentum of some steps.
+/// Tries candidates on the momentum of some steps.
 pub(super) struct Trial<'a> {
     physics: &'a Physics<'a>,
     samples: &'a [Sample],
@@ -79,7 +79,7 @@ pub(super) struct Trial<'a> {
     tried: Vec<Tried>,
 }
 
-/// A vector for each step.
+/// One vector for each step.
 type Vectors = Vec<DVector<f64>>;
 
 impl<'a> Trial<'a> {
@@ -129,12 +129,12 @@ impl<'a> Trial<'a> {
         self.prepared.iter().map(|step| step.residual.clone()).collect()
     }
 
-    /// A vector for each step, zero where a particle is fixed.
+    /// One vector for each step, zero for fixed particles.
     fn each(&self, of: impl Fn(&Prepared) -> DVector<f64>) -> Vectors {
         self.prepared.iter().map(|step| self.physics.free(of(step))).collect()
     }
 
-    /// `r = c g` with the best `c`.
+    /// Tries `r = c g` with the best `c`.
     fn try_factor(&mut self, g: &Vectors, culprit: Culprit, words: impl Fn(f64) -> Factor) {
         let residuals = self.residuals();
         let product =
@@ -150,13 +150,13 @@ impl<'a> Trial<'a> {
         self.tried.push(Tried { candidate, rest: norm(&rest), named });
     }
 
-    /// `r` is what `of` says, less nothing.
+    /// Tries `r = rest`.
     fn try_rest(&mut self, rest: &Vectors, culprit: Culprit, words: String) {
         let candidate = Candidate { words, culprit };
         self.tried.push(Tried { candidate, rest: norm(rest), named: true });
     }
 
-    /// Another force, and perhaps other Jacobians, in the place of a term's.
+    /// Tries another force, and possibly other Jacobians, in the place of a term's.
     fn try_instead(
         &mut self,
         number: usize,
@@ -169,7 +169,7 @@ impl<'a> Trial<'a> {
         self.try_rest(&rest, culprit, words.to_owned());
     }
 
-    /// Tries all; the simplest first.
+    /// Tries all candidates, the simplest first.
     pub(super) fn run(mut self) -> Vec<Tried> {
         for number in 0..self.terms.len() {
             self.factors(number);
@@ -196,11 +196,11 @@ fn near(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-6 * b.abs().max(1.0)
 }
 
-/// `what` with the factor `1 + c`; `None` where that is nearly 1.
+/// `what` with the factor `1 + c`; `None` if the factor is close to 1.
 fn factor(what: &str, c: f64, h: f64) -> Factor {
     let factor = 1.0 + c;
     let words = match factor {
-        // What is so close is some other mistake that looks like it.
+        // A factor this close to 1 is another mistake in disguise.
         f if (f - 1.0).abs() < 1e-4 => return None,
         f if near(f, 0.0) => "is missing".to_owned(),
         f if near(f, -1.0) => "has the wrong sign".to_owned(),
@@ -213,7 +213,7 @@ fn factor(what: &str, c: f64, h: f64) -> Factor {
     Some((format!("{what} {words}"), true))
 }
 
-/// Whether it is a fraction of small numbers.
+/// Whether it is a ratio of small integers.
 fn is_simple(factor: f64) -> bool {
     (1..=4).any(|denominator| {
         let numerator = factor * f64::from(denominator);
@@ -221,7 +221,7 @@ fn is_simple(factor: f64) -> bool {
     })
 }
 
-/// The same where the factor is one of few.
+/// The same for a factor from a short list.
 fn exactly(what: &str, c: f64) -> Factor {
     [0.0, -1.0, 2.0].into_iter().find(|f| near(1.0 + c, *f))?;
     factor(what, c, f64::INFINITY)
@@ -233,7 +233,7 @@ fn lengths(power: i32) -> String {
     if power < 0 { format!("1/{digits}") } else { digits.to_owned() }
 }
 
-/// Six digits, without zeros at the end.
+/// At most six digits, without trailing zeros.
 fn digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     rounded.to_string()

@@ -1,4 +1,4 @@
-//! The Jacobians of each force, written a third time, so that they can be spoilt in one place at a time.
+//! A third implementation of each force's Jacobians, in which mistakes can be planted one at a time.
 
 use nalgebra::{DMatrix, DVector};
 use reference::law::Jacobians;
@@ -12,9 +12,9 @@ pub(crate) struct Element {
     pub(crate) w: DVector<f64>,
     /// Parameters, in the order of the schema.
     pub(crate) p: [f64; 4],
-    /// Masses of the two.
+    /// Masses of the two particles.
     pub(crate) m: [f64; 2],
-    /// The two.
+    /// The two particles.
     pub(crate) pair: [usize; 2],
 }
 
@@ -144,7 +144,7 @@ pub(crate) fn elements(scene: &Scene, x: &[f64], v: &[f64]) -> Vec<Element> {
     elements
 }
 
-/// Adds up what `law` says of every element.
+/// Sums the blocks of `law` over all elements.
 pub(crate) fn assemble(
     scene: &Scene,
     x: &[f64],

@@ -1,4 +1,4 @@
-//! Mistakes in Jacobians, and the blocks that each of them spoils.
+//! Mistakes in Jacobians, each with the blocks that it affects.
 
 use grader::jacobian::BlockKind;
 use nalgebra::DMatrix;
@@ -16,9 +16,9 @@ use super::planted::{Moment, Plant, VC, VD, XC, XD};
 pub(crate) struct Mistake {
     pub(crate) force: &'static str,
     pub(crate) description: &'static str,
-    /// In three dimensions alone.
+    /// In three dimensions only.
     pub(crate) in_space: bool,
-    /// The blocks it spoils: these, and no others, are wrong.
+    /// The affected blocks: these are wrong, and no others.
     pub(crate) spoils: &'static [BlockKind],
     pub(crate) plant: Plant,
 }
@@ -81,17 +81,17 @@ fn strain(e: &Element) -> f64 {
     (e.l() - e.p[1]) / e.l()
 }
 
-/// A spring whose elastic part is another.
+/// A spring with another elastic part.
 fn with_elastic(e: &Element, elastic: DMatrix<f64>) -> super::element::Blocks {
     (elastic + damping(e), damping_by_velocity(e))
 }
 
-/// A spring whose damping part by position is another.
+/// A spring with another damping part of `∂f/∂d`.
 fn with_damping(e: &Element, damping: DMatrix<f64>) -> super::element::Blocks {
     (elastic(e) + damping, damping_by_velocity(e))
 }
 
-/// A spring whose damping part by velocity is another.
+/// A spring with another damping part of `∂f/∂w`.
 fn with_by_velocity(e: &Element, by_velocity: DMatrix<f64>) -> super::element::Blocks {
     (elastic(e) + damping(e), by_velocity)
 }

@@ -1,8 +1,8 @@
-//! Shows, by planting mistakes in Jacobians, that their check finds them, and that it accuses no one else.
+//! Plants mistakes in Jacobians and tests that the check finds them, without false alarms.
 //!
-//! [`mistake`] spoils the Jacobians of a force in one place at a time; [`variant`] computes correct ones in other
-//! ways; [`property`] breaks what no block shows. What comes of it is `docs/jacobians.md`, which
-//! `UPDATE_DOCS=1 cargo test --release -p grader jacobians` writes anew.
+//! [`mistake`] changes the Jacobians of a force in one place at a time. [`variant`] computes correct ones by other
+//! formulas. [`property`] plants mistakes that no single block shows. The results are in `docs/jacobians.md`, which
+//! `UPDATE_DOCS=1 cargo test --release -p grader jacobians` writes.
 
 mod element;
 mod mistake;
@@ -24,15 +24,15 @@ use simulator::scene::{Dimension, Scene};
 
 use planted::{Planted, XD};
 
-/// What was judged.
+/// A subject of the check.
 pub(crate) struct Named {
     pub(crate) force: &'static str,
     pub(crate) description: &'static str,
-    /// In three dimensions alone.
+    /// In three dimensions only.
     pub(crate) in_space: bool,
 }
 
-/// What was judged, and what came of it: in two dimensions and in three, unless it is in space alone.
+/// A subject with its results, in two and in three dimensions, or in three only.
 pub(crate) struct Judged {
     pub(crate) subject: Named,
     pub(crate) checks: Vec<JacobianCheck>,
@@ -114,7 +114,7 @@ fn verdicts(check: &JacobianCheck) -> Vec<(&'static str, Verdict)> {
 
 #[test]
 fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
-    // dF/dx direct and cross, dF/dv direct and cross: which of them are zero by theory.
+    // dF/dx direct and cross, dF/dv direct and cross: whether each is zero by theory.
     let zero: [(&str, [bool; 4]); 8] = [
         ("simplegravity", [true; 4]),
         ("constantforce", [true; 4]),
@@ -135,7 +135,7 @@ fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
             assert_eq!(finding.undecided, 0, "{context}");
             assert!(2 * finding.evidence > check.states, "{context}: {}", finding.evidence);
             let exhibit = finding.exhibit.as_ref().expect("something was seen");
-            // Differences know it well enough to tell a millionth.
+            // The differences are accurate enough to detect an error of a millionth.
             assert!(exhibit.relative_error().uncertainty < 1e-8, "{context}");
         }
         assert!(check.is_pass(), "{}: {:?}", check.tag, verdicts(check));
@@ -212,7 +212,7 @@ fn the_exhibit_of_a_mistake_is_where_it_is() {
 }
 
 #[test]
-fn what_no_block_shows_breaks_the_property_it_should_and_no_other() {
+fn a_mistake_that_no_block_shows_breaks_exactly_the_expected_properties() {
     for (broken, Judged { checks, .. }) in property::all().iter().zip(broken()) {
         for check in checks {
             let context = format!("{}, {}", broken.force, broken.description);
@@ -236,13 +236,13 @@ fn no_correct_variant_is_ever_called_wrong() {
         for check in checks {
             let Named { force, description, .. } = subject;
             assert!(!check.is_wrong(), "{force}, {description}: {:?}", verdicts(check));
-            // And not for want of looking.
+            // And the check had enough evidence.
             assert!(check.is_pass(), "{force}, {description}: {:?}", verdicts(check));
         }
     }
 }
 
-/// The verdicts on the blocks of a spring as `make` makes it.
+/// The verdicts on the blocks of a spring that `make` creates.
 fn blocks(make: fn(&Scene) -> Box<dyn Subject>) -> Vec<Verdict> {
     let check = check(kind("springforce"), Dimension::Two, Config::default(), &make);
     check.expect("a force with a law").blocks.iter().map(|finding| finding.verdict).collect()

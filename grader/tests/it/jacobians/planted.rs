@@ -1,4 +1,4 @@
-//! A subject with something planted in it.
+//! A subject with a planted mistake or variant.
 
 use grader::jacobian::{BlockKind, By, Part, Subject, simulated};
 use reference::law::Jacobians;
@@ -7,16 +7,16 @@ use simulator::scene::Scene;
 
 use super::element::{Blocks, Element, assemble};
 
-/// What is planted.
+/// The planted change.
 #[derive(Clone, Copy)]
 pub(crate) enum Plant {
     /// Another law for every element.
     Law(fn(&Element) -> Blocks),
-    /// Something done to the Jacobians of the simulator.
+    /// A change to the simulator's Jacobians.
     After(fn(&Moment<'_>, &mut Jacobians)),
 }
 
-/// What a plant may look at.
+/// The inputs of a planted change.
 pub(crate) struct Moment<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) x: &'a [f64],
@@ -24,7 +24,7 @@ pub(crate) struct Moment<'a> {
     pub(crate) dimension: usize,
 }
 
-/// The simulator's force, with Jacobians of our own.
+/// The simulator's force with changed Jacobians.
 pub(crate) struct Planted {
     inner: Box<dyn Subject>,
     scene: Scene,

@@ -1,11 +1,11 @@
-//! Mistakes that no single block shows, and the property that each of them breaks.
+//! Mistakes that no single block shows, each with the properties that it violates.
 
 use grader::jacobian::{Property, Subject, simulated};
 use reference::law::Jacobians;
 use simulator::force::{Coupling, Degenerate};
 use simulator::scene::Scene;
 
-/// A mistake, and the properties that it breaks.
+/// A mistake, and the properties that it violates.
 pub(crate) struct Broken {
     pub(crate) force: &'static str,
     pub(crate) description: &'static str,
@@ -110,7 +110,7 @@ impl Subject for Scaled {
     }
 }
 
-/// Other couplings.
+/// A subject that claims other couplings.
 struct Claims {
     inner: Box<dyn Subject>,
     claim: fn(Coupling) -> Option<Coupling>,
@@ -170,7 +170,7 @@ impl Subject for Stretched {
     }
 
     fn energy(&self, x: &[f64], v: &[f64], time: f64) -> Option<f64> {
-        // Not the energy of this force.
+        // This is not the energy of this force.
         self.inner.energy(x, v, time)
     }
 
@@ -179,7 +179,7 @@ impl Subject for Stretched {
     }
 }
 
-/// The simulator's force with a kink at the very state it is checked at: `max(x₀ − x₀(0), 0)` on particle 0.
+/// The simulator's force with a kink at the checked state: `max(x₀ − x₀(0), 0)` on particle 0.
 pub(crate) struct Kinked {
     inner: Box<dyn Subject>,
     start: f64,

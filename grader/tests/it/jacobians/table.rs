@@ -1,4 +1,4 @@
-//! What was planted and what was found, as Markdown.
+//! Writes the results as a Markdown document.
 
 use std::fmt::Write;
 
@@ -10,22 +10,24 @@ const INTRODUCTION: &str = "\
 # What the Jacobian check finds
 
 `grade jacobians` calls each block of each force's Jacobians correct, wrong or inconclusive. This page shows
-that the verdicts can be relied on: the first table is of the forces as they are, the second of mistakes that
-were planted in their Jacobians, the third of correct Jacobians that were computed in other ways. A mistake must be
-called wrong in the blocks that it spoils, in two dimensions and in three, and in no other block; a correct
-variant must never be.
+that the verdicts are reliable. The first table lists the forces as they are, the second one mistakes that were
+planted in their Jacobians, the third one correct Jacobians that were computed by other formulas. A mistake must be
+called wrong in the blocks that it affects, in two and in three dimensions, and in no other block. A correct
+variant must never be called wrong.
 
-Errors are relative to the block's largest entry, as differences of the force measured them. How a verdict is
-reached stands in [ARCHITECTURE.md](../ARCHITECTURE.md).
+Errors are relative to the block's largest entry, and were measured by differences of the force.
+[ARCHITECTURE.md](../ARCHITECTURE.md) explains how a verdict is reached.
 
 The page is written by `UPDATE_DOCS=1 cargo test --release -p grader jacobians`; without the variable, the
-test fails where it is not up to date.
+test fails if the page is out of date.
 ";
 
 /// The document.
 pub(crate) fn markdown() -> String {
     let mut text = INTRODUCTION.to_owned();
-    text.push_str("\n## Forces as they are\n\nIn brackets: how well differences know it.\n\n");
+    text.push_str(
+        "\n## Forces as they are\n\nIn brackets: the uncertainty of the differences.\n\n",
+    );
     let names = BlockKind::ALL.map(BlockKind::name).join(" | ");
     let _ = writeln!(
         text,

@@ -1,4 +1,4 @@
-//! Correct Jacobians, computed in other ways: none of them may be called wrong.
+//! Correct Jacobians, computed by other formulas: none of them may be called wrong.
 
 use nalgebra::DMatrix;
 use num_dual::{Dual64, DualNum};
@@ -140,7 +140,7 @@ pub(crate) fn all() -> Vec<Variant> {
     ]
 }
 
-/// Moves every entry by up to four roundings, by a rule that looks random.
+/// Changes every entry by up to four rounding errors, in a pseudo-random pattern.
 fn noisy(jacobians: &mut Jacobians) {
     for matrix in [&mut jacobians.by_position, &mut jacobians.by_velocity] {
         matrix.apply(|entry| {

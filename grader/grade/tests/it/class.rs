@@ -223,7 +223,7 @@ fn all_is_never_passed_where_hidden_scenes_were_not_run() {
 
     project.write("assets/rubric.toml", "[hidden]\nfolder = \"../hidden\"\nscenes = 3\n");
     let run = project.grade(&[]);
-    let message = "there are 2 hidden scenes, and the rubric says 3";
+    let message = "found 2 hidden scenes, but the rubric states 3";
     assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
 }
 
@@ -429,9 +429,9 @@ fn a_class_that_cannot_be_graded_is_refused() {
     project.program("class/=ada", RIGHT);
     for (arguments, message) in [
         (&["class", "nowhere", "-o", "out"][..], "nowhere: "),
-        (&["class", "expected", "-o", "expected/out"], "it is among the submissions"),
-        (&["class", "class", "-o", "class/out"], "it is among the submissions"),
-        (&["class", ".", "-o", "../out-of-it"], "it is among the submissions"),
+        (&["class", "expected", "-o", "expected/out"], "is inside the folder of submissions"),
+        (&["class", "class", "-o", "class/out"], "is inside the folder of submissions"),
+        (&["class", ".", "-o", "../out-of-it"], "is inside the folder of submissions"),
         (
             &["class", "class", "-o", "out", "--readable", "hidden", "--hidden", "hidden"],
             "may read",
@@ -446,7 +446,7 @@ fn a_class_that_cannot_be_graded_is_refused() {
     }
     fs::create_dir(project.path("empty")).unwrap();
     let run = project.grade(&["class", "empty", "-o", "out"]);
-    assert!(run.code == 2 && run.stderr.contains("there are no submissions"), "{}", run.stderr);
+    assert!(run.code == 2 && run.stderr.contains("no submissions found"), "{}", run.stderr);
     // No spreadsheet takes a name for a formula.
     assert_eq!(project.class(&[]).code, 0);
     assert!(project.row("'=ada").starts_with("'=ada,passed,"));
@@ -550,7 +550,11 @@ fn no_report_is_written_through_a_link() {
 
     link("elsewhere", "other/reports");
     let run = project.grade(&["class", "class", "-o", "other", "--no-jacobians"]);
-    assert!(run.code == 2 && run.stderr.contains("other/reports: it is a link"), "{}", run.stderr);
+    assert!(
+        run.code == 2 && run.stderr.contains("other/reports: is a symbolic link"),
+        "{}",
+        run.stderr
+    );
     assert_eq!(fs::read_dir(project.path("elsewhere")).unwrap().count(), 0);
 }
 

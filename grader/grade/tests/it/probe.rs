@@ -80,7 +80,7 @@ fn every_format_tells_of_a_mistake_and_json_holds_the_scenes_that_show_it() {
 #[test]
 fn what_cannot_be_probed_is_bad_usage() {
     for (arguments, message) in [
-        (&["no/such/program"][..], "no/such/program: there is no such file or folder"),
+        (&["no/such/program"][..], "no/such/program: file or folder not found"),
         (&["program", "--states", "5"], "--states"),
         (&["program", "--limit", "wall=0"], "wall is above 0"),
         (&["program", "--limit", "walls=1"], "there is no limit walls"),

@@ -82,8 +82,8 @@ fn what_cannot_be_probed_is_bad_usage() {
     for (arguments, message) in [
         (&["no/such/program"][..], "no/such/program: file or folder not found"),
         (&["program", "--states", "5"], "--states"),
-        (&["program", "--limit", "wall=0"], "wall is above 0"),
-        (&["program", "--limit", "walls=1"], "there is no limit walls"),
+        (&["program", "--limit", "wall=0"], "wall must be above 0"),
+        (&["program", "--limit", "walls=1"], "unknown limit walls"),
     ] {
         let run = grade(arguments);
         assert_eq!(run.status.code(), Some(2), "{arguments:?}");

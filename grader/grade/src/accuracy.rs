@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use simulator::scene::{self, ParseOptions};
 use simulator::vocabulary;
 use studies::accuracy::problem::PROBLEMS;
-use studies::accuracy::{self, Config, Store, Study, Target};
+use studies::accuracy::{self, AccuracyConfig, Store, Study, Target};
 use studies::report::accuracy::{csv, json, plot, text};
 
 use crate::args::{AccuracyArgs, AccuracyFormat};
@@ -27,7 +27,7 @@ pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
     }
     let targets = targets(args)?;
     let submission = args.submission.as_deref().map(|path| open(path, args)).transpose()?;
-    let mut config = if args.quick { Config::QUICK } else { Config::FULL };
+    let mut config = if args.quick { AccuracyConfig::QUICK } else { AccuracyConfig::FULL };
     config.rungs = args.rungs.unwrap_or(config.rungs);
     let store = match &args.results {
         Some(folder) => Some(Store::new(folder, &provenance(args)?)),
@@ -49,7 +49,7 @@ pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
     let bytes = match args.format {
         AccuracyFormat::Text => {
             let mut bytes = Vec::new();
-            let config = text::Config { details: args.details };
+            let config = text::AccuracyTextOptions { details: args.details };
             text::write(&mut bytes, &study, config).map_err(Stop::fault)?;
             bytes
         }
@@ -167,7 +167,8 @@ fn provenance(args: &AccuracyArgs) -> Result<String, Stop> {
 /// Writes every report and diagram to the folder.
 fn write_results(folder: &Path, study: &Study) -> Result<(), Stop> {
     let mut report = Vec::new();
-    text::write(&mut report, study, text::Config { details: true }).map_err(Stop::fault)?;
+    text::write(&mut report, study, text::AccuracyTextOptions { details: true })
+        .map_err(Stop::fault)?;
     let mut files = vec![
         ("report.txt".to_owned(), report),
         ("points.csv".to_owned(), csv::render(study).map_err(Stop::fault)?.into_bytes()),

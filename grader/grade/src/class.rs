@@ -183,7 +183,7 @@ impl<'a> Class<'a> {
             grading.submission.clone_from(&entry.name);
             let render = |format: &Format| {
                 let bytes = render(&grading, *format, |out| {
-                    let config = report::text::Config { details: self.args.judge.details };
+                    let config = report::text::TextOptions { details: self.args.judge.details };
                     report::text::write(out, &grading, config)
                 });
                 let bytes = bytes.map_err(|Stop(_, message)| message)?;

@@ -56,7 +56,7 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
 /// Writes the report to the requested output.
 pub(super) fn deliver(args: &GradeArgs, grading: &Grading) -> Result<(), Stop> {
     let bytes = render(grading, args.format, |out| {
-        report::text::write(out, grading, report::text::Config { details: args.judge.details })
+        report::text::write(out, grading, report::text::TextOptions { details: args.judge.details })
     })?;
     put(&bytes, args.output.as_deref())
 }

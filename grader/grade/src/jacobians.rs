@@ -44,7 +44,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         interrupted: None,
     };
     let bytes = render(&grading, args.format, |out| {
-        let config = report::jacobians::text::Config { details: args.details };
+        let config = report::jacobians::text::JacobianTextOptions { details: args.details };
         report::jacobians::text::write(out, &grading.jacobians, config)
     })?;
     put(&bytes, args.output.as_deref())?;
@@ -84,7 +84,7 @@ pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, St
     let probing = probe::probe(&program, selected);
     let bytes = match args.format {
         Format::Text => {
-            let config = report::probe::text::Config { details: args.details };
+            let config = report::probe::text::ProbeTextOptions { details: args.details };
             let mut bytes = Vec::new();
             report::probe::text::write(&mut bytes, &probing, config).map_err(Stop::fault)?;
             bytes

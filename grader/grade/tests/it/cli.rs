@@ -1074,7 +1074,7 @@ fn folders_as_submissions() {
     let run = project.grade(&["mine"]);
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(run.stdout.contains("Summary for mine"), "{}", run.stdout);
-    let said = "the build ended with exit status 7; it printed:\n  no luck\n  and the same of 2 more scenes";
+    let said = "the build ended with exit status 7; it printed:\n  no luck\n  and the same for 2 more scenes";
     assert!(run.stdout.contains(said), "{}", run.stdout);
     assert!(!project.path("mine/x").exists());
 

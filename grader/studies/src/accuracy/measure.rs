@@ -13,7 +13,7 @@ use simulator::statistics::Statistics;
 use simulator::trace::{Shape, State};
 
 use super::reference::Reference;
-use super::{Config, Cost, Errors, Outcome, Point, Timing, Work};
+use super::{AccuracyConfig, Cost, Errors, Outcome, Point, Timing, Work};
 use grader::submission::{StateSource, builtin};
 
 /// An error of so many times the motion's own size is no approximation of anything.
@@ -80,7 +80,7 @@ pub(super) fn built_in(
     scene: &Scene,
     reference: &Reference,
     refinement: u64,
-    config: Config,
+    config: AccuracyConfig,
 ) -> Point {
     let started = Instant::now();
     let mut states = builtin::start(scene, LinearSolver::Auto);

@@ -268,7 +268,7 @@ impl Target {
 
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Config {
+pub struct AccuracyConfig {
     /// Time steps of the ladder.
     pub rungs: u32,
     /// The most timed runs of a point.
@@ -279,7 +279,7 @@ pub struct Config {
     pub max_steps: u64,
 }
 
-impl Config {
+impl AccuracyConfig {
     /// All of it in half a minute.
     pub const QUICK: Self = Self { rungs: 8, repeats: 3, budget: 0.02, max_steps: 1 << 14 };
 
@@ -340,7 +340,7 @@ pub struct Study {
     /// What was measured beside our own simulator.
     pub submission: Option<String>,
     /// How much was measured.
-    pub config: Config,
+    pub config: AccuracyConfig,
     /// The scenes, in their order.
     pub scenes: Vec<SceneStudy>,
 }
@@ -394,7 +394,7 @@ pub enum AccuracyError {
 pub fn study(
     targets: Vec<Target>,
     submission: Option<&Submission>,
-    config: Config,
+    config: AccuracyConfig,
     store: Option<&Store>,
     progress: &mut dyn FnMut(&str, usize, usize),
 ) -> Result<Study, AccuracyError> {
@@ -436,7 +436,7 @@ fn fill(
     target: &Target,
     reference: &Reference,
     submission: Option<&Submission>,
-    config: Config,
+    config: AccuracyConfig,
     store: Option<&Store>,
 ) -> Result<(), AccuracyError> {
     let kept = store.map(|store| {

@@ -11,7 +11,7 @@ use simulator::trace::Shape;
 use super::ladder::Method;
 use super::measure::follow;
 use super::reference::Reference;
-use super::{Config, Cost, Outcome, Point, Timing};
+use super::{AccuracyConfig, Cost, Outcome, Point, Timing};
 use grader::submission::program::{Program, SceneSource};
 use grader::verdict::Verdict;
 
@@ -46,7 +46,7 @@ pub(super) fn measure(
     scene: &Scene,
     reference: &Reference,
     refinement: u64,
-    config: Config,
+    config: AccuracyConfig,
 ) -> Point {
     let text = text(scene, spelling);
     let (outcome, first) = run(program, &text, scene, reference, refinement);

@@ -18,7 +18,7 @@ const RED: Style = AnsiColor::Red.on_default();
 
 /// What the text holds.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Config {
+pub struct AccuracyTextOptions {
     /// Every point of every curve.
     pub details: bool,
 }
@@ -27,7 +27,7 @@ pub struct Config {
 ///
 /// # Errors
 /// Where the output takes no more.
-pub fn write(out: &mut dyn Write, study: &Study, config: Config) -> io::Result<()> {
+pub fn write(out: &mut dyn Write, study: &Study, config: AccuracyTextOptions) -> io::Result<()> {
     for scene in &study.scenes {
         heading(out, scene)?;
         orders(out, scene)?;

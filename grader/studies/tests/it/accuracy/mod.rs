@@ -8,10 +8,11 @@ use simulator::integrator;
 use studies::accuracy::order::Fit;
 use studies::accuracy::problem::{PROBLEMS, Problem};
 use studies::accuracy::reference::{Reference, Source};
-use studies::accuracy::{self, Closed, Config, Errors, Quantity, Target};
+use studies::accuracy::{self, AccuracyConfig, Closed, Errors, Quantity, Target};
 
 /// Few time steps, each run once.
-const ONCE: Config = Config { rungs: 8, repeats: 1, budget: 0.0, max_steps: 1 << 14 };
+const ONCE: AccuracyConfig =
+    AccuracyConfig { rungs: 8, repeats: 1, budget: 0.0, max_steps: 1 << 14 };
 
 fn problem(name: &str) -> &'static Problem {
     PROBLEMS.iter().find(|problem| problem.name == name).expect("a registered problem")

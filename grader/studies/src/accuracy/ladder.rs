@@ -1,27 +1,27 @@
-//! What is measured: each method with each setting, at each time step.
+//! Ladder of measurements: each method with each setting, at each time step.
 //!
 //! ```text
 //! h_k = h_0/2^k        k = 0, 1, …, rungs − 1
 //! ```
 //!
-//! The methods are those of the simulator's registry that take the scene. A method that has a table in
-//! `SETTINGS` is measured once a setting.
+//! The methods are those of the simulator's registry that support the scene. A method with an entry in `SETTINGS` is
+//! measured once per setting.
 
 use simulator::integrator::REGISTRY;
 use simulator::scene::Scene;
 use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
 
-/// Settings of an option that accuracy depends on.
+/// Settings of an option that affects accuracy.
 struct Setting {
     integrator: &'static str,
     option: &'static str,
     value: &'static str,
-    /// Whether the error vanishes with the time step.
+    /// Whether the error tends to zero with the time step.
     converges: bool,
 }
 
-/// A step that ends within a tolerance leaves an error that no shorter step takes away: only the tightest
-/// tolerance has an order.
+/// A solver's tolerance leaves an error that smaller time steps do not reduce: only the tightest tolerance has an
+/// order.
 const SETTINGS: &[Setting] = &[
     Setting {
         integrator: "projected-newton",
@@ -46,7 +46,7 @@ const SETTINGS: &[Setting] = &[
     Setting { integrator: "fast-mass-spring", option: "iterations", value: "100", converges: true },
 ];
 
-/// The order of a method on smooth motions: the power of the time step that its error falls with.
+/// The order of a method on smooth motions: its error is proportional to this power of the time step.
 pub fn theoretical_order(integrator: &str) -> Option<f64> {
     match integrator {
         // Implicit Euler's relatives solve its equation to first order or better.
@@ -67,12 +67,12 @@ pub struct Method {
     pub integrator: &'static IntegratorSchema,
     /// The option that is set, and its value.
     pub setting: Option<(&'static str, &'static str)>,
-    /// The order that theory gives it; `None` where there is none to expect.
+    /// The theoretical order; `None` if there is none.
     pub order: Option<f64>,
 }
 
 impl Method {
-    /// What reports call it.
+    /// Its label in reports.
     pub fn label(&self) -> String {
         match self.setting {
             Some((option, value)) => format!("{} {option}={value}", self.integrator.name),
@@ -80,7 +80,7 @@ impl Method {
         }
     }
 
-    /// The scene under this method, each of its steps divided into `refinement`.
+    /// The scene with this method, each of its steps divided into `refinement` steps.
     pub fn scene(&self, scene: &Scene, refinement: u64) -> Scene {
         let mut options = IntegratorOptions::defaults(self.integrator);
         if let Some((option, value)) = self.setting {
@@ -88,7 +88,7 @@ impl Method {
             debug_assert!(set.is_ok(), "{option}={value}");
         }
         let steps = scene.n_steps() * refinement;
-        // Division by a power of two is exact: every rung has the coarsest step's digits.
+        // Division by a power of two is exact: every time step has the same digits.
         let time_step = scene.time_step / refinement as f64;
         Scene {
             integrator: self.integrator,
@@ -100,13 +100,13 @@ impl Method {
     }
 }
 
-/// The duration of so many steps: the number whose quotient by the time step rounds up to them.
+/// The duration of `steps` steps: a number whose quotient by the time step rounds up to `steps`.
 fn duration(steps: u64, time_step: f64) -> f64 {
     let duration = steps as f64 * time_step;
     if (duration / time_step).ceil() > steps as f64 { duration.next_down() } else { duration }
 }
 
-/// Every method that takes the scene, in the order of the registry.
+/// Every method that supports the scene, in the order of the registry.
 pub fn methods(scene: &Scene) -> Vec<Method> {
     let mut methods = Vec::new();
     for kind in REGISTRY {

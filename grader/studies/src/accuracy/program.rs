@@ -1,7 +1,7 @@
-//! A program on the ladder, from traces alone.
+//! Measurement of a program, from its traces alone.
 //!
-//! Its time is the wall time of the whole process: its start, reading the scene, writing the trace and the
-//! protection it runs under are in it, so that it is told beside ours and never ranked with them.
+//! Its time is the wall time of the whole process, including its start, reading the scene, writing the trace and the
+//! sandbox. It is therefore shown beside the built-in simulator's times, but not ranked with them.
 
 use std::time::Instant;
 
@@ -15,11 +15,10 @@ use super::{AccuracyConfig, Cost, Outcome, Point, Timing};
 use grader::submission::program::{Program, SceneSource};
 use grader::verdict::Verdict;
 
-/// The most timed runs of a time step.
+/// Maximum number of timed runs per time step.
 const REPEATS: u32 = 3;
 
-/// The spelling of the method by which the program goes through `scene`; what came of the first spelling where it
-/// does by none.
+/// The spelling of the method with which the program runs `scene`; if there is none, the outcome of the first spelling.
 pub(super) fn spelling(
     program: &Program,
     method: &Method,
@@ -39,7 +38,7 @@ pub(super) fn spelling(
     Err(first.unwrap_or_else(none))
 }
 
-/// The program on `scene`.
+/// Measures the program on `scene`.
 pub(super) fn measure(
     program: &Program,
     spelling: &str,
@@ -51,7 +50,7 @@ pub(super) fn measure(
     let text = text(scene, spelling);
     let (outcome, first) = run(program, &text, scene, reference, refinement);
     let (mut times, mut spent) = (vec![first], first);
-    // The first run is one of them: a process starts cold each time.
+    // The first run counts too: every process starts cold.
     while times.len() < config.repeats.min(REPEATS) as usize && spent < config.budget {
         let (_, time) = run(program, &text, scene, reference, refinement);
         spent += time;
@@ -85,10 +84,10 @@ fn run(
     (outcome, time)
 }
 
-/// The scene as a file, its integrator spelt so and without options that only ours has.
+/// The scene as XML, with this spelling of its integrator and without options of the built-in simulator.
 fn text(scene: &Scene, spelling: &str) -> String {
     let mut bytes = Vec::new();
-    // Nothing in a scene that was read cannot be written.
+    // A parsed scene can always be written.
     let _ = write::write(scene, &mut bytes);
     let text = String::from_utf8(bytes).unwrap_or_default();
     text.replacen(&format!("\"{}\"", scene.integrator.name), &format!("\"{spelling}\""), 1)

@@ -1,11 +1,11 @@
-//! What has been measured, kept in a folder: a run that was interrupted goes on where it stopped.
+//! Store of measured curves in a folder, so that an interrupted study can continue.
 //!
 //! ```text
 //! FOLDER/points/<scene>/<method>.json        written whole, once all its time steps are measured
 //! ```
 //!
-//! A file counts only under the same key: the hash of the scene, the method, the ladder, the grader's own
-//! program and the submission. Numbers are written so that they read back to the same bits.
+//! A file is valid only with the same key: the hash of the scene, the method, the ladder, the grader's executable and
+//! the submission. Numbers round-trip to the same bits.
 
 use std::fs;
 use std::io::{self, Write};
@@ -21,18 +21,18 @@ use super::{Cost, Errors, Outcome, Point, Timing, Work};
 #[derive(Debug, Clone)]
 pub struct Store {
     folder: PathBuf,
-    /// What all keys have in common.
+    /// Common part of all keys.
     common: String,
 }
 
 impl Store {
-    /// The store of a folder. `common` names all that a result depends on beside the scene, the method and the
-    /// ladder.
+    /// The store in a folder. `common` identifies everything that results depend on besides the scene, the method and
+    /// the ladder.
     pub fn new(folder: &Path, common: &str) -> Self {
         Self { folder: folder.join("points"), common: common.to_owned() }
     }
 
-    /// The key of a curve: a hash of these parts and of what all have in common.
+    /// The key of a curve: a hash of these parts and the common part.
     pub(super) fn key(&self, parts: &[&str]) -> String {
         let mut hash = Sha256::new();
         for part in parts.iter().chain([&self.common.as_str()]) {
@@ -42,17 +42,17 @@ impl Store {
         hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// The points of a curve, where they were measured under this key.
+    /// The points of a curve, if stored with this key.
     pub(super) fn load(&self, scene: &str, method: &str, key: &str) -> Option<Vec<Point>> {
         let text = fs::read_to_string(self.path(scene, method)).ok()?;
         let record: Record = serde_json::from_str(&text).ok()?;
         (record.key == key).then(|| record.points.into_iter().map(RecordedPoint::point).collect())
     }
 
-    /// Keeps the points of a curve.
+    /// Stores the points of a curve.
     ///
     /// # Errors
-    /// Where the folder takes no files.
+    /// If the file cannot be written.
     pub(super) fn save(
         &self,
         scene: &str,
@@ -76,7 +76,7 @@ impl Store {
     }
 }
 
-/// A name without what file systems take for something else.
+/// A name without characters that are special in file systems.
 pub fn file_name(name: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     let name: String = name.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();
@@ -96,7 +96,7 @@ struct RecordedPoint {
     steps: u64,
     /// "finished", "blown-up" or "failed".
     outcome: String,
-    /// Errors at the end and the largest, or the largest alone, or the time of the failure.
+    /// The errors at the end and the largest errors, only the largest, or the time of the failure.
     numbers: Vec<String>,
     failed_step: u64,
     reason: String,

@@ -1,4 +1,4 @@
-//! The stable steps of an oscillator, by Jury's criterion.
+//! Stable steps of an oscillator, by Jury's criterion.
 //!
 //! With `a = h ω`, and `A` of the [module above](super):
 //!
@@ -13,7 +13,7 @@
 //! Explicit Euler, overdamped: both eigenvalues `1 − a (ζ ± √(ζ²−1))` must be at least −1. Symplectic Euler: the
 //! other condition, `ζ a ≤ 1`, follows, as `2ζ(√(1+ζ²) − ζ) = 2ζ/(√(1+ζ²) + ζ) < 1`.
 
-/// The longest stable step from zero on, as `h ω`; 0 where none is stable, infinite where all are.
+/// The upper end of the interval of stable steps from zero, as `h ω`; 0 if none is stable, infinite if all are.
 pub fn limit(method: &str, zeta: f64) -> f64 {
     match method {
         "explicit-euler" if zeta <= 1.0 => 2.0 * zeta,
@@ -24,7 +24,7 @@ pub fn limit(method: &str, zeta: f64) -> f64 {
     }
 }
 
-/// Where a method that was unstable is stable again, as `h ω`.
+/// The step from which a method is stable again, as `h ω`.
 pub fn second_limit(method: &str, zeta: f64) -> Option<f64> {
     let returns = method == "fast-mass-spring" && zeta > 1.0;
     returns.then(|| 2.0 * (zeta + (zeta * zeta - 1.0).sqrt()))

@@ -1,4 +1,4 @@
-//! Where a method is stable, by theory and by measurement.
+//! Stability of methods, by theory and by measurement.
 //!
 //! The oscillator `x'' = −ω² x − 2 ζ ω v`, with `z = (x, v/ω)` and `a = h ω`, is stepped by `z ← A z`:
 //!
@@ -14,9 +14,9 @@
 //! ```
 //!
 //! The linearized method evaluates at `x + h v` with the Jacobians there: for a linear force that is implicit Euler.
-//! It is stable where the spectral radius of `A` is at most 1, which for 2 × 2 matrices is Jury's criterion
-//! `|det A| ≤ 1`, `|tr A| ≤ 1 + det A` ([`limits`]). A scene's matrix is measured from single steps of the simulator
-//! ([`measured`]), without a look at its code.
+//! A method is stable if the spectral radius of `A` is at most 1, which for 2 × 2 matrices is Jury's criterion
+//! `|det A| ≤ 1`, `|tr A| ≤ 1 + det A` ([`limits`]). The matrix of a scene is measured from single steps of the
+//! simulator ([`measured`]), independent of its code.
 
 pub mod amplification;
 pub mod boundary;
@@ -44,7 +44,7 @@ pub fn one_step(method: &str, a: f64, zeta: f64) -> [[f64; 2]; 2] {
     }
 }
 
-/// The eigenvalue of the largest modulus; of a pair, the one with the positive imaginary part.
+/// The eigenvalue of largest modulus; of a conjugate pair, the one with positive imaginary part.
 pub fn leading(matrix: [[f64; 2]; 2]) -> Complex<f64> {
     let [[p, q], [r, s]] = matrix;
     let eigenvalues = Matrix2::new(p, q, r, s).complex_eigenvalues();

@@ -1,4 +1,4 @@
-//! Does a step obey its method's equation? Judged from two states, by the laws written a second time.
+//! Residual of a step in its method's equation, from two states and the reference laws.
 //!
 //! ```text
 //! explicit      x' = x + h v      M (v' − v) = h F(x, v)
@@ -7,19 +7,19 @@
 //! implicit      x' = x + h v'     M (v' − v) = h F(x', v')                 projected Newton the same
 //! ```
 //!
-//! Nothing of the simulator is asked but the states. A residual is allowed the rounding of its terms, and what the
-//! method's own tolerance `τ` for the last update leaves (implicit Euler 1e-9, projected Newton 1e-2), for a particle
-//! with the row sums `k` and `b` of its derivatives:
+//! The check uses only the simulator's states. The bound of a residual is the rounding error of its terms plus the
+//! effect of the method's tolerance `τ` for the last update (implicit Euler 1e-9, projected Newton 1e-2), for a
+//! particle with the row sums `k` and `b` of its derivatives:
 //!
 //! ```text
 //! 256 ε (m (|v| + |v'|) + h |F| + h k |x| + (h² k + h b) (|v| + |v'|)) + 4 (m + h² k + h b) τ
 //! ```
 //!
 //! 256 is the backward error at which the simulator accepts a linear solution, `8 p`, for the 28 entries of the
-//! fullest row in the suite. Numbers below 2⁻¹⁰²² are multiples of 2⁻¹⁰⁷⁴ = ε 2⁻¹⁰²²: they are rounded as 2⁻¹⁰²² is,
-//! so that each term has that much added to its size: `m + h² k + h b` times it for a velocity, once for a force.
-//! `fast-mass-spring` takes a fixed number of rounds, and has no equation that it solves:
-//! of it, only `x' = x + h v'` is checked. Cost: two or three evaluations of the force a step.
+//! fullest row in the suite. Numbers below 2⁻¹⁰²² are multiples of 2⁻¹⁰⁷⁴ = ε 2⁻¹⁰²² and have the same rounding error
+//! as 2⁻¹⁰²². This is added to the size of each term: `m + h² k + h b` times for a velocity, once for a force.
+//! `fast-mass-spring` takes a fixed number of iterations and solves no equation, so only `x' = x + h v'` is checked.
+//! Cost: two or three evaluations of the force per step.
 
 use simulator::scene::Scene;
 
@@ -27,7 +27,7 @@ use crate::laws::{Laws, Magnitude};
 
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
-/// Smaller numbers are rounded as this one is.
+/// Smaller numbers have the same rounding error as this one.
 const SMALLEST: f64 = f64::MIN_POSITIVE;
 
 /// Positions and velocities, `n·D`.
@@ -54,10 +54,10 @@ enum Method {
     Explicit,
     Symplectic,
     Linearized,
-    /// With the tolerance of the last update.
+    /// Implicit Euler, with the tolerance of the last update.
     Implicit,
     Projected,
-    /// Positions alone.
+    /// Only positions are checked.
     Other,
 }
 
@@ -82,8 +82,8 @@ impl Equation {
         }
     }
 
-    /// The largest residual of the step from `from`, which starts at `time`, to `to`, as a multiple of what is
-    /// allowed, and the sum of what is allowed.
+    /// For the step from `from`, which starts at `time`, to `to`: the largest residual as a multiple of its bound, and
+    /// the sum of the bounds.
     pub fn excess(&self, from: &State, to: &State, time: f64) -> (f64, f64) {
         let h = self.h;
         let drift = if self.method == Method::Explicit { &from.v } else { &to.v };
@@ -104,7 +104,7 @@ impl Equation {
             Method::Explicit | Method::Symplectic => (&from.x, &from.v, time, 0.0),
             Method::Linearized => (&moved, &from.v, time + h, 0.0),
             Method::Implicit => (&to.x, &to.v, time + h, 1e-9),
-            // For what is allowed alone.
+            // Used only for the bound.
             Method::Other => (&to.x, &to.v, time + h, 0.0),
             Method::Projected => (&to.x, &to.v, time + h, 1e-2),
         };

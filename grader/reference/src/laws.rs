@@ -1,4 +1,4 @@
-//! The forces of a whole scene by the laws: for who checks whether a step obeys its method's equation.
+//! Forces of a whole scene by the reference laws, for checks of step equations.
 
 use nalgebra::DVector;
 use simulator::scene::Scene;
@@ -10,7 +10,7 @@ pub struct Laws {
     parts: Vec<(&'static Law, Scene)>,
 }
 
-/// Magnitudes of what a particle's force and its derivatives are sums of, in the scene's units.
+/// Magnitudes of the terms of a particle's force and its derivatives, in the scene's units.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Magnitude {
     /// Of a component of the force.

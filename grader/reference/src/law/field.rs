@@ -1,4 +1,4 @@
-//! Laws of a particle by itself.
+//! Laws of forces on single particles.
 //!
 //! ```text
 //! simple gravity  F = m (fx, fy, fz)                                             milestone 3, section 8.2
@@ -87,7 +87,7 @@ fn phase<T>(at: &At<'_, T>) -> f64 {
 }
 
 fn wind_scale(p: &[f64], at: &At<'_, f64>) -> Scale {
-    // The phase is rounded too, and the more the larger it is.
+    // The rounding error of the phase grows with the phase.
     let force = p[0].abs() * (8.0 + 8.0 * phase(at).abs());
     Scale { energy: force * super::norm(&at.position), force, ..Scale::default() }
 }

@@ -1,16 +1,16 @@
-//! The forces, written a second time.
+//! Reference force laws.
 //!
-//! Each law here follows the documents' formulas and not the simulator's code, and is generic over the kind of
-//! number: of plain numbers it gives the force, of dual numbers ([`num_dual`]) its derivatives, exact but for
-//! rounding, with no difference and no step. With `z` the positions or velocities and `ε² = 0`,
+//! Each law follows the documents' formulas, not the simulator's code, and is generic over the number type. Plain
+//! numbers give the force; dual numbers ([`num_dual`]) give its derivatives, exact except for rounding. With `z` the
+//! positions or velocities and `ε² = 0`,
 //!
 //! ```text
 //! F(z + ε e) = F(z) + ε J e
 //! ```
 //!
-//! A law also says how large the terms are that its values are sums of ([`Scale`]), which bounds their
-//! rounding, and which parameters show in which Jacobian ([`Term`]), so that a check can tell whether it has
-//! seen them. Units are the scene's. Cost: one evaluation of the force a column.
+//! A law also gives the magnitudes of its terms ([`Scale`]), which bound their rounding error, and the parameters
+//! that each Jacobian depends on ([`Term`]), so that a check can confirm that it has covered them. Units are the
+//! scene's. Cost: one evaluation of the force per column.
 
 mod field;
 mod pair;
@@ -60,7 +60,7 @@ pub fn find(tag: &str) -> Option<&'static Law> {
     LAWS.iter().find(|law| law.tag == tag).copied()
 }
 
-/// The laws that a scene mentions, in the order of the registry, each with a scene of its elements alone.
+/// The laws that a scene uses, in the order of the registry, each with a scene of its elements only.
 pub fn by_law(scene: &Scene) -> Vec<(&'static Law, Scene)> {
     let with = |law: &'static Law| {
         let is_of = |element: &&ForceElement| element.schema.tag == law.tag;
@@ -70,7 +70,7 @@ pub fn by_law(scene: &Scene) -> Vec<(&'static Law, Scene)> {
     LAWS.iter().copied().filter_map(with).collect()
 }
 
-/// The force that `elements`, of whatever laws, make on the particles of `scene`.
+/// The total force of `elements`, of any laws, on the particles of `scene`.
 pub fn force_of(
     scene: &Scene,
     elements: &[ForceElement],
@@ -87,37 +87,37 @@ pub fn force_of(
     total
 }
 
-/// A force as the documents state it.
+/// A force law as stated in the documents.
 pub struct Law {
     tag: &'static str,
-    /// Whether its forces are between particles: they do not change where all particles move alike.
+    /// Whether its forces act between particles: invariant if all particles move alike.
     pub internal: bool,
-    /// About which axes the law is the same however the scene is turned.
+    /// The rotations under which the law is invariant.
     pub symmetry: Symmetry,
-    /// What each parameter shows in, in the order of the schema.
+    /// The Jacobians that each parameter affects, in the order of the schema.
     pub terms: &'static [Term],
     form: Form,
 }
 
 impl Law {
-    /// Whether its forces are between two particles.
+    /// Whether its forces act between two particles.
     pub fn is_pair(&self) -> bool {
         matches!(self.form, Form::Pair { .. })
     }
 }
 
-/// How a law may be turned.
+/// Rotational symmetry of a law.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Symmetry {
     /// About any axis.
     Isotropic,
     /// About the z axis.
     AboutZ,
-    /// Not at all: it names a direction of its own.
+    /// None: the law contains a fixed direction.
     None,
 }
 
-/// Where a parameter shows.
+/// The Jacobians that a parameter affects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Term {
     /// The attribute.
@@ -138,16 +138,16 @@ impl Term {
     }
 }
 
-/// What a law is a function of.
+/// The arguments of a law.
 enum Form {
-    /// The force on `i`, by `d = x_i − x_j` and `w = v_i − v_j`; on `j` its negative.
+    /// The force on `i` as a function of `d = x_i − x_j` and `w = v_i − v_j`; the force on `j` is its negative.
     Pair {
         plain: PairLaw<f64>,
         dual: PairLaw<Dual64>,
-        /// By parameters, product of the masses, `|d|` and `|w|`.
+        /// As a function of the parameters, the product of the masses, `|d|` and `|w|`.
         scale: fn(&[f64], f64, f64, f64) -> Scale,
     },
-    /// The force on each particle by itself.
+    /// The force on a single particle.
     Field { plain: FieldLaw<f64>, dual: FieldLaw<Dual64>, scale: fn(&[f64], &At<'_, f64>) -> Scale },
 }
 
@@ -163,11 +163,11 @@ struct At<'a, T> {
     position: Vector<T>,
     velocity: Vector<T>,
     time: f64,
-    /// The particle's number, and where all particles started.
+    /// The particle's number, and the initial positions of all particles.
     start: (usize, &'a [[f64; 3]]),
 }
 
-/// Magnitudes of the terms that values are sums of: a value is rounded by a few `ε` of these.
+/// Magnitudes of the terms of each value: its rounding error is a few `ε` times these.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Scale {
     /// Of the energy.
@@ -262,7 +262,7 @@ impl<'a> Expectation<'a> {
         self.scales_at(x, v, time, |pair| norm(&difference(v, dimension, pair)))
     }
 
-    /// The scale where the velocities themselves are rounded, and not only what is made of them.
+    /// The scale if the velocities themselves have rounding errors too.
     pub fn scales_of_rounded(&self, x: &[f64], v: &[f64], time: f64) -> Vec<Scale> {
         let speed = |particle| norm(&vector(v, self.dimension(), particle));
         self.scales_at(x, v, time, |[i, j]| speed(i) + speed(j))
@@ -298,7 +298,7 @@ impl<'a> Expectation<'a> {
         scales
     }
 
-    /// The shortest distance between two particles that an element joins: the law is smooth within it.
+    /// The shortest distance between two particles joined by an element: the law is smooth within it.
     pub fn shortest(&self, x: &[f64]) -> Option<f64> {
         let lengths = self.scene.forces.iter().filter_map(|element| {
             element.pair.map(|pair| norm(&difference(x, self.dimension(), pair)))
@@ -306,7 +306,7 @@ impl<'a> Expectation<'a> {
         lengths.reduce(f64::min)
     }
 
-    /// Whether the law joins these particles, or it is one particle.
+    /// Whether the law couples these particles, or both are the same.
     pub fn joins(&self, a: usize, b: usize) -> bool {
         let is_pair = |pair: [usize; 2]| pair == [a, b] || pair == [b, a];
         a == b || self.scene.forces.iter().any(|element| element.pair.is_some_and(is_pair))
@@ -358,7 +358,7 @@ impl<'a> Expectation<'a> {
     }
 }
 
-/// A law for one kind of number.
+/// A law for one number type.
 enum Evaluate<T> {
     Pair(PairLaw<T>),
     Field(FieldLaw<T>),

@@ -1,4 +1,4 @@
-//! The forces a third time, as programs write them: the same laws in other orders of evaluation.
+//! Force laws in alternative floating-point evaluation orders.
 //!
 //! ```text
 //! quotients      d/l                or   d · (1/l)
@@ -10,7 +10,7 @@
 
 use simulator::scene::schema::MAX_PARAMETERS;
 
-/// How products, sums and quotients are evaluated.
+/// Evaluation of products, sums and quotients.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Arithmetic {
     /// `a·b + c` is rounded once.
@@ -21,9 +21,9 @@ pub struct Arithmetic {
 
 type Vector = [f64; 3];
 
-/// What a force between two particles depends on, `d = x_i − x_j` and `w = v_i − v_j`.
+/// Arguments of a pair force, with `d = x_i − x_j` and `w = v_i − v_j`.
 pub struct Pair {
-    /// Of `i` and `j`.
+    /// Masses of `i` and `j`.
     pub masses: [f64; 2],
     /// Difference of positions.
     pub d: Vector,
@@ -46,7 +46,7 @@ impl Arithmetic {
         self.multiply_add(a[0], b[0], self.multiply_add(a[1], b[1], a[2] * b[2]))
     }
 
-    /// The force on the first particle of a pair; `None` where the force is none between two.
+    /// The force on the first particle of a pair; `None` if the force is not a pair force.
     pub fn on_pair(self, tag: &str, p: &[f64; MAX_PARAMETERS], pair: &Pair) -> Option<Vector> {
         let Pair { masses: [mi, mj], d, w } = *pair;
         let squared = self.dot(d, d);
@@ -80,7 +80,7 @@ impl Arithmetic {
         }
     }
 
-    /// The force on a particle by itself; `None` where the force is no such, or there is but one way to evaluate it.
+    /// The force on a single particle; `None` if the force is a pair force or has only one way to evaluate it.
     pub fn on_particle(
         self,
         tag: &str,

@@ -1,4 +1,4 @@
-//! A second stepper for the course's methods, as a course's program is built: dense matrices over all particles.
+//! Second stepper for the course's methods, built like a student's program: dense matrices over all particles.
 //!
 //! ```text
 //! explicit, symplectic    v' = v + h F/m                                 q' = q + h v  or  q + h v'
@@ -8,8 +8,8 @@
 //! ```
 //!
 //! with `F`, `K = ∂F/∂x` and `B = ∂F/∂v` at `(q̂, u)`, from `q̂ = q + h v`, `u = v`. The forces are those of
-//! [`arithmetic`], the Jacobians the dual numbers of the law; neither is the simulator's. Cost: `O((n·D)³)` a
-//! solve, and the law once a column.
+//! [`arithmetic`], the Jacobians are the law's dual numbers; both are independent of the simulator. Cost:
+//! `O((n·D)³)` per solve, and one evaluation of the law per column.
 
 use nalgebra::{DMatrix, DVector};
 use simulator::scene::{ForceElement, Scene};
@@ -19,24 +19,24 @@ pub mod arithmetic;
 use crate::law;
 use arithmetic::{Arithmetic, Pair};
 
-/// The norm of an update below which Newton's method ends: the course's.
+/// The course's tolerance for the norm of Newton's update.
 const NEWTON_TOLERANCE: f64 = 1e-9;
 
-/// Newton's method is given up beyond this many iterations.
+/// Maximum number of Newton iterations.
 const MAX_ITERATIONS: usize = 100;
 
-/// How the stepper goes about it.
+/// Variant of the stepper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
     /// Order of evaluation of the forces.
     pub arithmetic: Arithmetic,
-    /// Forces are summed from the last element to the first.
+    /// Sum forces from the last element to the first.
     pub backwards: bool,
-    /// A kick is `(h/m) F`, not `h (F/m)`.
+    /// Update velocities by `(h/m) F` instead of `h (F/m)`.
     pub scaled_kick: bool,
     /// Solver of the linear systems.
     pub solver: Solver,
-    /// When Newton's method ends.
+    /// Stopping criterion of Newton's method.
     pub stop: Stop,
 }
 
@@ -52,7 +52,7 @@ impl Default for Style {
     }
 }
 
-/// How a linear system is solved.
+/// Solver of a linear system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solver {
     /// LU with row pivoting.
@@ -63,37 +63,37 @@ pub enum Solver {
     Qr,
     /// The inverse times the right-hand side.
     Inverse,
-    /// Positions and velocities both unknown, by LU with row pivoting.
+    /// The unreduced system for positions and velocities, by LU with row pivoting.
     Unreduced,
-    /// LU, its answer as far off as an iterative solver's that stops at a residual of 1e-12.
+    /// LU, with a perturbed solution like that of an iterative solver that stops at a residual of 1e-12.
     Iterative,
 }
 
-/// Where Newton's method ends.
+/// Stopping criterion of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// Where the update is below the tolerance.
+    /// If the update is below the tolerance.
     AtTolerance,
-    /// One iteration after that.
+    /// One iteration later.
     OneMore,
-    /// Where no iteration changes much any more.
+    /// If the update is near rounding error.
     AtRounding,
 }
 
-/// Residual of an iterative solver's answer, relative to the right-hand side.
+/// Residual of the iterative solver, relative to the right-hand side.
 const ITERATIVE: f64 = 1e-12;
 
-/// A scene with a style.
+/// The second stepper for one scene.
 pub struct Second {
     scene: Scene,
     style: Style,
-    /// The elements of each law by themselves.
+    /// The laws, each with a scene of its elements only.
     parts: Vec<(&'static law::Law, Scene)>,
     random: fastrand::Rng,
 }
 
 impl Second {
-    /// `None` where the method is none of the course's four.
+    /// `None` if the method is not one of the course's four.
     pub fn new(scene: &Scene, style: Style, seed: u64) -> Option<Self> {
         let known =
             ["explicit-euler", "symplectic-euler", "linearized-implicit-euler", "implicit-euler"];
@@ -180,7 +180,7 @@ impl Second {
         Some(())
     }
 
-    /// Newton's update of the velocities, 0 where a particle is fixed.
+    /// Newton's update of the velocities; 0 for fixed particles.
     fn update(&mut self, time: f64, v: &[f64], ahead: &[f64], u: &[f64]) -> Option<Vec<f64>> {
         let h = self.scene.time_step;
         let dimension = self.dimension();
@@ -282,7 +282,7 @@ impl Second {
             }
             return;
         }
-        // What there is but one way to evaluate is the law's.
+        // A force with only one way to evaluate it comes from the law.
         let mut by_law = None;
         for (particle, body) in self.scene.particles.iter().enumerate() {
             let found = arithmetic.on_particle(tag, p, body.mass, vector(v, particle));

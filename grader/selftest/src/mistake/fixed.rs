@@ -1,4 +1,4 @@
-//! Mistakes with fixed particles.
+//! Mistakes in the treatment of fixed particles.
 
 use simulator::scene::Scene;
 

@@ -12,7 +12,7 @@ use report::table::{self, BAD, BOLD, Cell, header};
 pub fn write(out: &mut dyn Write, needs: &[Need], allocations: Option<&[u64]>) -> io::Result<()> {
     writeln!(
         out,
-        "{BOLD}Resources of each scene{BOLD:#}, and the cost of the general code path: in 3D, with every\n\
+        "{BOLD}Resources of each scene{BOLD:#}, and cost of the general path: in 3D, with every\n\
          force present, by sparse matrices"
     )?;
     let mut methods: Vec<&str> = Vec::new();

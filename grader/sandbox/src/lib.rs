@@ -192,7 +192,7 @@ impl Protection {
     }
 }
 
-/// The end of what a program printed.
+/// The last part of a program's output.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Printed {
     /// Its last bytes.

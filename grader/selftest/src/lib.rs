@@ -38,7 +38,7 @@ pub enum Expectation {
 /// A submission with its expected and actual result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Where the mistake is, or what the variant varies.
+    /// Place of the mistake, or varied property of the variant.
     pub subject: String,
     /// Short description of the mistake or variant.
     pub description: String,

@@ -123,7 +123,7 @@ impl Build {
 
 /// A planned row.
 pub(super) struct Planned {
-    /// Where the mistake is, or what the variant varies.
+    /// Place of the mistake, or varied property of the variant.
     pub(super) subject: &'static str,
     /// Short description of the mistake or variant.
     pub(super) description: &'static str,

@@ -1,4 +1,4 @@
-//! `grade jacobians PROGRAM`: exit codes, and what each format holds.
+//! `grade jacobians PROGRAM`: exit codes and content of each format.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -12,7 +12,7 @@ use crate::student;
 
 fn grade(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    // What is probed are scripts that start a program beside them.
+    // The probed submissions are scripts that start a program beside them.
     command.arg("jacobians").args(["--readable", env!("CARGO_TARGET_TMPDIR")]).args(arguments);
     command.output().expect("grade can be run")
 }

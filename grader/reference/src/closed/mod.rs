@@ -42,7 +42,7 @@ fn force<'a>(scene: &'a Scene, tag: &str) -> Option<&'a ForceElement> {
     scene.forces.iter().find(|element| element.schema.tag == tag)
 }
 
-/// The parameter of the first force of a kind; 0 where there is none.
+/// The parameter of the first force of a kind; 0 if there is none.
 fn parameter(scene: &Scene, tag: &str, number: usize) -> f64 {
     force(scene, tag).map_or(0.0, |element| element.parameters[number])
 }

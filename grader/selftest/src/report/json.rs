@@ -60,7 +60,7 @@ struct JsonRate {
 struct JsonRow {
     /// "mistake" or "correct".
     kind: &'static str,
-    /// Where the mistake is, or what the variant varies.
+    /// Place of the mistake, or varied property of the variant.
     subject: String,
     description: String,
     /// The language, with the compiler's flags.

@@ -7,7 +7,7 @@
 //! A curve reaches an error only if all finer time steps also stay below it, which excludes results that are accurate
 //! by accident.
 
-use super::{Curve, Outcome, Point};
+use super::{Curve, Point, RunOutcome};
 
 /// Cost of an error with one method.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +56,7 @@ pub fn levels(curves: &[(usize, &Curve)], floor: f64) -> Vec<Level> {
 /// Error and time of a finished point.
 fn finished(point: &Point) -> Option<(f64, f64)> {
     match point.outcome {
-        Outcome::Finished { largest, .. } => Some((largest.position, point.cost.time?.least)),
+        RunOutcome::Finished { largest, .. } => Some((largest.position, point.cost.time?.least)),
         _ => None,
     }
 }

@@ -13,7 +13,7 @@ use simulator::statistics::Statistics;
 use simulator::trace::{Shape, State};
 
 use super::reference::Reference;
-use super::{AccuracyConfig, Cost, Errors, Outcome, Point, Timing, Work};
+use super::{AccuracyConfig, Cost, Errors, Point, RunOutcome, Timing, Work};
 use grader::submission::{StateSource, builtin};
 
 /// A run counts as blown up if its error exceeds this many times the size of the motion.
@@ -28,12 +28,12 @@ pub fn follow(
     scene: &Scene,
     reference: &Reference,
     refinement: u64,
-) -> Outcome {
+) -> RunOutcome {
     let mut state = State::zeros(Shape::of(scene));
     let mut largest = Errors::default();
     let mut end = Errors::default();
     let mut step = 0;
-    let failed = |step: u64, reason: String| Outcome::Failed {
+    let failed = |step: u64, reason: String| RunOutcome::Failed {
         step,
         time: step.saturating_sub(1) as f64 * scene.time_step,
         reason,
@@ -68,9 +68,9 @@ pub fn follow(
         end = errors;
     }
     if reference.size > 0.0 && largest.position > BLOWN_UP * reference.size {
-        return Outcome::BlownUp { largest };
+        return RunOutcome::BlownUp { largest };
     }
-    Outcome::Finished { end, largest }
+    RunOutcome::Finished { end, largest }
 }
 
 /// Measures the built-in simulator on `scene`.

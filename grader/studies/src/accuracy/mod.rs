@@ -98,7 +98,7 @@ impl Errors {
 
 /// Outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
+pub enum RunOutcome {
     /// Finished, with position errors of at most [`BLOWN_UP`](measure::BLOWN_UP) times the size of the motion.
     Finished {
         /// Errors at the end.
@@ -163,7 +163,7 @@ pub struct Point {
     /// Total number of steps.
     pub steps: u64,
     /// Errors, or the reason for their absence.
-    pub outcome: Outcome,
+    pub outcome: RunOutcome,
     /// Cost.
     pub cost: Cost,
 }
@@ -188,7 +188,7 @@ impl Curve {
 
     /// Whether there are any states: a program need not offer every method.
     pub fn is_offered(&self) -> bool {
-        self.points.iter().any(|point| !matches!(point.outcome, Outcome::Failed { step: 0, .. }))
+        self.points.iter().any(|point| !matches!(point.outcome, RunOutcome::Failed { step: 0, .. }))
     }
 }
 
@@ -313,7 +313,7 @@ impl SceneStudy {
     pub fn orders(&self, curve: &Curve) -> [Order; 3] {
         Quantity::ALL.map(|quantity| {
             let sample = |point: &Point| match point.outcome {
-                Outcome::Finished { largest, .. } => Some(order::Sample {
+                RunOutcome::Finished { largest, .. } => Some(order::ErrorSample {
                     time_step: point.time_step,
                     error: largest.of(quantity),
                     floor: self.reference.floor.of(quantity),
@@ -321,7 +321,7 @@ impl SceneStudy {
                 }),
                 _ => None,
             };
-            let samples: Vec<order::Sample> = curve.points.iter().filter_map(sample).collect();
+            let samples: Vec<order::ErrorSample> = curve.points.iter().filter_map(sample).collect();
             let (expected, reason) = self.target.expected(&curve.method, quantity);
             Order { quantity, fit: order::fit(&samples), expected, reason }
         })

@@ -70,7 +70,7 @@ pub enum Fit {
 
 /// An error with its time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct ErrorSample {
     /// Time step.
     pub time_step: f64,
     /// Error.
@@ -82,12 +82,12 @@ pub struct Sample {
 }
 
 /// Fits a slope to errors from coarse to fine.
-pub fn fit(samples: &[Sample]) -> Fit {
-    let is_exact = |sample: &Sample| sample.error <= sample.floor + sample.rounding;
+pub fn fit(samples: &[ErrorSample]) -> Fit {
+    let is_exact = |sample: &ErrorSample| sample.error <= sample.floor + sample.rounding;
     if !samples.is_empty() && samples.iter().all(is_exact) {
         return Fit::Exact;
     }
-    let clear = |sample: &&Sample| sample.error > CLEAR * sample.floor && !is_exact(sample);
+    let clear = |sample: &&ErrorSample| sample.error > CLEAR * sample.floor && !is_exact(sample);
     // Errors after the first point near the floor have too few correct digits.
     let points: Vec<(f64, f64)> = samples
         .iter()
@@ -139,9 +139,9 @@ pub fn agrees(fit: Fit, expected: Expected) -> Option<bool> {
 mod tests {
     use super::*;
 
-    fn samples(error: impl Fn(f64) -> f64, floor: f64) -> Vec<Sample> {
+    fn samples(error: impl Fn(f64) -> f64, floor: f64) -> Vec<ErrorSample> {
         let step = |rung: i32| 0.5_f64.powi(rung);
-        let sample = |h: f64| Sample { time_step: h, error: error(h), floor, rounding: 0.0 };
+        let sample = |h: f64| ErrorSample { time_step: h, error: error(h), floor, rounding: 0.0 };
         (0..12).map(|rung| sample(step(rung))).collect()
     }
 

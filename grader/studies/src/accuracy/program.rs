@@ -11,7 +11,7 @@ use simulator::trace::Shape;
 use super::ladder::Method;
 use super::measure::follow;
 use super::reference::Reference;
-use super::{AccuracyConfig, Cost, Outcome, Point, Timing};
+use super::{AccuracyConfig, Cost, Point, RunOutcome, Timing};
 use grader::submission::program::{Program, SceneSource};
 use grader::verdict::Verdict;
 
@@ -24,17 +24,17 @@ pub(super) fn spelling(
     method: &Method,
     scene: &Scene,
     reference: &Reference,
-) -> Result<&'static str, Outcome> {
+) -> Result<&'static str, RunOutcome> {
     let mut first = None;
     let spellings = method.integrator.aliases.iter().chain([&method.integrator.name]).rev();
     for spelling in spellings {
         let (outcome, _) = run(program, &text(scene, spelling), scene, reference, 1);
         match outcome {
-            Outcome::Failed { step: 0, .. } => first = first.or(Some(outcome)),
+            RunOutcome::Failed { step: 0, .. } => first = first.or(Some(outcome)),
             _ => return Ok(spelling),
         }
     }
-    let none = || Outcome::Failed { step: 0, time: 0.0, reason: "it has no name".to_owned() };
+    let none = || RunOutcome::Failed { step: 0, time: 0.0, reason: "it has no name".to_owned() };
     Err(first.unwrap_or_else(none))
 }
 
@@ -67,7 +67,7 @@ fn run(
     scene: &Scene,
     reference: &Reference,
     refinement: u64,
-) -> (Outcome, f64) {
+) -> (RunOutcome, f64) {
     let started = Instant::now();
     let run = program.run(SceneSource::Xml(text), Shape::of(scene));
     let time = started.elapsed().as_secs_f64();
@@ -78,7 +78,7 @@ fn run(
                 Verdict::Fail(failure) => failure.to_string(),
                 other => other.to_string(),
             };
-            Outcome::Failed { step: 0, time: 0.0, reason }
+            RunOutcome::Failed { step: 0, time: 0.0, reason }
         }
     };
     (outcome, time)

@@ -48,12 +48,12 @@ pub struct Reference {
     /// Total number of coarsest steps.
     coarsest: u64,
     /// The samples, including the start.
-    samples: Vec<Sample>,
+    samples: Vec<ReferenceSample>,
     meter: Meter,
     dimension: usize,
 }
 
-struct Sample {
+struct ReferenceSample {
     time: f64,
     positions: Vec<f64>,
     velocities: Vec<f64>,
@@ -88,9 +88,9 @@ impl Reference {
             let (positions, velocities) = state.split_at(half);
             let (energy, size) = meter.energy(positions, velocities, *time);
             let (positions, velocities) = (positions.to_vec(), velocities.to_vec());
-            (Sample { time: *time, positions, velocities, energy }, size)
+            (ReferenceSample { time: *time, positions, velocities, energy }, size)
         };
-        let (samples, sizes): (Vec<Sample>, Vec<f64>) =
+        let (samples, sizes): (Vec<ReferenceSample>, Vec<f64>) =
             times.iter().zip(&states).map(sample).unzip();
         let dimension = scene.dimension.count();
         let duration = times.last().copied().unwrap_or_default();
@@ -134,7 +134,7 @@ impl Reference {
         let parts = adaptive::parts(scene);
         let motion = Motion::new(scene, &parts)?;
         let mut bar: f64 = 0.0;
-        for Sample { time, positions, velocities, .. } in &self.samples {
+        for ReferenceSample { time, positions, velocities, .. } in &self.samples {
             let force = motion.force(positions, velocities, *time);
             let forces = force.chunks_exact(self.dimension).map(norm).sum::<f64>();
             let particles = velocities.chunks_exact(self.dimension).zip(&scene.particles);
@@ -147,7 +147,7 @@ impl Reference {
 
     /// The largest differences between this and another reference of the same scene; `None` if an energy is not finite.
     pub fn difference(&self, other: &Self) -> Option<Errors> {
-        let of_sample = |(number, sample): (usize, &Sample)| {
+        let of_sample = |(number, sample): (usize, &ReferenceSample)| {
             self.errors(number, &sample.positions, &sample.velocities)
         };
         let errors = other.samples.iter().enumerate().map(of_sample);
@@ -173,7 +173,7 @@ impl Reference {
 
     /// Errors of a state at a sample; `None` if its energy is not finite.
     pub(super) fn errors(&self, sample: usize, x: &[f64], v: &[f64]) -> Option<Errors> {
-        let Sample { time, positions, velocities, energy } = &self.samples[sample];
+        let ReferenceSample { time, positions, velocities, energy } = &self.samples[sample];
         let (own, _) = self.meter.energy(x, v, *time);
         let errors = Errors {
             position: distance(x, positions, self.dimension),
@@ -229,7 +229,7 @@ fn largest<'a>(states: impl Iterator<Item = &'a Vec<f64>>, dimension: usize) -> 
     states.flat_map(|state| state.chunks_exact(dimension)).map(norm).fold(0.0, f64::max)
 }
 
-fn extent(samples: &[Sample], dimension: usize) -> f64 {
+fn extent(samples: &[ReferenceSample], dimension: usize) -> f64 {
     let start = &samples[0].positions;
     let moved = samples.iter().map(|sample| distance(&sample.positions, start, dimension));
     let moved = moved.fold(0.0, f64::max);

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use simulator::output::OutputFile;
 
-use super::{Cost, Errors, Outcome, Point, Timing, Work};
+use super::{Cost, Errors, Point, RunOutcome, Timing, Work};
 
 /// A folder of measured curves.
 #[derive(Debug, Clone)]
@@ -45,7 +45,7 @@ impl Store {
     /// The points of a curve, if stored with this key.
     pub(super) fn load(&self, scene: &str, method: &str, key: &str) -> Option<Vec<Point>> {
         let text = fs::read_to_string(self.path(scene, method)).ok()?;
-        let record: Record = serde_json::from_str(&text).ok()?;
+        let record: CurveRecord = serde_json::from_str(&text).ok()?;
         (record.key == key).then(|| record.points.into_iter().map(RecordedPoint::point).collect())
     }
 
@@ -65,7 +65,7 @@ impl Store {
             fs::create_dir_all(folder)?;
         }
         let points = points.iter().map(RecordedPoint::of).collect();
-        let record = Record { key: key.to_owned(), points };
+        let record = CurveRecord { key: key.to_owned(), points };
         let mut file = OutputFile::create(&path)?;
         file.write_all(serde_json::to_string(&record)?.as_bytes())?;
         file.commit()
@@ -84,7 +84,7 @@ pub fn file_name(name: &str) -> String {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Record {
+struct CurveRecord {
     key: String,
     points: Vec<RecordedPoint>,
 }
@@ -111,13 +111,13 @@ impl RecordedPoint {
             [errors.position, errors.velocity, errors.energy].map(|value| value.to_string())
         };
         let (outcome, numbers, failed_step, reason) = match &point.outcome {
-            Outcome::Finished { end, largest } => {
+            RunOutcome::Finished { end, largest } => {
                 ("finished", [errors(end), errors(largest)].concat(), 0, String::new())
             }
-            Outcome::BlownUp { largest } => {
+            RunOutcome::BlownUp { largest } => {
                 ("blown-up", errors(largest).to_vec(), 0, String::new())
             }
-            Outcome::Failed { step, time, reason } => {
+            RunOutcome::Failed { step, time, reason } => {
                 ("failed", vec![time.to_string()], *step, reason.clone())
             }
         };
@@ -149,9 +149,9 @@ impl RecordedPoint {
             energy: number(self.numbers.get(start + 2)),
         };
         let outcome = match self.outcome.as_str() {
-            "finished" => Outcome::Finished { end: errors(0), largest: errors(3) },
-            "blown-up" => Outcome::BlownUp { largest: errors(0) },
-            _ => Outcome::Failed {
+            "finished" => RunOutcome::Finished { end: errors(0), largest: errors(3) },
+            "blown-up" => RunOutcome::BlownUp { largest: errors(0) },
+            _ => RunOutcome::Failed {
                 step: self.failed_step,
                 time: number(self.numbers.first()),
                 reason: self.reason.clone(),
@@ -190,9 +190,9 @@ mod tests {
         let work = Work { force_evaluations: 3, factorisations: 2, iterations: 1 };
         let cost = Cost { time: Some(time), work: Some(work) };
         let outcomes = [
-            Outcome::Finished { end: errors, largest: errors },
-            Outcome::BlownUp { largest: errors },
-            Outcome::Failed { step: 3, time: 0.1, reason: "a reason".to_owned() },
+            RunOutcome::Finished { end: errors, largest: errors },
+            RunOutcome::BlownUp { largest: errors },
+            RunOutcome::Failed { step: 3, time: 0.1, reason: "a reason".to_owned() },
         ];
         let points: Vec<Point> = outcomes
             .map(|outcome| Point { time_step: 0.1 / 3.0, steps: 9, outcome, cost })

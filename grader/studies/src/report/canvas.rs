@@ -26,7 +26,7 @@ pub(super) struct Paint {
 
 /// Position of text.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct TextPlacement {
     /// Anchor point on the canvas.
     pub(super) at: [f32; 2],
     /// Distance of the baseline below the anchor, in the direction of the text.
@@ -37,7 +37,7 @@ pub(super) struct Place {
     pub(super) quarters: u8,
 }
 
-impl Place {
+impl TextPlacement {
     /// Converts a point of the text to canvas coordinates.
     fn on_canvas(self, x: f32, y: f32) -> Vector {
         let (x, y) = match self.quarters % 4 {
@@ -83,7 +83,7 @@ impl Canvas {
     }
 
     /// Draws a line of text of this size in pixels. Characters that the font lacks are drawn as its empty box.
-    pub(super) fn text(&mut self, text: &str, size: f32, place: Place, paint: Paint) {
+    pub(super) fn text(&mut self, text: &str, size: f32, place: TextPlacement, paint: Paint) {
         let scale = size / f32::from(self.font.units);
         let glyphs: Vec<_> = text.chars().map(|character| self.font.glyph(character)).collect();
         let width = |glyph| f32::from(self.font.width(glyph)) * scale;
@@ -244,10 +244,10 @@ mod tests {
     fn text_is_drawn_at_its_place_in_every_direction() {
         for (quarters, corner) in [(0, [25, 5]), (1, [25, 25]), (2, [5, 25]), (3, [5, 5])] {
             let mut canvas = Canvas::new(50, 50).unwrap();
-            let place = Place { at: [25.0, 25.0], below: 0.0, left: 0.0, quarters };
+            let place = TextPlacement { at: [25.0, 25.0], below: 0.0, left: 0.0, quarters };
             canvas.text("H", 20.0, place, BLACK);
             let mut turned = Canvas::new(50, 50).unwrap();
-            turned.text("H", 20.0, Place { quarters: 0, ..place }, BLACK);
+            turned.text("H", 20.0, TextPlacement { quarters: 0, ..place }, BLACK);
             assert!((ink(&canvas) - ink(&turned)).abs() < 0.5);
             let dark = |x: usize, y: usize| canvas.pixels[3 * (y * 50 + x)] < 128;
             let places = (0..2500).map(|place| (place % 50, place / 50));

@@ -11,7 +11,7 @@ use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind, FontTransform,
 };
 
-use super::canvas::{Canvas, Paint, Place};
+use super::canvas::{Canvas, Paint, TextPlacement};
 
 /// The drawing area.
 pub(super) type Area<'a> = DrawingArea<Surface<'a>, Shift>;
@@ -225,7 +225,7 @@ impl DrawingBackend for Surface<'_> {
                     FontTransform::Rotate180 => 2,
                     FontTransform::Rotate270 => 3,
                 };
-                let place = Place { at: point(at, *scale), below, left, quarters };
+                let place = TextPlacement { at: point(at, *scale), below, left, quarters };
                 canvas.text(text, size, place, style.color().into());
                 Ok(())
             }

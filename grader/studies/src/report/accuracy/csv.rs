@@ -1,6 +1,6 @@
 //! Errors and costs as CSV, one row per point. Only the last columns, the times, differ from run to run.
 
-use crate::accuracy::{Outcome, Point, Study};
+use crate::accuracy::{Point, RunOutcome, Study};
 
 use super::outcome_name;
 
@@ -89,14 +89,14 @@ fn number(value: f64) -> String {
 fn outcome(point: &Point, floor: f64) -> ([String; 6], String, [String; 3]) {
     let empty = String::new;
     match &point.outcome {
-        Outcome::Finished { end, largest } => {
+        RunOutcome::Finished { end, largest } => {
             let errors = [largest, end]
                 .map(|errors| [errors.position, errors.velocity, errors.energy].map(number));
             let [[a, b, c], [d, e, f]] = errors;
             ([a, b, c, d, e, f], (largest.position <= floor).to_string(), Default::default())
         }
-        Outcome::BlownUp { .. } => (Default::default(), empty(), Default::default()),
-        Outcome::Failed { step, time, reason } => {
+        RunOutcome::BlownUp { .. } => (Default::default(), empty(), Default::default()),
+        RunOutcome::Failed { step, time, reason } => {
             let reason = reason.lines().next().unwrap_or_default().to_owned();
             (Default::default(), empty(), [step.to_string(), number(*time), reason])
         }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::{outcome_name, source_name};
 use crate::accuracy::cheapest::Level;
 use crate::accuracy::order::{Expected, Fit};
-use crate::accuracy::{Agreement, Curve, Errors, Order, Outcome, Point, SceneStudy, Study};
+use crate::accuracy::{Agreement, Curve, Errors, Order, Point, RunOutcome, SceneStudy, Study};
 
 /// Version of the schema.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -238,9 +238,9 @@ impl JsonOrder {
 impl JsonPoint {
     fn of(point: &Point, floor: f64) -> Self {
         let (largest, end, failure) = match &point.outcome {
-            Outcome::Finished { end, largest } => (Some(*largest), Some(*end), None),
-            Outcome::BlownUp { .. } => (None, None, None),
-            Outcome::Failed { reason, .. } => (None, None, Some(reason.clone())),
+            RunOutcome::Finished { end, largest } => (Some(*largest), Some(*end), None),
+            RunOutcome::BlownUp { .. } => (None, None, None),
+            RunOutcome::Failed { reason, .. } => (None, None, Some(reason.clone())),
         };
         let (work, time) = (point.cost.work, point.cost.time);
         Self {

@@ -5,7 +5,7 @@ pub mod json;
 pub mod plot;
 pub mod text;
 
-use crate::accuracy::Outcome;
+use crate::accuracy::RunOutcome;
 use crate::accuracy::reference::Source;
 
 /// A number with few digits.
@@ -40,11 +40,11 @@ fn time(seconds: f64) -> String {
 }
 
 /// The machine-readable name of an outcome.
-fn outcome_name(outcome: &Outcome) -> &'static str {
+fn outcome_name(outcome: &RunOutcome) -> &'static str {
     match outcome {
-        Outcome::Finished { .. } => "finished",
-        Outcome::BlownUp { .. } => "blown-up",
-        Outcome::Failed { .. } => "failed",
+        RunOutcome::Finished { .. } => "finished",
+        RunOutcome::BlownUp { .. } => "blown-up",
+        RunOutcome::Failed { .. } => "failed",
     }
 }
 

@@ -9,7 +9,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{short, time};
-use crate::accuracy::{Curve, Outcome, Point, SceneStudy};
+use crate::accuracy::{Curve, Point, RunOutcome, SceneStudy};
 use crate::report::picture::{self, Area, Drawn, PictureError, Surface};
 
 const WIDTH: u32 = 1100;
@@ -47,7 +47,7 @@ const DASHES: [Option<(i32, i32)>; 5] =
 /// The diagram of a scene as an SVG document, with a newline at its end.
 ///
 /// # Errors
-/// Where no run has an error and a time.
+/// If no run has an error and a time.
 pub fn svg(scene: &SceneStudy) -> Result<String, PictureError> {
     picture::svg((WIDTH, HEIGHT), |area| draw(area, scene))
 }
@@ -55,7 +55,7 @@ pub fn svg(scene: &SceneStudy) -> Result<String, PictureError> {
 /// The same diagram as a PNG file.
 ///
 /// # Errors
-/// Where no run has an error and a time.
+/// If no run has an error and a time.
 pub fn png(scene: &SceneStudy) -> Result<Vec<u8>, PictureError> {
     picture::png((WIDTH, HEIGHT), SCALE, |area| draw(area, scene))
 }
@@ -99,7 +99,7 @@ impl Look {
 /// Position of a point; its error is not drawn below the floor.
 fn mark(point: &Point, floor: f64) -> Option<Mark> {
     match (&point.outcome, point.cost.time) {
-        (Outcome::Finished { largest, .. }, Some(cost)) => Some(Mark {
+        (RunOutcome::Finished { largest, .. }, Some(cost)) => Some(Mark {
             time: cost.least.log10(),
             error: largest.position.max(floor).log10(),
             median: cost.median.log10(),
@@ -112,9 +112,9 @@ fn mark(point: &Point, floor: f64) -> Option<Mark> {
 fn lost(point: &Point) -> Option<f64> {
     let cost = point.cost.time?.least;
     match point.outcome {
-        Outcome::Finished { .. } => None,
-        Outcome::BlownUp { .. } => Some(cost.log10()),
-        Outcome::Failed { step, .. } => {
+        RunOutcome::Finished { .. } => None,
+        RunOutcome::BlownUp { .. } => Some(cost.log10()),
+        RunOutcome::Failed { step, .. } => {
             Some((cost * point.steps as f64 / step.clamp(1, point.steps) as f64).log10())
         }
     }

@@ -9,7 +9,7 @@ use crate::accuracy::cheapest::Offer;
 use crate::accuracy::order::{self, Expected, Fit};
 use crate::accuracy::reference::Source;
 use crate::accuracy::{
-    Agreement, Curve, Errors, Order, Outcome, Point, Quantity, SceneStudy, Study,
+    Agreement, Curve, Errors, Order, Point, Quantity, RunOutcome, SceneStudy, Study,
 };
 use report::table::{self, Cell};
 
@@ -181,10 +181,10 @@ fn blow_ups(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
         let mut causes: Vec<(String, Vec<String>)> = Vec::new();
         for point in &curve.points {
             let cause = match &point.outcome {
-                Outcome::Finished { .. } => continue,
-                Outcome::BlownUp { .. } => "blew up".to_owned(),
-                Outcome::Failed { step: 0, reason, .. } => reason.clone(),
-                Outcome::Failed { reason, .. } => {
+                RunOutcome::Finished { .. } => continue,
+                RunOutcome::BlownUp { .. } => "blew up".to_owned(),
+                RunOutcome::Failed { step: 0, reason, .. } => reason.clone(),
+                RunOutcome::Failed { reason, .. } => {
                     reason.lines().next().unwrap_or_default().to_owned()
                 }
             };
@@ -250,11 +250,11 @@ fn point_row(scene: &SceneStudy, curve: &Curve, point: &Point) -> Vec<Cell> {
         })
     };
     match &point.outcome {
-        Outcome::Finished { largest, .. } => row.extend(told(*largest)),
-        Outcome::BlownUp { .. } => {
+        RunOutcome::Finished { largest, .. } => row.extend(told(*largest)),
+        RunOutcome::BlownUp { .. } => {
             row.extend(["blew up", "-", "-"].map(|text| Cell::right(text).styled(RED)));
         }
-        Outcome::Failed { step, .. } => {
+        RunOutcome::Failed { step, .. } => {
             row.push(Cell::right(format!("failed at step {step}")).styled(RED));
             row.extend(["-", "-"].map(Cell::right));
         }

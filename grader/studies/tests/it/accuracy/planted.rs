@@ -6,9 +6,9 @@ use simulator::scene::Scene;
 use simulator::system::System;
 use simulator::trace::State;
 use studies::accuracy::measure::follow;
-use studies::accuracy::order::{self, Expected, Fit, Sample};
+use studies::accuracy::order::{self, ErrorSample, Expected, Fit};
 use studies::accuracy::reference::Reference;
-use studies::accuracy::{Errors, Outcome, Quantity};
+use studies::accuracy::{Errors, Quantity, RunOutcome};
 
 use super::{closed, problem};
 
@@ -84,10 +84,10 @@ fn orders(rule: StepRule) -> [Fit; 3] {
         scene.time_step /= refinement as f64;
         let mut source = Planted::new(&scene, rule);
         let outcome = follow(&mut source, &scene, &reference, refinement);
-        let Outcome::Finished { largest, .. } = outcome else { panic!("{outcome:?}") };
+        let RunOutcome::Finished { largest, .. } = outcome else { panic!("{outcome:?}") };
         let of = |errors: Errors, quantity| errors.of(quantity);
         for (samples, quantity) in samples.iter_mut().zip(Quantity::ALL) {
-            samples.push(Sample {
+            samples.push(ErrorSample {
                 time_step: scene.time_step,
                 error: of(largest, quantity),
                 floor: of(reference.floor, quantity),

@@ -5,8 +5,8 @@
 //! an older call. This includes calls of future kernels and of the x32 ABI. A call of another architecture kills the
 //! process.
 //!
-//! Installing a filter, the kernel evaluates it for every call number. Calls whose answer does not depend on arguments
-//! are therefore found by binary search; the others continue to the part of the filter that compares arguments.
+//! When a filter is installed, the kernel evaluates it for every call number. Calls whose answer does not depend on
+//! arguments are therefore found by binary search; the others continue to the part that compares arguments.
 
 use std::collections::BTreeMap;
 

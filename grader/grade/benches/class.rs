@@ -1,6 +1,6 @@
-//! What a class costs: time and memory, and how both grow with the submissions. See README.md beside this file.
+//! Benchmark of a class: time and memory by number of submissions. See README.md beside this file.
 //!
-//! Not by criterion: one run takes minutes, and its memory counts as well as its time.
+//! Does not use criterion: one run takes minutes, and memory matters as well as time.
 
 #![expect(clippy::print_stdout, reason = "the table is what it is for")]
 #![expect(clippy::print_stderr, reason = "it takes minutes: what is done is told meanwhile")]
@@ -11,19 +11,19 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// How often memory is looked at.
+/// Interval between memory samples.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Numbers of submissions where none are named.
+/// Default numbers of submissions.
 const COUNTS: [usize; 3] = [1, 10, 100];
 
-/// What one run took.
+/// Cost of one run.
 struct Cost {
     submissions: usize,
     seconds: f64,
     /// The grader's own peak, in MiB.
     own: f64,
-    /// The largest sum over the grader and all below it that was seen, in MiB.
+    /// The largest sampled sum over the grader and its descendants, in MiB.
     tree: f64,
 }
 
@@ -34,7 +34,7 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
-            // Of cargo.
+            // Passed by cargo.
             "--bench" => {}
             "--markdown" => markdown = arguments.next().map(PathBuf::from),
             "--no-jacobians" => options.push(argument),
@@ -89,7 +89,7 @@ fn table(title: &str, costs: &[Cost]) -> String {
     text
 }
 
-/// Grades a class of so many copies of `simulate`, or of others among them, on the shipped scenes.
+/// Grades a class of this many submissions (copies of `simulate`, or other programs too) on the shipped scenes.
 fn measure(count: usize, mixed: bool, options: &[String]) -> Cost {
     let grade = Path::new(env!("CARGO_BIN_EXE_grade"));
     let simulate = grade.with_file_name("simulate");
@@ -136,7 +136,7 @@ fn measure(count: usize, mixed: bool, options: &[String]) -> Cost {
         if let Some(status) = grader.try_wait().expect("grade can be waited for") {
             break status;
         }
-        // The peak only grows: what was seen last is it, but for the last moment.
+        // The peak only grows, so the last sample is accurate except for the final moment.
         own = own.max(kibibytes(grader.id(), "VmHWM:"));
         tree = tree.max(of_tree(grader.id()));
         std::thread::sleep(PAUSE);
@@ -148,14 +148,14 @@ fn measure(count: usize, mixed: bool, options: &[String]) -> Cost {
     Cost { submissions: count, seconds, own: mebibytes(own), tree: mebibytes(tree) }
 }
 
-/// A line of `/proc/PROCESS/status`; 0 where the process has ended.
+/// A number of `/proc/PROCESS/status`; 0 if the process has ended.
 fn kibibytes(process: u32, field: &str) -> u64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix(field));
     line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
 }
 
-/// Resident memory of a process and all below it. Pages that two share count twice.
+/// Resident memory of a process and its descendants. Pages shared by two processes count twice.
 fn of_tree(root: u32) -> u64 {
     let (mut sum, mut processes) = (0, vec![root]);
     while let Some(process) = processes.pop() {

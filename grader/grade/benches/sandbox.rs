@@ -1,4 +1,4 @@
-//! What protection costs a run of a program that does nothing. See README.md beside this file.
+//! Benchmark of the sandbox: overhead of protection for a program that does nothing. See README.md beside this file.
 
 #[path = "../../../simulator/benches/harness/mod.rs"]
 mod harness;

@@ -1,4 +1,4 @@
-//! `grade accuracy`: speed against error, ours and a program's.
+//! `grade accuracy`: measures error against computing time, of the built-in simulator and of a submission.
 
 use std::fs;
 use std::io;
@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use simulator::scene::{self, ParseOptions};
 use simulator::vocabulary;
 use studies::accuracy::problem::PROBLEMS;
-use studies::accuracy::{self, Config, Store, Study, Target};
+use studies::accuracy::{self, AccuracyConfig, Store, Study, Target};
 use studies::report::accuracy::{csv, json, plot, text};
 
 use crate::args::{AccuracyArgs, AccuracyFormat};
@@ -27,7 +27,7 @@ pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
     }
     let targets = targets(args)?;
     let submission = args.submission.as_deref().map(|path| open(path, args)).transpose()?;
-    let mut config = if args.quick { Config::QUICK } else { Config::FULL };
+    let mut config = if args.quick { AccuracyConfig::QUICK } else { AccuracyConfig::FULL };
     config.rungs = args.rungs.unwrap_or(config.rungs);
     let store = match &args.results {
         Some(folder) => Some(Store::new(folder, &provenance(args)?)),
@@ -44,12 +44,12 @@ pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
     bar.finish_and_clear();
     let study = study.map_err(Stop::bad_input)?;
     if let Some(folder) = &args.results {
-        keep(folder, &study)?;
+        write_results(folder, &study)?;
     }
     let bytes = match args.format {
         AccuracyFormat::Text => {
             let mut bytes = Vec::new();
-            let config = text::Config { details: args.details };
+            let config = text::AccuracyTextOptions { details: args.details };
             text::write(&mut bytes, &study, config).map_err(Stop::fault)?;
             bytes
         }
@@ -68,7 +68,7 @@ fn list() -> Result<(), Stop> {
     print(words.as_bytes())
 }
 
-/// What is to be measured.
+/// The scenes to measure.
 fn targets(args: &AccuracyArgs) -> Result<Vec<Target>, Stop> {
     if args.scene.is_empty() {
         return Ok(PROBLEMS.iter().map(Target::of_problem).collect());
@@ -89,7 +89,7 @@ fn target(name: &str, args: &AccuracyArgs) -> Result<Target, Stop> {
     Ok(Target::of_scene(name, parsed.scene))
 }
 
-/// The file of a scene: as it is named, or of the suite.
+/// The file of a scene, given by its path or by its name in the suite.
 fn scene_file(name: &str, args: &AccuracyArgs) -> Result<PathBuf, Stop> {
     let path = PathBuf::from(name);
     if path.is_file() {
@@ -112,24 +112,25 @@ fn scene_file(name: &str, args: &AccuracyArgs) -> Result<PathBuf, Stop> {
         }
     }
     Err(Stop::bad_input(format!(
-        "{name}: there is no such scene: neither a file, nor a scene of the suite, nor one of accuracy's own\n  \
-         help: `grade accuracy --list` names the last; a scene of the suite is named as Spring/ring-of-eight-linearized"
+        "{name}: scene not found\n  \
+        help: name a file, a scene of `grade accuracy --list`, or a scene of the suite, such as \
+        Spring/ring-of-eight-linearized"
     )))
 }
 
-/// The program to be measured beside ours.
+/// Opens the program to measure beside the built-in simulator.
 fn open(path: &Path, args: &AccuracyArgs) -> Result<Submission, Stop> {
-    // There need not be a suite, nor a rubric of it.
+    // This command needs no suite and no rubric.
     match open_program(path, &args.run, &Rubric::default(), &[])? {
         (submission @ Submission::Program(_), _) => Ok(submission),
         (Submission::Unusable { name, failure }, _) => {
             Err(Stop::bad_input(format!("{name}: {failure}")))
         }
-        _ => Err(Stop::bad_input(format!("{}: this is no program", path.display()))),
+        _ => Err(Stop::bad_input(format!("{}: not a program", path.display()))),
     }
 }
 
-/// What results depend on beside scenes and methods: this very program, and the one that is measured.
+/// Hash of what results depend on besides scenes and methods: this executable and the measured program.
 fn provenance(args: &AccuracyArgs) -> Result<String, Stop> {
     let own = std::env::current_exe().map_err(Stop::fault)?;
     let mut hash = Sha256::new();
@@ -143,7 +144,7 @@ fn provenance(args: &AccuracyArgs) -> Result<String, Stop> {
             if path.is_dir() {
                 for entry in fs::read_dir(&path).map_err(unreadable)? {
                     let entry = entry.map_err(unreadable)?;
-                    // A link could lead back.
+                    // A link could create a cycle.
                     if !entry.file_type().map_err(unreadable)?.is_symlink() {
                         pending.push(entry.path());
                     }
@@ -164,9 +165,10 @@ fn provenance(args: &AccuracyArgs) -> Result<String, Stop> {
 }
 
 /// Writes every report and diagram to the folder.
-fn keep(folder: &Path, study: &Study) -> Result<(), Stop> {
+fn write_results(folder: &Path, study: &Study) -> Result<(), Stop> {
     let mut report = Vec::new();
-    text::write(&mut report, study, text::Config { details: true }).map_err(Stop::fault)?;
+    text::write(&mut report, study, text::AccuracyTextOptions { details: true })
+        .map_err(Stop::fault)?;
     let mut files = vec![
         ("report.txt".to_owned(), report),
         ("points.csv".to_owned(), csv::render(study).map_err(Stop::fault)?.into_bytes()),
@@ -197,14 +199,14 @@ fn keep(folder: &Path, study: &Study) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Bytes as they are: colours are not looked for in a picture.
+/// Writes bytes unchanged, without stripping colour codes as for text.
 fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = simulator::output::OutputFile::create(path)?;
     io::Write::write_all(&mut file, bytes)?;
     file.commit()
 }
 
-/// On the standard error, where that is a terminal.
+/// A progress bar on standard error, if that is a terminal.
 fn progress_bar() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
     let style = ProgressStyle::with_template("{wide_bar} {pos} of {len}, {elapsed}  {msg}");

@@ -12,8 +12,8 @@ use simulator::force;
 
 /// Grade a mass-spring simulator, feature by feature, against oracle traces.
 ///
-/// Without arguments: the built-in simulator on every scene of assets/ and extracreditassets/, against
-/// expected/, and the Jacobians of every force.
+/// Without arguments, grade the built-in simulator on every scene of assets/ and extracreditassets/ against the
+/// traces in expected/, and check the Jacobians of every force.
 #[derive(Parser)]
 #[command(name = "grade", version, args_conflicts_with_subcommands = true)]
 #[command(
@@ -30,61 +30,61 @@ pub(super) struct Cli {
 
 #[derive(Subcommand)]
 pub(super) enum Command {
-    /// Grade every submission of a folder, each alone: a report of each, and a table of all
+    /// Grade every submission in a folder, one after the other: one report each, and a summary table
     #[command(
         after_help = "Exit codes: 0 all graded, whatever their verdicts; 2 bad usage or input; 3 something could \
-                      not be judged or written; 130 interrupted (Ctrl-C): --resume goes on."
+                      not be judged or written; 130 interrupted (Ctrl-C); continue with --resume."
     )]
     Class(ClassArgs),
-    /// Judge each force's Jacobians, block by block: correct, wrong or inconclusive; ours, or a program's
+    /// Check the Jacobians of each force, block by block: correct, wrong or inconclusive
     Jacobians(JacobianArgs),
-    /// What accuracy a second of computing buys: errors and costs of every integrator over a ladder of time steps
+    /// Measure error against computing time for every integrator, over a ladder of time steps
     Accuracy(AccuracyArgs),
-    /// Write a working skeleton of a submission, which documents the protocol
+    /// Write a working skeleton of a submission, with the protocol explained in comments
     Init {
-        /// Its language
+        /// Language of the skeleton
         #[arg(value_name = "LANG", value_parser = PossibleValuesParser::new(Language::ALL.map(Language::name)))]
         language: String,
 
-        /// Folder to write it to; it is made where it is missing
+        /// Folder for the skeleton, created if missing
         #[arg(value_name = "DIR", default_value = "my-simulator")]
         folder: PathBuf,
     },
-    /// Run the suite of hard cases, and find each method's stability boundary: against what is expected and theory
+    /// Run hard cases and compare with the expected outcomes; compare stability boundaries with theory
     Stability(StabilityArgs),
-    /// Show what each scene is given to be stepped, and what the general path would cost it
+    /// Show the buffers that each scene needs, and the extra cost of the general code path
     Needs {
-        /// Only these scenes: a name, a group, an integrator, a pattern with * and ?, or a part of names; may be
-        /// given several times
+        /// Measure only these scenes (repeatable): a name, a group, an integrator, a pattern with * and ?, or a part of
+        /// names
         #[arg(long, value_name = "PATTERN")]
         only: Vec<String>,
 
         #[command(flatten)]
         suite: SuiteArgs,
     },
-    /// Run planted mistakes and correct variants: is every mistake caught and blamed, every variant passed?
+    /// Test the grader: planted mistakes must be caught and named, correct variants must pass
     Selftest(SelfTestArgs),
-    /// Make the oracle traces anew, or see whether they still match
+    /// Regenerate or verify the oracle traces
     #[command(subcommand)]
     Oracle(OracleCommand),
 }
 
 #[derive(Args)]
 pub(super) struct GradeArgs {
-    /// What is graded instead of the built-in simulator: a program (run as `PROGRAM -s SCENE -d 0 -o TRACE` or
-    /// `PROGRAM SCENE -o TRACE`), a folder with submission.toml, or a folder of traces
+    /// Submission to grade: a program (run as `PROGRAM -s SCENE -d 0 -o TRACE` or `PROGRAM SCENE -o TRACE`), a folder
+    /// with submission.toml, or a folder of traces [default: the built-in simulator]
     #[arg(value_name = "SUBMISSION")]
     pub(super) submission: Option<PathBuf>,
 
-    /// Grade the traces of this folder (GROUP/SCENE.csv or .bin) instead of running anything
+    /// Grade the traces in this folder (GROUP/SCENE.csv or .bin); run no program
     #[arg(long, value_name = "DIR", conflicts_with = "submission")]
     pub(super) traces: Option<PathBuf>,
 
     #[command(flatten)]
     pub(super) run: RunArgs,
 
-    /// Grade only these scenes; may be given several times. A scene's name (Spring/two-springs), a group (Spring), an
-    /// integrator, a pattern with * and ?, the start of a name (Spring/two), or, without a /, a part of names (two)
+    /// Grade only these scenes (repeatable): a name (Spring/two-springs), a group (Spring), an integrator, a pattern
+    /// with * and ?, the start of a name (Spring/two), or, without a /, a part of names (two)
     #[arg(long, value_name = "PATTERN")]
     pub(super) only: Vec<String>,
 
@@ -92,7 +92,7 @@ pub(super) struct GradeArgs {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(super) format: Format,
 
-    /// Write the report to this file instead of the standard output
+    /// Write the report to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
@@ -106,36 +106,35 @@ pub(super) struct GradeArgs {
 /// How a submission is graded, alone or in a class.
 #[derive(Args)]
 pub(super) struct JudgeArgs {
-    /// Hidden scenes, which count and of which nothing else is told: a folder that holds assets/ or
-    /// extracreditassets/, and expected/ [default: as the rubric says]
+    /// Folder of hidden scenes: assets/ or extracreditassets/, and expected/. Hidden scenes count for points; reports
+    /// show only their verdicts [default: the rubric's folder]
     #[arg(long, value_name = "DIR")]
     pub(super) hidden: Option<PathBuf>,
 
-    /// What scenes are judged by where the rubric sets no tolerance of theirs [default: the rubric's, else
-    /// calibrated]
+    /// Tolerances for scenes for which the rubric sets none [default: the rubric's criteria, else calibrated]
     #[arg(long, value_enum, value_name = "NAME")]
     pub(super) criteria: Option<CriteriaArg>,
 
-    /// Check no Jacobians, neither ours nor a program's
+    /// Skip the checks of Jacobians
     #[arg(long)]
     pub(super) no_jacobians: bool,
 
-    /// The most scenes whose failure is told in detail (text only)
+    /// Number of failed scenes to explain in detail (text only)
     #[arg(long, value_name = "N", default_value_t = 20)]
     pub(super) details: usize,
 
-    /// Show no progress line; where the standard error is no terminal, and under CI, there is none anyway
+    /// Hide the progress line (shown only if standard error is a terminal and CI is not set)
     #[arg(long)]
     pub(super) no_progress: bool,
 }
 
 #[derive(Args)]
 pub(super) struct ClassArgs {
-    /// The submissions: programs, folders with submission.toml, folders of traces
+    /// Folder of submissions: programs, folders with submission.toml, folders of traces
     #[arg(value_name = "DIR")]
     pub(super) folder: PathBuf,
 
-    /// Folder for the reports (reports/NAME.txt, …), summary.txt and summary.csv; it is made where it is missing
+    /// Folder for the reports (reports/NAME.txt, …), summary.txt and summary.csv, created if missing
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: PathBuf,
 
@@ -143,7 +142,7 @@ pub(super) struct ClassArgs {
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Format::Text, Format::Json])]
     pub(super) format: Vec<Format>,
 
-    /// Keep what an earlier run left in the output folder, where submission, suite and grader are the same
+    /// Reuse reports of an earlier run from the output folder if submission, suite and grader are unchanged
     #[arg(long)]
     pub(super) resume: bool,
 
@@ -157,25 +156,25 @@ pub(super) struct ClassArgs {
     pub(super) suite: SuiteArgs,
 }
 
-/// How programs are run.
+/// Options for running programs.
 #[derive(Args)]
 pub(super) struct RunArgs {
-    /// Run programs with all the rights that you have: they may read the oracle, and change your files
+    /// Run programs without the sandbox, with all your rights: they can read the oracle and change your files
     #[arg(long)]
     pub(super) unprotected: bool,
 
-    /// Set a limit of each run, as --limit wall=10; sizes may end in K, M or G. Limits: cpu and wall (seconds),
-    /// memory, trace, stdout and stderr (bytes), processes, files
+    /// Set a limit of each run, as in --limit wall=10 (repeatable). Limits: cpu and wall (seconds), memory, trace,
+    /// stdout and stderr (bytes, or with suffix K, M or G), processes, files
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_limit)]
     pub(super) limit: Vec<(String, f64)>,
 
-    /// Let programs read this file or folder as well
+    /// Let programs read this file or folder too (repeatable)
     #[arg(long, value_name = "PATH")]
     pub(super) readable: Vec<PathBuf>,
 }
 
 pub(super) fn parse_limit(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("a limit is set as NAME=VALUE")?;
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
     let (digits, factor) = match value.char_indices().next_back() {
         Some((place, 'K' | 'k')) => (&value[..place], 1024.0),
         Some((place, 'M' | 'm')) => (&value[..place], 1024.0 * 1024.0),
@@ -190,46 +189,48 @@ pub(super) fn parse_limit(text: &str) -> Result<(String, f64), String> {
 
 #[derive(Args)]
 pub(super) struct SuiteArgs {
-    /// Folder that holds assets/, extracreditassets/ and expected/ [default: here or above]
+    /// Folder with assets/, extracreditassets/ and expected/ [default: the current folder or the nearest parent with
+    /// assets/]
     #[arg(long, value_name = "DIR")]
     pub(super) root: Option<PathBuf>,
 
-    /// Required scenes; then there is no extra credit but by --extra-credit
+    /// Folder of the required scenes; extra-credit scenes then need --extra-credit
     #[arg(long, value_name = "DIR")]
     pub(super) assets: Option<PathBuf>,
 
-    /// Extra-credit scenes
+    /// Folder of the extra-credit scenes
     #[arg(long, value_name = "DIR")]
     pub(super) extra_credit: Option<PathBuf>,
 
-    /// Oracle traces [default: expected/ beside the required scenes]
+    /// Folder of the oracle traces [default: expected/ beside the required scenes]
     #[arg(long, value_name = "DIR")]
     pub(super) expected: Option<PathBuf>,
 
-    /// Tolerances and points [default: rubric.toml among the required scenes, else the course's criteria]
+    /// Rubric with tolerances and points [default: rubric.toml in the folder of the required scenes, else the
+    /// built-in rubric]
     #[arg(long, value_name = "FILE")]
     pub(super) rubric: Option<PathBuf>,
 
-    /// Unknown elements and attributes of scenes are errors, not warnings
+    /// Reject unknown elements and attributes of scenes instead of warning
     #[arg(long)]
     pub(super) strict: bool,
 
-    /// Threads to use [default: one a core]
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) threads: Option<u16>,
 }
 
 #[derive(Args)]
 pub(super) struct JacobianArgs {
-    /// Measure forces and Jacobians of this program, or of that of this folder with submission.toml, instead of
-    /// checking the built-in simulator
+    /// Program, or folder with submission.toml, whose forces and Jacobians to measure [default: check the built-in
+    /// simulator]
     #[arg(value_name = "SUBMISSION", conflicts_with_all = ["states", "seed", "plot"])]
     pub(super) submission: Option<PathBuf>,
 
     #[command(flatten)]
     pub(super) run: RunArgs,
 
-    /// Random states a force and dimension, beside the hard ones
+    /// Number of random states per force and dimension, in addition to the hard ones
     #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(super) states: u32,
 
@@ -245,30 +246,29 @@ pub(super) struct JacobianArgs {
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(super) format: Format,
 
-    /// Write the report to this file instead of the standard output
+    /// Write the report to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
-    /// Show the blocks and the state behind every verdict, and not only where one is not correct (text only)
+    /// Show the blocks and the state for every verdict, not only for those that are not correct (text only)
     #[arg(long)]
     pub(super) details: bool,
 
-    /// Write a plot a force (SVG) to this folder: errors of differences and of Taylor's test by step size
+    /// Write one plot per force (SVG) to this folder: errors of finite differences and of Taylor's test by step size
     #[arg(long, value_name = "DIR")]
     pub(super) plot: Option<PathBuf>,
 }
 
 #[derive(Args)]
 pub(super) struct AccuracyArgs {
-    /// Measure this program, or that of this folder with submission.toml, beside the built-in simulator
+    /// Program, or folder with submission.toml, to measure beside the built-in simulator
     #[arg(value_name = "SUBMISSION")]
     pub(super) submission: Option<PathBuf>,
 
     #[command(flatten)]
     pub(super) run: RunArgs,
 
-    /// Measure only this scene, which may be given several times: one of the scenes of `--list`, a scene of the
-    /// suite by its name, or a file
+    /// Measure only this scene (repeatable): a scene of `--list`, a scene of the suite by its name, or a file
     #[arg(long, value_name = "SCENE")]
     pub(super) scene: Vec<String>,
 
@@ -276,16 +276,16 @@ pub(super) struct AccuracyArgs {
     #[arg(long)]
     pub(super) list: bool,
 
-    /// Fewer time steps and repeats: half a minute for all scenes
+    /// Use fewer time steps and repeats: half a minute for all scenes
     #[arg(long)]
     pub(super) quick: bool,
 
-    /// Time steps of the ladder, each half of the one before
+    /// Number of time steps in the ladder, each half of the one before
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=30))]
     pub(super) rungs: Option<u32>,
 
-    /// Keep everything in this folder: points, so that a run that was interrupted goes on, and the report as text,
-    /// CSV and JSON, and a diagram a scene as SVG and PNG
+    /// Keep all results in this folder: measured points, so that an interrupted run can continue; the report as text,
+    /// CSV and JSON; and one diagram per scene as SVG and PNG
     #[arg(long, value_name = "DIR")]
     pub(super) results: Option<PathBuf>,
 
@@ -293,7 +293,7 @@ pub(super) struct AccuracyArgs {
     #[arg(long, value_enum, default_value_t = AccuracyFormat::Text)]
     pub(super) format: AccuracyFormat,
 
-    /// Write the report to this file instead of the standard output
+    /// Write the report to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
@@ -301,17 +301,18 @@ pub(super) struct AccuracyArgs {
     #[arg(long)]
     pub(super) details: bool,
 
-    /// Folder that holds assets/ and extracreditassets/, for scenes of the suite [default: here or above]
+    /// Folder with assets/ and extracreditassets/, for scenes of the suite [default: the current folder or the nearest
+    /// parent with assets/]
     #[arg(long, value_name = "DIR")]
     pub(super) root: Option<PathBuf>,
 }
 
-/// Formats of what `grade accuracy` reports.
+/// Formats of the report of `grade accuracy`.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum AccuracyFormat {
     /// For people
     Text,
-    /// A row a point
+    /// For spreadsheets: one row per point
     Csv,
     /// For programs; schema in docs/accuracy.schema.json
     Json,
@@ -319,32 +320,32 @@ pub(super) enum AccuracyFormat {
 
 #[derive(Args)]
 pub(super) struct StabilityArgs {
-    /// Fewer steps and damping ratios: some seconds in all
+    /// Use fewer steps and damping ratios: some seconds in all
     #[arg(long)]
     pub(super) quick: bool,
 
-    /// Run what fails again, its failed steps solved with a line search or taken in smaller ones
+    /// Run failed cases again with fallbacks for failed steps: line search and smaller steps
     #[arg(long)]
     pub(super) robust: bool,
 
-    /// Run only these cases, and nothing of the theory: a case's name, a pattern with * and ?, or a part of names; may
-    /// be given several times
+    /// Run only these cases, without the comparison with theory (repeatable): a name, a pattern with * and ?, or a
+    /// part of names
     #[arg(long, value_name = "PATTERN")]
     pub(super) only: Vec<String>,
 
-    /// Take what comes for what is expected from now on
+    /// Accept the outcomes of this run as the expected ones
     #[arg(long)]
     pub(super) accept: bool,
 
-    /// The outcomes that are expected [default: docs/stability-expected.csv, here or above]
+    /// File of the expected outcomes [default: docs/stability-expected.csv in the folder with assets/]
     #[arg(long, value_name = "FILE")]
     pub(super) expected: Option<PathBuf>,
 
-    /// Keep finished trials in this folder: a run that was interrupted goes on where it was
+    /// Keep finished trials in this folder, and continue an interrupted run from there
     #[arg(long, value_name = "DIR")]
     pub(super) resume: Option<PathBuf>,
 
-    /// Write a map a method (SVG and PNG) to this folder: where it is stable, and how much it damps
+    /// Write one map per method (SVG and PNG) to this folder: where it is stable, and how much it damps
     #[arg(long, value_name = "DIR")]
     pub(super) plot: Option<PathBuf>,
 
@@ -352,34 +353,34 @@ pub(super) struct StabilityArgs {
     #[arg(long, value_enum, default_value_t = TableFormat::Text)]
     pub(super) format: TableFormat,
 
-    /// Write the report to this file instead of the standard output
+    /// Write the report to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 }
 
-/// A report of tables.
+/// Formats of tables.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum TableFormat {
     /// For people
     Text,
     /// For programs
     Json,
-    /// For spreadsheets: a row a trial
+    /// For spreadsheets: one row per trial
     Csv,
 }
 
 #[derive(Subcommand)]
 pub(super) enum OracleCommand {
-    /// Make every oracle trace anew with the built-in simulator; replace expected/ whole or not at all
+    /// Regenerate all oracle traces with the built-in simulator; replace expected/ completely or not at all
     Regenerate {
-        /// Replace also traces that changed beyond their tolerance, and remove those without a scene
+        /// Also replace traces that changed beyond their tolerance, and remove traces without a scene
         #[arg(long)]
         accept: bool,
 
         #[command(flatten)]
         suite: SuiteArgs,
     },
-    /// Say whether expected/ still matches its scenes and its manifest
+    /// Check that expected/ matches its scenes and its manifest
     Verify {
         #[command(flatten)]
         suite: SuiteArgs,
@@ -388,14 +389,14 @@ pub(super) enum OracleCommand {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum CriteriaArg {
-    /// The rubric's default tolerances: by default the course's, 1e-10 each and 1e-6 in sum
+    /// The rubric's default tolerances; without a rubric the course's: 1e-10 per residual, 1e-6 for their sum
     Course,
-    /// What correct programs differ by, as measured when the oracle's trace was made
+    /// The measured differences between correct programs, stored with the oracle's traces
     Calibrated,
 }
 
 impl CriteriaArg {
-    /// As the rubric knows it.
+    /// Its name in the rubric.
     pub(super) fn name(self) -> CriteriaName {
         match self {
             Self::Course => CriteriaName::Course,
@@ -421,15 +422,15 @@ pub(super) struct SelfTestArgs {
     #[arg(long, value_enum, default_value_t = SelfTestFormat::Text)]
     pub(super) format: SelfTestFormat,
 
-    /// The document docs/selftest.md: the same as --format markdown
+    /// Write docs/selftest.md; same as --format markdown
     #[arg(long, conflicts_with = "format")]
     pub(super) markdown: bool,
 
-    /// Write the report to this file instead of the standard output
+    /// Write the report to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
-    /// Leave out the programs in other languages: then no compiler is needed
+    /// Skip the programs in other languages, which need compilers
     #[arg(long)]
     pub(super) in_process: bool,
 

@@ -1,7 +1,7 @@
-//! `grade class`: every submission of a folder, each alone, one after the other.
+//! `grade class`: grades every submission in a folder, one after the other.
 //!
-//! The scenes of one run in parallel. Two submissions never do: each has the machine to itself, memory is that of
-//! one, and neither can tell what the other does.
+//! The scenes of one submission run in parallel. Two submissions never run at the same time: each has the machine
+//! to itself, memory use is that of one, and neither can observe the other.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -29,19 +29,19 @@ use crate::interrupt::Interrupt;
 use crate::output::{print, replace_file};
 use crate::progress::Progress;
 use crate::stop::{Exit, Stop};
-use crate::submission::{keep, open_entry, refused};
+use crate::submission::{check_secrets, open_entry, refused};
 
-/// Reports of a submission: the name of each file, and what is in it.
+/// Reports of a submission: the name and content of each file.
 type Reports = Vec<(String, Vec<u8>)>;
 
-/// Everything that is the same for all submissions.
+/// The settings and inputs shared by all submissions.
 struct Class<'a> {
     args: &'a ClassArgs,
     inputs: Inputs,
     oracle: Oracle,
     runner: Runner,
     protections: Vec<Protection>,
-    /// Of all but the submission.
+    /// Hash of all inputs except the submission.
     fingerprint: Fingerprint,
     reports: PathBuf,
     records: PathBuf,
@@ -53,8 +53,8 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     let (entries, passed_over) = entry::list(&args.folder).map_err(unreadable)?;
     if entries.is_empty() {
         return Err(Stop::bad_input(format!(
-            "{}: there are no submissions\n  help: it holds programs, folders with submission.toml, or folders of \
-             traces",
+            "{}: no submissions found\n  help: put programs, folders with submission.toml, or folders of traces \
+            there",
             args.folder.display()
         )));
     }
@@ -81,7 +81,7 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
         let done = rows.len();
         return Err(Stop(
             Exit::Interrupted,
-            format!("{done} of {total} submissions graded\n  help: --resume goes on from there"),
+            format!("{done} of {total} submissions graded\n  help: continue with --resume"),
         ));
     }
     Ok(if rows.iter().any(Row::is_fault) { Exit::GraderFault } else { Exit::Passed })
@@ -98,7 +98,7 @@ impl<'a> Class<'a> {
                 fs::symlink_metadata(folder).map_err(|error| unwritable(folder, &error))?;
             if !metadata.is_dir() {
                 return Err(Stop::bad_input(format!(
-                    "{}: it is a link, and reports are written through none\n  help: remove it, or name \
+                    "{}: is a symbolic link; reports are not written through links\n  help: remove it, or name \
                      another folder with --output",
                     folder.display()
                 )));
@@ -122,18 +122,17 @@ impl<'a> Class<'a> {
         })
     }
 
-    /// The row of a submission, which is graded unless that was done; its reports are written before. `None` where the
-    /// run was ended early.
+    /// Grades a submission, unless an earlier run did, writes its reports, and returns its row; `None` if interrupted.
     ///
     /// # Errors
-    /// Where the output takes no reports. Whatever else happens is the row's.
+    /// If the reports cannot be written. All other failures are recorded in the row.
     fn row(&self, entry: &ClassEntry) -> Result<Option<Row>, Stop> {
         if self.progress.is_stopped() {
             return Ok(None);
         }
         let mut fingerprint = self.fingerprint.clone();
         let files = fingerprint.submission(&entry.path);
-        // What cannot be read is graded each time anew.
+        // A submission that cannot be read has no fingerprint; it is graded again each time.
         let fingerprint = files.is_ok().then(|| fingerprint.finish());
         let record_path = self.records.join(format!("{}.json", entry.report));
         if let (Some(fingerprint), true) = (&fingerprint, self.args.resume)
@@ -169,10 +168,10 @@ impl<'a> Class<'a> {
         Ok(Some(row))
     }
 
-    /// The row of a submission, and its reports by the names of their files.
+    /// The row of a submission, and its reports by file name.
     ///
     /// # Errors
-    /// In words, where the grader breaks off.
+    /// A message, if the grader panics or a report cannot be rendered.
     fn graded(
         &self,
         entry: &ClassEntry,
@@ -180,7 +179,7 @@ impl<'a> Class<'a> {
     ) -> Result<(Row, Reports), String> {
         let graded = catch_unwind(AssertUnwindSafe(|| {
             let mut grading = self.grade(&open());
-            // Names that submissions give themselves need not be theirs alone.
+            // Names in submission.toml need not be unique.
             grading.submission.clone_from(&entry.name);
             let render = |format: &Format| {
                 let bytes = render(&grading, *format, |out| {
@@ -194,7 +193,7 @@ impl<'a> Class<'a> {
             Ok((Row::of(&grading), reports))
         }));
         graded.unwrap_or_else(|panic| {
-            Err(format!("the grader broke off: {}", panic_message(panic.as_ref())))
+            Err(format!("the grader panicked: {}", panic_message(panic.as_ref())))
         })
     }
 
@@ -211,7 +210,7 @@ impl<'a> Class<'a> {
     }
 }
 
-/// No submission may read the oracle, the hidden scenes, the reports, or another submission.
+/// Checks that no submission can read the oracle, the hidden scenes, the reports, or another submission.
 fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
     let real = |path: &Path| {
         fs::canonicalize(path)
@@ -223,7 +222,7 @@ fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
     for secret in &secrets {
         if real(secret)?.starts_with(&folder) {
             return Err(Stop::bad_input(format!(
-                "{}: it is among the submissions\n  help: keep it apart from {}",
+                "{}: is inside the folder of submissions\n  help: move it out of {}",
                 secret.display(),
                 args.folder.display()
             )));
@@ -235,10 +234,10 @@ fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
     secrets.push(args.folder.clone());
     let readable =
         args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
-    keep(&secrets, &readable)
+    check_secrets(&secrets, &readable)
 }
 
-/// What every report of this run comes of, but for the submission.
+/// Hash of everything that the reports of this run depend on, except the submission.
 fn fingerprint(
     args: &ClassArgs,
     inputs: &Inputs,

@@ -1,4 +1,4 @@
-//! `grade` itself: a submission over the suite.
+//! `grade`: grades one submission on the suite.
 
 use std::io::{self, Write};
 
@@ -26,9 +26,9 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
     let opened = open_submission(args, &inputs);
-    interrupt.check("the submission was not built, and no scene is graded")?;
+    interrupt.check("the submission was not built; no scene was graded")?;
     let (submission, protection) = opened?;
-    // Whoever picks scenes wants to see those, and soon.
+    // With --only, run nothing but the chosen scenes.
     let checks = Checks {
         jacobians: !args.judge.no_jacobians,
         probe: !args.judge.no_jacobians && is_whole,
@@ -38,7 +38,7 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     let grading = inputs.grader(&oracle, checks, &progress).grade(&submission, protection);
     drop(progress);
     if let Some(interrupted) = grading.interrupted {
-        // A partial report that a program takes for a whole one is worse than none.
+        // A program could mistake a partial JSON or JUnit report for a complete one.
         if args.format == Format::Text {
             deliver(args, &grading)?;
         }
@@ -46,14 +46,14 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
     }
     deliver(args, &grading)?;
     Ok(match grading.outcome() {
-        // Whoever has no hidden scenes cannot do better.
+        // Without the hidden scenes, this is the best result possible.
         GradingOutcome::Passed | GradingOutcome::PassedShipped => Exit::Passed,
         GradingOutcome::Failed => Exit::Failed,
         GradingOutcome::GraderFault => Exit::GraderFault,
     })
 }
 
-/// Writes the report where it is wanted.
+/// Writes the report to the requested output.
 pub(super) fn deliver(args: &GradeArgs, grading: &Grading) -> Result<(), Stop> {
     let bytes = render(grading, args.format, |out| {
         report::text::write(out, grading, report::text::TextOptions { details: args.judge.details })
@@ -61,7 +61,7 @@ pub(super) fn deliver(args: &GradeArgs, grading: &Grading) -> Result<(), Stop> {
     put(&bytes, args.output.as_deref())
 }
 
-/// The report in the format wanted; `text` writes it for people.
+/// Renders the report in a format; `text` writes the text format.
 pub(super) fn render(
     grading: &Grading,
     format: Format,

@@ -1,4 +1,4 @@
-//! `grade init`: a skeleton of a submission.
+//! `grade init`: writes the skeleton of a submission.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use grader::init::{self, Language};
 use crate::output::print;
 use crate::stop::{Exit, Stop};
 
-/// Writes a skeleton, and says what to do with it.
+/// Writes a skeleton and prints the next steps.
 pub(super) fn init(language: &str, folder: &Path) -> Result<Exit, Stop> {
     let language = Language::ALL.into_iter().find(|each| each.name() == language);
-    let language = language.ok_or_else(|| Stop::bad_input("there is no such language"))?;
+    let language = language.ok_or_else(|| Stop::bad_input("unknown language"))?;
     let files = init::write(language, folder)
         .map_err(|error| Stop::bad_input(format!("{}: {error}", folder.display())))?;
     let mut text = String::new();
@@ -22,7 +22,7 @@ pub(super) fn init(language: &str, folder: &Path) -> Result<Exit, Stop> {
         folder += &format!(" {arguments}");
     }
     text += &format!(
-        "\nIt moves particles on which no force acts. See what that passes, and go on from there:\n\n    \
+        "\nThe skeleton moves particles on which no force acts. Grade it, then add forces and integrators:\n\n    \
          grade {folder} --only Inertia\n    grade {folder}\n"
     );
     print(text.as_bytes())?;

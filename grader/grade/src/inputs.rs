@@ -1,4 +1,4 @@
-//! The scenes, the oracle and the rubric that a run works on.
+//! The scenes, the oracle and the rubric of a run, found and loaded.
 
 use std::path::{Path, PathBuf};
 
@@ -13,19 +13,19 @@ use simulator::scene::ParseOptions;
 use crate::args::{CriteriaArg, SuiteArgs};
 use crate::stop::{Stop, complain};
 
-/// What a run works on.
+/// The inputs of a run.
 pub(super) struct Inputs {
     pub(super) suite: Suite,
     pub(super) expected: PathBuf,
     pub(super) rubric: Rubric,
-    /// The rubric's file, where there is one.
+    /// The file of the rubric; `None` for the default rubric.
     pub(super) rubric_path: Option<PathBuf>,
-    /// The hidden scenes that are at hand, and their folder.
+    /// The hidden scenes, if available, and their folder.
     pub(super) hidden: Option<(HiddenSuite, PathBuf)>,
 }
 
 impl Inputs {
-    /// What submissions are graded against.
+    /// A grader for these inputs.
     pub(super) fn grader<'a>(
         &'a self,
         oracle: &'a Oracle,
@@ -36,7 +36,7 @@ impl Inputs {
         Grader { suite: &self.suite, oracle, rubric: &self.rubric, hidden, checks, observer }
     }
 
-    /// The folders that no submission may read.
+    /// The folders that submissions must not read.
     pub(super) fn secrets(&self) -> Vec<PathBuf> {
         let hidden = self.hidden.iter().map(|(_, folder)| folder);
         [&self.expected].into_iter().chain(hidden).cloned().collect()
@@ -44,12 +44,13 @@ impl Inputs {
 }
 
 impl SuiteArgs {
-    /// Everything, with hidden scenes only where the rubric says where they are.
+    /// Reads all inputs; hidden scenes only if the rubric names their folder.
     pub(super) fn read(&self) -> Result<Inputs, Stop> {
         self.read_with(None, None)
     }
 
-    /// Everything, with the hidden scenes of this folder, judged by these criteria where the rubric sets no tolerance.
+    /// Reads all inputs with the hidden scenes of this folder. The criteria apply to scenes for which the rubric sets
+    /// no tolerance.
     pub(super) fn read_with(
         &self,
         hidden: Option<&Path>,
@@ -87,10 +88,7 @@ impl SuiteArgs {
     fn folders(&self) -> Result<Folders, Stop> {
         for folder in [&self.root, &self.assets, &self.extra_credit].into_iter().flatten() {
             if !folder.is_dir() {
-                return Err(Stop::bad_input(format!(
-                    "{}: there is no such folder",
-                    folder.display()
-                )));
+                return Err(Stop::bad_input(format!("{}: folder not found", folder.display())));
             }
         }
         let (assets, extra_credit) = match &self.assets {
@@ -115,7 +113,7 @@ pub(super) struct Folders {
     pub(super) expected: PathBuf,
 }
 
-/// The hidden scenes of the folder that is named, or else of that of the rubric, where it is there.
+/// The hidden scenes of the named folder, or else of the rubric's folder if it exists.
 fn read_hidden(
     named: Option<&Path>,
     shipped: &Suite,
@@ -129,7 +127,7 @@ fn read_hidden(
     let (found, promised) = (hidden.n_scenes(), rule.and_then(|rule| rule.scenes));
     if let Some(promised) = promised.filter(|promised| promised.get() != found) {
         return Err(Stop::bad_input(format!(
-            "{}: there are {found} hidden scenes, and the rubric says {promised}",
+            "{}: found {found} hidden scenes, but the rubric states {promised}",
             folder.display()
         )));
     }
@@ -137,7 +135,7 @@ fn read_hidden(
         complain(
             "warning",
             format!(
-                "{0}: {1} remarks on hidden scenes; `grade oracle verify --root {0}` shows them",
+                "{0}: {1} warnings about hidden scenes; show them with `grade oracle verify --root {0}`",
                 folder.display(),
                 hidden.n_warnings()
             ),
@@ -146,7 +144,7 @@ fn read_hidden(
     Ok(Some((hidden, folder.to_path_buf())))
 }
 
-/// The nearest folder, here or above, that holds assets/; as a short relative path where it is here.
+/// The nearest folder with assets/ in it: the current one (as the empty path) or a parent.
 pub(super) fn find_root() -> Result<PathBuf, Stop> {
     if Path::new("assets").is_dir() {
         return Ok(PathBuf::new());
@@ -154,17 +152,17 @@ pub(super) fn find_root() -> Result<PathBuf, Stop> {
     let here = std::env::current_dir().map_err(Stop::bad_input)?;
     let root = here.ancestors().find(|folder| folder.join("assets").is_dir());
     root.map(Path::to_path_buf).ok_or_else(|| {
-        let message = "there is no assets/ folder here or above\n  help: run grade where the scenes are, or name a folder with --root or --assets";
+        let message = "no assets/ folder in the current folder or its parents\n  help: run grade in the folder of the scenes, or name a folder with --root or --assets";
         Stop::bad_input(message)
     })
 }
 
-/// The oracle of a folder, which must be there.
+/// Opens the oracle in a folder, which must exist.
 pub(super) fn open_oracle(folder: &Path) -> Result<Oracle, Stop> {
     if !folder.is_dir() {
         let folder = folder.display();
         return Err(Stop::bad_input(format!(
-            "{folder}: there is no such folder; make it with `grade oracle regenerate`"
+            "{folder}: folder not found; create it with `grade oracle regenerate`"
         )));
     }
     Oracle::open(folder).map_err(Stop::bad_input)

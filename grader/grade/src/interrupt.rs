@@ -1,17 +1,17 @@
-//! Ctrl-C and SIGTERM. The first one ends the running programs, and lets `grade` report what was done; a second one
-//! ends `grade` at once.
+//! Handling of Ctrl-C and SIGTERM. The first signal ends the running programs, and `grade` reports what it has
+//! graded; the second ends `grade` at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::stop::{Exit, Stop};
 
-/// Whether `grade` is to end early.
+/// Whether an interrupt was requested.
 #[derive(Clone, Default)]
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// From now on, signals are taken.
+    /// Installs the signal handlers.
     pub(super) fn listen() -> Result<Self, Stop> {
         let interrupt = Self::default();
         #[cfg(unix)]
@@ -24,7 +24,7 @@ impl Interrupt {
     }
 
     /// # Errors
-    /// Where `grade` is to end early.
+    /// If an interrupt was requested.
     pub(super) fn check(&self, done: &str) -> Result<(), Stop> {
         match self.is_requested() {
             true => Err(Stop(Exit::Interrupted, done.to_owned())),
@@ -50,12 +50,12 @@ mod unix {
 
     use crate::stop::Exit;
 
-    /// Between two looks for children: a thread may have been about to start one.
+    /// Pause between two searches for children: a thread may have been about to start one.
     const PAUSE: Duration = Duration::from_millis(5);
 
     pub(super) fn listen(requested: &Arc<AtomicBool>) -> io::Result<()> {
         for signal in [SIGINT, SIGTERM] {
-            // In this order: the first signal finds the flag not yet set.
+            // The order matters: at the first signal, the flag is not yet set.
             flag::register_conditional_shutdown(
                 signal,
                 Exit::Interrupted as i32,
@@ -75,17 +75,17 @@ mod unix {
         Ok(())
     }
 
-    /// Ends the supervisors of protected programs, and with them the programs; and unprotected ones, each a process
-    /// group. Where there is no /proc, programs run on to their ends.
+    /// Kills the supervisors of protected programs, and so the programs, and the process groups of unprotected
+    /// programs. Without /proc, programs run to their end.
     fn end_children() {
         for pid in children().unwrap_or_default() {
-            // Without protection, a program leads a group of its own.
+            // An unprotected program leads its own process group.
             let _ = kill_process_group(pid, Signal::KILL);
             let _ = kill_process(pid, Signal::KILL);
         }
     }
 
-    /// Children other than the sweeper.
+    /// All children except the sweeper.
     fn children() -> io::Result<Vec<Pid>> {
         let own = getpid().as_raw_nonzero().to_string();
         let mut children = Vec::new();
@@ -94,7 +94,7 @@ mod unix {
                 continue;
             };
             let stat = fs::read_to_string(entry.path().join("stat")).unwrap_or_default();
-            // `pid (name) state parent …`, and a name may hold blanks and parentheses.
+            // `pid (name) state parent …`; the name may contain blanks and parentheses.
             let parent = stat.rsplit_once(')').and_then(|(_, rest)| rest.split_whitespace().nth(1));
             let command = fs::read(entry.path().join("cmdline")).unwrap_or_default();
             let is_sweeper = command.split(|byte| *byte == 0).nth(1) == Some(SWEEPER.as_bytes());

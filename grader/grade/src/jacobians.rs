@@ -1,4 +1,4 @@
-//! `grade jacobians`: ours, or a program's.
+//! `grade jacobians`: checks the Jacobians of the built-in simulator or of a submission.
 
 use std::io;
 use std::path::Path;
@@ -54,7 +54,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
     Ok(if grading.jacobians.is_pass() { Exit::Passed } else { Exit::Failed })
 }
 
-/// Writes a plot a force.
+/// Writes one plot per force.
 pub(super) fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop> {
     let unwritable =
         |path: &Path, error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
@@ -69,16 +69,16 @@ pub(super) fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop
     Ok(())
 }
 
-/// The black-box check: nothing is known of the program but its traces.
+/// Black-box check of a program, from its traces alone.
 pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, Stop> {
-    // There need not be a suite, nor a rubric of it.
+    // This command needs no suite and no rubric.
     let rubric = Rubric::default();
     let program = match open_program(path, &args.run, &rubric, &[])? {
         (Submission::Program(program), _) => program,
         (Submission::Unusable { name, failure }, _) => {
             return Err(Stop::bad_input(format!("{name}: {failure}")));
         }
-        _ => return Err(Stop::bad_input(format!("{}: this is no program", path.display()))),
+        _ => return Err(Stop::bad_input(format!("{}: not a program", path.display()))),
     };
     let selected = |tag: &str| args.force.as_ref().is_none_or(|force| force == tag);
     let probing = probe::probe(&program, selected);

@@ -1,4 +1,4 @@
-//! `grade needs`: what each shipped scene is given, beside what the general path costs it.
+//! `grade needs`: shows the buffers of each scene, and the extra cost of the general code path.
 
 use studies::needs;
 
@@ -10,7 +10,7 @@ pub(super) fn run(suite: &SuiteArgs, only: &[String]) -> Result<Exit, Stop> {
     let mut inputs = suite.read()?;
     inputs.suite.keep_only(only).map_err(Stop::bad_input)?;
     let mut all = Vec::new();
-    // One after the other: times would suffer from company.
+    // Sequential: parallel runs would distort the measured times.
     for case in &inputs.suite.cases {
         all.push(needs::measure(&case.id, &case.scene).map_err(Stop::bad_input)?);
     }

@@ -1,4 +1,4 @@
-//! `grade oracle`: the stored traces, made anew or verified.
+//! `grade oracle`: regenerates or verifies the stored traces.
 
 use std::path::Path;
 
@@ -17,7 +17,8 @@ pub(super) fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {
     print(describe(&regeneration, &expected).as_bytes())?;
     if let Some(Leftover { path, detail }) = &regeneration.leftover {
         let path = path.display();
-        let message = format!("{path}: the old traces are still there; remove them: {detail}");
+        let message =
+            format!("{path}: cannot remove the old traces: {detail}; remove them by hand");
         complain("warning", message);
     }
     Ok(if regeneration.refused() { Exit::Failed } else { Exit::Passed })
@@ -34,10 +35,10 @@ pub(super) fn describe(regeneration: &Regeneration, folder: &Path) -> String {
             }
             TraceChange::New => "new".to_owned(),
             TraceChange::Removed => "removed: its scene is gone".to_owned(),
-            TraceChange::SceneEdited => "scene edited; its trace is the same".to_owned(),
+            TraceChange::SceneEdited => "scene edited; trace unchanged".to_owned(),
             TraceChange::Changed { scene_edited, n_old, difference } => {
                 let edited = if *scene_edited { "scene edited; " } else { "" };
-                let several = if *n_old > 1 { "one trace in the place of two; " } else { "" };
+                let several = if *n_old > 1 { "one trace replaces two; " } else { "" };
                 format!("{edited}{several}{}", describe_difference(difference))
             }
         };
@@ -52,9 +53,9 @@ pub(super) fn describe(regeneration: &Regeneration, folder: &Path) -> String {
         }
         (true, _) => format!("{folder} was replaced\n"),
         (false, true) => format!(
-            "{folder} was NOT replaced: review what is marked ! and run again with --accept\n"
+            "{folder} was NOT replaced: review the changes marked ! and run again with --accept\n"
         ),
-        (false, false) => format!("{folder} is as it was\n"),
+        (false, false) => format!("{folder} is unchanged\n"),
     };
     text
 }
@@ -66,7 +67,8 @@ pub(super) fn describe_difference(difference: &TraceDifference) -> String {
             return format!("changed: the old trace has {old} states, the new one {new}");
         }
         TraceDifference::Shape => {
-            return "changed: the old trace has another shape (particles or dimensions)".to_owned();
+            return "changed: the old trace has a different number of particles or dimensions"
+                .to_owned();
         }
         TraceDifference::Unusable { detail } => {
             return format!("changed: the old trace cannot be used: {detail}");
@@ -92,8 +94,8 @@ pub(super) fn verify(args: &SuiteArgs) -> Result<Exit, Stop> {
     let (folder, count) = (expected.display(), suite.cases.len());
     text += &match findings.len() {
         0 => format!("{folder} matches its {count} scenes and its manifest\n"),
-        1 => format!("{folder}: 1 thing does not match\n"),
-        n => format!("{folder}: {n} things do not match\n"),
+        1 => format!("{folder}: 1 mismatch\n"),
+        n => format!("{folder}: {n} mismatches\n"),
     };
     print(text.as_bytes())?;
     Ok(if findings.is_empty() { Exit::Passed } else { Exit::Failed })

@@ -1,4 +1,4 @@
-//! Where reports go.
+//! Output of reports to files and to standard output.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -20,26 +20,26 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_plain(OutputFile::create(path)?, bytes)
 }
 
-/// As [`write_file`], but a link at `path` is replaced, and what it leads to stays.
+/// As [`write_file`], but replaces a link at `path` and leaves its target unchanged.
 pub(super) fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_plain(OutputFile::replace(path)?, bytes)
 }
 
 fn write_plain(mut file: OutputFile, bytes: &[u8]) -> io::Result<()> {
-    // A file is no terminal: it gets no colours.
+    // Files get no colours.
     anstream::StripStream::new(&mut file as &mut dyn Write).write_all(bytes)?;
     file.commit()
 }
 
-/// Writes to the standard output, with colours where it shows them. A closed pipe is no failure.
+/// Writes to standard output, with colours if it is a terminal. A closed pipe is not an error.
 ///
 /// # Errors
-/// Where the standard output takes no more, as a full disk does.
+/// If writing fails, for example because the disk is full.
 pub(super) fn print(bytes: &[u8]) -> Result<(), Stop> {
     let mut out = anstream::stdout();
     match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Stop::fault(format!("standard output: {error}; the report is not complete")))
+            Err(Stop::fault(format!("standard output: {error}; the report is incomplete")))
         }
         _ => Ok(()),
     }

@@ -1,4 +1,4 @@
-//! The line that shows what runs: on a terminal, while it runs, and nowhere else.
+//! Progress line on the terminal.
 
 use std::io::{self, IsTerminal};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,32 +9,32 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::interrupt::Interrupt;
 
-/// How often the time that it shows goes on by itself.
+/// Interval at which the elapsed time is redrawn.
 const TICK: Duration = Duration::from_millis(200);
 
-/// The line. It goes when this is dropped.
+/// The progress line; removed from the terminal on drop.
 pub(super) struct Progress {
-    /// `None` where nothing is shown.
+    /// `None` if no line is shown.
     bar: Option<ProgressBar>,
     state: Mutex<ProgressState>,
     interrupt: Interrupt,
 }
 
-/// What it shows.
+/// The content of the line.
 #[derive(Default)]
 struct ProgressState {
-    /// Number, how many there are, name.
+    /// Number, total, name.
     submission: Option<(usize, usize, String)>,
     task: Option<Task>,
     done: usize,
-    /// Of the shipped scenes; they are still told of when others run.
+    /// Failed shipped scenes; still shown while other tasks run.
     failed: usize,
     /// In the order in which they were started.
     running: Vec<String>,
 }
 
 impl Progress {
-    /// A line, where it is wanted and somebody sees it.
+    /// A progress line; invisible unless `wanted`, standard error is a terminal, and this is not CI.
     pub(super) fn new(wanted: bool, interrupt: Interrupt) -> Self {
         let variable = |name: &str| std::env::var(name).unwrap_or_default();
         let is_seen = io::stderr().is_terminal()
@@ -109,7 +109,7 @@ impl ProgressState {
         }
     }
 
-    /// What matters most comes first: a narrow terminal shows no more.
+    /// The text of the line, the most important part first: a narrow terminal cuts off the rest.
     fn line(&self) -> String {
         let mut line = String::new();
         if let Some((number, total, name)) = &self.submission {

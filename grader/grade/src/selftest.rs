@@ -1,4 +1,4 @@
-//! `grade selftest`: mistakes that must be caught and blamed, correct variants that must pass.
+//! `grade selftest`: tests the grader with planted mistakes and correct variants.
 
 use selftest::{SelfTest, in_process, programs};
 

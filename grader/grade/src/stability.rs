@@ -1,4 +1,4 @@
-//! `grade stability`: the hard cases, the stability boundaries, and the maps.
+//! `grade stability`: runs the hard cases, and compares stability boundaries with theory.
 
 use std::collections::HashSet;
 use std::io::{self, IsTerminal};
@@ -43,7 +43,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<Exit, Stop> {
         expectations.accept(&trials);
         let bytes = expectations.render().map_err(Stop::fault)?;
         write_file(&path, &bytes).map_err(|error| unusable(&path, &error))?;
-        complain("note", format!("{}: {} outcomes were accepted", path.display(), trials.len()));
+        complain("note", format!("{}: {} outcomes accepted", path.display(), trials.len()));
     }
     let changes = expectations.compare(&trials);
     let report = StabilityReport { trials, changes, ..theory };
@@ -63,12 +63,12 @@ pub(super) fn run(args: &StabilityArgs) -> Result<Exit, Stop> {
     Ok(if report.is_pass() { Exit::Passed } else { Exit::Failed })
 }
 
-/// The names of the cases that these patterns choose.
+/// The names of the cases that match these patterns.
 fn selected(only: &[String]) -> Result<HashSet<&'static str>, Stop> {
     let candidate = |case: &Case| Candidate { name: case.name, group: None, integrator: None };
     let candidates: Vec<Candidate<'static>> = cases::all().map(candidate).collect();
     let chosen = selection::choose(only, &candidates).map_err(|error| {
-        Stop::bad_input(format!("{error}\n  help: docs/stability-expected.csv names the cases"))
+        Stop::bad_input(format!("{error}\n  help: docs/stability-expected.csv lists the cases"))
     })?;
     let chosen = candidates.iter().zip(chosen).filter(|(_, is_chosen)| *is_chosen);
     Ok(chosen.map(|(candidate, _)| candidate.name).collect())
@@ -85,7 +85,7 @@ fn unusable(path: &Path, error: &io::Error) -> Stop {
     Stop::bad_input(format!("{}: {error}", path.display()))
 }
 
-/// A bar where there is somebody to see it.
+/// A progress bar, if standard error is a terminal.
 fn progress_bar() -> ProgressBar {
     let target = match io::stderr().is_terminal() {
         true => ProgressDrawTarget::stderr(),
@@ -99,7 +99,7 @@ fn progress_bar() -> ProgressBar {
     bar
 }
 
-/// Writes a map a method.
+/// Writes one map per method.
 fn plot(folder: &Path, maps: &[Map]) -> Result<(), Stop> {
     std::fs::create_dir_all(folder).map_err(|error| unusable(folder, &error))?;
     for map in maps {

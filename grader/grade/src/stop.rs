@@ -1,8 +1,8 @@
-//! How a run of `grade` ends, and what it says on the standard error.
+//! Exit codes, and messages on standard error.
 
 use std::io::Write;
 
-/// How a run of `grade` ends.
+/// Exit code of `grade`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Exit {
     /// All passed.
@@ -13,11 +13,11 @@ pub(super) enum Exit {
     BadInput = 2,
     /// The grader itself is at fault.
     GraderFault = 3,
-    /// Ended early by a signal: 128 + SIGINT, as shells have it.
+    /// Interrupted by a signal: 128 + SIGINT, the convention of shells.
     Interrupted = 130,
 }
 
-/// A message for the user, and the exit code that goes with it.
+/// An exit code, and the message for the user.
 pub(super) struct Stop(pub(super) Exit, pub(super) String);
 
 impl Stop {
@@ -30,7 +30,7 @@ impl Stop {
     }
 }
 
-/// Says something to whoever started `grade`.
+/// Writes `kind: message` to standard error.
 pub(super) fn complain(kind: &str, message: impl std::fmt::Display) {
     let _ = writeln!(anstream::stderr(), "{kind}: {message}");
 }

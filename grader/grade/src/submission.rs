@@ -1,4 +1,4 @@
-//! What is graded: found, built, and kept from the oracle.
+//! Opens submissions: finds and builds them, and keeps the oracle out of their reach.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use crate::inputs::Inputs;
 use crate::stop::{Stop, complain};
 
 impl RunArgs {
-    /// How programs are run, and the protections that are then in force.
+    /// The runner for programs, and the protections in force.
     pub(super) fn runner(&self, rubric: &Rubric) -> Result<(Runner, Vec<Protection>), Stop> {
         let mut limits = rubric.limits();
         for (name, value) in &self.limit {
@@ -29,7 +29,7 @@ impl RunArgs {
         let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
         let launcher = std::env::current_exe().map_err(Stop::fault)?;
         let sandbox = if self.unprotected {
-            complain("warning", "programs are run with all your rights");
+            complain("warning", "programs run unprotected, with all your rights");
             Sandbox::Unprotected
         } else {
             let help = "\n  help: --unprotected runs programs without protection";
@@ -44,10 +44,10 @@ impl RunArgs {
     }
 }
 
-/// Says which protections are missing.
+/// Warns of missing protections.
 ///
 /// # Errors
-/// In words, where one that is required is.
+/// A message, if a required protection is missing.
 fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
     let is_missing = |protection: &&Protection| !sandbox.protections().contains(protection);
     let names = |protections: &[Protection]| {
@@ -65,7 +65,7 @@ fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
     Ok(())
 }
 
-/// What is graded, and the protection under which it is run, where it is a program.
+/// The submission to grade, and, if it is a program, the protections in force.
 pub(super) fn open_submission(
     args: &GradeArgs,
     inputs: &Inputs,
@@ -73,7 +73,7 @@ pub(super) fn open_submission(
     if let Some(folder) = &args.traces {
         return match folder.is_dir() {
             true => Ok((Submission::Traces(folder.clone()), None)),
-            false => Err(Stop::bad_input(format!("{}: there is no such folder", folder.display()))),
+            false => Err(Stop::bad_input(format!("{}: folder not found", folder.display()))),
         };
     }
     let Some(path) = &args.submission else {
@@ -84,14 +84,16 @@ pub(super) fn open_submission(
     }
     let (submission, protections) =
         open_program(path, &args.run, &inputs.rubric, &inputs.secrets())?;
-    // A hand-in that cannot be graded is not run.
+    // A hand-in that cannot be graded does not run.
     let is_run =
         !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });
     Ok((submission, is_run.then_some(protections)))
 }
 
-/// The program of a file or of a folder with a manifest, and the protection under which it is run. It must not
-/// be able to read these secrets.
+/// The program of a file or of a folder with a manifest, and the protections in force.
+///
+/// # Errors
+/// If the program cannot be opened, or could read one of the secrets.
 pub(super) fn open_program(
     path: &Path,
     run: &RunArgs,
@@ -100,17 +102,17 @@ pub(super) fn open_program(
 ) -> Result<(Submission, Vec<Protection>), Stop> {
     if !path.exists() {
         let path = path.display();
-        return Err(Stop::bad_input(format!("{path}: there is no such file or folder")));
+        return Err(Stop::bad_input(format!("{path}: file or folder not found")));
     }
     if path.is_dir() && !folder::is_submission(path) {
         let path = path.display();
-        return Err(Stop::bad_input(format!("{path}: there is no submission.toml in it")));
+        return Err(Stop::bad_input(format!("{path}: no submission.toml in this folder")));
     }
     let (runner, protections) = run.runner(rubric)?;
     let mut readable = runner.readable.clone();
     readable.extend(std::fs::canonicalize(path));
     if !run.unprotected {
-        keep(secrets, &readable)?;
+        check_secrets(secrets, &readable)?;
     }
     let submission = if path.is_dir() {
         match folder::open(path, runner, rubric.build_limits()) {
@@ -132,12 +134,12 @@ pub(super) fn open_program(
     Ok((submission, protections))
 }
 
-/// Sees to it that no submission can read a secret, where it may read the system's folders and these.
-pub(super) fn keep(secrets: &[PathBuf], readable: &[PathBuf]) -> Result<(), Stop> {
+/// Checks that a submission, which may read the system's folders and these, can read no secret.
+pub(super) fn check_secrets(secrets: &[PathBuf], readable: &[PathBuf]) -> Result<(), Stop> {
     for secret in secrets.iter().filter_map(|secret| std::fs::canonicalize(secret).ok()) {
         if let Some(folder) = sandbox::revealed_by(&secret, readable) {
             return Err(Stop::bad_input(format!(
-                "{}: the submission may read {}, and so the oracle\n  help: keep them apart, or name the \
+                "{}: the submission may read {}, which contains it\n  help: move one of them, or name the \
                  oracle's folder with --expected",
                 secret.display(),
                 folder.display(),
@@ -147,7 +149,7 @@ pub(super) fn keep(secrets: &[PathBuf], readable: &[PathBuf]) -> Result<(), Stop
     Ok(())
 }
 
-/// The submission of a class at `path`, which calls it `name`. What is wrong with it is its verdict, and stops nothing.
+/// Opens the submission at `path`, called `name` in its class. A defect of the submission becomes its verdict.
 pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubric) -> Submission {
     let name = name.to_owned();
     if path.is_dir() && !folder::is_submission(path) {
@@ -174,7 +176,7 @@ pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubri
     }
 }
 
-/// The submission that such files are.
+/// A submission whose files cannot be graded.
 pub(super) fn refused(name: String, error: &HandInError) -> Submission {
     let detail = error.to_string();
     if error.is_fault() {

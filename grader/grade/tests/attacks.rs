@@ -1,10 +1,10 @@
-//! Hostile submissions: each gets its expected verdict, and changes and leaves nothing.
+//! Attack tests: each hostile submission gets its expected verdict, and changes and leaves nothing behind.
 //!
 //! `attacks/table.rs` lists the attacks, `attacks/hostile/` is the program that makes them, and
-//! `attacks/setting.rs` the settings in which each is tried. `docs/attacks.md` is written from the table
+//! `attacks/setting.rs` lists the settings in which each attack runs. `docs/attacks.md` is written from the table
 //! (`UPDATE_DOCS=1`).
 //!
-//! `ATTACKS=text` tries only the attacks whose description or mode contains this text, `SETTINGS=text` only the
+//! `ATTACKS=text` runs only the attacks whose description or mode contains this text, `SETTINGS=text` only the
 //! settings whose name contains it.
 
 #![cfg(target_os = "linux")]
@@ -31,16 +31,16 @@ use test_support::assert_document;
 use sandbox::{End, Job, Keep, Limits, Sandbox};
 
 use setting::{Setting, is_superuser};
-use stage::{Machine, Programs, Theatre};
+use stage::{Machine, Programs, SharedStage};
 use table::{ATTACKS, Attack, SETTINGS, Target};
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
 
-/// Attacks at a time. Most of them wait for a limit of time.
+/// Number of concurrent attacks. Most of them wait for a time limit.
 const AT_A_TIME: usize = 4;
 
-/// One test at a time: attacks on the processor would stretch the others' limits.
-static ONE: Mutex<()> = Mutex::new(());
+/// Runs one test at a time: attacks on the processor would delay the others.
+static SERIAL: Mutex<()> = Mutex::new(());
 
 fn programs() -> Option<&'static Programs> {
     let programs = Programs::get();
@@ -50,7 +50,7 @@ fn programs() -> Option<&'static Programs> {
     programs
 }
 
-/// The settings that this process can make.
+/// The settings that this process can create.
 fn settings() -> Vec<Setting> {
     let wanted = std::env::var("SETTINGS").unwrap_or_default();
     let (possible, skipped): (Vec<_>, Vec<_>) =
@@ -66,10 +66,10 @@ fn main_setting() -> Setting {
     Setting::User
 }
 
-/// Makes an attack, and returns what is wrong with how it went.
-fn attack(theatre: &Theatre, attack: &Attack) -> Vec<String> {
-    let stage = theatre.stage();
-    let expected = attack.expected_in(theatre.setting);
+/// Runs an attack and returns the violated expectations.
+fn attack(shared_stage: &SharedStage, attack: &Attack) -> Vec<String> {
+    let stage = shared_stage.stage();
+    let expected = attack.expected_in(shared_stage.setting);
     let mut limits = attack.limits.to_vec();
     if expected == ["timed-out"] && limits.is_empty() {
         limits = vec!["cpu=1", "wall=2"];
@@ -99,47 +99,49 @@ fn attack(theatre: &Theatre, attack: &Attack) -> Vec<String> {
     complaints
 }
 
-/// Whether a line of a report tells what happened.
+/// Whether a line of a report describes the result of the attack.
 fn tells(line: &str) -> bool {
     ["BREACH", "\"message\"", "error"].iter().any(|word| line.contains(word))
 }
 
 #[test]
 fn every_attack_is_refused() {
-    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
     let wanted = std::env::var("ATTACKS").unwrap_or_default();
     let machine = Machine::look();
-    let mut theatres: Vec<Theatre> =
-        settings().into_iter().map(|setting| Theatre::new(programs, setting)).collect();
-    let good = |theatre: &Theatre| {
-        let stage = theatre.stage();
+    let mut shared_stages: Vec<SharedStage> =
+        settings().into_iter().map(|setting| SharedStage::new(programs, setting)).collect();
+    let good = |shared_stage: &SharedStage| {
+        let stage = shared_stage.stage();
         let graded = stage.graded(&stage.submission("hand_in", "", Target::Nothing), &[]);
-        // The report names the stage.
+        // The report contains the name of the stage.
         graded.report.replace(&stage.path("").display().to_string(), "")
     };
-    let before: Vec<String> = theatres.iter().map(good).collect();
-    for (theatre, report) in theatres.iter().zip(&before) {
+    let before: Vec<String> = shared_stages.iter().map(good).collect();
+    for (shared_stage, report) in shared_stages.iter().zip(&before) {
         let json: serde_json::Value = serde_json::from_str(report).unwrap_or_default();
-        eprintln!("{}: protection {}", theatre.setting.name(), json["protection"]);
+        eprintln!("{}: protection {}", shared_stage.setting.name(), json["protection"]);
     }
-    let tries: Vec<(usize, &Attack)> = (0..theatres.len())
-        .flat_map(|theatre| ATTACKS.iter().map(move |attack| (theatre, attack)))
+    let tries: Vec<(usize, &Attack)> = (0..shared_stages.len())
+        .flat_map(|shared_stage| ATTACKS.iter().map(move |attack| (shared_stage, attack)))
         .filter(|(_, attack)| attack.what.contains(&wanted) || attack.mode.contains(&wanted))
         .collect();
     let (next, failures) = (AtomicUsize::new(0), Mutex::new(BTreeSet::new()));
     std::thread::scope(|scope| {
         for _ in 0..AT_A_TIME {
             scope.spawn(|| {
-                while let Some((theatre, row)) = tries.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let theatre = &theatres[*theatre];
+                while let Some((shared_stage, row)) =
+                    tries.get(next.fetch_add(1, Ordering::Relaxed))
+                {
+                    let shared_stage = &shared_stages[*shared_stage];
                     let complaints =
-                        std::panic::catch_unwind(AssertUnwindSafe(|| attack(theatre, row)))
+                        std::panic::catch_unwind(AssertUnwindSafe(|| attack(shared_stage, row)))
                             .unwrap_or_else(|_| vec!["the test itself failed".to_owned()]);
                     if !complaints.is_empty() {
                         let failure = format!(
                             "{}: {} ({}): {}",
-                            theatre.setting.name(),
+                            shared_stage.setting.name(),
                             row.what,
                             row.mode,
                             complaints.join("; ")
@@ -152,14 +154,15 @@ fn every_attack_is_refused() {
         }
     });
     let mut failures = failures.into_inner().unwrap();
-    for (theatre, before) in theatres.iter_mut().zip(&before) {
-        let name = theatre.setting.name();
-        if good(theatre) != *before {
+    for (shared_stage, before) in shared_stages.iter_mut().zip(&before) {
+        let name = shared_stage.setting.name();
+        if good(shared_stage) != *before {
             failures.insert(format!("{name}: a right trace is graded otherwise than before"));
         }
-        failures.extend(theatre.complaints().into_iter().map(|text| format!("{name}: {text}")));
+        failures
+            .extend(shared_stage.complaints().into_iter().map(|text| format!("{name}: {text}")));
     }
-    drop(theatres);
+    drop(shared_stages);
     let after = Machine::look();
     if after != machine {
         failures.insert(format!("the machine is not as before: {machine:?}, now {after:?}"));
@@ -200,17 +203,17 @@ fn the_document_is_the_table() {
     assert_document("attacks.md", &document, "cargo test --release -p grade --test attacks");
 }
 
-/// The mask of new files' modes belongs to whoever starts the grader; it must not open scratch folders.
+/// The umask is inherited from the parent of the grader; it must not open scratch folders.
 #[test]
 fn a_mask_of_new_files_changes_nothing() {
-    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
     let mut failures = Vec::new();
     for setting in settings() {
-        let theatre = Theatre::new(programs, setting);
+        let shared_stage = SharedStage::new(programs, setting);
         let mut protections = Vec::new();
         for mask in ["022", "0", "027", "077"] {
-            let stage = theatre.stage();
+            let stage = shared_stage.stage();
             let submission = stage.submission("inherited_state", "", Target::Nothing);
             let output = stage.grade_with_mask(mask, &submission, &[]).output().unwrap();
             let report = fs::read(stage.path("reports/report.json")).unwrap_or_default();
@@ -228,15 +231,15 @@ fn a_mask_of_new_files_changes_nothing() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// The grader is killed at 200 moments of a run. Each time no process and no mount is left, no file is half
-/// written, and the next run is right.
+/// The grader is killed at 200 moments of a run. Each time, no process and no mount remains, no file is partially
+/// written, and the next run is correct.
 #[test]
 fn a_killed_grader_leaves_nothing() {
-    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
     for setting in [main_setting(), Setting::UserWithoutNamespaces] {
-        let theatre = Theatre::new(programs, setting);
-        let stages = [theatre.stage(), theatre.stage()];
+        let shared_stage = SharedStage::new(programs, setting);
+        let stages = [shared_stage.stage(), shared_stage.stage()];
         let good = stages[0].submission("hand_in", "", Target::Nothing);
         let slow = stages[1].submission("stubborn_daemons", "", Target::Nothing);
         let expected = stages[0].graded(&good, &[]).report;
@@ -250,7 +253,7 @@ fn a_killed_grader_leaves_nothing() {
             std::thread::sleep(Duration::from_micros(rng.u64(0..40_000)));
             grader.kill().unwrap();
             grader.wait().unwrap();
-            // Scratch folders are swept by the next grader.
+            // The next grader removes scratch folders.
             let scratch = stage.path("scratch");
             let left: Vec<_> =
                 stage.left().into_iter().filter(|left| !left.starts_with(&scratch)).collect();
@@ -271,14 +274,14 @@ fn a_killed_grader_leaves_nothing() {
     }
 }
 
-/// A submission is killed from outside at twenty moments of its run: it has crashed, the report is whole, and
-/// another submission gets what it got before.
+/// A submission is killed from outside at twenty moments of its run: its verdict is a crash, the report is complete,
+/// and another submission gets the same verdict as before.
 #[test]
 fn a_killed_submission_has_crashed() {
-    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
-    let theatre = Theatre::new(programs, main_setting());
-    let stages = [theatre.stage(), theatre.stage()];
+    let shared_stage = SharedStage::new(programs, main_setting());
+    let stages = [shared_stage.stage(), shared_stage.stage()];
     let good = stages[0].submission("hand_in", "", Target::Nothing);
     let slow = stages[1].submission("sleep_long", "", Target::Nothing);
     let expected = stages[0].graded(&good, &[]).report;
@@ -291,7 +294,7 @@ fn a_killed_submission_has_crashed() {
                 while !done.load(Ordering::Relaxed) {
                     std::thread::sleep(pause);
                     for process in stages[1].running() {
-                        // It may have ended meanwhile.
+                        // The process may have ended meanwhile.
                         let _ = Command::new("kill").arg("-9").arg(process).output();
                     }
                 }
@@ -309,7 +312,7 @@ fn a_killed_submission_has_crashed() {
 /// A thousand runs of a program that does nothing.
 #[test]
 fn a_thousand_runs_leave_nothing() {
-    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let nothing = Path::new("/bin/true");
     if !nothing.exists() {
         eprintln!("skipped: there is no {}", nothing.display());

@@ -1,12 +1,12 @@
-//! Reference motions without a closed form: Dormand and Prince's method of order 8(5,3), step size adapted.
+//! Reference motions without a closed form, by Dormand and Prince's method of order 8(5,3) with adaptive step size.
 //!
 //! ```text
 //! x' = v        v' = F(x, v, t)/m        F: the laws of jacobian/law, not the simulator's forces
 //! ```
 //!
-//! Twice, to two tolerances; the difference is the error bar. Each stretch from sample to sample is integrated by
-//! itself, so that no sample is interpolated. Method: `differential-equations`, DOP853. Source: Hairer, Nørsett
-//! and Wanner, *Solving Ordinary Differential Equations I*, section II.10.
+//! Each motion is computed to two tolerances; the difference is the error bar. Each interval between samples is
+//! integrated separately, so that no sample is interpolated. Method: `differential-equations`, DOP853. Source: Hairer,
+//! Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.10.
 
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ODE};
 use simulator::scene::Scene;
@@ -14,18 +14,18 @@ use simulator::scene::Scene;
 use super::closed::starts;
 use crate::laws::Laws;
 
-/// Tolerances, relative and (by the size of the scene) absolute: of the reference, and of what it is held
-/// against.
+/// Tolerances, relative and (scaled by the size of the scene) absolute: of the reference, and of the second run for the
+/// error bar.
 pub const TOLERANCES: [f64; 2] = [1e-13, 1e-10];
 
-/// More steps than this between two samples, and the scene is too stiff for an explicit reference.
+/// Maximum number of steps between two samples; beyond it, the scene is too stiff for an explicit method.
 const MAX_STEPS: usize = 200_000;
 
 /// The states of a scene at `times`, which ascend from 0: positions and velocities one after the other, `2·n·D`
 /// numbers each.
 ///
 /// # Errors
-/// Where the method does not get there, in words.
+/// A message, if the method does not reach the last time.
 pub fn solve(scene: &Scene, times: &[f64], tolerance: f64) -> Result<Vec<Vec<f64>>, String> {
     let motion = Motion::new(scene);
     let (positions, velocities) = starts(scene);
@@ -44,7 +44,7 @@ pub fn solve(scene: &Scene, times: &[f64], tolerance: f64) -> Result<Vec<Vec<f64
         let solution = IVP::ode(&motion, stretch[0], stretch[1], state).method(method).solve();
         let solution = solution.map_err(|_| {
             format!(
-                "the reference method finds no way from t = {} s to {} s",
+                "the reference method cannot integrate from t = {} s to {} s",
                 stretch[0], stretch[1]
             )
         })?;

@@ -1,4 +1,4 @@
-//! Does a step obey its method's equation? Judged from two states, by the laws written a second time.
+//! Residual of a step in its method's equation, from two states and the reference laws.
 //!
 //! The equations are those of [`Method`]: explicit substeps, the force at the end of the step, or that linearized:
 //!
@@ -29,7 +29,7 @@ use crate::method::{Method, Substep};
 
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
-/// Smaller numbers are rounded as this one is.
+/// Smaller numbers have the same rounding error as this one.
 const SMALLEST: f64 = f64::MIN_POSITIVE;
 
 /// Positions and velocities, `n·D`.
@@ -84,8 +84,8 @@ impl Equation {
         }
     }
 
-    /// The largest residual of the step from `from`, which starts at `time`, to `to`, as a multiple of what is
-    /// allowed, and the sum of what is allowed.
+    /// For the step from `from`, which starts at `time`, to `to`: the largest residual as a multiple of its bound, and
+    /// the sum of the bounds.
     pub fn excess(&self, from: &State, to: &State, time: f64) -> (f64, f64) {
         match self.method {
             Method::Explicit(substeps) => self.excess_of_substeps(substeps, from, to, time),
@@ -142,8 +142,8 @@ impl Equation {
             }
         }
         let mut worst = Worst::default();
-        for dof in 0..size {
-            worst.note_drift(from.x[dof], to.x[dof], moved[dof]);
+        for ((start, end), moved) in from.x.iter().zip(&to.x).zip(&moved) {
+            worst.note_drift(*start, *end, *moved);
         }
         let mut sum = 0.0;
         for dof in 0..size {

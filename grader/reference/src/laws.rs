@@ -11,7 +11,7 @@ pub struct Laws {
     n_particles: usize,
 }
 
-/// Magnitudes of what a particle's force and its derivatives are sums of, in the scene's units.
+/// Magnitudes of the terms of a particle's force and its derivatives, in the scene's units.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Magnitude {
     /// Of a component of the force.

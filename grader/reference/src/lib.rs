@@ -1,4 +1,4 @@
-//! The second opinion: force laws, step equations and motions that share no formula with the simulator.
+//! Reference implementations of force laws, step equations and motions, independent of the simulator's formulas.
 //!
 //! ```text
 //! law        each force, written from the documents; its derivatives by dual numbers
@@ -7,10 +7,10 @@
 //! equation   does a step obey its method's equation?
 //! closed     motions with a closed form
 //! adaptive   motions by a method of order 8
-//! second     a second stepper, with dense matrices and other orders of evaluation
+//! second     second stepper, with dense matrices and other orders of evaluation
 //! ```
 //!
-//! Of the simulator, only the model of a scene and the names in its registries are used.
+//! This crate uses only the scene model and the registries' names from the simulator.
 
 pub mod adaptive;
 pub mod closed;

@@ -1,4 +1,4 @@
-//! The summary of a class: a row a submission, as text or as CSV.
+//! Summary of a class, one row per submission, as text or CSV.
 
 use std::io::{self, Write};
 
@@ -8,7 +8,7 @@ use grader::class::Row;
 use grader::class::entry::PassedOver;
 use sandbox::Protection;
 
-/// Names of the columns of the CSV.
+/// Column names of the CSV file.
 const COLUMNS: [&str; 14] = [
     "name",
     "verdict",
@@ -26,10 +26,10 @@ const COLUMNS: [&str; 14] = [
     "jacobians",
 ];
 
-/// Writes the summary for people. `not_graded` are the submissions that an interrupted run did not come to.
+/// Writes the summary as text. `not_graded` are the submissions that an interrupted run did not reach.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub fn write(
     out: &mut dyn Write,
     rows: &[Row],
@@ -106,13 +106,13 @@ pub fn write(
     }
     write_unprotected(out, protections)?;
     if rows.iter().any(|row| row.verdict == "passed-shipped") {
-        writeln!(out, "  {ODD}Hidden scenes were not run: `passed shipped` is not all.{ODD:#}")?;
+        writeln!(out, "  {ODD}Hidden scenes were not run: `passed shipped` excludes them.{ODD:#}")?;
     }
     Ok(())
 }
 
-/// The summary as CSV, with a header line. Missing values are empty cells; the verdict of the submissions that an
-/// interrupted run did not come to is `interrupted`.
+/// The summary as CSV, with a header line. Missing values are empty cells. Submissions that an interrupted run did not
+/// reach have the verdict `interrupted`.
 ///
 /// # Errors
 /// Never in practice.
@@ -151,8 +151,8 @@ pub fn csv(rows: &[Row], not_graded: &[&str]) -> csv::Result<Vec<u8>> {
     writer.into_inner().map_err(|error| error.into_error().into())
 }
 
-/// A text of which no spreadsheet takes any part for a formula, whatever it takes for the end of a cell: `'` stands
-/// before what would begin one.
+/// Escapes text so that no spreadsheet reads a part of it as a formula, whatever its cell separator: puts `'` before
+/// each possible start of a formula.
 fn inert(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut begins = true;
@@ -171,7 +171,7 @@ fn inert(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A row of a submission of this name.
+    /// A row of a submission with this name.
     fn row(name: &str) -> Row {
         let one = || ("1".to_owned(), "1".to_owned());
         Row {
@@ -229,7 +229,7 @@ mod tests {
                     assert!(!cell.starts_with(['=', '+', '-', '@', '＝']), "{name:?}: {cell:?}");
                 }
             }
-            // Who reads it as it is meant finds one row of cells.
+            // A correct CSV reader finds one row of cells.
             assert_eq!(read(b',', true).len(), 2 * COLUMNS.len(), "{name:?}");
         }
         assert_eq!(inert("Ada Lovelace-King = 1"), "Ada Lovelace-King = 1");

@@ -1,4 +1,4 @@
-//! Two numbers below each other, with the digits that differ marked; two traces around a step.
+//! Comparison of two numbers digit by digit, and of two traces around a step.
 
 use similar::{Algorithm, DiffOp, capture_diff_slices};
 
@@ -11,11 +11,11 @@ pub(super) fn full(value: f64) -> String {
     format!("{sign}{}", number(value))
 }
 
-/// How many characters two numbers share from the left, if these stand for the same powers of ten; else none.
+/// Length of the common prefix of two numbers, or 0 if their digits stand for different powers of ten.
 ///
-/// A digit after the first different one says nothing, even where it happens to be the same.
+/// Digits after the first difference carry no information, even if equal.
 pub(super) fn common_prefix(a: &str, b: &str) -> usize {
-    // The exponent, and how many characters stand before the point.
+    // The exponent, and the number of characters before the point.
     let scale = |text: &str| {
         let (digits, exponent) = text.split_once('e').unwrap_or((text, ""));
         (exponent.to_owned(), digits.find('.').unwrap_or(digits.len()))
@@ -26,26 +26,26 @@ pub(super) fn common_prefix(a: &str, b: &str) -> usize {
     a.chars().zip(b.chars()).take_while(|(a, b)| a == b).count()
 }
 
-/// Where a line of the context comes from.
+/// Origin of a line of the context.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LineKind {
-    /// Both, within tolerance.
+    /// Oracle and trace agree within tolerance.
     Same,
-    /// The oracle, where the trace has another.
+    /// The oracle's line; the trace differs.
     Expected,
-    /// The trace.
+    /// The trace's line.
     Got,
 }
 
-/// A line of the context, in pieces that are told apart by whether they differ from the other side.
-pub(super) struct Line {
+/// A line of the context, split into pieces that agree with the other side or differ from it.
+pub(super) struct DiffLine {
     pub(super) kind: LineKind,
     pub(super) pieces: Vec<(String, bool)>,
 }
 
-/// The particle's rows around the first wrong number, as lines of a diff. Rows that agree within the
-/// tolerance are the same line.
-pub(super) fn context(first: &FirstWrong) -> Vec<Line> {
+/// The particle's rows around the first wrong number, as lines of a diff. Rows that agree within tolerance give one
+/// line.
+pub(super) fn context(first: &FirstWrong) -> Vec<DiffLine> {
     let row = |step: u64, values: &[f64]| {
         let numbers: Vec<String> = values.iter().map(|value| full(*value)).collect();
         format!("{step} {}", numbers.join(" "))
@@ -71,7 +71,7 @@ pub(super) fn context(first: &FirstWrong) -> Vec<Line> {
                     old[old_index..][..len].iter().map(|text| line(LineKind::Same, text, text)),
                 );
             }
-            // Both sides have a row a step, so that they differ in pairs.
+            // Both sides have one row per step, so that differing rows form pairs.
             _ => {
                 for (old, new) in old[operation.old_range()].iter().zip(&new[operation.new_range()])
                 {
@@ -84,21 +84,21 @@ pub(super) fn context(first: &FirstWrong) -> Vec<Line> {
     lines
 }
 
-/// The line `text`, whose digits differ from those of `other`; its numbers are `width` characters wide.
-fn line(kind: LineKind, text: &str, other: &str, width: usize) -> Line {
+/// The line `text`, with the digits marked that differ from `other`; numbers are `width` characters wide.
+fn line(kind: LineKind, text: &str, other: &str, width: usize) -> DiffLine {
     let mut pieces = Vec::new();
     let mut space = String::new();
     for (column, (word, other)) in text.split_whitespace().zip(other.split_whitespace()).enumerate()
     {
         let common = if word == other { word.len() } else { common_prefix(word, other) };
-        // The step is flush right; numbers are flush left, so that their digits are below each other.
+        // Align the step to the right and numbers to the left, so that their digits are below each other.
         let (before, after) = if column == 0 { (8, 0) } else { (0, width) };
         space += &" ".repeat(before - word.len().min(before));
         pieces.push((space + &word[..common], false));
         pieces.push((word[common..].to_owned(), true));
         space = " ".repeat(2 + after - word.len().min(after));
     }
-    Line { kind, pieces }
+    DiffLine { kind, pieces }
 }
 
 /// Whether both the positions and the velocities of two rows are closer than `tolerance`.

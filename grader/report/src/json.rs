@@ -1,6 +1,6 @@
-//! The report for programs: JSON, with a version that changes when a field changes its meaning or goes.
+//! Grading as JSON. The version changes if a field is removed or changes its meaning.
 //!
-//! Its schema is `docs/report.schema.json`. Numbers that are not finite are `null`.
+//! The schema is `docs/report.schema.json`. Non-finite numbers are `null`.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -26,7 +26,7 @@ pub const SCHEMA_VERSION: u32 = 4;
 /// The report as JSON, with a newline at its end.
 ///
 /// # Errors
-/// Never in practice: every value is representable.
+/// Never in practice: every value has a JSON form.
 pub fn render(grading: &Grading) -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&Report::of(grading))? + "\n")
 }
@@ -47,33 +47,34 @@ struct Report {
     schema_version: u32,
     /// Version of the grader.
     grader_version: &'static str,
-    /// What was graded.
+    /// Name of the submission.
     submission: String,
-    /// What it comes to.
+    /// Overall outcome.
     outcome: JsonOutcome,
     /// The protections under which the program was run ("files", "network", "signals", "processes",
-    /// "system-calls", "limits"); null where no program was run.
+    /// "system-calls", "limits"); null if no program was run.
     protection: Option<Vec<&'static str>>,
     /// The protections that were not in force; null as above.
     protection_missing: Option<Vec<&'static str>>,
-    /// What came of running some scenes twice more; null where no program was run.
+    /// Result of re-running some scenes; null if no program was run.
     repetition: Option<JsonRepetition>,
-    /// Forces and Jacobians of the program, measured from single steps; null where they were not.
+    /// Forces and Jacobians of the program, measured from single steps; null if not measured.
     probe: Option<JsonProbing>,
-    /// That the program passes shipped scenes and takes no right step in altered ones; null where it does, or that is not known.
+    /// Set if the program passes shipped scenes but takes no correct step in altered ones; otherwise, or if unknown,
+    /// null.
     copied: Option<JsonCopied>,
-    /// What it looks as if the submission had wrong, one entry for each way in which scenes failed, the most
-    /// frequent first; empty where nothing failed.
+    /// Likely causes of the failures, one entry per kind of failure, the most frequent first; empty if nothing
+    /// failed.
     blame: Vec<JsonFinding>,
     /// Sums over the required features.
     required: JsonTotals,
     /// Sums over the extra-credit features.
     extra_credit: JsonTotals,
-    /// Whether hidden scenes exist, and were run; null where none are known of.
+    /// Whether hidden scenes exist and were run; null if none are known.
     hidden: Option<JsonHidden>,
     /// Sums over the features of each group.
     groups: Vec<JsonGroup>,
-    /// One entry a group and integrator.
+    /// One entry per group and integrator.
     features: Vec<JsonFeature>,
     /// Checks of each force's Jacobians; empty unless the built-in simulator was graded.
     jacobians: Vec<JsonJacobian>,
@@ -85,20 +86,20 @@ struct Report {
 struct JsonRepetition {
     /// Scenes that were run twice.
     scenes: usize,
-    /// The names of those whose two traces were not the same bytes.
+    /// Names of the scenes whose traces were not identical.
     differing: Vec<String>,
 }
 
 #[derive(Serialize, JsonSchema)]
 struct JsonCopied {
-    /// What was found, in words.
+    /// The finding as text.
     message: String,
     /// Shipped scenes that it passed.
     passed: usize,
-    /// Scenes altered a little, in none of which its first step is right.
+    /// Slightly altered scenes; its first step is wrong in all of them.
     altered: Vec<JsonAltered>,
-    /// A shipped scene in which its first step is no longer right once a line break is added at the end of the file;
-    /// null where it remains right, or that is not known.
+    /// A shipped scene in which its first step becomes wrong if a line break is added at the end of the file; null if
+    /// the step stays correct, or if unknown.
     bytes: Option<String>,
 }
 
@@ -114,7 +115,7 @@ struct JsonAltered {
 struct JsonHidden {
     /// Whether they were run.
     run: bool,
-    /// How many there are; null where that is not known.
+    /// Number of hidden scenes; null if unknown.
     scenes: Option<usize>,
 }
 
@@ -133,10 +134,10 @@ struct JsonFinding {
     symptom: &'static str,
     /// Scenes that failed so.
     failing: usize,
-    /// How many of the suspects are named: 1 where it is clear, 2 where two are close or at work together, 0 where
-    /// there is no telling.
+    /// Number of suspects named: 1 if the cause is clear, 2 if two are close or act together, 0 if there is no clear
+    /// cause.
     named: usize,
-    /// Whether the two that are named are at work together, and not one or the other.
+    /// Whether the two named suspects act together, rather than as alternatives.
     together: bool,
     /// The likeliest causes, the likeliest first.
     suspects: Vec<JsonSuspect>,
@@ -144,24 +145,24 @@ struct JsonFinding {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonSuspect {
-    /// What is wrong: a force or a part of one, its Jacobians, an integrator, fixed particles, reading, output, …
+    /// The faulty feature: a force or a part of it, its Jacobians, an integrator, fixed particles, reading, output, …
     feature: String,
-    /// In which circumstances, or in what way; empty where there is no more to say.
+    /// Circumstances or kind of the fault; may be empty.
     detail: String,
     /// Failing scenes that it explains.
     explained: usize,
-    /// Passing scenes that speak against it.
+    /// Passing scenes that contradict it.
     against: usize,
-    /// Natural logarithm of how likely the verdicts are with it, up to a constant.
+    /// Log-likelihood of the verdicts given this cause (natural logarithm), up to a constant.
     score: f64,
 }
 
 #[derive(Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum JsonOutcome {
-    /// Everything passed, and no hidden scenes are known of that were not run.
+    /// Everything passed, and all known hidden scenes were run.
     Passed,
-    /// Everything that was run passed; there are hidden scenes, which were not run.
+    /// Everything that was run passed; hidden scenes exist but were not run.
     PassedShipped,
     /// Something failed.
     Failed,
@@ -171,7 +172,7 @@ enum JsonOutcome {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonTotals {
-    /// Scenes, without hidden ones.
+    /// Scenes, excluding hidden ones.
     scenes: usize,
     scenes_passed: usize,
     /// Scenes that could not be judged; their points are neither earned nor lost.
@@ -181,7 +182,7 @@ struct JsonTotals {
     hidden_passed: usize,
     hidden_not_judged: usize,
     features: usize,
-    /// Features of which every scene passed, hidden ones too.
+    /// Features of which every scene passed, including hidden ones.
     features_passed: usize,
     #[serde(flatten)]
     credit: JsonCredit,
@@ -190,9 +191,9 @@ struct JsonTotals {
 #[derive(Serialize, JsonSchema)]
 struct JsonCredit {
     points: f64,
-    /// Null where nothing was judged, or the rubric withholds points because something was not.
+    /// Points earned; null if nothing was judged, or if the rubric withholds points because something was not.
     points_earned: Option<f64>,
-    /// Points of scenes that could not be judged. What is neither earned nor this is lost.
+    /// Points of scenes that could not be judged. Points neither earned nor counted here are lost.
     points_not_judged: f64,
 }
 
@@ -207,7 +208,7 @@ struct JsonFeature {
     /// Whether points are earned in proportion to the scenes that pass; otherwise all or nothing.
     partial: bool,
     scenes: Vec<JsonScene>,
-    /// Hidden scenes by their verdicts' names; null where they were not run.
+    /// Number of hidden scenes by verdict; null if they were not run.
     hidden: Option<BTreeMap<&'static str, usize>>,
 }
 
@@ -220,13 +221,13 @@ struct JsonScene {
     verdict: &'static str,
     /// The verdict in a sentence.
     message: String,
-    /// What it counts among the scenes of its feature.
+    /// Its weight among the scenes of its feature.
     weight: f64,
-    /// "calibrated" or "fixed": what it was judged by.
+    /// Kind of tolerances used: "calibrated" or "fixed".
     criteria: &'static str,
-    /// The fixed tolerances; null where they are calibrated.
+    /// The fixed tolerances; null if they are calibrated.
     tolerances: Option<JsonTolerances>,
-    /// What calibrated tolerances come to; null where they are fixed.
+    /// The calibrated tolerances; null if they are fixed.
     calibration: Option<JsonCalibration>,
     /// States compared.
     states: u64,
@@ -234,27 +235,27 @@ struct JsonScene {
     velocity: JsonResiduals,
     /// The first number out of tolerance.
     first_wrong: Option<JsonFirstWrong>,
-    /// Why the trace differs; null where it does not, or that was not found out.
+    /// Why the trace differs; null if it does not, or if unknown.
     diagnosis: Option<JsonDiagnosis>,
 }
 
 #[derive(Serialize, JsonSchema)]
 struct JsonDiagnosis {
-    /// Single steps that were looked at, each from the trace's own state before it.
+    /// Single steps that were redone, each from the trace's own previous state.
     steps: u64,
-    /// How many of them are wrong by themselves.
+    /// Number of those steps that are wrong.
     steps_wrong: u64,
-    /// The first runs of them: first and last step, from 1.
+    /// The first ranges of wrong steps: first and last step, from 1.
     ranges: Vec<[u64; 2]>,
-    /// The same in words.
+    /// The same as text.
     message: String,
     /// Steps that the program made from the oracle's states, from 1; null where there were none.
     restarted: Option<Vec<u64>>,
-    /// Those of them that are wrong; null as above.
+    /// The wrong ones among them; null as above.
     restarted_wrong: Option<Vec<u64>>,
-    /// What explains the wrong steps, to rounding; where there are several, each does so as well as the others.
+    /// Causes that reproduce the wrong steps; if there are several, all do so equally well.
     explanations: Vec<JsonExplanation>,
-    /// What the explanation leaves of the defect, relative to it; null where there is none.
+    /// Part of the defect that the explanation leaves, relative to the defect; null if there is no explanation.
     remainder: Option<f64>,
 }
 
@@ -262,9 +263,9 @@ struct JsonDiagnosis {
 struct JsonExplanation {
     /// "force", "jacobian", "integrator", "fixed" or "output".
     place: &'static str,
-    /// The force; null where the place is another.
+    /// The force; null if the fault is elsewhere.
     force: Option<&'static str>,
-    /// What is wrong, in words.
+    /// The fault as text.
     message: String,
 }
 
@@ -278,15 +279,15 @@ struct JsonTolerances {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonCalibration {
-    /// With how many variants of a correct program the envelope was measured.
+    /// Number of variants of a correct program used to measure the envelope.
     variants: usize,
-    /// The first state that is not compared, but for energy and momentum; null where there is none.
+    /// The first state of which only energy and momentum are compared; null if there is none.
     horizon: Option<u64>,
-    /// Of positions, at the last state compared; null where no state was.
+    /// Of positions, at the last state compared; null if no state was compared.
     position: Option<JsonBound>,
     /// Of velocities, likewise.
     velocity: Option<JsonBound>,
-    /// The largest ratio of a residual to its tolerance: at most 1 where the states agree.
+    /// The largest ratio of a residual to its tolerance: at most 1 if the states agree.
     used: Option<f64>,
 }
 
@@ -300,9 +301,9 @@ struct JsonBound {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonResiduals {
-    /// The largest over particles and states; null where no state was compared.
+    /// The largest over particles and states; null if no state was compared.
     largest: Option<f64>,
-    /// The sum over particles and states; null where no state was compared.
+    /// The sum over particles and states; null if no state was compared.
     accumulated: Option<f64>,
 }
 
@@ -318,12 +319,12 @@ struct JsonFirstWrong {
     coordinate: &'static str,
     expected: f64,
     got: f64,
-    /// The residual, or sum of residuals, that is too large.
+    /// The residual or sum of residuals that exceeds its tolerance.
     residual: Option<f64>,
     tolerance: f64,
-    /// The envelope that the tolerance follows from; null where it is fixed.
+    /// The envelope from which the tolerance is computed; null if the tolerance is fixed.
     envelope: Option<f64>,
-    /// Whether the sum of residuals is too large, and not this residual.
+    /// Whether the sum of residuals exceeds its tolerance, rather than this residual.
     accumulated: bool,
     /// The particle's states around that step.
     context: Vec<JsonContext>,
@@ -334,7 +335,7 @@ struct JsonContext {
     step: u64,
     /// The oracle's position, then velocity.
     expected: Vec<f64>,
-    /// The trace's.
+    /// The trace's position, then velocity.
     got: Vec<f64>,
 }
 

@@ -1,25 +1,25 @@
-//! The report for continuous integration: JUnit XML, a suite a feature and a case a scene.
+//! Grading as JUnit XML for continuous integration: one suite per feature, one case per scene.
 //!
-//! A scene that could not be judged is an error, a failed one a failure; the type is the verdict's name. A suite
-//! with a failure has the property `blame` for each cause that is named, every suite of a feature its points. The hidden scenes of a feature are one case,
-//! skipped where they were not run.
+//! A scene that could not be judged is an error, a failed one is a failure; the type is the verdict's name. A suite
+//! with a failure has one property `blame` per named cause; every suite of a feature has its points. The hidden scenes
+//! of a feature are one case, skipped if they were not run.
 
 use std::io;
 
 use super::{jacobians, text};
-use crate::testsuites::{Kind, Report, TestCase, TestSuite};
+use crate::testsuites::{Document, ProblemKind, TestCase, TestSuite};
 use grader::blame::{Blame, Finding, Suspect};
 use grader::grading::points;
 use grader::grading::{Grading, Hidden, HiddenTally, SceneResult};
 use grader::verdict::{Verdict, number};
 
-/// What the case of hidden scenes is called.
+/// Name of the case of hidden scenes.
 const HIDDEN: &str = "hidden scenes";
 
 /// The report as JUnit XML.
 ///
 /// # Errors
-/// Where the document cannot be written.
+/// If the document cannot be written.
 pub fn render(grading: &Grading) -> io::Result<String> {
     let mut suites = Vec::new();
     for result in &grading.features {
@@ -44,7 +44,8 @@ pub fn render(grading: &Grading) -> io::Result<String> {
         suites.push(suite);
     }
     if let Hidden::NotRun { scenes } = grading.hidden {
-        let skipped = TestCase::not_passed(HIDDEN, Kind::Skipped, None, text::not_run(scenes));
+        let skipped =
+            TestCase::not_passed(HIDDEN, ProblemKind::Skipped, None, text::not_run(scenes));
         suites.push(TestSuite {
             name: HIDDEN.to_owned(),
             cases: vec![skipped],
@@ -58,7 +59,7 @@ pub fn render(grading: &Grading) -> io::Result<String> {
     if let Some(probing) = &grading.probing {
         suites.extend(super::probe::junit::suites(probing));
     }
-    Report { name: format!("Spring Oracle: {}", grading.submission), suites }.render()
+    Document { name: format!("Spring Oracle: {}", grading.submission), suites }.render()
 }
 
 /// All hidden scenes of a feature: an error where one could not be judged, a failure where one failed.
@@ -66,14 +67,14 @@ fn hidden(tally: &HiddenTally) -> TestCase {
     let (passed, all) = (tally.n_passed(), tally.n_scenes());
     let kind = match tally.n_faults() {
         _ if passed == all => return TestCase::passed(HIDDEN),
-        0 => Kind::Failure,
-        _ => Kind::Error,
+        0 => ProblemKind::Failure,
+        _ => ProblemKind::Error,
     };
     let message = format!("{passed} of {all} passed; {}", text::verdicts(tally));
     TestCase::not_passed(HIDDEN, kind, Some(HIDDEN), message)
 }
 
-/// The causes that are named.
+/// The named causes.
 fn named(blame: &Blame) -> impl Iterator<Item = &Suspect> {
     blame.findings.iter().flat_map(Finding::named)
 }
@@ -82,8 +83,8 @@ fn scene(scene: &SceneResult) -> TestCase {
     let verdict = &scene.comparison.verdict;
     let kind = match verdict {
         Verdict::Pass => return TestCase::passed(&scene.id),
-        Verdict::Fail(_) => Kind::Failure,
-        Verdict::GraderFault(_) => Kind::Error,
+        Verdict::Fail(_) => ProblemKind::Failure,
+        Verdict::GraderFault(_) => ProblemKind::Error,
     };
     let mut message = verdict.to_string();
     if let Some(first) = &scene.comparison.first_wrong {

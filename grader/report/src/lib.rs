@@ -1,4 +1,4 @@
-//! Reports of gradings, Jacobian checks and classes, one format a file.
+//! Reports of gradings, Jacobian checks and classes, one file per format.
 
 pub mod class;
 pub mod jacobians;

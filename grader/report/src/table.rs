@@ -1,24 +1,24 @@
-//! Columns of text, as wide as they need to be.
+//! Text tables with automatic column widths.
 
 use std::io::{self, Write};
 
 use anstyle::{AnsiColor, Style};
 
-/// Headings.
+/// Style of headings.
 pub const BOLD: Style = Style::new().bold();
-/// Column names and remarks.
+/// Style of column names and remarks.
 pub const DIM: Style = Style::new().dimmed();
-/// What passed.
+/// Style of passed items.
 pub const GOOD: Style = AnsiColor::Green.on_default();
-/// What failed.
+/// Style of failed items.
 pub const BAD: Style = AnsiColor::Red.on_default().bold();
-/// What could not be judged.
+/// Style of items that could not be judged.
 pub const ODD: Style = AnsiColor::Yellow.on_default().bold();
 
-/// The most characters of a line, as far as the content allows.
+/// Preferred maximum line width, in characters.
 const WIDTH: usize = 80;
 
-/// Indentation of cells that do not fit into the line of their row.
+/// Indentation of cells that continue a row on the next line.
 const CONTINUED: usize = 8;
 
 /// One cell.
@@ -29,12 +29,12 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Words, flush left.
+    /// A cell aligned to the left, for words.
     pub fn left(text: impl Into<String>) -> Self {
         Self { text: text.into(), style: Style::new(), right: false }
     }
 
-    /// Numbers, flush right.
+    /// A cell aligned to the right, for numbers.
     pub fn right(text: impl Into<String>) -> Self {
         Self { right: true, ..Self::left(text) }
     }
@@ -49,7 +49,7 @@ impl Cell {
     }
 }
 
-/// A row of column names; those with these numbers are flush right.
+/// A row of column names; columns in the range `numbers` are aligned to the right.
 pub fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
     let cell = |(column, name): (usize, &&str)| {
         let cell = if numbers.contains(&column) { Cell::right(*name) } else { Cell::left(*name) };
@@ -58,15 +58,15 @@ pub fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
     names.iter().enumerate().map(cell).collect()
 }
 
-/// Writes rows of cells below each other, the first of them the columns' names; each line indented by two spaces.
+/// Writes a table, indented by two spaces; the first row holds the column names.
 ///
-/// Where the table is wider than [`WIDTH`], the first column becomes headings: each text of it stands on a line of its
-/// own, above the rows that have it. Cells that do not fit even then go to a line of their own, below their row.
+/// If the table is wider than [`WIDTH`], the first column becomes headings: each of its values gets a separate line
+/// above its rows. Cells that still do not fit continue on the next line.
 pub fn write(out: &mut dyn Write, rows: &[Vec<Cell>]) -> io::Result<()> {
     lay_out(out, rows, 1)
 }
 
-/// The same without a first row of the columns' names.
+/// The same without a row of column names.
 pub fn write_unnamed(out: &mut dyn Write, rows: &[Vec<Cell>]) -> io::Result<()> {
     lay_out(out, rows, 0)
 }
@@ -99,7 +99,7 @@ fn widths(rows: &[Vec<Cell>]) -> Vec<usize> {
 }
 
 fn write_row(out: &mut dyn Write, row: &[Cell], widths: &[usize], indent: usize) -> io::Result<()> {
-    // No blanks at the end of a line.
+    // No trailing blanks.
     let end = row.iter().rposition(|cell| !cell.text.is_empty()).map_or(0, |last| last + 1);
     write!(out, "{:indent$}", "")?;
     let (mut position, mut blanks) = (indent, 0);

@@ -1,4 +1,4 @@
-//! A JUnit XML document: suites, their properties and their cases.
+//! JUnit XML document: suites with properties and cases.
 
 use std::io;
 
@@ -6,8 +6,8 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
 /// The document.
-pub(super) struct Report {
-    /// Name of the whole.
+pub(super) struct Document {
+    /// Name of the document.
     pub(super) name: String,
     /// Written in this order.
     pub(super) suites: Vec<TestSuite>,
@@ -27,28 +27,28 @@ pub(super) struct TestSuite {
 /// A case: passed, or not.
 pub(super) struct TestCase {
     name: String,
-    problem: Option<Problem>,
+    problem: Option<CaseProblem>,
 }
 
 /// Why a case has not passed.
-struct Problem {
-    kind: Kind,
+struct CaseProblem {
+    kind: ProblemKind,
     ty: Option<String>,
     message: String,
 }
 
-/// In which way a case has not passed.
+/// Kind of a problem.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// It was judged wrong.
+pub(super) enum ProblemKind {
+    /// Judged wrong.
     Failure,
-    /// It could not be judged.
+    /// Could not be judged.
     Error,
-    /// It was not run.
+    /// Not run.
     Skipped,
 }
 
-impl Kind {
+impl ProblemKind {
     fn tag(self) -> &'static str {
         match self {
             Self::Failure => "failure",
@@ -67,20 +67,20 @@ impl TestCase {
     /// A case that did not pass; `ty` classifies the reason.
     pub(super) fn not_passed(
         name: impl Into<String>,
-        kind: Kind,
+        kind: ProblemKind,
         ty: Option<&str>,
         message: String,
     ) -> Self {
-        let problem = Problem { kind, ty: ty.map(str::to_owned), message };
+        let problem = CaseProblem { kind, ty: ty.map(str::to_owned), message };
         Self { name: name.into(), problem: Some(problem) }
     }
 }
 
-impl Report {
+impl Document {
     /// The document as text, with a newline at its end.
     ///
     /// # Errors
-    /// None in practice: memory takes all that is written.
+    /// Never in practice: it writes to memory.
     pub(super) fn render(&self) -> io::Result<String> {
         let mut writer = Writer::new_with_indent(Vec::new(), b' ', 4);
         writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
@@ -89,9 +89,9 @@ impl Report {
             .create_element("testsuites")
             .with_attribute(("name", clean(&self.name).as_str()))
             .with_attribute(("tests", cases().count().to_string().as_str()))
-            .with_attribute(("skipped", count(cases(), Kind::Skipped).as_str()))
-            .with_attribute(("failures", count(cases(), Kind::Failure).as_str()))
-            .with_attribute(("errors", count(cases(), Kind::Error).as_str()))
+            .with_attribute(("skipped", count(cases(), ProblemKind::Skipped).as_str()))
+            .with_attribute(("failures", count(cases(), ProblemKind::Failure).as_str()))
+            .with_attribute(("errors", count(cases(), ProblemKind::Error).as_str()))
             .write_inner_content(|writer| {
                 self.suites.iter().try_for_each(|suite| suite.write(writer))
             })?;
@@ -108,9 +108,9 @@ impl TestSuite {
             .create_element("testsuite")
             .with_attribute(("name", clean(&self.name).as_str()))
             .with_attribute(("tests", cases().count().to_string().as_str()))
-            .with_attribute(("skipped", count(cases(), Kind::Skipped).as_str()))
-            .with_attribute(("errors", count(cases(), Kind::Error).as_str()))
-            .with_attribute(("failures", count(cases(), Kind::Failure).as_str()));
+            .with_attribute(("skipped", count(cases(), ProblemKind::Skipped).as_str()))
+            .with_attribute(("errors", count(cases(), ProblemKind::Error).as_str()))
+            .with_attribute(("failures", count(cases(), ProblemKind::Failure).as_str()));
         if self.properties.is_empty() && self.cases.is_empty() {
             element.write_empty()?;
             return Ok(());
@@ -138,7 +138,7 @@ impl TestCase {
     fn write(&self, writer: &mut Writer<Vec<u8>>) -> io::Result<()> {
         let name = clean(&self.name);
         let element = writer.create_element("testcase").with_attribute(("name", name.as_str()));
-        let Some(Problem { kind, ty, message }) = &self.problem else {
+        let Some(CaseProblem { kind, ty, message }) = &self.problem else {
             element.write_empty()?;
             return Ok(());
         };
@@ -156,8 +156,8 @@ impl TestCase {
     }
 }
 
-/// Number of cases with a problem of this kind, in decimals.
-fn count<'a>(cases: impl Iterator<Item = &'a TestCase>, kind: Kind) -> String {
+/// Number of cases with a problem of this kind, as text.
+fn count<'a>(cases: impl Iterator<Item = &'a TestCase>, kind: ProblemKind) -> String {
     let is_counted =
         |case: &&TestCase| case.problem.as_ref().is_some_and(|problem| problem.kind == kind);
     cases.filter(is_counted).count().to_string()
@@ -178,10 +178,15 @@ mod tests {
         let message = "a\u{1}\u{8}\u{b}\u{1b}[31mred\u{1b}[0m\u{fffe}\u{ffff}\t\u{1f600} <&\">";
         let suite = TestSuite {
             name: "suite".to_owned(),
-            cases: vec![TestCase::not_passed("case", Kind::Error, Some("crashed"), message.into())],
+            cases: vec![TestCase::not_passed(
+                "case",
+                ProblemKind::Error,
+                Some("crashed"),
+                message.into(),
+            )],
             ..TestSuite::default()
         };
-        let text = Report { name: "\0all".to_owned(), suites: vec![suite] }.render().unwrap();
+        let text = Document { name: "\0all".to_owned(), suites: vec![suite] }.render().unwrap();
         assert!(text.contains("<testsuites name=\"all\" tests=\"1\""), "{text}");
         let expected = "message=\"ared&#9;\u{1f600} &lt;&amp;&quot;&gt;\" type=\"crashed\"/>";
         assert!(text.contains(expected), "{text}");

@@ -1,12 +1,12 @@
-//! The report for people: a table by feature, then what failed, then the sums.
+//! Text report of a grading: a table of features, the failures, then the totals.
 //!
-//! Colours are written always; the stream that is written to strips them where they have no place.
+//! Always writes colours; the output stream strips them if needed.
 
 use std::io::{self, Write};
 
 use anstyle::Style;
 
-use super::digits::{self, Line, LineKind};
+use super::digits::{self, DiffLine, LineKind};
 use super::jacobians;
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use grader::altered::Copied;
@@ -22,17 +22,17 @@ use grader::suite::Section;
 use grader::verdict::{Verdict, number};
 use sandbox::Protection;
 
-/// How to write it.
+/// Options of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TextOptions {
-    /// The most scenes whose failure is told in detail.
+    /// Number of failed scenes to explain in detail.
     pub details: usize,
 }
 
 /// Writes the report.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
     for section in Section::ALL {
         let groups: Vec<&[FeatureResult]> = grading.groups(section).collect();
@@ -59,7 +59,7 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io:
     write_summary(out, grading)
 }
 
-/// Says which verdicts there are among hidden scenes, and nothing else of them.
+/// Writes the number of hidden scenes with each verdict, and nothing else about them.
 fn write_hidden(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let failed: Vec<&FeatureResult> = grading
         .features
@@ -132,7 +132,7 @@ fn write_features(
                 unjudged,
                 match result.has_faults() {
                     false if result.is_pass() => good("pass"),
-                    // Or its points would not be understood.
+                    // Explains why the feature earns no points.
                     false if !result.partial && result.has_passes() => bad("FAIL (all or nothing)"),
                     false => bad("FAIL"),
                     true => Cell::left("FAULT").styled(ODD),
@@ -164,7 +164,7 @@ fn write_features(
     table::write(out, &rows)
 }
 
-/// `2/3`, or `-` of nothing.
+/// `2/3`, or `-` if there are none.
 fn count(passed: usize, all: usize) -> String {
     if all == 0 { "-".to_owned() } else { format!("{passed}/{all}") }
 }
@@ -185,7 +185,7 @@ fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -
     let scenes = grading.features.iter().flat_map(|result| &result.scenes);
     let failed: Vec<&SceneResult> =
         scenes.filter(|scene| !scene.comparison.verdict.is_pass()).collect();
-    // What is said of one scene need not be said of each: a build fails once.
+    // Merge scenes with the same message, such as those of a failed build.
     let mut groups: Vec<(&SceneResult, usize)> = Vec::new();
     for scene in &failed {
         let same = |(known, _): &&mut (&SceneResult, usize)| {
@@ -200,7 +200,7 @@ fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -
     for (scene, count) in groups.iter().take(config.details) {
         write_failure(out, scene)?;
         if *count > 1 {
-            writeln!(out, "  {DIM}and the same of {} more scenes{DIM:#}", count - 1)?;
+            writeln!(out, "  {DIM}and the same for {} more scenes{DIM:#}", count - 1)?;
         }
         writeln!(out)?;
     }
@@ -208,7 +208,7 @@ fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -
     if untold > 0 {
         writeln!(
             out,
-            "{untold} more scenes did not pass; --details {} tells of all.\n",
+            "{untold} more scenes did not pass; show all with --details {}.\n",
             groups.len()
         )?;
     }
@@ -251,7 +251,7 @@ fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()>
             )
         }
         None if steps.wrong > 0 => {
-            writeln!(out, "  No single mistake that was tried explains this.")
+            writeln!(out, "  No known single mistake explains this.")
         }
         None => Ok(()),
     }
@@ -292,7 +292,7 @@ fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> 
         "  particle {} around that step: step, {columns} ({GOOD}-{GOOD:#} expected, {BAD}+{BAD:#} got)",
         place.particle
     )?;
-    for Line { kind, pieces } in digits::context(first) {
+    for DiffLine { kind, pieces } in digits::context(first) {
         let (sign, style) = match kind {
             LineKind::Same => (' ', DIM),
             LineKind::Expected => ('-', GOOD),
@@ -308,7 +308,7 @@ fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> 
     Ok(())
 }
 
-/// Says what the program was kept from, and what it was not.
+/// Writes the protections that were in force, and those that were missing.
 fn write_protection(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
     if !in_force.is_empty() {
         let names: Vec<&str> = in_force.iter().map(|protection| protection.name()).collect();
@@ -332,7 +332,7 @@ pub(super) fn missing(in_force: &[Protection]) -> Vec<&'static str> {
     missing.map(Protection::name).collect()
 }
 
-/// Says whether running a scene again gave the same bytes.
+/// Writes whether re-run scenes gave identical output.
 fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<()> {
     let Repetition { scenes, differing } = repetition;
     match differing.as_slice() {
@@ -349,7 +349,7 @@ fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<
     }
 }
 
-/// Says that answers may be copied, and which scenes show it.
+/// Warns that traces may be copied, with the scenes that show it.
 fn write_copied(out: &mut dyn Write, copied: &Copied) -> io::Result<()> {
     writeln!(out, "  {ODD}{copied}.{ODD:#}")?;
     let altered =
@@ -357,7 +357,7 @@ fn write_copied(out: &mut dyn Write, copied: &Copied) -> io::Result<()> {
     writeln!(out, "  {DIM}Altered: {}.{DIM:#}", altered.collect::<Vec<_>>().join(", "))
 }
 
-/// Says what the scenes were judged by.
+/// Writes the criteria by which the scenes were judged.
 fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let scenes = || grading.features.iter().flat_map(|result| &result.scenes);
     let total = scenes().count();
@@ -402,7 +402,7 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     Ok(())
 }
 
-/// The likely causes of the failures, where there is anything to say.
+/// Writes the likely causes of the failures, if any.
 fn write_blame(out: &mut dyn Write, blame: &Blame) -> io::Result<()> {
     for finding in &blame.findings {
         let Finding { symptom, failing, .. } = finding;
@@ -498,7 +498,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     }
 }
 
-/// That hidden scenes were not run.
+/// A sentence that hidden scenes were not run.
 pub(super) fn not_run(scenes: Option<usize>) -> String {
     match scenes {
         Some(1) => "1 hidden scene was not run.".to_owned(),
@@ -507,7 +507,7 @@ pub(super) fn not_run(scenes: Option<usize>) -> String {
     }
 }
 
-/// The points that there are, extra credit apart.
+/// Writes the points, with extra credit separate.
 fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let [required, extra] = Section::ALL.map(|section| grading.totals(section));
     if required.features + extra.features == 0 {

@@ -1,12 +1,12 @@
-//! The system calls that a program may make, as a seccomp filter (`seccomp(2)`).
+//! Allowed system calls, as a seccomp filter (`seccomp(2)`).
 //!
-//! The list holds what the C libraries, the run-time systems of C, C++, Rust, Python, Java and Node, and their
-//! compilers use. The kernel answers every other call with `ENOSYS`, as a kernel would that does not know it, so that
-//! libraries fall back to an older one; that goes for calls of kernels to come, and for the x32 ABI. A call of another
-//! architecture kills the process.
+//! The list contains the calls that the C libraries, the run-time systems of C, C++, Rust, Python, Java and Node, and
+//! their compilers use. Every other call returns `ENOSYS`, as on a kernel without it, so that libraries fall back to
+//! an older call. This includes calls of future kernels and of the x32 ABI. A call of another architecture kills the
+//! process.
 //!
-//! The kernel tries a new filter on the number of every call. Those whose answer does not depend on arguments are
-//! therefore found by a binary search; the others go on to the part of the filter that compares arguments.
+//! When a filter is installed, the kernel evaluates it for every call number. Calls whose answer does not depend on
+//! arguments are therefore found by binary search; the others continue to the part that compares arguments.
 
 use std::collections::BTreeMap;
 
@@ -15,20 +15,20 @@ use seccompiler::{
     SeccompCondition, SeccompFilter, SeccompRule, TargetArch, sock_filter,
 };
 
-/// What a filter depends on.
+/// Parameters of a filter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Policy {
-    /// The keeper is process 1, and no process outside can be named.
+    /// The keeper is process 1; processes outside have no number here.
     pub(super) isolated: bool,
-    /// Signals reach no process outside of the run.
+    /// Signals cannot reach processes outside the run.
     pub(super) signals_stay: bool,
-    /// The run has a user of its own, who owns nothing outside.
+    /// The run has its own user, who owns no files outside.
     pub(super) own_user: bool,
-    /// It is a build: it may lock files.
+    /// The run is a build: it may lock files.
     pub(super) builds: bool,
 }
 
-/// Calls without conditions.
+/// Calls allowed with any arguments.
 #[rustfmt::skip]
 const ALLOWED: &[i64] = &[
     // Reading and writing.
@@ -65,7 +65,7 @@ const ALLOWED: &[i64] = &[
     libc::SYS_sched_getattr, libc::SYS_sched_get_priority_max, libc::SYS_sched_get_priority_min,
     libc::SYS_sched_rr_get_interval, libc::SYS_getpriority, libc::SYS_getrlimit, libc::SYS_setrlimit,
     libc::SYS_getrusage, libc::SYS_times, libc::SYS_sysinfo, libc::SYS_uname, libc::SYS_getcpu, libc::SYS_getrandom,
-    // Signals of one's own.
+    // Signals to the process itself.
     libc::SYS_rt_sigaction, libc::SYS_rt_sigprocmask, libc::SYS_rt_sigreturn, libc::SYS_rt_sigpending,
     libc::SYS_rt_sigtimedwait, libc::SYS_rt_sigsuspend, libc::SYS_sigaltstack,
     // Time.
@@ -74,7 +74,7 @@ const ALLOWED: &[i64] = &[
     libc::SYS_timer_gettime, libc::SYS_timer_getoverrun, libc::SYS_timer_delete,
 ];
 
-/// Calls that only older architectures have.
+/// Calls that exist only on older architectures.
 #[cfg(target_arch = "x86_64")]
 #[rustfmt::skip]
 const ALLOWED_HERE: &[i64] = &[
@@ -87,7 +87,7 @@ const ALLOWED_HERE: &[i64] = &[
 #[cfg(not(target_arch = "x86_64"))]
 const ALLOWED_HERE: &[i64] = &[];
 
-// Too new for every version of the C library; the numbers are those of all architectures.
+// Too new for some versions of the C library; the numbers are the same on all architectures.
 #[cfg(target_arch = "x86_64")]
 const MAP_SHADOW_STACK: i64 = 453;
 const FUTEX_WAKE: i64 = 454;
@@ -95,19 +95,19 @@ const FUTEX_WAIT: i64 = 455;
 const FUTEX_REQUEUE: i64 = 456;
 const FCHMODAT2: i64 = 452;
 
-/// Signals to processes by their number.
+/// Signals to processes by number.
 const SIGNALS: &[i64] =
     &[libc::SYS_kill, libc::SYS_tkill, libc::SYS_rt_sigqueueinfo, libc::SYS_rt_tgsigqueueinfo];
 
-/// Modes of files, which only the owner may change, and the argument that holds the mode.
+/// Calls that change file modes, which only the owner may do, and the index of the mode argument.
 #[rustfmt::skip]
 const MODES: &[(i64, u8)] = &[
     (libc::SYS_fchmod, 1), (libc::SYS_fchmodat, 2), (FCHMODAT2, 2),
     #[cfg(target_arch = "x86_64")] (libc::SYS_chmod, 1),
 ];
 
-/// Owners and times of files. To change neither owner nor group is anybody's right, and changes a time; so does a write
-/// to a file that everybody may write.
+/// Calls that change owners and times of files. Anyone may set neither owner nor group, which changes a time; so does
+/// a write to a world-writable file.
 #[rustfmt::skip]
 const ATTRIBUTES: &[i64] = &[
     libc::SYS_fchown, libc::SYS_fchownat, libc::SYS_utimensat,
@@ -118,7 +118,7 @@ const ATTRIBUTES: &[i64] = &[
     #[cfg(target_arch = "x86_64")] libc::SYS_futimesat,
 ];
 
-/// Calls that make files, and the arguments that hold their flags, if there are any, and the mode.
+/// Calls that create files, with the indices of the arguments for flags (if any) and mode.
 #[rustfmt::skip]
 const MAKING: &[(i64, Option<u8>, u8)] = &[
     (libc::SYS_openat, Some(2), 3), (libc::SYS_mkdirat, None, 2),
@@ -127,7 +127,7 @@ const MAKING: &[(i64, Option<u8>, u8)] = &[
     #[cfg(target_arch = "x86_64")] (libc::SYS_mkdir, None, 1),
 ];
 
-/// Calls that only an attack makes. They kill the process.
+/// Calls that only an attack would make. They kill the process.
 const KILLED: &[i64] = &[
     libc::SYS_kexec_load,
     #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
@@ -140,7 +140,7 @@ const KILLED: &[i64] = &[
     libc::SYS_swapoff,
 ];
 
-/// Flags of `clone` that ask for namespaces.
+/// Flags of `clone` that create namespaces.
 const NAMESPACES: i32 = libc::CLONE_NEWUSER
     | libc::CLONE_NEWPID
     | libc::CLONE_NEWNET
@@ -149,7 +149,7 @@ const NAMESPACES: i32 = libc::CLONE_NEWUSER
     | libc::CLONE_NEWUTS
     | libc::CLONE_NEWCGROUP;
 
-/// Operations of `fcntl` on descriptors alone: no locks, leases or signals.
+/// Operations of `fcntl` on descriptors only: no locks, leases or signals.
 const DESCRIPTORS: &[i32] = &[
     libc::F_DUPFD,
     libc::F_GETFD,
@@ -163,7 +163,7 @@ const DESCRIPTORS: &[i32] = &[
     libc::F_GET_SEALS,
 ];
 
-/// Operations of `fcntl` on locks, which other runs see.
+/// Operations of `fcntl` on locks, which are visible to other runs.
 const LOCKS: &[i32] = &[
     libc::F_GETLK,
     libc::F_SETLK,
@@ -173,7 +173,7 @@ const LOCKS: &[i32] = &[
     libc::F_OFD_SETLKW,
 ];
 
-/// Operations of `ioctl` on descriptors, and questions about terminals.
+/// Operations of `ioctl` on descriptors, and queries about terminals.
 const CONTROLS: &[u64] = &[
     libc::TCGETS,
     0x802c_542a, // TCGETS2
@@ -191,10 +191,10 @@ type Rules = BTreeMap<i64, Vec<SeccompRule>>;
 /// Answers that do not depend on arguments.
 type Answers = BTreeMap<u32, SeccompAction>;
 
-/// Restricts the calling thread, and what it starts, to the calls above.
+/// Restricts the calling thread and its children to the calls above.
 ///
 /// # Errors
-/// Where the kernel has no filters.
+/// If the kernel does not support filters.
 pub(super) fn restrict(policy: Policy) -> Result<(), Error> {
     seccompiler::apply_filter(&filter(policy)?)
 }
@@ -202,8 +202,8 @@ pub(super) fn restrict(policy: Policy) -> Result<(), Error> {
 fn filter(policy: Policy) -> Result<BpfProgram, Error> {
     let errno = |number: i32| SeccompAction::Errno(number.cast_unsigned());
     let architecture = TargetArch::try_from(std::env::consts::ARCH)?;
-    // On read-only mounts, the kernel refuses every change. Elsewhere the answer is "done", for linkers and build
-    // tools do not go on without.
+    // On read-only mounts, the kernel refuses every change. Elsewhere, pretend success: linkers and build tools
+    // fail otherwise.
     let attributes = if policy.isolated { SeccompAction::Allow } else { errno(0) };
     let mut answers = Answers::new();
     let groups: [(&[i64], SeccompAction); 5] = [
@@ -236,14 +236,14 @@ fn filter(policy: Policy) -> Result<BpfProgram, Error> {
     Ok(program)
 }
 
-/// The beginning of a filter: returns the answers, and goes on behind its end for a call without one, and for every
-/// call of another architecture.
+/// First part of the filter: returns the fixed answers. A call without one, and every call of another architecture,
+/// continues after its end.
 fn search(answers: &Answers) -> Result<BpfProgram, Error> {
     // bpf(4): of `struct seccomp_data`, the number of the call and the architecture.
     const NUMBER: u32 = 0;
     const ARCHITECTURE: u32 = 4;
     let load = |offset| instruction(libc::BPF_LD | libc::BPF_W | libc::BPF_ABS, offset);
-    // Where an answer begins to hold; up to the next one. `None` leads behind the end.
+    // Start of each range of call numbers with the same answer. `None` jumps to the end.
     let mut pieces: Vec<(u32, Option<&SeccompAction>)> = vec![(0, None)];
     for (call, answer) in answers {
         let last = pieces.last().filter(|(first, _)| *first == *call).is_some();
@@ -284,7 +284,7 @@ const AUDIT_X86_64: u32 = 0xc000_003e;
 const AUDIT_AARCH64: u32 = 0xc000_00b7;
 const AUDIT_RISCV64: u32 = 0xc000_00f3;
 
-/// An unconditional jump behind the end of the search, its distance still to be set.
+/// An unconditional jump to the end of the search; the distance is filled in later.
 const JUMP_BEHIND: u16 = (libc::BPF_JMP | libc::BPF_JA) as u16;
 
 fn halves(pieces: &[(u32, Option<&SeccompAction>)]) -> Result<BpfProgram, Error> {
@@ -299,7 +299,7 @@ fn halves(pieces: &[(u32, Option<&SeccompAction>)]) -> Result<BpfProgram, Error>
     }
     let (low, high) = pieces.split_at(pieces.len() / 2);
     let (below, above) = (halves(low)?, halves(high)?);
-    // Over the lower half.
+    // Skip the lower half.
     let distance = u8::try_from(below.len())
         .map_err(|_| BackendError::FilterTooLarge(below.len() + above.len()))?;
     let mut program = vec![sock_filter {
@@ -314,7 +314,7 @@ fn instruction(code: u32, k: u32) -> sock_filter {
     sock_filter { code: code as u16, jt: 0, jf: 0, k }
 }
 
-/// Calls that depend on the policy or on their arguments; those without conditions are allowed.
+/// Rules for calls that depend on the policy or on arguments; a call with no conditions is allowed.
 fn conditional(policy: Policy) -> Result<Rules, Error> {
     let equal = |argument, value: u64| rule(&[(argument, SeccompCmpOp::Eq, value)]);
     let any = |argument, values: &[u64]| -> Result<Vec<SeccompRule>, Error> {
@@ -326,14 +326,14 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
     let mut rules = Rules::new();
 
     if policy.isolated {
-        // Its flags and mode are out of a filter's sight.
+        // A filter cannot read its flags and mode.
         rules.insert(libc::SYS_openat2, vec![]);
     }
     let namespaces = u64::from(NAMESPACES.cast_unsigned());
     rules.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(namespaces), 0)])?]);
-    // Rust's standard library starts processes with a pair of the second kind.
+    // Rust's standard library starts processes with a SEQPACKET pair.
     let pair = |kind: i32| {
-        // Without its flags.
+        // Mask of the socket's kind, without its flags.
         const KIND: u64 = 0xf;
         let [unix, kind] = [libc::AF_UNIX, kind].map(|number| u64::from(number.cast_unsigned()));
         rule(&[(0, SeccompCmpOp::Eq, unix), (1, SeccompCmpOp::MaskedEq(KIND), kind)])
@@ -350,14 +350,14 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
     const ASK: u64 = 0xffff_ffff;
     rules.insert(libc::SYS_personality, any(0, &[0, ASK])?);
 
-    // Of no process but itself: limits, priority.
+    // Limits and priority of the calling process only.
     rules.insert(libc::SYS_prlimit64, vec![equal(0, 0)?]);
     let process = u64::from(libc::PRIO_PROCESS);
     rules.insert(
         libc::SYS_setpriority,
         vec![rule(&[(0, SeccompCmpOp::Eq, process), (1, SeccompCmpOp::Eq, 0)])?],
     );
-    // Libraries name their threads here, which are among the run's own processes. The keeper is not.
+    // Libraries pass the numbers of their own threads, which belong to the run. The keeper, process 1, does not.
     let own = if policy.isolated { rule(&[(0, SeccompCmpOp::Ne, 1)])? } else { equal(0, 0)? };
     for call in [
         libc::SYS_sched_setaffinity,
@@ -368,7 +368,7 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
         rules.insert(call, vec![own.clone()]);
     }
     if !policy.isolated {
-        // A file on disk that others could run as this user: not even for a moment.
+        // Never a set-user-ID or set-group-ID file on disk: others could run it as this user.
         const SET_IDS: u64 = 0o6000;
         const MAKES: u64 = (libc::O_CREAT | libc::O_TMPFILE) as u64;
         let harmless = |mode| rule(&[(mode, SeccompCmpOp::MaskedEq(SET_IDS), 0)]);
@@ -384,7 +384,7 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
             }
         }
     }
-    // `abort` has to work.
+    // `abort` must work.
     let abort = equal(2, libc::SIGABRT.cast_unsigned().into())?;
     rules.insert(libc::SYS_tgkill, vec![abort]);
     if policy.signals_stay {
@@ -393,8 +393,8 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
     Ok(rules)
 }
 
-/// All of these conditions on arguments: number, comparison, value. The upper half of an argument does not count:
-/// the kernel reads these as 32 bits.
+/// A rule that requires all of these conditions (argument index, comparison, value). Compares the lower 32 bits, as
+/// the kernel reads these arguments.
 fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, Error> {
     let condition = |(argument, operation, value): &(u8, SeccompCmpOp, u64)| {
         SeccompCondition::new(*argument, SeccompCmpArgLen::Dword, operation.clone(), *value)
@@ -406,7 +406,7 @@ fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, Error> {
 mod tests {
     use super::*;
 
-    /// The answer of a search; `None` where it goes on behind its end.
+    /// The answer of the search; `None` if it continues after its end.
     fn run(program: &[sock_filter], architecture: u32, number: u32) -> Option<u32> {
         let (mut at, mut loaded) = (0, 0);
         while let Some(instruction) = program.get(at) {
@@ -461,7 +461,7 @@ mod tests {
                 own_user: bits & 4 != 0,
                 builds: bits & 8 != 0,
             };
-            // The kernel takes as many.
+            // The kernel's limit.
             assert!(filter(policy).unwrap().len() <= 4096);
         }
     }

@@ -1,11 +1,11 @@
-//! A control group for each run, below one that is delegated to the grader (`cgroups(7)`, version 2).
+//! Control group of a run, below a group delegated to the grader (`cgroups(7)`, version 2).
 //!
-//! A group counts the memory and the processor time of all its processes, ended ones included, and of the tmpfs that
-//! they fill. Without one, the supervisor adds up what it reads of each process.
+//! A group counts the memory and processor time of all its processes, including ended ones, and the memory of their
+//! tmpfs. Without a group, the supervisor sums the usage of the processes.
 //!
-//! A group is delegated where an ordinary user owns it, or where the service manager has marked it so. `grade` moves
-//! itself into a group of its own below it, for the kernel gives controllers to a group only where no process is in
-//! its parent. `systemd-run --user --scope -p Delegate=yes grade …` makes one.
+//! A group is delegated if an ordinary user owns it, or if the service manager has marked it. `grade` moves itself into
+//! a child group, because the kernel enables controllers in a group only if its parent contains no process.
+//! `systemd-run --user --scope -p Delegate=yes grade …` creates a delegated group.
 
 use std::fs;
 use std::io;
@@ -16,33 +16,33 @@ use std::time::{Duration, Instant};
 use super::limits::KEEPER_THREADS;
 use super::{Exceeded, Limits};
 
-/// The controllers that are of use. A group without that of memory is not used.
+/// The controllers used. A group without the memory controller is not used.
 const CONTROLLERS: [&str; 3] = ["memory", "pids", "cpu"];
 
-/// The group that `grade` itself moves to.
-const OWN: &str = "spring-oracle";
+/// Name of the group for `grade` itself.
+const GRADER_GROUP: &str = "spring-oracle";
 
-/// What the names of runs' groups begin with.
-const RUN: &str = "spring-oracle-run-";
+/// Prefix of the names of runs' groups.
+const RUN_PREFIX: &str = "spring-oracle-run-";
 
 /// Attributes by which service managers mark a group as delegated.
 const MARKS: [&str; 2] = ["user.delegate", "trusted.delegate"];
 
-/// The time that the kernel has to end a group's processes.
-const END: Duration = Duration::from_secs(5);
+/// Time limit for the kernel to kill a group's processes.
+const KILL_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// The group that is delegated to this process, if one is, with its controllers given to the groups below it.
+/// The group delegated to this process, if any, with its controllers enabled for its children.
 pub(super) fn delegated() -> Option<PathBuf> {
     let group = current()?;
-    // Of an earlier `grade` in the same place, killed before it could leave.
+    // Left by an earlier `grade` that was killed.
     let group = match group.file_name() {
-        Some(name) if name == OWN => group.parent()?.to_path_buf(),
+        Some(name) if name == GRADER_GROUP => group.parent()?.to_path_buf(),
         _ => group,
     };
     if !is_delegated(&group) || !offers_memory(&group) {
         return None;
     }
-    let own = group.join(OWN);
+    let own = group.join(GRADER_GROUP);
     let moved = || -> io::Result<()> {
         if !own.is_dir() {
             fs::create_dir(&own)?;
@@ -57,7 +57,7 @@ pub(super) fn delegated() -> Option<PathBuf> {
         Ok(())
     };
     if moved().is_err() {
-        // Other processes in the group keep its controllers from those below.
+        // Other processes in the group prevent its children from having controllers.
         leave();
         return None;
     }
@@ -65,15 +65,16 @@ pub(super) fn delegated() -> Option<PathBuf> {
     Some(group)
 }
 
-/// Gives the group back that [`delegated`] returned, where this process is the last one to use it.
+/// Restores the group that [`delegated`] returned, if this process is its last user.
 pub(super) fn leave() {
-    let Some(own) = current().filter(|group| group.file_name().is_some_and(|name| name == OWN))
+    let Some(own) =
+        current().filter(|group| group.file_name().is_some_and(|name| name == GRADER_GROUP))
     else {
         return;
     };
     let Some(group) = own.parent() else { return };
     for controller in CONTROLLERS {
-        // One that was not given cannot be taken, nor one that another grader uses.
+        // Fails for a controller that was not enabled, and for one that another grader uses.
         let _ = write(&group.join("cgroup.subtree_control"), &format!("-{controller}"));
     }
     let _ = enter(group);
@@ -85,7 +86,7 @@ fn enter(group: &Path) -> io::Result<()> {
     write(&group.join("cgroup.procs"), &std::process::id().to_string())
 }
 
-/// Writes to a file that exists: the kernel's files cannot be made.
+/// Writes to an existing file: the kernel's files cannot be created.
 fn write(file: &Path, text: &str) -> io::Result<()> {
     io::Write::write_all(&mut fs::OpenOptions::new().write(true).open(file)?, text.as_bytes())
 }
@@ -123,8 +124,8 @@ fn offers_memory(group: &Path) -> bool {
 /// Removes the groups of runs whose supervisors were killed: those that are empty.
 fn sweep(group: &Path) {
     for entry in group.read_dir().into_iter().flatten().flatten() {
-        if entry.file_name().as_encoded_bytes().starts_with(RUN.as_bytes()) {
-            // One that is in use is not empty.
+        if entry.file_name().as_encoded_bytes().starts_with(RUN_PREFIX.as_bytes()) {
+            // A group in use is not empty, and stays.
             let _ = fs::remove_dir(entry.path());
         }
     }
@@ -135,19 +136,19 @@ fn sweep(group: &Path) {
 pub(super) struct ControlGroup(PathBuf);
 
 impl ControlGroup {
-    /// A group below `parent`, with the limits of a run.
+    /// Creates a group below `parent`, with the limits of a run.
     ///
     /// # Errors
-    /// In words, where it cannot be made.
+    /// A message, if it cannot be created.
     pub(super) fn create(parent: &Path, limits: &Limits) -> Result<Self, String> {
-        let path = parent.join(format!("{RUN}{}", std::process::id()));
+        let path = parent.join(format!("{RUN_PREFIX}{}", std::process::id()));
         let fail = |error: io::Error| format!("control group {}: {error}", path.display());
         fs::create_dir(&path).map_err(fail)?;
         let group = Self(path.clone());
-        // The files in its tmpfs are among its memory, and the keeper and its threads among its processes.
+        // Memory includes the files in its tmpfs; processes include the keeper and its threads.
         let memory = limits.memory + limits.trace;
         let limit = |file: &str, value: u64| match write(&path.join(file), &value.to_string()) {
-            // A controller, or the accounting of swap, that this system does not have.
+            // This system lacks the controller, or the accounting of swap.
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
             written => written.map_err(fail),
         };
@@ -157,16 +158,16 @@ impl ControlGroup {
         Ok(group)
     }
 
-    /// Moves a process there.
+    /// Moves a process into the group.
     ///
     /// # Errors
-    /// In words, where that is refused.
+    /// A message, if the kernel refuses.
     pub(super) fn add(&self, process: u32) -> Result<(), String> {
         write(&self.0.join("cgroup.procs"), &process.to_string())
             .map_err(|error| format!("control group {}: {error}", self.0.display()))
     }
 
-    /// The limit that its processes exceeded, if one is.
+    /// The limit that its processes exceeded, if any.
     pub(super) fn exceeded(&self, limits: &Limits) -> Option<Exceeded> {
         let killed = self.number("memory.events", "oom_kill ");
         let microseconds = self.number("cpu.stat", "usage_usec ");
@@ -184,12 +185,12 @@ impl ControlGroup {
     }
 }
 
-/// Ends all its processes, and removes it.
+/// Kills all its processes and removes it.
 impl Drop for ControlGroup {
     fn drop(&mut self) {
         let _ = write(&self.0.join("cgroup.kill"), "1");
         let started = Instant::now();
-        while fs::remove_dir(&self.0).is_err() && started.elapsed() < END {
+        while fs::remove_dir(&self.0).is_err() && started.elapsed() < KILL_TIMEOUT {
             std::thread::sleep(Duration::from_millis(1));
         }
     }

@@ -1,5 +1,5 @@
-//! Finds the strongest protection that the system grants, and tests each part of it from the inside: a program, which
-//! is this one, is run under it and tries what it is to be kept from.
+//! Finds the strongest protection that the system grants, and tests each part from the inside: runs this program under
+//! protection and tries the forbidden actions.
 
 use std::fs::{self, Permissions};
 use std::io::{self, Write};
@@ -18,26 +18,26 @@ use super::{
     End, Job, Keep, Limits, Outcome, Protected, Protection, SandboxError, scratch, supervisor,
 };
 
-/// The first word of the command line of the program that tries.
+/// First argument of the test program.
 pub(super) const CHECK: &str = "--sandbox-check";
 
-/// The time that a connection has.
+/// Timeout of a connection.
 const CONNECTION: Duration = Duration::from_millis(200);
 
-/// What is to be out of reach.
+/// Targets that must be out of reach.
 #[derive(Debug, Serialize, Deserialize)]
 struct Targets {
-    /// A file that all may read.
+    /// A world-readable file.
     file: PathBuf,
-    /// A port of the loopback interface on which somebody listens.
+    /// A port of the loopback interface with a listener.
     port: u16,
     /// A process of the same user.
     process: i32,
-    /// Seconds of processor time that the program may have.
+    /// Limit of processor time, in seconds.
     cpu: u64,
 }
 
-/// The strongest protection that is granted.
+/// The strongest protection that the system grants.
 pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     let launcher = fs::canonicalize(launcher)
         .map_err(|error| SandboxError(format!("{}: {error}", launcher.display())))?;
@@ -70,7 +70,7 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     Err(SandboxError(refused.join("; ")))
 }
 
-/// Whether the kernel offers Landlock, tried by a thread that does nothing else.
+/// Whether the kernel offers Landlock, tried in a separate thread.
 fn offers_landlock() -> bool {
     let restricted = std::thread::spawn(|| {
         landlock::restrict(&Reach { readable: Vec::new(), devices: &[], writable: Vec::new() })
@@ -78,17 +78,17 @@ fn offers_landlock() -> bool {
     restricted.join().is_ok_and(|in_force| in_force.is_ok_and(|in_force| in_force.files))
 }
 
-/// The protections that hold behind these walls.
+/// The protections that hold under these restrictions.
 fn test(launcher: &Path, walls: &Walls) -> Result<Vec<Protection>, SandboxError> {
     let folder = scratch::scratch_folder().map_err(SandboxError::no_scratch)?;
     let fail = |error: io::Error| SandboxError(format!("the test of protections: {error}"));
     let (working, file) = (folder.path().join("work"), folder.path().join("file"));
     fs::create_dir(&working).map_err(fail)?;
     fs::write(&file, "out of reach").map_err(fail)?;
-    // So that nothing but the walls keeps the program from them.
+    // Make them world-readable, so that only the sandbox can keep the program out.
     let everybody = |path: &Path, mode| fs::set_permissions(path, Permissions::from_mode(mode));
     everybody(&file, 0o666).and_then(|()| everybody(folder.path(), 0o777)).map_err(fail)?;
-    // A user of its own may not get at the launcher where it is.
+    // The run's own user may be unable to reach the launcher in its place.
     let program = match walls.own_user {
         true => folder.path().join("launcher"),
         false => launcher.to_path_buf(),
@@ -124,20 +124,20 @@ fn test(launcher: &Path, walls: &Walls) -> Result<Vec<Protection>, SandboxError>
     let after = fs::metadata(&file).map_err(fail)?;
     let attributes = |of: &fs::Metadata| (of.mode(), of.uid(), of.gid(), of.mtime(), of.ctime());
     let unchanged = attributes(&before) == attributes(&after);
-    // A program that runs as root is kept from little, and makes files that others run as root.
+    // A program that runs as root has nearly all rights, and can create files that others run as root.
     let is_root = rustix::process::geteuid().is_root() && !walls.own_user;
-    // What the supervisor follows processes by.
+    // The supervisor uses these files to track processes.
     let followed = Path::new("/proc/thread-self/children").exists();
     protections.retain(|protection| match protection {
         Protection::Files => unchanged && !is_root,
-        // The kernel lets root start any number of processes.
+        // The kernel does not limit the number of root's processes.
         Protection::Limits => followed && !is_root,
         _ => true,
     });
     Ok(protections)
 }
 
-/// Tries what a program is to be kept from, and prints the protections that hold.
+/// Tries the forbidden actions and prints the protections that hold.
 pub(super) fn serve() -> io::Result<()> {
     let argument = std::env::args().nth(2).unwrap_or_default();
     let targets: Targets = serde_json::from_str(&argument)?;
@@ -152,7 +152,7 @@ fn holds(protection: Protection, targets: &Targets) -> bool {
     match protection {
         Protection::Files => {
             let beside = targets.file.with_file_name("made");
-            // The grader compares its attributes afterwards.
+            // The grader compares the attributes afterwards.
             let _ = fs::set_permissions(&targets.file, Permissions::from_mode(0o600));
             let _ = std::os::unix::fs::chown(&targets.file, None, None);
             let _ = fs::File::open(&targets.file).and_then(|file| file.set_modified(UNIX_EPOCH));

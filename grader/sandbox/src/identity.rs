@@ -1,4 +1,4 @@
-//! An unprivileged user of its own for each run that root starts, and no capabilities for any.
+//! Unprivileged user of a run: a unique user ID if root starts it, and no capabilities in any case.
 
 use std::io;
 use std::os::unix::fs::MetadataExt;
@@ -13,27 +13,27 @@ use rustix::thread::{
 use super::tree::{self, Owner};
 use super::{Job, scratch};
 
-/// The first of a range of user IDs that no system gives to people, services or containers; the last bits are those
-/// of a process of the run.
-const FIRST: u32 = 0x7000_0000;
+/// First of a range of user IDs that systems assign to no person, service or container. The low bits are the number of
+/// a process of the run.
+const FIRST_USER: u32 = 0x7000_0000;
 
-/// Process numbers have at most so many bits.
-const BITS: u32 = 22;
+/// Maximum number of bits of a process number.
+const PROCESS_BITS: u32 = 22;
 
 /// The group of all such users.
-const GROUP: u32 = FIRST - 1;
+const GROUP: u32 = FIRST_USER - 1;
 
-/// The user and group that take the place of these where a container maps only the lower ones.
+/// User and group to use instead if a container maps only low IDs.
 const NOBODY: u32 = 65534;
 
-/// A user and group by their numbers.
+/// Converts the numbers of a user and a group.
 pub(super) fn owner((user, group): (u32, u32)) -> Owner {
     (Uid::from_raw(user), Gid::from_raw(group))
 }
 
 /// The user and group of the run that this process serves.
 pub(super) fn own() -> Owner {
-    let number = FIRST + (std::process::id() & ((1 << BITS) - 1));
+    let number = FIRST_USER + (std::process::id() & ((1 << PROCESS_BITS) - 1));
     if maps("/proc/self/uid_map", number) && maps("/proc/self/gid_map", GROUP) {
         (Uid::from_raw(number), Gid::from_raw(GROUP))
     } else {
@@ -51,24 +51,24 @@ fn maps(file: &str, number: u32) -> bool {
     })
 }
 
-/// Makes the calling thread, and what it starts, that user, without any capability.
+/// Switches the calling thread and its children to this user, without any capability.
 pub(super) fn become_unprivileged(owner: Option<Owner>) -> io::Result<()> {
     if let Some((user, group)) = owner {
         set_thread_groups(&[])?;
         set_thread_res_gid(group, group, group)?;
         set_thread_res_uid(user, user, user)?;
     }
-    // Kernels before 4.3 have none.
+    // Kernels before 4.3 have no ambient capabilities.
     let _ = clear_ambient_capability_set();
     let none = CapabilitySet::empty();
     set_capabilities(None, CapabilitySets { effective: none, permitted: none, inheritable: none })?;
     Ok(())
 }
 
-/// Gives the folder of a run to its user, and lets its group through the scratch folders above that and above what
-/// it may read. Without a root of its own, it meets them where they are.
+/// Gives the folder of a run to its user, and lets its group enter the scratch folders above it and above the readable
+/// paths. Needed without a separate root, where the program uses these paths in place.
 pub(super) fn hand_over(job: &Job, owner: Owner) -> io::Result<()> {
-    tree::give(&job.folder, owner)?;
+    tree::change_owner(&job.folder, owner)?;
     let paths = job.readable.iter().chain([&job.folder]);
     for folder in paths.flat_map(|path| path.ancestors()).filter(|path| scratch::is_scratch(path)) {
         if std::fs::symlink_metadata(folder)?.uid() == 0 {
@@ -81,10 +81,10 @@ pub(super) fn hand_over(job: &Job, owner: Owner) -> io::Result<()> {
 
 /// Kills every process of the user.
 pub(super) fn kill_all(owner: Owner) {
-    // A thread of that user can signal its processes and no others.
+    // A thread of that user can signal only that user's processes.
     let killer = std::thread::Builder::new().spawn(move || {
         become_unprivileged(Some(owner)).is_ok().then(|| {
-            // All that it may signal; there may be none.
+            // All processes that it may signal, if any.
             kill_process_group(Pid::INIT, Signal::KILL)
         })
     });

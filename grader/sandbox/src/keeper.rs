@@ -1,5 +1,5 @@
-//! The keeper: builds the world, starts the program in it, and waits for it. It is the first process of its PID
-//! namespace, with which all that the program has started ends.
+//! The keeper of a run: builds the root file system, starts the program in it, and waits for it. The keeper is the
+//! first process of its PID namespace, so that all descendants of the program end with it.
 
 use std::env;
 use std::ffi::OsString;
@@ -19,43 +19,43 @@ use serde::{Deserialize, Serialize};
 
 use super::identity;
 use super::limits::KEEPER_THREADS;
-use super::process::{MASK, die_with_parent, hunt_down};
+use super::process::{MASK, die_with_parent, kill_descendants};
 use super::walls::{self, Walls, writable};
 use super::{End, Exceeded, Job, Keep, spawn, world};
 
-/// Open files that a process may have, of a run and of a build. They bound what it may keep in sockets.
+/// Limit on open files per process, of a run and of a build. Bounds the memory that a process can hold in sockets.
 const OPEN_FILES: u64 = 256;
 const OPEN_FILES_OF_BUILDS: u64 = 1024;
 
 /// Nice value of submissions.
 const NICENESS: i32 = 5;
 
-/// The share of the memory limit from which on a failing program is taken to have run into it.
-const NEARLY: f64 = 0.75;
+/// Fraction of the memory limit above which a failed program counts as out of memory.
+const OUT_OF_MEMORY_FRACTION: f64 = 0.75;
 
-/// The share of its processor time that a program killed by `SIGXCPU` must have used at least, for not to have sent that
-/// signal itself.
-const MOST: f64 = 0.5;
+/// Minimum fraction of the processor time limit that a program killed by `SIGXCPU` must have used. Below it, the
+/// program sent the signal itself.
+const MIN_CPU_FRACTION: f64 = 0.5;
 
 /// A request to the keeper.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Order {
     pub(super) walls: Walls,
     pub(super) job: Job,
-    /// The user of the run, by number, where it has one of its own.
+    /// Numbers of the user and group of the run, if it has its own.
     pub(super) owner: Option<(u32, u32)>,
 }
 
-/// The keeper's first answer: that the program was started, or why there is no run.
+/// The keeper's first answer: the program has started, or why not.
 pub(super) type Started = Result<(), String>;
 
-/// The keeper's second answer, when the program has ended and none of its processes is left.
+/// The keeper's second answer, after the program and all its processes have ended.
 pub(super) type Ended = Result<End, String>;
 
-/// Serves as the keeper of one run. Its standard input is a socket of the supervisor, its outputs are the program's.
+/// Runs as the keeper of one run. Standard input is a socket of the supervisor; the outputs are the program's.
 pub(super) fn serve() -> io::Result<()> {
     umask(MASK);
-    // Processes whose parents have ended come to this one.
+    // Orphaned processes are re-parented to this process.
     set_child_subreaper(Pid::from_raw(1))?;
     let socket: UnixStream = rustix::stdio::stdin().try_clone_to_owned()?.into();
     let mut line = String::new();
@@ -64,7 +64,7 @@ pub(super) fn serve() -> io::Result<()> {
     let isolated = order.walls.namespaces.exist();
     if isolated {
         die_with_parent()?;
-        // The supervisor may have ended before the kernel knew.
+        // The supervisor may have ended before the request took effect.
         socket.set_nonblocking(true)?;
         if (&socket).read(&mut [0]).is_ok_and(|count| count == 0) {
             return Err(io::ErrorKind::BrokenPipe.into());
@@ -74,17 +74,17 @@ pub(super) fn serve() -> io::Result<()> {
         // In namespaces, the kernel ends the run with the supervisor.
         let (supervisor, owner) = (socket.try_clone()?, order.owner);
         std::thread::Builder::new().spawn(move || {
-            // It says nothing more until it ends.
+            // The supervisor sends nothing more; this returns when it ends.
             let _ = (&supervisor).read(&mut [0]);
-            hunt_down(owner);
+            kill_descendants(owner);
             std::process::exit(0);
         })?;
     }
     let child = match prepare(&order) {
         Ok(child) => child,
-        Err(error) => return tell(&socket, &Started::Err(error)),
+        Err(error) => return send(&socket, &Started::Err(error)),
     };
-    tell(&socket, &Started::Ok(()))?;
+    send(&socket, &Started::Ok(()))?;
     let ended = match child {
         Err(error) => Ok(End::NotStarted(error.to_string())),
         Ok(child) => wait_for(&child, &order.job).map_err(|error| error.to_string()),
@@ -92,20 +92,20 @@ pub(super) fn serve() -> io::Result<()> {
     if isolated {
         end_all();
     }
-    tell(&socket, &ended)?;
+    send(&socket, &ended)?;
     loop {
         std::thread::park();
     }
 }
 
 /// Sends a message on a line of its own.
-pub(super) fn tell(mut socket: &UnixStream, message: &impl Serialize) -> io::Result<()> {
+pub(super) fn send(mut socket: &UnixStream, message: &impl Serialize) -> io::Result<()> {
     let mut line = serde_json::to_vec(message)?;
     line.push(b'\n');
     socket.write_all(&line)
 }
 
-/// Puts up the walls, and starts the program behind them.
+/// Sets up the sandbox and starts the program in it.
 fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
     let Order { walls, job, owner } = order;
     let owner = owner.map(identity::owner);
@@ -114,23 +114,23 @@ fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
             .map_err(|error| format!("namespaces: {error}"))?;
         world::enter(walls, job, owner)?;
     }
-    // The supervisor finds it by this, wherever the program moves it.
+    // The supervisor finds the folder through the keeper's working directory, even if the program moves it.
     env::set_current_dir(&writable(job, walls.namespaces)[0])
         .map_err(|error| format!("the working directory: {error}"))?;
     limit_processes(order).map_err(|error| format!("limits: {error}"))?;
-    // The program has the same user, and must not look into the keeper.
+    // The program has the same user and must not read the keeper's memory.
     set_dumpable_behavior(DumpableBehavior::NotDumpable)
         .map_err(|error| format!("the keeper: {error}"))?;
-    // The restrictions are those of a thread and its children, not the keeper's.
+    // Restrictions apply to a thread and its children; the keeper itself stays unrestricted.
     std::thread::scope(|scope| {
         let starter = std::thread::Builder::new().spawn_scoped(scope, || {
-            // The supervisor must not have to wait for the processes that it watches.
+            // The supervisor must not compete for processor time with the processes that it watches.
             rustix::process::nice(NICENESS).map_err(|error| format!("priority: {error}"))?;
             walls::restrict(walls, job, owner)?;
             Ok(start(order))
         });
         let starter = starter.map_err(|error| format!("the keeper: {error}"))?;
-        starter.join().unwrap_or_else(|_| Err("the keeper broke off".to_owned()))
+        starter.join().unwrap_or_else(|_| Err("the keeper panicked".to_owned()))
     })
 }
 
@@ -152,21 +152,21 @@ fn start(Order { walls, job, .. }: &Order) -> io::Result<Child> {
     spawn(&mut command)
 }
 
-/// The programs in `bin` of whatever may be read, then the system's.
+/// Value of `PATH`: the `bin` folders of the readable paths, then the system's.
 fn search_path(job: &Job) -> OsString {
     let own = job.readable.iter().map(|folder| folder.join("bin")).filter(|bin| bin.is_dir());
     let system = ["/usr/local/bin", "/usr/bin", "/bin"].map(PathBuf::from);
-    // Where one of the names holds a colon, the system's have to do.
+    // If a path contains a colon, use the system's folders only.
     env::join_paths(own.chain(system.clone()))
         .or_else(|_| env::join_paths(system))
         .unwrap_or_default()
 }
 
-/// Limits of each process, the keeper included.
+/// Sets the limits of each process, including the keeper.
 fn limit_processes(Order { walls, job, owner }: &Order) -> rustix::io::Result<()> {
     let limits = &job.limits;
     let at_most = |resource, most: u64| {
-        // An ordinary user cannot have more than there is.
+        // An ordinary user cannot raise a hard limit.
         let most = getrlimit(resource).maximum.map_or(most, |maximum| maximum.min(most));
         setrlimit(resource, Rlimit { current: Some(most), maximum: Some(most) })
     };
@@ -181,17 +181,17 @@ fn limit_processes(Order { walls, job, owner }: &Order) -> rustix::io::Result<()
             Keep::Tree(_) => OPEN_FILES_OF_BUILDS,
         },
     )?;
-    // With a limit of 0, the kernel still hands dumps to a program of the machine that collects them (core(5)).
+    // With a limit of 0, the kernel would still pipe core dumps to the machine's collector (core(5)).
     at_most(Resource::Core, 1)?;
     let others = match () {
         () if walls.namespaces.exist() || owner.is_some() => 0,
-        // All processes of the user count.
+        // The limit counts all processes of the user.
         () => threads_of_user(),
     };
     at_most(Resource::Nproc, limits.processes + KEEPER_THREADS + others)
 }
 
-/// Threads of this process's user on the machine.
+/// Number of threads of this process's user on the machine.
 fn threads_of_user() -> u64 {
     let own = rustix::process::getuid().as_raw();
     let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
@@ -203,7 +203,7 @@ fn threads_of_user() -> u64 {
     threads.sum::<usize>() as u64
 }
 
-/// Waits for the program, and for processes whose parents ended before them.
+/// Waits for the program, and for orphaned processes.
 fn wait_for(child: &Child, job: &Job) -> io::Result<End> {
     let program = Pid::from_child(child);
     let status = loop {
@@ -217,32 +217,32 @@ fn wait_for(child: &Child, job: &Job) -> io::Result<End> {
     let usage = getrusage(UsageWho::RUSAGE_CHILDREN)?;
     let end = match (status.code(), status.signal()) {
         (Some(code), _) => End::Exited(code),
-        (None, Some(libc::SIGXCPU)) if seconds(&usage) >= MOST * job.limits.cpu => {
+        (None, Some(libc::SIGXCPU)) if seconds(&usage) >= MIN_CPU_FRACTION * job.limits.cpu => {
             End::Exceeded(Exceeded::Cpu)
         }
-        // The kernel sends it a second later, to a program that ignores the other.
+        // The kernel sends SIGKILL a second later to a program that ignores SIGXCPU.
         (None, Some(libc::SIGKILL)) if seconds(&usage) >= job.limits.cpu => {
             End::Exceeded(Exceeded::Cpu)
         }
         (None, Some(libc::SIGXFSZ)) => End::Exceeded(Exceeded::Trace),
         (None, signal) => End::Signalled(signal.unwrap_or(0)),
     };
-    // A program that is refused memory seldom ends well.
+    // A program that cannot allocate memory usually fails.
     let failed = matches!(end, End::Exited(1..) | End::Signalled(_));
-    let full = usage.max_rss() as f64 * 1024.0 >= NEARLY * job.limits.memory as f64;
+    let full = usage.max_rss() as f64 * 1024.0 >= OUT_OF_MEMORY_FRACTION * job.limits.memory as f64;
     Ok(if failed && full { End::Exceeded(Exceeded::Memory) } else { end })
 }
 
-/// Processor time.
+/// Processor time in seconds.
 fn seconds(usage: &Usage) -> f64 {
     let times = [usage.user_time(), usage.system_time()];
     times.map(|time| time.tv_sec() as f64 + time.tv_usec() as f64 * 1e-6).iter().sum()
 }
 
-/// Ends every other process of this PID namespace, and waits for all of them.
+/// Kills every other process of this PID namespace and waits for all of them.
 fn end_all() {
     loop {
-        // There may be none.
+        // Fails if there is none.
         let _ = kill_process_group(Pid::INIT, Signal::KILL);
         if matches!(rustix::process::wait(WaitOptions::empty()), Err(rustix::io::Errno::CHILD)) {
             return;

@@ -1,7 +1,7 @@
-//! The files that a program may reach, as Landlock rules (`landlock(7)`).
+//! Access to files, as Landlock rules (`landlock(7)`).
 //!
-//! Landlock governs opening, making, removing and renaming files, TCP, and, from version 6 on, signals and abstract
-//! sockets. It does not govern modes, owners, times, extended attributes and locks, nor `stat`.
+//! Landlock controls opening, creating, removing and renaming files, TCP, and, from version 6 on, signals and abstract
+//! sockets. It does not control modes, owners, times, extended attributes, locks or `stat`.
 
 use std::path::{Path, PathBuf};
 
@@ -10,16 +10,16 @@ use ::landlock::{
     RulesetError, RulesetStatus, Scope, path_beneath_rules,
 };
 
-/// The last version whose rights are handled, and of its rules on files.
+/// The newest version whose file rights are used.
 const FILES: ABI = ABI::V5;
 
-/// With earlier versions files can be truncated.
+/// The first version that controls truncation of files.
 const FIRST_WITH_TRUNCATION: ABI = ABI::V3;
 
-/// The first version that keeps signals in.
+/// The first version that controls signals.
 const FIRST_WITH_SIGNALS: ABI = ABI::V6;
 
-/// What a thread is left.
+/// The access that a thread keeps.
 #[derive(Debug)]
 pub(super) struct Reach<'a> {
     /// Files and folders to read and execute.
@@ -30,19 +30,19 @@ pub(super) struct Reach<'a> {
     pub(super) writable: Vec<PathBuf>,
 }
 
-/// What is in force.
+/// The restrictions in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct InForce {
-    /// No other file can be opened or changed by opening it.
+    /// No other file can be opened.
     pub(super) files: bool,
-    /// Signals reach no process outside.
+    /// Signals cannot reach processes outside.
     pub(super) signals: bool,
 }
 
-/// Restricts the calling thread and what it starts.
+/// Restricts the calling thread and its children.
 ///
 /// # Errors
-/// Where the kernel refuses what it offers.
+/// If the kernel offers Landlock but refuses the rules.
 pub(super) fn restrict(reach: &Reach<'_>) -> Result<InForce, RulesetError> {
     let all = AccessFs::from_all(FILES);
     let special =

@@ -6,22 +6,22 @@
 //!          watches the run's limits      first process of the namespace    Landlock, seccomp, rlimits
 //! ```
 //!
-//! `grade` starts itself as the *supervisor* of one run; that starts itself as the *keeper*, the first process of
-//! the program's PID namespace. When the keeper ends, the kernel ends every process of the run and drops its file
-//! systems. The keeper ends with the supervisor, and the supervisor with `grade`.
+//! `grade` starts itself as the *supervisor* of one run; the supervisor starts itself as the *keeper*, the first
+//! process of the program's PID namespace. When the keeper ends, the kernel kills every process of the run and
+//! discards its file systems. The keeper ends with the supervisor, and the supervisor with `grade`.
 //!
-//! - **World** (`world.rs`): a root of its own on tmpfs. It holds the system's programs and libraries and what the
-//!   job may read, all mounted read-only, and one writable tmpfs of limited size. Nothing else of the machine exists
-//!   there. What the job keeps is copied out by the supervisor when no process of the run is left.
-//! - **System calls** (`calls.rs`): a list of those that programs and compilers use; the kernel answers `ENOSYS` to all
-//!   others.
+//! - **World** (`world.rs`): a separate root on tmpfs. It contains the system's programs and libraries and the
+//!   readable files of the job, all mounted read-only, and one writable tmpfs of limited size. Nothing else of the
+//!   machine is visible. The supervisor copies out the files to keep after all processes of the run have ended.
+//! - **System calls** (`calls.rs`): programs may make only the calls that programs and compilers use; all others
+//!   return `ENOSYS`.
 //! - **Limits**: of a process by rlimits, of the whole run by the supervisor, by the size of its tmpfs, and by a
-//!   control group where one is delegated (`cgroup.rs`).
-//! - **Landlock** (`landlock.rs`): the second wall, and the first one where the system refuses namespaces.
-//! - **Own user** (`identity.rs`): run by root, a program has an unprivileged user ID that nothing else has.
+//!   control group if one is delegated (`cgroup.rs`).
+//! - **Landlock** (`landlock.rs`): a second layer, and the first if the system refuses namespaces.
+//! - **Own user** (`identity.rs`): if root starts it, a program runs under an unprivileged user ID of its own.
 //!
-//! [`Sandbox::open`] finds the strongest of these that the system grants, and then tests each protection from the
-//! inside (`check.rs`). A run in which one of them cannot be set up does not happen.
+//! [`Sandbox::open`] finds the strongest combination that the system grants, and tests each protection from the
+//! inside (`check.rs`). If a protection cannot be set up, the program does not run.
 
 use std::ffi::OsString;
 use std::io;
@@ -69,47 +69,47 @@ use supervisor::Sweeper;
 #[cfg(target_os = "linux")]
 use walls::Walls;
 
-/// How often to try again to start a program that is being written.
+/// Number of retries to start a program that another process is still writing.
 const BUSY: u32 = 20;
 
-/// The pause before each such attempt.
+/// Pause before each retry.
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
-/// The last bytes of an output that are kept.
+/// Number of bytes kept from the end of an output.
 const TAIL: usize = 4096;
 
-/// The first word of the command line of the process that removes a killed grader's scratch folders.
+/// First argument of the process that removes a killed grader's scratch folders.
 pub const SWEEPER: &str = "--sandbox-sweeper";
 
-/// A program to be run.
+/// A program to run, with its files and limits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Job {
-    /// The program: an absolute path, or a name that is looked for where the system keeps programs.
+    /// The program: an absolute path, or a name to look up in the system's folders of programs.
     pub program: PathBuf,
     /// Its arguments.
     pub arguments: Vec<OsString>,
-    /// An absolute path: the folder whose content it finds in its working directory.
+    /// Absolute path of the folder whose content appears in its working directory.
     pub folder: PathBuf,
-    /// What remains of what it writes there.
+    /// The files to keep from its working directory.
     pub keep: Keep,
-    /// Canonical paths of files and folders it may read, beside the system's own.
+    /// Canonical paths of files and folders it may read, in addition to the system's.
     pub readable: Vec<PathBuf>,
-    /// The most it may use.
+    /// Its resource limits.
     pub limits: Limits,
 }
 
-/// What remains of a run that ends with exit status 0. Everything else in its working directory is dropped.
+/// The files to keep from a run that ends with exit status 0. All others in its working directory are discarded.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Keep {
-    /// One regular file of this name, copied to this path.
+    /// One regular file with this name, copied to this path.
     File(String, PathBuf),
     /// A build: the working directory has the path of the job's folder, and its regular files, folders and links are
     /// copied to this path. Files have the mode 644, or 755 where they may be executed.
     Tree(PathBuf),
 }
 
-/// Why there is nothing to keep.
+/// Why no file was kept.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "kebab-case")]
 pub enum NotKept {
@@ -128,10 +128,10 @@ pub enum NotKept {
     /// A file with several names.
     #[error("has a second name elsewhere")]
     SecondName,
-    /// More bytes than the run may write.
+    /// The file holds more bytes than the run may write.
     #[error("holds more than {} MiB", *.0 as f64 / f64::from(1 << 20))]
     TooLarge(u64),
-    /// More entries than the run may make, or folders nested too deep, or the system's reason.
+    /// More entries than the run may make, folders nested too deep, or an error of the system.
     #[error("{0}")]
     Other(String),
 }
@@ -142,15 +142,15 @@ pub enum NotKept {
 pub enum End {
     /// The program ended by itself, with this exit status.
     Exited(i32),
-    /// A signal of this number ended it.
+    /// Killed by the signal of this number.
     Signalled(i32),
-    /// It met a limit and was ended.
+    /// Ended because it exceeded a limit.
     Exceeded(Exceeded),
     /// The system did not start it.
     NotStarted(String),
 }
 
-/// What a program is kept from.
+/// A protection of the machine from a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Protection {
@@ -160,16 +160,16 @@ pub enum Protection {
     Network,
     /// Signals to other processes.
     Signals,
-    /// Sight of other processes, and outliving its run.
+    /// Seeing other processes, and outliving its run.
     Processes,
-    /// System calls that no simulator needs, tracing among them; new privileges.
+    /// System calls that no simulator needs, such as tracing; gaining privileges.
     SystemCalls,
-    /// Memory, processor time, processes and output without end.
+    /// Unlimited memory, processor time, processes and output.
     Limits,
 }
 
 impl Protection {
-    /// All there are.
+    /// All protections.
     pub const ALL: [Self; 6] = [
         Self::Files,
         Self::Network,
@@ -179,7 +179,7 @@ impl Protection {
         Self::Limits,
     ];
 
-    /// Its name, fit for machines.
+    /// Its machine-readable name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Files => "files",
@@ -192,23 +192,23 @@ impl Protection {
     }
 }
 
-/// The end of what a program printed.
+/// The last part of a program's output.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Printed {
     /// Its last bytes.
     pub text: String,
-    /// Whether something stood before them.
+    /// Whether earlier output was cut off.
     pub cut: bool,
 }
 
 impl Printed {
-    /// Of the last bytes of so many.
+    /// The last bytes of an output of `total` bytes.
     fn of(tail: &[u8], total: u64) -> Self {
         Self { text: String::from_utf8_lossy(tail).into_owned(), cut: total > tail.len() as u64 }
     }
 }
 
-/// An output: how much there was, and its end.
+/// An output: its length and its last bytes.
 #[derive(Debug, Default)]
 struct Output {
     total: u64,
@@ -233,7 +233,7 @@ impl Output {
 pub struct Outcome {
     /// How it ended.
     pub end: End,
-    /// Whether what the job keeps was there. Nothing is kept of a run that does not end with exit status 0.
+    /// Whether the files to keep were there. A run that does not end with exit status 0 keeps no files.
     pub kept: Result<(), NotKept>,
     /// Its standard output.
     pub stdout: Printed,
@@ -241,25 +241,25 @@ pub struct Outcome {
     pub stderr: Printed,
 }
 
-/// Why a program could not be run: a fault of the grader or of its machine.
+/// Why a program could not be run: a fault of the grader or its machine.
 #[derive(Debug, Clone, thiserror::Error)]
-#[error("a program could not be run: {0}")]
+#[error("cannot run the program: {0}")]
 pub struct SandboxError(String);
 
 impl SandboxError {
-    /// There is no folder for the run.
+    /// The folder for the run could not be created.
     pub fn no_scratch(error: io::Error) -> Self {
-        Self(format!("there is no folder to run it in: {error}"))
+        Self(format!("cannot create its scratch folder: {error}"))
     }
 }
 
-/// Runs programs, under protection or not.
+/// Runs programs, protected or unprotected.
 #[derive(Debug, Clone)]
 pub enum Sandbox {
-    /// Under the protection that the system grants.
+    /// Protected as far as the system allows.
     #[cfg(target_os = "linux")]
     Protected(Arc<Protected>),
-    /// With all rights of the caller. Of the limits, those of time and output hold.
+    /// With all rights of the caller. Only the limits on time and output are enforced.
     Unprotected,
 }
 
@@ -271,17 +271,17 @@ pub struct Protected {
     launcher: PathBuf,
     walls: Walls,
     protections: Vec<Protection>,
-    /// Why the stronger walls are not used.
+    /// Why stronger protections are not used.
     refused: Option<String>,
     _sweeper: Sweeper,
 }
 
 impl Sandbox {
-    /// The strongest protection that this system grants, each part of it tested. `launcher` is a program that begins
-    /// with [`serve`].
+    /// The strongest protection that this system grants, with each part tested. `launcher` must be a program that
+    /// begins with [`serve`].
     ///
     /// # Errors
-    /// Where no program can be run under protection.
+    /// If no program can be run under protection.
     #[cfg(target_os = "linux")]
     pub fn open(launcher: &Path) -> Result<Self, SandboxError> {
         check::strongest(launcher).map(|protected| Self::Protected(Arc::new(protected)))
@@ -296,11 +296,11 @@ impl Sandbox {
         Err(SandboxError("this system offers no protection".to_owned()))
     }
 
-    /// Runs a program to its end. Under protection no process of it is left then. The calling thread must live
-    /// on meanwhile: the run ends with it.
+    /// Runs a program to its end. If protected, none of its processes is left afterwards. The calling thread must
+    /// outlive the run, because the run ends with it.
     ///
     /// # Errors
-    /// Where it could not be run, and had no part in that.
+    /// If it could not be run through no fault of its own.
     pub fn run(&self, job: &Job) -> Result<Outcome, SandboxError> {
         match self {
             #[cfg(target_os = "linux")]
@@ -313,13 +313,13 @@ impl Sandbox {
             Self::Unprotected => {
                 let _ = job;
                 Err(SandboxError(
-                    "programs are run on Linux and other systems of Unix's kind".to_owned(),
+                    "programs can be run only on Linux and other Unix systems".to_owned(),
                 ))
             }
         }
     }
 
-    /// The protections that are in force, as tested.
+    /// The protections in force, as tested.
     pub fn protections(&self) -> &[Protection] {
         match self {
             #[cfg(target_os = "linux")]
@@ -328,7 +328,7 @@ impl Sandbox {
         }
     }
 
-    /// Why not all protections are in force, in the system's words.
+    /// Why some protections are missing, as reported by the system.
     pub fn refused(&self) -> Option<&str> {
         match self {
             #[cfg(target_os = "linux")]
@@ -337,7 +337,7 @@ impl Sandbox {
         }
     }
 
-    /// Whether programs run as a user of their own, who may read only what everybody may.
+    /// Whether programs run as their own user, who can read only world-readable files.
     pub fn has_own_user(&self) -> bool {
         match self {
             #[cfg(target_os = "linux")]
@@ -347,7 +347,7 @@ impl Sandbox {
     }
 }
 
-/// Which of the system's folders, or of these, a protected program could read this path in.
+/// The folder, among the system's and these, through which a protected program could read this path.
 pub fn revealed_by<'a>(path: &Path, readable: &'a [PathBuf]) -> Option<&'a Path> {
     #[cfg(target_os = "linux")]
     let system = walls::SYSTEM;
@@ -357,8 +357,8 @@ pub fn revealed_by<'a>(path: &Path, readable: &'a [PathBuf]) -> Option<&'a Path>
     folders.find(|folder| path.starts_with(folder))
 }
 
-/// Starts the command, and tries again as long as its program is being written: another thread's child, not yet
-/// itself, may still hold open what was written a moment ago.
+/// Starts the command, with retries while its program is open for writing: between fork and exec, a child of another
+/// thread may still hold the file open.
 #[cfg(unix)]
 fn spawn(command: &mut Command) -> io::Result<Child> {
     for _ in 0..BUSY {
@@ -372,7 +372,7 @@ fn spawn(command: &mut Command) -> io::Result<Child> {
     command.spawn()
 }
 
-/// Copies what the job keeps out of its working directory.
+/// Copies the files to keep out of the working directory.
 #[cfg(unix)]
 fn keep(working: std::os::fd::BorrowedFd<'_>, job: &Job) -> Result<(), NotKept> {
     match &job.keep {
@@ -389,8 +389,8 @@ fn keep(working: std::os::fd::BorrowedFd<'_>, job: &Job) -> Result<(), NotKept> 
     }
 }
 
-/// Does the work of a supervisor, a keeper or a check where this process was started as one; otherwise `None`. To be
-/// called first of all, before any thread or file.
+/// Runs as a supervisor, a keeper or a check if this process was started as one; otherwise returns `None`. Call it
+/// first, before any thread starts or any file is opened.
 #[cfg(target_os = "linux")]
 pub fn serve() -> Option<std::process::ExitCode> {
     let role = std::env::args_os().nth(1)?;

@@ -1,17 +1,17 @@
-//! The most that a run may use, and which of it was exceeded.
+//! Resource limits of a run.
 
 use serde::{Deserialize, Serialize};
 
-/// Threads of the keeper, with the one that starts the program.
+/// Threads of the keeper, including the one that starts the program.
 pub(super) const KEEPER_THREADS: u64 = 3;
 
-/// The longest a run may be given, in seconds.
-const MOST_SECONDS: f64 = 1e6;
+/// Largest limit of time, in seconds.
+const MAX_SECONDS: f64 = 1e6;
 
-/// The most of anything that a run may be given.
-const MOST_COUNT: f64 = 1e15;
+/// Largest limit of any count.
+const MAX_COUNT: f64 = 1e15;
 
-/// The most that a run may use.
+/// Resource limits of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Processor time of all its processes, in seconds.
@@ -20,9 +20,9 @@ pub struct Limits {
     pub wall: f64,
     /// Memory of all its processes, in bytes.
     pub memory: u64,
-    /// Processes and threads at a time.
+    /// Processes and threads at the same time.
     pub processes: u64,
-    /// Bytes in its scratch folder, its trace among them.
+    /// Bytes in its scratch folder, including its trace.
     pub trace: u64,
     /// Bytes of its standard output.
     pub stdout: u64,
@@ -33,7 +33,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The names of all, with what they limit.
+    /// The name and meaning of each limit.
     pub const NAMES: [(&str, &str); 8] = [
         ("cpu", "seconds of processor time"),
         ("wall", "seconds from start to end"),
@@ -45,10 +45,10 @@ impl Limits {
         ("files", "files in the scratch folder"),
     ];
 
-    /// Sets the limit of this name.
+    /// Sets the limit with this name.
     ///
     /// # Errors
-    /// In words, where there is no such limit, or it cannot be so.
+    /// A message, if the name is unknown or the value out of range.
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), String> {
         let seconds = match name {
             "cpu" => Some(&mut self.cpu),
@@ -56,8 +56,10 @@ impl Limits {
             _ => None,
         };
         if let Some(seconds) = seconds {
-            if !(value > 0.0 && value <= MOST_SECONDS) {
-                return Err(format!("{name} is above 0 and at most {MOST_SECONDS} s, not {value}"));
+            if !(value > 0.0 && value <= MAX_SECONDS) {
+                return Err(format!(
+                    "{name} must be above 0 and at most {MAX_SECONDS} s, not {value}"
+                ));
             }
             *seconds = value;
             return Ok(());
@@ -71,17 +73,19 @@ impl Limits {
             "files" => &mut self.files,
             _ => {
                 let names = Self::NAMES.map(|(name, _)| name).join(", ");
-                return Err(format!("there is no limit {name}\n  help: the limits are {names}"));
+                return Err(format!("unknown limit {name}\n  help: the limits are {names}"));
             }
         };
-        if !(1.0..=MOST_COUNT).contains(&value) || value.fract() != 0.0 {
-            return Err(format!("{name} is a whole number from 1 to {MOST_COUNT:e}, not {value}"));
+        if !(1.0..=MAX_COUNT).contains(&value) || value.fract() != 0.0 {
+            return Err(format!(
+                "{name} must be a whole number from 1 to {MAX_COUNT:e}, not {value}"
+            ));
         }
         *count = value as u64;
         Ok(())
     }
 
-    /// For builds.
+    /// The default limits of builds.
     pub fn of_builds() -> Self {
         const GIB: u64 = 1 << 30;
         Self {
@@ -112,7 +116,7 @@ impl Default for Limits {
     }
 }
 
-/// A limit that was met.
+/// An exceeded limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Exceeded {

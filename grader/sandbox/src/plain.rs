@@ -1,4 +1,4 @@
-//! A run without protection: it ends at its time, with its process group.
+//! Run without protection: enforces time and output limits, and kills the process group.
 
 use std::io::{self, Read};
 use std::os::fd::AsFd;
@@ -10,13 +10,13 @@ use rustix::process::{Pid, Signal, kill_process_group};
 
 use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, keep, spawn, tree};
 
-/// The first pause between two looks at a running program; each pause is half as long again as the last.
+/// The first pause between two polls of a running program; each pause is 1.5 times the last.
 const FIRST_PAUSE: Duration = Duration::from_micros(200);
 
-/// The longest pause between two looks at a running program.
+/// The longest pause between two polls of a running program.
 const LONGEST_PAUSE: Duration = Duration::from_millis(10);
 
-/// How long after the program's end its output is waited for, which a process that outlives it may hold open.
+/// Time to wait for output after the program's end; a surviving process may hold the pipe open.
 const OUTPUT_PAUSE: Duration = Duration::from_millis(200);
 
 type Shared = Arc<Mutex<Output>>;
@@ -58,7 +58,7 @@ pub(super) fn run(job: &Job) -> Result<Outcome, SandboxError> {
     Ok(Outcome { end, kept, stdout: printed(&stdout), stderr: printed(&stderr) })
 }
 
-/// Reads an output to its end in another thread, which then gives up its share of the result.
+/// Reads an output to its end in another thread, which then drops its reference to the result.
 fn read(mut pipe: impl Read + Send + 'static) -> Shared {
     let output = Shared::default();
     let shared = Arc::clone(&output);
@@ -81,7 +81,7 @@ fn wait(child: &mut Child, job: &Job, stdout: &Shared, stderr: &Shared) -> io::R
             () if started.elapsed().as_secs_f64() > job.limits.wall => Some(Exceeded::Wall),
             () if total(stdout) >= job.limits.stdout => Some(Exceeded::Stdout),
             () if total(stderr) >= job.limits.stderr => Some(Exceeded::Stderr),
-            () => tree::too_much(&job.folder, job.limits),
+            () => tree::exceeded_size(&job.folder, job.limits),
         };
         match (exceeded, status) {
             (None, Some(status)) => {
@@ -92,7 +92,7 @@ fn wait(child: &mut Child, job: &Job, stdout: &Shared, stderr: &Shared) -> io::R
             (None, None) => {}
             (Some(exceeded), status) => {
                 if status.is_none() {
-                    // Until it is waited for, its number belongs to no other process.
+                    // Its number is not reused before it is waited for.
                     kill_process_group(Pid::from_child(child), Signal::KILL)?;
                     child.wait()?;
                 }

@@ -1,9 +1,9 @@
-//! Scratch folders, and the removal of those whose grader was killed.
+//! Scratch folders, and removal of those of killed graders.
 //!
-//! A scratch folder holds a file that its grader keeps locked as long as it lives. A lock that can be taken shows
-//! that the folder is abandoned, even to a process in another PID namespace. A folder may be swept between its making and
-//! its locking; its grader notices, and makes another. The lock is removed last of all, so that a process that is killed
-//! while it removes a folder leaves one that can be swept.
+//! Each scratch folder contains a file that its grader keeps locked while it lives. If the lock is free, the folder is
+//! abandoned; this works across PID namespaces. A folder may be removed between its creation and its locking: its
+//! grader detects this and creates another. The lock is removed last, so that a sweeper killed during the removal
+//! leaves a folder that the next one can remove.
 
 use std::ffi::{CStr, CString};
 use std::io;
@@ -18,28 +18,28 @@ use rustix::fs::{
 };
 use rustix::io::{Errno, Result};
 
-/// What the names of scratch folders begin with.
+/// Prefix of the names of scratch folders.
 pub(crate) const PREFIX: &str = "spring-oracle-";
 
-/// Characters of a name that follow, at random.
+/// Number of random characters after the prefix.
 const RANDOM: usize = 16;
 
-/// The file that is locked.
+/// Name of the lock file.
 const LOCK: &str = "lock";
 
-/// How often to make another folder where one is swept before it is locked, and to remove one that is written to.
+/// Attempts to create a folder if it is removed before it is locked, and to remove a folder that is still written to.
 const ATTEMPTS: u32 = 100;
 
-/// The pause before each further attempt to remove one.
+/// Pause before each further attempt to remove a folder.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// How long a folder without a lock is left alone, unless it is empty.
+/// Minimum age of a non-empty folder without a lock before it is removed.
 const GRACE: Duration = Duration::from_secs(3600);
 
 const FOLDER: OFlags =
     OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
 
-/// A folder that is removed when it is dropped. The file `lock` in it is taken.
+/// A folder that is removed on drop. The name `lock` in it is reserved.
 #[derive(Debug)]
 pub struct Scratch {
     path: PathBuf,
@@ -47,7 +47,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -55,12 +55,12 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        // What cannot be removed is left to `sweep`.
+        // If removal fails, `sweep` removes it later.
         let _ = remove(&self.path);
     }
 }
 
-/// A new folder that only this user may read, below the system's folder for temporary files.
+/// Creates a folder that only this user may read, in the system's folder for temporary files.
 pub fn scratch_folder() -> io::Result<Scratch> {
     scratch_folder_in(&std::env::temp_dir())
 }
@@ -84,14 +84,14 @@ fn scratch_folder_once(parent: &Path) -> Result<Scratch> {
     let flags = OFlags::RDWR | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
     let lock = open(path.join(LOCK), flags, Mode::RUSR | Mode::WUSR)?;
     flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
-    // A sweeper removes the lock's file before it releases the lock.
+    // A sweeper deletes the lock file before it releases the lock.
     if fstat(&lock)?.st_nlink == 0 {
         return Err(Errno::NOENT);
     }
     Ok(Scratch { path, _lock: lock })
 }
 
-/// Whether a path is named as a scratch folder is.
+/// Whether a path has the name of a scratch folder.
 #[cfg(target_os = "linux")]
 pub(super) fn is_scratch(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(PREFIX.as_bytes()))
@@ -106,7 +106,7 @@ fn sweep_in(parent: &Path) {
     let Ok(parent) = open(parent, FOLDER - OFlags::NOFOLLOW, Mode::empty()) else { return };
     for name in names(&parent).unwrap_or_default() {
         if name.to_bytes().starts_with(PREFIX.as_bytes()) {
-            // It may be in use, or another user's, or be swept by another grader.
+            // The folder may be in use, belong to another user, or be removed by another grader.
             let _ = sweep_one(&parent, &name);
         }
     }
@@ -124,7 +124,7 @@ fn sweep_one(parent: &OwnedFd, name: &CStr) -> Result<()> {
         .and_then(|changed| SystemTime::now().duration_since(changed).ok());
     let is_young = age.is_none_or(|age| age < GRACE);
     let flags = OFlags::RDWR | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    // It is held until the folder is gone.
+    // Hold the lock until the folder is gone.
     let _lock = match openat(&folder, LOCK, flags, Mode::empty()) {
         Ok(lock) => {
             flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
@@ -145,7 +145,7 @@ fn remove(path: &Path) -> Result<()> {
     remove_scratch(&parent, &name)
 }
 
-/// Removes a scratch folder, its lock last. Processes of a killed grader may still write there until they have ended.
+/// Removes a scratch folder, its lock last. Processes of a killed grader may write there until they end.
 fn remove_scratch(parent: &OwnedFd, name: &CStr) -> Result<()> {
     let folder = open_folder(parent, name)?;
     let remove_once = || {
@@ -164,10 +164,10 @@ fn remove_scratch(parent: &OwnedFd, name: &CStr) -> Result<()> {
     remove_once()
 }
 
-/// Removes a file, or a folder with all that is in it, whatever its modes. Links are removed, and not followed.
+/// Removes a file, or a folder with its content, whatever the modes. Does not follow links.
 ///
-/// A folder inside is emptied by moving the folders in it up to the top: no path gets long, and no more than three
-/// folders are open at a time, however deep they are. Each folder is moved once.
+/// Empties an inner folder by moving its subfolders to the top: paths stay short, and at most three folders are open
+/// at a time at any depth. Each folder moves once.
 fn remove_tree(parent: &OwnedFd, name: &CStr) -> Result<()> {
     if !is_folder(parent, name)? {
         return unlinkat(parent, name, AtFlags::empty());
@@ -190,14 +190,14 @@ fn remove_tree(parent: &OwnedFd, name: &CStr) -> Result<()> {
     }
 }
 
-/// Removes all that is in `folder`, but for folders, which are moved to `top` under the next free numbers.
+/// Removes the content of `folder`, except subfolders, which move to `top` under the next free numbers.
 fn empty_into(top: &OwnedFd, folder: &OwnedFd, number: &mut u64) -> Result<()> {
     for child in names(folder)? {
         if !is_folder(folder, &child)? {
             unlinkat(folder, &child, AtFlags::empty())?;
             continue;
         }
-        // Only a folder that may be written to can be moved.
+        // Only a writable folder can be moved.
         open_folder(folder, &child)?;
         loop {
             *number += 1;
@@ -210,8 +210,7 @@ fn empty_into(top: &OwnedFd, folder: &OwnedFd, number: &mut u64) -> Result<()> {
     Ok(())
 }
 
-/// Opens a folder, and lets its owner do everything in it. Nobody else is at work in it, so that what was a folder a
-/// moment ago still is one when its mode is changed by name.
+/// Opens a folder and gives its owner all rights. No other process uses it, so it is safe to change the mode by name.
 fn open_folder(parent: &OwnedFd, name: &CStr) -> Result<OwnedFd> {
     let folder = match openat(parent, name, FOLDER, Mode::empty()) {
         Err(Errno::ACCESS) => {
@@ -240,8 +239,8 @@ fn names(folder: &OwnedFd) -> Result<Vec<CString>> {
     Ok(names)
 }
 
-/// The text without the paths of scratch folders, whose names are chosen at random: `/tmp/NAME/scratch/trace.csv`
-/// becomes `trace.csv`, and the folder itself `.`.
+/// The text without the random paths of scratch folders: `/tmp/NAME/scratch/trace.csv` becomes `trace.csv`, and the
+/// folder itself `.`.
 pub fn without_paths(text: &str) -> String {
     let (mut out, mut rest) = (String::with_capacity(text.len()), text);
     while let Some(start) = rest.find(PREFIX) {
@@ -287,7 +286,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let held = scratch_folder_in(place.path()).unwrap();
         assert_eq!(fs::metadata(held.path()).unwrap().mode() & 0o777, 0o700);
-        // Its grader was killed: nobody holds the lock.
+        // Its grader was killed: the lock is free.
         let abandoned = held.path().with_extension("killed");
         fs::create_dir_all(abandoned.join("scratch/deep")).unwrap();
         fs::write(abandoned.join(LOCK), "").unwrap();
@@ -344,7 +343,7 @@ mod tests {
         let scratch = scratch_folder().unwrap();
         let victim = tempfile::tempdir().unwrap();
         fs::write(victim.path().join("kept"), "").unwrap();
-        // Names that the removal gives as well.
+        // Names that the removal also uses.
         for name in ["1", "2"] {
             fs::write(scratch.path().join(name), "").unwrap();
         }

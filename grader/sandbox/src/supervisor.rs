@@ -1,5 +1,5 @@
-//! The supervisor: makes the namespaces, starts the keeper, watches the run's limits, ends it, and keeps what the job
-//! keeps.
+//! The supervisor of a run: creates the namespaces, starts the keeper, enforces the limits, ends the run, and copies
+//! out the files to keep.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::cgroup::ControlGroup;
 use super::keeper::{self, Ended, Order, Started};
 use super::limits::KEEPER_THREADS;
-use super::process::{MASK, die_with_parent, hunt_down};
+use super::process::{MASK, die_with_parent, kill_descendants};
 use super::tree::{self, Owner};
 use super::usage::{Meter, unnamed_files};
 use super::walls::{Namespaces, Walls};
@@ -30,19 +30,19 @@ use super::{
     scratch,
 };
 
-/// The first word of the command line of a supervisor.
+/// First argument of a supervisor process.
 pub(super) const SUPERVISOR: &str = "--sandbox-supervisor";
 
-/// The first word of the command line of a keeper.
+/// First argument of a keeper process.
 pub(super) const KEEPER: &str = "--sandbox-keeper";
 
-/// How long a sweeper waits for the processes of a killed grader to end.
+/// Time for the processes of a killed grader to end before a sweeper removes its folders.
 const SWEEP_PAUSE: Duration = Duration::from_millis(100);
 
-/// The first pause between two looks at a run; each is half as long again as the last.
+/// The first pause between two polls of a run; each pause is 1.5 times the last.
 const FIRST_PAUSE: Duration = Duration::from_millis(1);
 
-/// How a working directory is opened.
+/// Flags to open a working directory.
 const FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::CLOEXEC);
 
 /// The longest pause.
@@ -51,13 +51,13 @@ const LONGEST_PAUSE: Duration = Duration::from_millis(10);
 /// A request to a supervisor.
 #[derive(Serialize, Deserialize)]
 struct Request {
-    /// The process that asks.
+    /// The requesting process.
     parent: i32,
     walls: Walls,
     job: Job,
 }
 
-/// Runs a program to its end, in the care of a supervisor that is this launcher.
+/// Runs a program to its end under a supervisor, which is an instance of `launcher`.
 pub(super) fn run(launcher: &Path, walls: &Walls, job: &Job) -> Result<Outcome, SandboxError> {
     let fail = |error: io::Error| SandboxError(error.to_string());
     let mut command = Command::new(launcher);
@@ -66,7 +66,7 @@ pub(super) fn run(launcher: &Path, walls: &Walls, job: &Job) -> Result<Outcome, 
     let mut supervisor = command.spawn().map_err(fail)?;
     let parent = std::process::id().cast_signed();
     let request = Request { parent, walls: walls.clone(), job: job.clone() };
-    // Its end would end the run.
+    // Closing its input would end the run.
     let stdin: Option<ChildStdin> = supervisor.stdin.take();
     if let Some(mut stdin) = stdin.as_ref() {
         let mut line = serde_json::to_vec(&request).map_err(|error| fail(error.into()))?;
@@ -81,19 +81,19 @@ pub(super) fn run(launcher: &Path, walls: &Walls, job: &Job) -> Result<Outcome, 
         .map_err(SandboxError)
 }
 
-/// A process that removes the scratch folders of this one when it is killed.
+/// A process that removes the scratch folders of this process if this one is killed.
 #[derive(Debug)]
 pub(super) struct Sweeper(Child);
 
 impl Sweeper {
-    /// Removes the folders of graders that were killed before, and starts a process that does so when this one ends.
-    /// To be called when control groups are settled: that process is one of the grader's.
+    /// Removes the folders of killed graders, and starts a process that does so when this one ends. Call it after
+    /// control groups are set up, because the new process inherits the grader's group.
     pub(super) fn start(launcher: &Path) -> io::Result<Self> {
         scratch::sweep();
         let mut command = Command::new(launcher);
         let temporary = std::env::var_os("TMPDIR").map(|folder| ("TMPDIR", folder));
         command.arg(OsStr::new(SWEEPER)).env_clear().envs(temporary);
-        // The end of its input is the end of this process. A terminal's signals do not reach it.
+        // It ends when its input closes, at the end of this process. Signals of the terminal do not reach it.
         command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
         command.spawn().map(Self)
     }
@@ -101,7 +101,7 @@ impl Sweeper {
 
 impl Drop for Sweeper {
     fn drop(&mut self) {
-        // It is not needed: what this process made is removed by itself.
+        // This process removes its own folders.
         let _ = self.0.kill();
         let _ = self.0.wait();
         cgroup::leave();
@@ -111,7 +111,7 @@ impl Drop for Sweeper {
 pub(super) fn serve_sweeper() -> io::Result<()> {
     io::copy(&mut io::stdin().lock(), &mut io::sink())?;
     scratch::sweep();
-    // What was under way may have held a folder for a moment.
+    // Running processes may have held a folder for a moment.
     std::thread::sleep(SWEEP_PAUSE);
     scratch::sweep();
     cgroup::leave();
@@ -129,12 +129,12 @@ pub(super) fn serve() -> io::Result<()> {
 }
 
 fn supervise(Request { parent, walls, job }: Request) -> Result<Outcome, String> {
-    // Processes whose parents have ended come to this one, and not to the system's first.
+    // Orphaned processes are re-parented to this process, not to init.
     set_child_subreaper(Pid::from_raw(1)).map_err(|error| error.to_string())?;
     if walls.namespaces.exist() {
         die_with_parent().map_err(|error| error.to_string())?;
     }
-    // It may have ended before the kernel knew.
+    // The parent may have ended before the request took effect.
     if getppid().map(Pid::as_raw_pid) != Some(parent) {
         return Err("the grader ended".to_owned());
     }
@@ -152,21 +152,21 @@ fn supervise(Request { parent, walls, job }: Request) -> Result<Outcome, String>
     run.finish(exceeded)
 }
 
-/// Closes descriptors that the process which started the grader left open.
+/// Closes inherited file descriptors.
 fn close_inherited() -> io::Result<()> {
     let mut open = Vec::new();
     for entry in fs::read_dir("/proc/self/fd")? {
         open.extend(entry?.file_name().to_str().and_then(|name| name.parse::<i32>().ok()));
     }
     for descriptor in open.into_iter().filter(|descriptor| *descriptor > 2) {
-        // That of the listing itself is closed by now.
+        // The descriptor of the listing itself is already closed.
         let _ = nix::unistd::close(descriptor);
     }
     Ok(())
 }
 
-/// Makes the namespaces of what this process starts, but for those of mounts and of control
-/// groups, which the keeper makes.
+/// Creates the namespaces of this process's children, except those of mounts and of control groups, which the
+/// keeper creates.
 fn isolate(namespaces: Namespaces) -> Result<(), String> {
     let others = CloneFlags::CLONE_NEWPID
         | CloneFlags::CLONE_NEWNET
@@ -185,7 +185,7 @@ fn isolate(namespaces: Namespaces) -> Result<(), String> {
                 fs::write("/proc/self/gid_map", format!("{group} {group} 1"))
             };
             map().map_err(|error| fail(&error))?;
-            // The keeper has to mount, and an ordinary user's process loses what it may do when it starts another.
+            // The keeper needs the capability to mount, which an ordinary user's process loses on exec.
             let raise = || {
                 let mut sets = rustix::thread::capabilities(None)?;
                 sets.inheritable |= CapabilitySet::SYS_ADMIN;
@@ -198,17 +198,17 @@ fn isolate(namespaces: Namespaces) -> Result<(), String> {
     Ok(())
 }
 
-/// A run under way.
+/// A running program.
 struct Run {
     job: Job,
     keeper: Child,
     socket: BufReader<UnixStream>,
-    /// Ends of the pipes that the program prints to, and what came.
+    /// Read ends of the pipes of the program's outputs, and the output so far.
     outputs: [(Option<OwnedFd>, Output); 2],
     group: Option<ControlGroup>,
     owner: Option<Owner>,
     isolated: bool,
-    /// The working directory, once there is one.
+    /// The working directory, once it exists.
     working: Option<OwnedFd>,
     ended: Option<Ended>,
     meter: Meter,
@@ -229,7 +229,7 @@ impl Run {
         command.arg(OsStr::new(KEEPER)).env_clear().current_dir("/");
         command.stdin(Stdio::from(OwnedFd::from(theirs)));
         let mut keeper = command.stdout(stdout_end).stderr(stderr_end).spawn().map_err(fail)?;
-        // It held the other ends.
+        // The command held the other ends.
         drop(command);
         if let Some(group) = &group {
             group.add(keeper.id())?;
@@ -240,12 +240,12 @@ impl Run {
             job,
             owner: owner.map(|(user, group)| (user.as_raw(), group.as_raw())),
         };
-        // Before the program can move it.
+        // Open it before the program can move it.
         let mut working = match isolated {
             true => None,
             false => Some(tree::open_folder(&order.job.folder).map_err(fail)?),
         };
-        keeper::tell(&own, &order).map_err(fail)?;
+        keeper::send(&own, &order).map_err(fail)?;
         let mut socket = BufReader::new(own);
         let mut line = String::new();
         socket.read_line(&mut line).map_err(fail)?;
@@ -280,7 +280,7 @@ impl Run {
             ];
             let open = self.outputs.iter().filter_map(|(pipe, _)| pipe.as_ref());
             descriptors.extend(open.map(|pipe| PollFd::new(pipe, PollFlags::IN)));
-            // The second answer may have come with the first.
+            // The second answer may have arrived with the first.
             let mut answered = !self.socket.buffer().is_empty();
             let timeout = if answered { Timespec::default() } else { timeout };
             poll(&mut descriptors, Some(&timeout))?;
@@ -288,7 +288,7 @@ impl Run {
             answered |= ready(0);
             let orphaned = ready(1);
             if orphaned {
-                // Nobody is left to hear the result.
+                // The parent has ended: nothing receives the result.
                 self.end();
                 return Err(io::ErrorKind::BrokenPipe.into());
             }
@@ -299,7 +299,7 @@ impl Run {
                 let mut line = String::new();
                 self.socket.read_line(&mut line)?;
                 self.ended = serde_json::from_str(&line).ok();
-                // What it printed last.
+                // The last output of the program.
                 return self.read_outputs();
             }
             if looked.elapsed() >= pause {
@@ -307,14 +307,14 @@ impl Run {
                 if let Some(exceeded) = self.exceeded(started.elapsed()) {
                     return Ok(Some(exceeded));
                 }
-                // Where there is much to look at, looking must not be what the time goes into.
+                // With many processes, polling must not take most of the time.
                 pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(look.elapsed() * 2);
                 looked = Instant::now();
             }
         }
     }
 
-    /// Reads what was printed by now. The limit of it that is exceeded, if one is.
+    /// Reads the output printed so far; returns the exceeded limit on output, if any.
     fn read_outputs(&mut self) -> io::Result<Option<Exceeded>> {
         let limits = self.job.limits;
         let most = [(limits.stdout, Exceeded::Stdout), (limits.stderr, Exceeded::Stderr)];
@@ -335,7 +335,7 @@ impl Run {
         Ok(None)
     }
 
-    /// The limit of the whole run that is exceeded, if one is.
+    /// The exceeded limit of the whole run, if any.
     fn exceeded(&mut self, elapsed: Duration) -> Option<Exceeded> {
         let limits = self.job.limits;
         let most_threads = limits.processes + KEEPER_THREADS;
@@ -343,11 +343,11 @@ impl Run {
         let meter = &mut self.meter;
         let mut look = || {
             let unnamed = if isolated { 0 } else { unnamed_files(keeper) };
-            (meter.look(keeper, most_threads, limits.memory), unnamed)
+            (meter.measure(keeper, most_threads, limits.memory), unnamed)
         };
         let (usage, unnamed) = match self.owner.filter(|_| !isolated) {
             None => look(),
-            // In a container, root may not see what another user's processes hold. That user may.
+            // In a container, root may be unable to see the open files of another user's processes. That user can.
             Some(owner) => std::thread::scope(|scope| {
                 let watcher = std::thread::Builder::new().spawn_scoped(scope, || {
                     identity::become_unprivileged(Some(owner)).ok().map(|()| look())
@@ -365,16 +365,16 @@ impl Run {
                 .group
                 .as_ref()
                 .and_then(|group| group.exceeded(&limits))
-                .or_else(|| self.too_much()),
+                .or_else(|| self.exceeded_size()),
         }
     }
 
-    /// The limit of the working directory that is exceeded, if one is.
-    fn too_much(&self) -> Option<Exceeded> {
+    /// The exceeded limit of the working directory, if any.
+    fn exceeded_size(&self) -> Option<Exceeded> {
         if !self.isolated {
-            return tree::too_much(&self.job.folder, self.job.limits);
+            return tree::exceeded_size(&self.job.folder, self.job.limits);
         }
-        // The kernel refuses more.
+        // The kernel enforces these limits.
         let left = rustix::fs::fstatvfs(self.working.as_ref()?).ok()?;
         match () {
             () if left.f_bfree == 0 => Some(Exceeded::Trace),
@@ -383,16 +383,16 @@ impl Run {
         }
     }
 
-    /// Ends what is left of the run, keeps what the job keeps, and says what came of it.
+    /// Ends the remaining processes, copies out the files to keep, and returns the result.
     fn finish(mut self, exceeded: Option<Exceeded>) -> Result<Outcome, String> {
         let exceeded = exceeded
             .or_else(|| self.group.as_ref().and_then(|group| group.exceeded(&self.job.limits)))
-            .or_else(|| self.too_much());
+            .or_else(|| self.exceeded_size());
         let end = match (exceeded, self.ended.take()) {
             (Some(exceeded), _) => End::Exceeded(exceeded),
             (None, Some(ended)) => ended?,
             (None, None) => {
-                // It may have ended by itself. Its status is lost to whatever waits for all processes.
+                // The keeper may have ended by itself. Its status is lost to the code that waits for all processes.
                 let _ = self.keeper.kill();
                 let status = self.keeper.wait().map_err(|error| error.to_string());
                 self.end();
@@ -400,35 +400,34 @@ impl Run {
             }
         };
         if !self.isolated {
-            // In namespaces, the keeper has ended all before it answered.
+            // With namespaces, the keeper ended all processes before it answered.
             self.end();
         }
         let kept = match (&end, &self.working) {
             (End::Exited(0), Some(working)) => keep(working.as_fd(), &self.job),
             _ => Err(NotKept::Missing),
         };
-        // A tmpfs lives as long as it is open.
+        // The tmpfs exists as long as the directory is open.
         self.working = None;
         self.end();
         let [stdout, stderr] = [0, 1].map(|number: usize| self.outputs[number].1.printed());
         Ok(Outcome { end, kept, stdout, stderr })
     }
 
-    /// Ends every process of the run, and waits for all.
+    /// Kills every process of the run and waits for all of them.
     fn end(&mut self) {
-        // It may have ended by itself.
+        // The keeper may have ended by itself.
         let _ = self.keeper.kill();
         if self.isolated {
             let _ = self.keeper.wait();
         } else {
-            hunt_down(self.owner.map(|(user, group)| (user.as_raw(), group.as_raw())));
+            kill_descendants(self.owner.map(|(user, group)| (user.as_raw(), group.as_raw())));
         }
         self.group = None;
     }
 }
 
-/// A pipe for an output of the program: the end to read, which does not block, and the end to write, which belongs to
-/// the program's user.
+/// A pipe for an output of the program: the non-blocking read end, and the write end, owned by the program's user.
 fn output_pipe(owner: Option<Owner>) -> io::Result<(OwnedFd, OwnedFd)> {
     let (read, write) = rustix::pipe::pipe_with(rustix::pipe::PipeFlags::CLOEXEC)?;
     rustix::io::ioctl_fionbio(&read, true)?;

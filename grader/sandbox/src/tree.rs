@@ -1,7 +1,7 @@
-//! Copies files and folders that an untrusted program may have made.
+//! Copies files and folders that an untrusted program may have created.
 //!
-//! Every name is looked up in an open folder and no link is followed, so that no name leads elsewhere. Folders are
-//! walked with an explicit stack, to a bounded depth.
+//! Names are looked up relative to an open folder and links are not followed, so that no name leads outside. Folders
+//! are traversed with an explicit stack, to a bounded depth.
 
 use std::ffi::CStr;
 use std::fs::File;
@@ -15,7 +15,7 @@ use rustix::io::Errno;
 use super::{Exceeded, Limits, NotKept};
 
 /// The deepest nesting of folders that is copied.
-const DEEPEST: usize = 100;
+const MAX_DEPTH: usize = 100;
 
 const READ: OFlags =
     OFlags::RDONLY.union(OFlags::NOFOLLOW).union(OFlags::NONBLOCK).union(OFlags::CLOEXEC);
@@ -23,16 +23,16 @@ const READ: OFlags =
 const CREATE: OFlags =
     OFlags::WRONLY.union(OFlags::CREATE).union(OFlags::EXCL).union(OFlags::CLOEXEC);
 
-/// The most that is copied.
+/// Limits of a copy.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
-    /// Lengths of all files together, holes included.
+    /// Total length of all files, including holes.
     pub(super) bytes: u64,
     /// Files, folders and links.
     pub(super) entries: u64,
 }
 
-/// The user and group that a copy belongs to.
+/// User and group of a copy.
 pub(super) type Owner = (Uid, Gid);
 
 impl NotKept {
@@ -41,12 +41,12 @@ impl NotKept {
     }
 }
 
-/// A folder, opened.
+/// Opens a folder.
 pub(super) fn open_folder(path: &Path) -> io::Result<OwnedFd> {
     Ok(rustix::fs::openat(CWD, path, READ | OFlags::DIRECTORY, Mode::empty())?)
 }
 
-/// Copies the regular file `name` of a folder, which has no other name, to `to`.
+/// Copies the regular file `name` of a folder, which must have no second name, to `to`.
 pub(super) fn copy_file(
     folder: BorrowedFd<'_>,
     name: &str,
@@ -84,8 +84,8 @@ fn copy_bytes(from: OwnedFd, to: OwnedFd, most: u64) -> Result<(), NotKept> {
     Ok(())
 }
 
-/// Copies the content of a folder into another, which is empty: regular files, each name by itself; folders; links.
-/// Other kinds of files are left out. Files have the mode 644, or 755 where they may be executed.
+/// Copies the content of a folder into an empty one: regular files (each name separately), folders and links. Skips
+/// other kinds of files. Files get the mode 644, or 755 if executable.
 pub(super) fn copy(
     from: BorrowedFd<'_>,
     to: &OwnedFd,
@@ -117,8 +117,8 @@ pub(super) fn copy(
             other => other,
         })?;
         if let Some((from, to)) = below {
-            if levels.len() > DEEPEST {
-                let reason = format!("holds folders nested deeper than {DEEPEST}");
+            if levels.len() > MAX_DEPTH {
+                let reason = format!("holds folders nested deeper than {MAX_DEPTH}");
                 return Err(NotKept::Other(reason));
             }
             levels.push(level(from.as_fd(), to.as_fd()).map_err(NotKept::io)?);
@@ -127,7 +127,7 @@ pub(super) fn copy(
     Ok(())
 }
 
-/// Copies one entry of a folder; of a folder, only itself, and returns both of them.
+/// Copies one entry. For a folder, creates only the folder itself and returns the source and the copy.
 fn copy_entry(
     from: BorrowedFd<'_>,
     to: BorrowedFd<'_>,
@@ -138,7 +138,7 @@ fn copy_entry(
     let stat = rustix::fs::statat(from, name, AtFlags::SYMLINK_NOFOLLOW).map_err(NotKept::io)?;
     let open = |flags| match rustix::fs::openat(from, name, READ | flags, Mode::empty()) {
         Err(Errno::ACCESS) => {
-            // Its owner may have taken the right to read from everybody.
+            // Its owner may have made it unreadable.
             rustix::fs::chmodat(from, name, Mode::RWXU, AtFlags::empty())?;
             rustix::fs::openat(from, name, READ | flags, Mode::empty())
         }
@@ -175,8 +175,8 @@ fn copy_entry(
     Ok(below)
 }
 
-/// The limit that is exceeded by what a folder holds, if one is.
-pub(super) fn too_much(folder: &Path, limits: Limits) -> Option<Exceeded> {
+/// The limit that the content of a folder exceeds, if any.
+pub(super) fn exceeded_size(folder: &Path, limits: Limits) -> Option<Exceeded> {
     let (bytes, entries) = usage(folder);
     match () {
         () if bytes >= limits.trace => Some(Exceeded::Trace),
@@ -185,8 +185,8 @@ pub(super) fn too_much(folder: &Path, limits: Limits) -> Option<Exceeded> {
     }
 }
 
-/// Bytes and entries of a folder, as far down as it is copied. Of a file counts its length or the blocks it has,
-/// whichever is more.
+/// Bytes and entries in a folder, to the depth of copies. A file counts with its length or its allocated blocks,
+/// whichever is larger.
 fn usage(folder: &Path) -> (u64, u64) {
     const BLOCK: u64 = 512;
     let (mut bytes, mut entries) = (0, 0);
@@ -199,8 +199,8 @@ fn usage(folder: &Path) -> (u64, u64) {
     (bytes, entries)
 }
 
-/// Gives a folder and all it holds to a user.
-pub(super) fn give(folder: &Path, (user, group): Owner) -> io::Result<()> {
+/// Changes the owner of a folder and its content.
+pub(super) fn change_owner(folder: &Path, (user, group): Owner) -> io::Result<()> {
     let mut given = Ok(());
     walk(folder, |folder, name, _| {
         let chown =
@@ -211,8 +211,8 @@ pub(super) fn give(folder: &Path, (user, group): Owner) -> io::Result<()> {
     Ok(rustix::fs::chown(folder, Some(user), Some(group))?)
 }
 
-/// Visits what a folder holds, as far down as it is copied: the folder that an entry is in, its name, and the entry.
-/// What cannot be read is passed over.
+/// Visits the content of a folder, to the depth of copies: the parent folder, name and metadata of each entry. Skips
+/// unreadable entries.
 fn walk(folder: &Path, mut visit: impl FnMut(BorrowedFd<'_>, &CStr, &Stat)) {
     let level = |folder: OwnedFd| Dir::read_from(&folder).ok().map(|entries| (entries, folder));
     let mut levels: Vec<_> = open_folder(folder).ok().and_then(level).into_iter().collect();
@@ -229,7 +229,8 @@ fn walk(folder: &Path, mut visit: impl FnMut(BorrowedFd<'_>, &CStr, &Stat)) {
             continue;
         };
         visit(folder.as_fd(), name, &stat);
-        if FileType::from_raw_mode(stat.st_mode) == FileType::Directory && levels.len() <= DEEPEST {
+        if FileType::from_raw_mode(stat.st_mode) == FileType::Directory && levels.len() <= MAX_DEPTH
+        {
             let (_, folder) = &levels[levels.len() - 1];
             let flags = READ | OFlags::DIRECTORY;
             let below = rustix::fs::openat(folder, name, flags, Mode::empty()).ok();

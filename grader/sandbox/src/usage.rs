@@ -1,20 +1,20 @@
-//! What the processes of a run use, read from `/proc`.
+//! Resource usage of the processes of a run, read from `/proc`.
 //!
-//! - **Processor time**: that of living processes and of those they waited for; or, where it is more, that of living
-//!   processes and, as last seen, of all that have ended, since nobody may wait for a child.
-//! - **Memory**: resident pages, each shared page once, page tables, swapped pages, and what sockets may hold.
+//! - **Processor time**: the larger of two sums: living processes and the children they waited for; or living processes
+//!   and all ended ones as last seen, since a parent need not wait for its children.
+//! - **Memory**: resident pages, each shared page once, page tables, swapped pages, and the capacity of sockets.
 
 use std::collections::HashMap;
 use std::fs;
 use std::os::unix::fs::MetadataExt;
 
-/// Bytes that a socket may hold: the kernel's default buffer.
+/// Capacity of a socket in bytes: the kernel's default buffer.
 const SOCKET_BUFFER: u64 = 212_992;
 
-/// Open descriptors of a process that are taken to be files; each further one may be a socket.
+/// Open descriptors per process assumed to be files; each further one may be a socket.
 const FILES: u64 = 16;
 
-/// What a tree of processes uses by now.
+/// Resource usage of a process tree so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Usage {
     /// Seconds of processor time.
@@ -25,20 +25,19 @@ pub(super) struct Usage {
     pub(super) threads: u64,
 }
 
-/// Follows a tree of processes.
+/// Tracks the usage of a process tree.
 #[derive(Debug, Default)]
 pub(super) struct Meter {
-    /// Seconds of processor time of each process, when last seen.
+    /// Processor time of each process when last seen, in seconds.
     seen: HashMap<i32, f64>,
-    /// That of processes that have ended.
+    /// Processor time of ended processes, in seconds.
     ended: f64,
 }
 
 impl Meter {
-    /// What the process of this number and all below it use. A tree of more than `enough` threads is not followed to
-    /// its end: it may grow faster than it is followed. Shared pages are told apart only where all pages together
-    /// exceed `memory`.
-    pub(super) fn look(&mut self, root: i32, enough: u64, memory: u64) -> Usage {
+    /// Usage of the process `root` and all its descendants. Stops at more than `enough` threads, because a tree may
+    /// grow faster than it is read. Counts shared pages once only if all pages together exceed `memory`.
+    pub(super) fn measure(&mut self, root: i32, enough: u64, memory: u64) -> Usage {
         let (mut usage, mut own, mut waited) = (Usage::default(), 0.0, 0.0);
         let mut processes = vec![root];
         let mut seen = HashMap::new();
@@ -71,7 +70,7 @@ impl Meter {
     }
 }
 
-/// Visits the processes below the process of this number, `most` of them where there are more.
+/// Visits the descendants of the process `root`, at most `most` of them.
 pub(super) fn visit_descendants(root: i32, most: usize, visit: impl Fn(i32)) {
     let mut found = Vec::new();
     children(root, &mut found);
@@ -83,7 +82,7 @@ pub(super) fn visit_descendants(root: i32, most: usize, visit: impl Fn(i32)) {
     }
 }
 
-/// Bytes of files that the processes below this one have open, and that have no name any more.
+/// Bytes in deleted files that descendants of `root` hold open.
 pub(super) fn unnamed_files(root: i32) -> u64 {
     const BLOCK: u64 = 512;
     let bytes = std::cell::RefCell::new(HashMap::new());
@@ -106,11 +105,11 @@ fn children(process: i32, found: &mut Vec<i32>) {
     }
 }
 
-/// Of `/proc/PID/stat`.
+/// Fields of `/proc/PID/stat`.
 struct Stat {
-    /// Seconds of its own processor time.
+    /// Its own processor time in seconds.
     own: f64,
-    /// Seconds of the children that it waited for.
+    /// Processor time of the children it waited for, in seconds.
     waited: f64,
     threads: u64,
     /// Bytes of resident pages.
@@ -120,7 +119,7 @@ struct Stat {
 impl Stat {
     fn of(process: i32) -> Option<Self> {
         let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-        // The name in parentheses may hold anything; proc_pid_stat(5) counts from 1, and the name is 2.
+        // The name in parentheses may contain any character; proc_pid_stat(5) counts fields from 1, and the name is 2.
         let (_, fields) = stat.rsplit_once(") ")?;
         let fields: Vec<&str> = fields.split(' ').collect();
         let field = |number: usize| -> u64 {
@@ -136,7 +135,7 @@ impl Stat {
     }
 }
 
-/// Bytes of page tables and swapped pages, and of the buffers of what may be sockets.
+/// Bytes of page tables, swapped pages, and buffers of possible sockets.
 fn extra_memory(process: i32) -> u64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let kibibytes = sum_of(&status, &["VmPTE:", "VmSwap:"]);
@@ -144,17 +143,17 @@ fn extra_memory(process: i32) -> u64 {
     1024 * kibibytes + SOCKET_BUFFER * (descriptors as u64).saturating_sub(FILES)
 }
 
-/// Bytes of a process, where a page counts in proportion to those who share it.
+/// Bytes of a process; each page counts divided by the number of processes that share it.
 fn proportional_memory(process: i32) -> u64 {
     let rollup = fs::read_to_string(format!("/proc/{process}/smaps_rollup"));
     match rollup.map(|rollup| sum_of(&rollup, &["Pss:"])) {
-        // A process that has just ended has none.
+        // The file of an ended process is gone.
         Ok(kibibytes) => 1024 * kibibytes + extra_memory(process),
         Err(_) => Stat::of(process).map_or(0, |stat| stat.resident + extra_memory(process)),
     }
 }
 
-/// The sum of the numbers on the lines that begin so.
+/// The sum of the numbers on the lines that begin with these names.
 fn sum_of(text: &str, names: &[&str]) -> u64 {
     let number = |line: &str| -> Option<u64> {
         let name = names.iter().find(|name| line.starts_with(**name))?;
@@ -175,9 +174,9 @@ mod tests {
         let own = std::process::id().cast_signed();
         let below = std::cell::RefCell::new(Vec::new());
         visit_descendants(own, 1000, |process| below.borrow_mut().push(process));
-        let usage = Meter::default().look(own, u64::MAX, u64::MAX);
-        let exact = Meter::default().look(own, u64::MAX, 0);
-        let few = Meter::default().look(own, 0, u64::MAX);
+        let usage = Meter::default().measure(own, u64::MAX, u64::MAX);
+        let exact = Meter::default().measure(own, u64::MAX, 0);
+        let few = Meter::default().measure(own, 0, u64::MAX);
         child.kill().unwrap();
         child.wait().unwrap();
         assert!(below.borrow().contains(&child.id().cast_signed()));
@@ -191,8 +190,8 @@ mod tests {
         let mut meter = Meter::default();
         meter.seen.insert(i32::MAX, 3.0);
         let root = std::process::id().cast_signed();
-        assert!(meter.look(root, u64::MAX, u64::MAX).cpu >= 3.0);
-        assert!(meter.look(root, u64::MAX, u64::MAX).cpu >= 3.0);
+        assert!(meter.measure(root, u64::MAX, u64::MAX).cpu >= 3.0);
+        assert!(meter.measure(root, u64::MAX, u64::MAX).cpu >= 3.0);
     }
 
     #[test]

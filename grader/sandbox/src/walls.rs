@@ -1,4 +1,4 @@
-//! The walls around a program: which of them a system grants, and how a thread puts them up.
+//! Restrictions around a program ("walls"): those that a system grants, and their set-up in a thread.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use super::calls::{self, Policy};
 use super::tree::Owner;
 use super::{Job, Keep, identity, landlock};
 
-/// Where systems keep programs, libraries and what these need to start.
+/// Folders of a system's programs and libraries, and the files that these need to start.
 pub(super) const SYSTEM: &[&str] = &[
     "/usr",
     "/bin",
@@ -22,7 +22,7 @@ pub(super) const SYSTEM: &[&str] = &[
     "/sys/devices/system/cpu",
 ];
 
-/// What run-time systems keep in `/etc`: entries whose names begin so. There are no accounts, hosts or keys among them.
+/// Prefixes of the entries of `/etc` that run-time systems read. None contains accounts, hosts or keys.
 const SETTINGS: &[&str] =
     &["R", "alternatives", "fonts", "java", "jvm", "ld.so.", "localtime", "octave"];
 
@@ -36,39 +36,39 @@ pub(super) const WORK: &str = "/tmp/work";
 pub(super) const DEVICES: &[&str] =
     &["/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"];
 
-/// The namespaces that a run is given.
+/// The namespaces of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Namespaces {
-    /// With a user namespace, as an ordinary user needs.
+    /// With a user namespace, which an ordinary user needs.
     User,
-    /// By the privileges of root, without a user namespace.
+    /// Created with root's privileges, without a user namespace.
     Privileged,
-    /// None: the program sees the machine, and Landlock keeps it from it.
+    /// None: the program sees the machine, and Landlock restricts access.
     None,
 }
 
 impl Namespaces {
-    /// Whether there are any.
+    /// Whether the run has namespaces.
     pub(super) fn exist(self) -> bool {
         self != Self::None
     }
 }
 
-/// The walls that a system grants.
+/// The restrictions that a system grants.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Walls {
     pub(super) namespaces: Namespaces,
-    /// Whether a run has a user of its own.
+    /// Whether a run has its own user.
     pub(super) own_user: bool,
-    /// Whether Landlock has to be in force.
+    /// Whether Landlock must be in force.
     pub(super) landlock: bool,
-    /// The control group below which each run has its own.
+    /// The parent of the runs' control groups.
     pub(super) control_group: Option<PathBuf>,
-    /// What of the system may be read.
+    /// Readable paths of the system.
     pub(super) system: Vec<PathBuf>,
 }
 
-/// What of this system every program may read.
+/// The paths of this system that every program may read.
 pub(super) fn system() -> Vec<PathBuf> {
     let is_setting = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().as_encoded_bytes();
@@ -81,7 +81,7 @@ pub(super) fn system() -> Vec<PathBuf> {
     folders.chain(settings).collect()
 }
 
-/// The folders that a program may write, and its working directory, which is the first.
+/// The writable folders of a program; the first is its working directory.
 pub(super) fn writable(job: &Job, namespaces: Namespaces) -> Vec<PathBuf> {
     match (namespaces, &job.keep) {
         (Namespaces::None, _) => vec![job.folder.clone()],
@@ -94,23 +94,23 @@ pub(super) fn writable(job: &Job, namespaces: Namespaces) -> Vec<PathBuf> {
     }
 }
 
-/// Restricts the calling thread and what it starts, without a way back.
+/// Restricts the calling thread and its children permanently.
 ///
 /// # Errors
-/// In words, where a wall that has to be there cannot be put up.
+/// A message, if a required restriction cannot be set up.
 pub(super) fn restrict(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<(), String> {
     identity::become_unprivileged(owner).map_err(|error| format!("the user: {error}"))?;
     let isolated = walls.namespaces.exist();
     let system = walls.system.iter().chain(&job.readable).map(PathBuf::as_path);
     let reach = landlock::Reach {
-        // In a world of its own, there is nothing else to be read.
+        // With a separate root, no other files are visible.
         readable: if isolated { vec![Path::new("/")] } else { system.collect() },
         devices: DEVICES,
         writable: writable(job, walls.namespaces),
     };
     let in_force = landlock::restrict(&reach).map_err(|error| format!("Landlock: {error}"))?;
     if walls.landlock && !in_force.files {
-        return Err("Landlock: it is not in force".to_owned());
+        return Err("Landlock: not in force".to_owned());
     }
     let policy = Policy {
         isolated,

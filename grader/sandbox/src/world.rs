@@ -1,4 +1,4 @@
-//! A root of its own: what a program can see of the machine.
+//! Root file system of a run: everything that a program can see of the machine.
 //!
 //! ```text
 //! /                            tmpfs, read-only
@@ -7,13 +7,13 @@
 //! ├── dev                      null zero full random urandom, descriptors
 //! │   └── shm                  in the tmpfs below
 //! ├── proc                     of this PID namespace, read-only
-//! ├── <paths of the job>       what it may read, read-only, under its own paths
+//! ├── <paths of the job>       readable files of the job, read-only, under their own paths
 //! └── tmp                      tmpfs, limited in bytes and inodes, the only place to write
 //!     └── work                 the working directory; of a build, under the path of its folder as well
 //! ```
 //!
-//! Mounts are nosuid and, but for devices, nodev. On a read-only mount, the kernel refuses every change of a mode, an
-//! owner, a time or an attribute with `EROFS`, and updates no access time.
+//! Mounts are nosuid and, except for devices, nodev. On a read-only mount, the kernel refuses every change of a mode,
+//! an owner, a time or an attribute with `EROFS`, and does not update access times.
 
 use std::ffi::CString;
 use std::fs;
@@ -37,22 +37,22 @@ const ROOT: &str = "size=1M,mode=755";
 
 const SAFE: MountFlags = MountFlags::NOSUID.union(MountFlags::NODEV);
 
-/// A new root under construction.
+/// A root under construction.
 struct Root {
-    /// Where it is mounted.
+    /// Its mount point.
     at: PathBuf,
 }
 
-/// Makes this process's mount namespace such a world. It is alone in its mount namespace, and the first process of
-/// its PID namespace.
+/// Replaces the root of this process's mount namespace. The process must be alone in its mount namespace and the
+/// first of its PID namespace.
 ///
 /// # Errors
-/// In words, with the step that failed.
+/// A message that names the failed step.
 pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<(), String> {
     let input = tree::open_folder(&job.folder).map_err(step(&job.folder))?;
     let private = MountPropagationFlags::REC | MountPropagationFlags::PRIVATE;
     mount_change("/", private).map_err(step("/"))?;
-    // What is hidden below the mount point stays open.
+    // Keep folders open that the mount will hide.
     let root = Root { at: job.folder.clone() };
     tmpfs(&root.at, ROOT).map_err(step("the root"))?;
     for path in &walls.system {
@@ -65,7 +65,7 @@ pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<()
     mount("proc", &proc, "proc", flags, None).map_err(step("/proc"))?;
 
     let tmp = root.folder(Path::new("/tmp"))?;
-    // Until it is known what it holds, without limits.
+    // No limits until its initial content is known.
     tmpfs(&tmp, "mode=1777").map_err(step("/tmp"))?;
     let work = root.folder(Path::new(WORK))?;
     let opened = tree::open_folder(&work).map_err(step(WORK))?;
@@ -84,7 +84,7 @@ pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<()
     }
     for path in &job.readable {
         if path.parent().is_none() || Path::new("/tmp").starts_with(path) {
-            return Err(format!("{}: it cannot be made readable as a whole", path.display()));
+            return Err(format!("{}: cannot be made readable as a whole", path.display()));
         }
         if !walls.system.iter().any(|folder| path.starts_with(folder)) {
             root.reveal(path)?;
@@ -102,20 +102,20 @@ pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<()
 }
 
 impl Root {
-    /// Where an absolute path is in the new root.
+    /// An absolute path, moved into the new root.
     fn path(&self, path: &Path) -> PathBuf {
         let names = path.components().filter(|part| matches!(part, Component::Normal(_)));
         names.fold(self.at.clone(), |at, name| at.join(name))
     }
 
-    /// A folder in the new root, made where it does not exist.
+    /// A folder in the new root, created if missing.
     fn folder(&self, path: &Path) -> Result<PathBuf, String> {
         let at = self.path(path);
         fs::create_dir_all(&at).map_err(step(path))?;
         Ok(at)
     }
 
-    /// Shows a file, a folder or a link of the machine under its own path.
+    /// Makes a file, a folder or a link of the machine visible under its own path.
     fn reveal(&self, path: &Path) -> Result<(), String> {
         let at = self.path(path);
         let kind = fs::symlink_metadata(path).map_err(step(path))?.file_type();
@@ -145,7 +145,7 @@ impl Root {
         Ok(())
     }
 
-    /// A user and a group by name, which run-time systems ask for.
+    /// Writes a user and a group with names, which run-time systems look up.
     fn make_accounts(&self, owner: Option<Owner>) -> io::Result<()> {
         let (user, group) = owner.map_or_else(
             || (rustix::process::getuid().as_raw(), rustix::process::getgid().as_raw()),
@@ -158,8 +158,8 @@ impl Root {
         fs::write(etc.join("group"), format!("submission:x:{group}:\n"))
     }
 
-    /// Makes every mount below the new root read-only but for these, `/proc`, which is, and devices, which have no
-    /// content.
+    /// Makes every mount below the new root read-only, except these, `/proc` (already read-only), and devices (without
+    /// content).
     fn protect(&self, writable: &[PathBuf]) -> Result<(), String> {
         let writable: Vec<PathBuf> = writable.iter().map(|path| self.path(path)).collect();
         let devices: Vec<PathBuf> =
@@ -177,7 +177,7 @@ impl Root {
             if !devices.contains(&point) {
                 flags |= MountFlags::NODEV;
             }
-            // The kernel lets an ordinary user take none of these back.
+            // The kernel does not let an ordinary user clear any of these.
             for (name, flag) in LOCKED {
                 if options.split(|byte| *byte == b',').any(|option| option == name.as_bytes()) {
                     flags |= *flag;
@@ -188,7 +188,7 @@ impl Root {
         Ok(())
     }
 
-    /// Leaves in the tmpfs what the job may write beside what is there already.
+    /// Limits the tmpfs to its present content plus the bytes and files that the job may write.
     fn limit(&self, tmp: &Path, job: &Job) -> Result<(), String> {
         let used = rustix::fs::statvfs(tmp).map_err(step("/tmp"))?;
         let bytes = (used.f_blocks - used.f_bfree) * used.f_frsize + job.limits.trace;
@@ -198,7 +198,7 @@ impl Root {
     }
 }
 
-/// Options of a mount that a mount of it must keep.
+/// Mount options that a bind mount must keep.
 const LOCKED: &[(&str, MountFlags)] = &[
     ("nodev", MountFlags::NODEV),
     ("noexec", MountFlags::NOEXEC),
@@ -225,8 +225,8 @@ fn tmpfs(at: &Path, options: &str) -> io::Result<()> {
     Ok(mount("tmpfs", at, "tmpfs", SAFE, options.as_c_str())?)
 }
 
-/// Says at which path a step failed.
+/// Adds the path to the error of a step.
 fn step<E: std::fmt::Display>(path: impl AsRef<Path>) -> impl FnOnce(E) -> String {
     let path = path.as_ref().display().to_string();
-    move |error| format!("a root of its own: {path}: {error}")
+    move |error| format!("the sandbox's root: {path}: {error}")
 }

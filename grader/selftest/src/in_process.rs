@@ -1,4 +1,4 @@
-//! The second simulator with its mistakes, graded in this process.
+//! Self-test rows of the second simulator and its mistakes, graded in this process.
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Case, Suite};
 
-/// The faultless student, and every mistake; `suite` must hold no scene that the student does not know.
+/// Rows of the correct student and of every mistake; `suite` must contain only scenes that the student supports.
 pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
     let faultless = Student::faultless();
     let judge = |student: &Student, case: &Case, criteria: Criteria| {
@@ -36,7 +36,7 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
     let row = |mistake: &Mistake| {
         let student = mistake.student();
         let grading = grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
-            // Elsewhere the code with the mistake is not run.
+            // On other scenes, the code with the mistake does not run.
             match known.get(case.id.as_str()) {
                 Some(known) if !mistake.can_matter_on(&case.scene) => (*known).clone(),
                 _ => judge(&student, case, criteria),
@@ -54,7 +54,7 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
     rows
 }
 
-/// A student who makes two mistakes.
+/// Grades a student with two mistakes.
 pub fn of_two(
     suite: &Suite,
     oracle: &Oracle,
@@ -70,7 +70,7 @@ pub fn of_two(
 /// The second simulator is written in Rust, and built with the grader.
 const LANGUAGE: &str = "Rust";
 
-/// The scenes of a suite that the student knows.
+/// Keeps the scenes of a suite that the student supports.
 pub fn known(suite: &mut Suite) {
     suite.cases.retain(|case| student::knows(&case.scene));
 }

@@ -1,4 +1,4 @@
-//! The grader put to the test: mistakes that it must catch and blame, correct programs that it must pass.
+//! Self-test of the grader: planted mistakes to catch and blame, and correct programs to pass.
 //!
 //! ```text
 //! in_process.rs   student.rs spoilt by mistake/    ──┐
@@ -6,9 +6,9 @@
 //! programs.rs     programs/ built in several ways  ──┘
 //! ```
 //!
-//! Every row is graded by the code that grades a submission. The rows of the first kind run in this process and
-//! need nothing; those of the second are programs in other languages, built and run under protection. What a
-//! mistake is to be blamed on is written down beside it, by its nature, before it is run.
+//! The code that grades submissions grades every row. Rows of the first kind run in this process; those of the second
+//! are programs in other languages, built and run in the sandbox. The feature to blame is stated with each mistake,
+//! from its nature and independent of results.
 
 pub mod mistake;
 pub mod student;
@@ -23,67 +23,67 @@ use grader::blame::{Feature, Symptom};
 use grader::compare::{Comparison, Criteria, Tolerances};
 use grader::grading::Grading;
 
-/// The share of mistakes that must be blamed on the right feature.
+/// Required fraction of mistakes blamed on the right feature.
 pub const RIGHTLY_BLAMED: f64 = 0.95;
 
-/// What a row is.
+/// Expected result of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Expectation {
-    /// A mistake, to be blamed on this.
+    /// A mistake, with the symptom and the feature to blame.
     Mistake(Symptom, Feature),
     /// A correct variant.
     Correct,
 }
 
-/// A submission and what the grader made of it.
+/// A submission with its expected and actual result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Where the mistake is, or what the variant varies.
+    /// Place of the mistake, or varied property of the variant.
     pub subject: String,
-    /// The mistake or variant, in a few words.
+    /// Short description of the mistake or variant.
     pub description: String,
-    /// The language, with flags where there are any.
+    /// The language, with compiler flags if any.
     pub language: String,
-    /// What it is.
+    /// The expected result.
     pub expectation: Expectation,
-    /// What became of it.
+    /// The actual result.
     pub result: Outcome,
 }
 
-/// What became of a row.
+/// Result of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
-    /// It was graded.
+    /// Graded.
     Graded(Graded),
-    /// It could not be built or run, for this reason.
+    /// Could not be built or run, with the reason.
     Skipped(String),
 }
 
-/// What a grading comes to.
+/// Summary of a grading.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Graded {
     /// Scenes that were judged.
     pub scenes: usize,
-    /// Of these, the ones that failed.
+    /// Scenes that failed.
     pub failed: usize,
-    /// The symptoms and features that are named, the likeliest first.
+    /// The named symptoms and features, the likeliest first.
     pub named: Vec<(Symptom, Feature)>,
-    /// Whether two are named that are at work together, and not one or the other.
+    /// Whether the two named suspects act together, rather than as alternatives.
     pub together: bool,
-    /// The likeliest causes, named or not, in words.
+    /// The likeliest causes, named or not, as text.
     pub suspects: Vec<String>,
-    /// How many times its tolerance the worst residual is; `None` where nothing was compared.
+    /// The largest ratio of a residual to its tolerance; `None` if nothing was compared.
     pub worst: Option<f64>,
     /// The first scene that failed, with its verdict.
     pub example: Option<String>,
 }
 
 impl Graded {
-    /// Of a grading.
+    /// Summarises a grading.
     pub fn of(grading: &Grading) -> Self {
         let scenes = || grading.features.iter().flat_map(|feature| &feature.scenes);
         let failed = || scenes().filter(|scene| !scene.comparison.verdict.is_pass());
-        // Of several ways to fail, the most frequent one.
+        // If scenes failed in several ways, use the most frequent.
         let finding = grading.blame.as_ref().and_then(|blame| blame.findings.first());
         let named = finding.map_or(&[][..], |finding| finding.named());
         let suspects = finding.map_or(&[][..], |finding| &finding.suspects);
@@ -104,7 +104,7 @@ impl Graded {
     }
 }
 
-/// How many times the residuals are the tolerances.
+/// The largest ratio of a residual to its tolerance.
 fn excess(comparison: &Comparison, criteria: &Criteria) -> f64 {
     let Criteria::Fixed(Tolerances { largest, accumulated }) = criteria else {
         return comparison.allowed.map_or(0.0, |allowed| allowed.used);
@@ -115,7 +115,7 @@ fn excess(comparison: &Comparison, criteria: &Criteria) -> f64 {
 }
 
 impl Row {
-    /// Whether it came out as it should, where it was run: a mistake fails, a correct variant passes.
+    /// Whether the result is as expected (a mistake fails, a correct variant passes); `None` if it was not run.
     pub fn is_told(&self) -> Option<bool> {
         let Outcome::Graded(graded) = &self.result else { return None };
         Some(match self.expectation {
@@ -124,7 +124,7 @@ impl Row {
         })
     }
 
-    /// Whether the right feature is named first; `None` where there is nothing to blame, or it was not run.
+    /// Whether the right feature is named first; `None` if there is nothing to blame, or it was not run.
     pub fn is_blamed_rightly(&self) -> Option<bool> {
         let Expectation::Mistake(symptom, feature) = self.expectation else { return None };
         let Outcome::Graded(graded) = &self.result else { return None };
@@ -132,24 +132,24 @@ impl Row {
     }
 }
 
-/// All rows, with what they come to.
+/// Results of the self-test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfTest {
     /// The rows, mistakes and correct variants.
     pub rows: Vec<Row>,
 }
 
-/// So many of so many.
+/// A success rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rate {
-    /// Those that came out as they should.
+    /// Rows with the expected result.
     pub right: usize,
-    /// All that were run.
+    /// Rows that were run.
     pub all: usize,
 }
 
 impl Rate {
-    /// From 0 to 1; 0 where nothing was run, for then nothing is shown.
+    /// The rate from 0 to 1; 0 if nothing was run.
     pub fn value(self) -> f64 {
         if self.all == 0 { 0.0 } else { self.right as f64 / self.all as f64 }
     }
@@ -234,7 +234,7 @@ mod tests {
         row(Expectation::Correct, failed, &[])
     }
 
-    /// Twenty mistakes caught and blamed, and a correct variant passed; then these.
+    /// Twenty mistakes caught and blamed, one correct variant passed, and these rows.
     fn with(rows: impl IntoIterator<Item = Row>) -> SelfTest {
         let good = (0..20).map(|_| mistake(3, &[DAMPING])).chain([correct(0)]);
         SelfTest { rows: good.chain(rows).collect() }
@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn all_is_met_where_all_is_right() {
         assert!(with([]).is_met());
-        // One in twenty-one may be blamed on the wrong feature; of two that are named, the first counts.
+        // One of twenty-one may be blamed on the wrong feature; of two named features, the first counts.
         assert!(with([mistake(1, &[OUTPUT, DAMPING])]).is_met());
     }
 

@@ -1,12 +1,12 @@
-//! The library: programs with mistakes, with what is to be blamed for each, and correct variants.
+//! Library of programs with mistakes, each with the feature to blame, and of correct variants.
 //!
-//! The labels were written down from what each mistake is, before any of it was run.
+//! The labels follow from the nature of each mistake and were written before any run.
 
 use super::Expectation;
 use super::programs::{Build, Planned};
 use grader::blame::{Family, Feature, Part, Symptom};
 
-/// The programs as most rows build them.
+/// The build that most rows use.
 const CPP: Build = Build::Cpp(&["-O2"]);
 const SINGLE: Build = Build::Cpp(&["-O2", "-DREAL=float"]);
 const C: Build = Build::C(&["-O2"]);
@@ -24,10 +24,10 @@ const SYMPLECTIC: Feature = Feature::Integrator("symplectic-euler");
 const LINEARIZED: Feature = Feature::Integrator("linearized-implicit-euler");
 const IMPLICIT: Feature = Feature::Integrator("implicit-euler");
 
-/// What is told to a program.
+/// Settings of a program.
 type Settings = &'static [&'static str];
 
-/// A correct variant: what varies, the variant, how it is built and what it is told.
+/// A correct variant: the varied property, the variant, its build and its settings.
 type Correct = (&'static str, &'static str, Build, Settings);
 
 #[rustfmt::skip]
@@ -50,7 +50,7 @@ const CORRECT: &[Correct] = &[
     ("system", "lists of lists by connected parts", PYTHON, &[]),
 ];
 
-/// A mistake: where it is, what it is, how it is built and what it is told, how it shows and what is to blame.
+/// A mistake: its place, its description, its build, its settings, its symptom and the feature to blame.
 type Mistake = (&'static str, &'static str, Build, Settings, Symptom, Feature);
 
 #[rustfmt::skip]

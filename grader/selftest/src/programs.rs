@@ -1,8 +1,8 @@
-//! Programs in other languages, built in several ways and run as any submission is.
+//! Self-test programs in other languages, built in several ways and run like any submission.
 //!
-//! The sources stand in `programs/` and are part of the grader, so that nothing but a compiler is needed. A
-//! mistake is planted by an argument, so that each way of building is built once. What cannot be built, for want
-//! of a compiler or because it does not know a flag, is skipped with the reason.
+//! The sources in `programs/` are embedded in the grader, so only a compiler is needed. An argument selects the
+//! mistake, so that each variant of the build is compiled once. A build that fails because a compiler is missing or
+//! does not support a flag is skipped with the reason.
 
 use std::fs;
 use std::path::Path;
@@ -22,10 +22,10 @@ use grader::suite::{Case, Suite};
 use grader::verdict::Failure;
 use sandbox::scratch::{Scratch, scratch_folder};
 
-/// Limits of runs that are to meet them: processor time in seconds, memory in bytes.
+/// Limits for runs that must exceed them: processor time in seconds, memory in bytes.
 const TIGHT: [(&str, f64); 2] = [("cpu", 1.0), ("memory", 268_435_456.0)];
 
-/// A source and how it is built.
+/// A source file and its build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Build {
     /// `student.cpp`, with these flags.
@@ -61,7 +61,7 @@ impl Build {
         }
     }
 
-    /// Whether the flags are some that every compiler knows: a build that fails then is no excuse.
+    /// Whether every compiler supports the flags; a failed build is then an error.
     fn is_plain(self) -> bool {
         match self {
             Self::Cpp(flags) | Self::C(flags) => {
@@ -94,7 +94,7 @@ impl Build {
         format!("name = {:?}\n{build}run = {run}\nformat = \"{format}\"\n", self.language())
     }
 
-    /// Whether the source has what the scene needs.
+    /// Whether the program supports the scene.
     fn knows(self, scene: &Scene) -> bool {
         const SYMPLECTIC: [&str; 2] = ["symplectic-euler", "linearized-implicit-euler"];
         let (methods, others): (&[&str], &[&str]) = match self {
@@ -121,21 +121,21 @@ impl Build {
     }
 }
 
-/// A row before it is run.
+/// A planned row.
 pub(super) struct Planned {
-    /// Where the mistake is, or what the variant varies.
+    /// Place of the mistake, or varied property of the variant.
     pub(super) subject: &'static str,
-    /// The mistake or variant, in a few words.
+    /// Short description of the mistake or variant.
     pub(super) description: &'static str,
     pub(super) build: Build,
     /// Settings of the program, as `NAME=value`.
     pub(super) settings: &'static [&'static str],
     pub(super) expectation: Expectation,
-    /// Whether its runs are to meet a limit, which takes as long as the limit: then one scene a feature is run.
+    /// Whether its runs exceed a limit, which takes as long as the limit; then only one scene per feature runs.
     pub(super) is_endless: bool,
 }
 
-/// What was built, or why not.
+/// A built program, or the reason for its absence.
 enum Made {
     Program(Program),
     Failed(Failure),
@@ -145,7 +145,7 @@ enum Made {
 /// All rows, in order.
 ///
 /// # Errors
-/// Where nothing can be built or run, through no fault of the programs.
+/// If programs cannot be built or run through no fault of their own.
 pub fn rows(
     suite: &Suite,
     oracle: &Oracle,
@@ -175,7 +175,7 @@ pub fn rows(
                 Outcome::Graded(grade(row, &unusable, suite, oracle, rubric))
             }
             Some(Made::Skipped(reason)) => Outcome::Skipped(reason.clone()),
-            None => Outcome::Skipped("it was not built".to_owned()),
+            None => Outcome::Skipped("not built".to_owned()),
         };
         Row {
             subject: row.subject.to_owned(),
@@ -189,7 +189,7 @@ pub fn rows(
 }
 
 impl Planned {
-    /// The program with what it is told.
+    /// The program with its settings.
     fn call(&self, program: &Program) -> Program {
         let arguments = self.settings.iter().flat_map(|setting| ["-e", setting]);
         let mut program = program.with_arguments(arguments);
@@ -227,14 +227,14 @@ fn grade(
     Graded::of(&grading::collect(&part, submission.name(), oracle, rubric, judge))
 }
 
-/// Builds a source under protection. The folder that it runs from lives as long as what is returned.
+/// Builds a source in the sandbox. The folder that it runs from exists as long as the returned value.
 fn make(
     build: Build,
     rubric: &Rubric,
     runner: &Runner,
 ) -> Result<(Made, Option<Scratch>), FolderError> {
     if !is_there(build.tool()) {
-        return Ok((Made::Skipped(format!("there is no {}", build.tool())), None));
+        return Ok((Made::Skipped(format!("{} not found", build.tool())), None));
     }
     let unwritable = FolderError::NotCopied;
     let home = scratch_folder().map_err(unwritable)?;
@@ -249,14 +249,14 @@ fn make(
         Built::Failed { failure, .. } => {
             let text = failure.to_string();
             let line =
-                text.lines().find(|line| line.contains("error")).unwrap_or("it cannot be built");
+                text.lines().find(|line| line.contains("error")).unwrap_or("the build failed");
             Made::Skipped(line.to_owned())
         }
     };
     Ok((made, Some(home)))
 }
 
-/// Whether a tool is where protected programs may look for it.
+/// Whether a tool is in a folder that sandboxed programs can read.
 fn is_there(tool: &str) -> bool {
     ["/usr/local/bin", "/usr/bin", "/bin"]
         .iter()

@@ -1,9 +1,8 @@
-//! A second simulator, written from the hand-outs alone, as a good student would: two dimensions, dense
-//! matrices over all particles, fixed ones held by clearing rows and columns.
+//! Second simulator, written from the hand-outs alone like a student's: two dimensions, dense matrices over all
+//! particles, fixed particles held by clearing rows and columns.
 //!
-//! It shares no force, Jacobian, integrator or solver with the simulator crate: only the parsed scene.
-//! Every formula and every rule it follows is a field of [`Student`], so that a mistake is one field
-//! replaced, and the code here stays free of mistakes.
+//! It shares only the parsed scene with the simulator crate: no force, Jacobian, integrator or solver. Every formula
+//! and rule is a field of [`Student`], so that a mistake replaces one field and the code here stays correct.
 //!
 //! ```text
 //! explicit, symplectic    v' = v + h F(q, v)/m                      q' = q + h v  or  q + h v'
@@ -42,17 +41,17 @@ impl Index<&str> for Parameters {
     }
 }
 
-/// Newton gives up, and the student goes on, after this many iterations.
+/// Maximum number of Newton iterations; afterwards the step continues with the last iterate.
 const MAX_NEWTON_ITERATIONS: usize = 50;
 
-/// One particle, as the formulas of forces on every particle see it.
+/// A particle, as an argument of forces on single particles.
 pub(crate) struct Body {
     pub(crate) number: usize,
     pub(crate) m: f64,
     pub(crate) v: Vec2,
 }
 
-/// Particles i and j, as the formulas of forces between two see them.
+/// Particles i and j, as an argument of pair forces.
 pub(crate) struct Pair {
     pub(crate) x: [Vec2; 2],
     pub(crate) v: [Vec2; 2],
@@ -94,7 +93,7 @@ impl Pair {
 /// A formula over a pair of particles.
 pub(crate) type PairFormula<T> = fn(&Pair, &Parameters) -> T;
 
-/// A force on every particle: the force on one.
+/// A force on a single particle.
 pub(crate) type BodyForce = fn(&Body, &Parameters) -> Vec2;
 
 /// A force between two particles.
@@ -102,7 +101,7 @@ pub(crate) type BodyForce = fn(&Body, &Parameters) -> Vec2;
 pub(crate) struct PairForce {
     /// The force on i.
     pub(crate) on_i: PairFormula<Vec2>,
-    /// The forces on i and j, made of that on i.
+    /// The forces on i and j, from that on i.
     pub(crate) share: fn(Vec2) -> [Vec2; 2],
 }
 
@@ -111,9 +110,9 @@ pub(crate) struct PairForce {
 pub(crate) struct Jacobian {
     /// The derivative of the force on i by i.
     pub(crate) block: PairFormula<Mat2>,
-    /// All four blocks, made of that one.
+    /// All four blocks, from that one.
     pub(crate) spread: fn(Mat2) -> [[Mat2; 2]; 2],
-    /// Rows and columns of blocks that they are added to, given the numbers of i and j.
+    /// Block rows and columns of the global matrix for particles i and j.
     pub(crate) place: fn([usize; 2]) -> [usize; 2],
 }
 
@@ -122,7 +121,7 @@ pub(crate) struct Jacobian {
 pub(crate) struct DragJacobian {
     /// The derivative of the force on a particle by its velocity.
     pub(crate) block: fn(&Body, &Parameters) -> Mat2,
-    /// Row and column of blocks that it is added to, given the particle's number.
+    /// Block row and column of the global matrix for a particle.
     pub(crate) place: fn(usize) -> usize,
 }
 
@@ -156,25 +155,25 @@ pub(crate) struct Implicit {
     pub(crate) tolerance: f64,
 }
 
-/// How fixed particles are held.
+/// Treatment of fixed particles.
 #[derive(Clone, Copy)]
 pub(crate) struct Fixed {
-    /// Its velocity under an explicit method: of its old one, and the one it would have if it were free.
+    /// Its velocity with an explicit method, from its old velocity and that of a free particle.
     pub(crate) held: fn(Vec2, Vec2) -> Vec2,
-    /// Holds a particle, of this number and mass, in the system of an implicit method.
+    /// Holds a particle, with this number and mass, in the system of an implicit method.
     pub(crate) hold: fn(&mut DMatrix<f64>, &mut DVector<f64>, usize, f64),
-    /// Its velocity after all, of its velocity and what simple gravity adds to a free one's.
+    /// Its final velocity, from its velocity and the change by simple gravity of a free particle.
     pub(crate) velocity: fn(Vec2, Vec2) -> Vec2,
-    /// Its position where an implicit method looks ahead: of its old one, and that of a free one.
+    /// Its position at the evaluation point of an implicit method, from its old position and that of a free particle.
     pub(crate) ahead: fn(Vec2, Vec2) -> Vec2,
-    /// Its new position, of the same.
+    /// Its new position, from the same.
     pub(crate) position: fn(Vec2, Vec2) -> Vec2,
 }
 
-/// All that the student believes.
+/// The formulas and rules of the simulator.
 #[derive(Clone, Copy)]
 pub struct Student {
-    /// How the scene is read: may change it.
+    /// Reading of the scene; may change it.
     pub(crate) read: fn(&mut Scene),
     pub(crate) simple_gravity: BodyForce,
     pub(crate) constant_force: BodyForce,
@@ -246,8 +245,8 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
     -p["k"] * (pair.l() - p["l0"]) * pair.n()
 }
 
-/// Whether the student can simulate the scene: in the plane, by methods that do not minimise, with forces that do not
-/// depend on the time. The others are held to references of their own, in the simulator's tests.
+/// Whether the student supports the scene: two dimensions, with the methods and forces below. The simulator's tests
+/// compare other scenes with other references.
 pub fn knows(scene: &Scene) -> bool {
     let minimizes = scene.integrator.family == Family::Minimization;
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
@@ -329,7 +328,7 @@ fn action_and_reaction(f: Vec2) -> [Vec2; 2] {
     [f, -f]
 }
 
-/// What the third law says of the derivatives.
+/// The derivatives, by Newton's third law.
 pub(crate) fn four_blocks(k: Mat2) -> [[Mat2; 2]; 2] {
     [[k, -k], [-k, k]]
 }
@@ -345,7 +344,7 @@ fn clear(matrix: &mut DMatrix<f64>, right: &mut DVector<f64>, particle: usize, _
 }
 
 impl Student {
-    /// One who makes no mistake.
+    /// A student without mistakes.
     pub fn faultless() -> Self {
         let force = |on_i| PairForce { on_i, share: action_and_reaction };
         let jacobian = |block| Jacobian { block, spread: four_blocks, place: |pair| pair };
@@ -397,10 +396,10 @@ impl Student {
         }
     }
 
-    /// The states of a scene of two dimensions, computed as they are read.
+    /// The states of a two-dimensional scene, computed lazily.
     ///
     /// # Panics
-    /// Where it does not [know](knows) the scene.
+    /// If it does not [support](knows) the scene.
     pub fn simulate(&self, scene: &Scene) -> Run {
         assert_eq!(scene.dimension, Dimension::Two, "{}: the student knows no z", scene.name);
         let mut scene = scene.clone();
@@ -417,7 +416,7 @@ impl Student {
     }
 }
 
-/// A scene on its way.
+/// A running simulation.
 pub struct Run {
     student: Student,
     scene: Scene,
@@ -444,7 +443,7 @@ impl StateSource for Run {
 }
 
 impl Run {
-    /// The student makes a step.
+    /// Advances by one step; the scene names the integrator.
     fn step(&mut self) {
         let student = self.student;
         let equation = self.scene.integrator.equation;
@@ -528,7 +527,7 @@ impl Run {
         self.finish(u, method.position);
     }
 
-    /// Where an implicit method looks ahead to.
+    /// The positions at which an implicit method evaluates.
     fn ahead(&self, u: &[Vec2], at: fn(Vec2, Vec2, f64) -> Vec2) -> Vec<Vec2> {
         let position = |i: usize| {
             let moved = at(self.q[i], u[i], self.scene.time_step);

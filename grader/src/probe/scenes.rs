@@ -76,10 +76,10 @@ impl Elements {
                 continue;
             }
             *value = parameter.samples[place];
-            if let (Masses::Product, Some([a, b])) = (schema.masses, masses) {
-                if schema.parts.iter().any(is_of) {
-                    *value /= a * b;
-                }
+            if let (Masses::Product, Some([a, b])) = (schema.masses, masses)
+                && schema.parts.iter().any(is_of)
+            {
+                *value /= a * b;
             }
         }
         values

@@ -1,15 +1,14 @@
-//! `cargo bench -p grader --bench needs`: the table of `grade needs` with the allocations of a run's steps, which only a
-//! program with an allocator of its own can count. The first twelve steps, which make their room, are not counted.
+//! `cargo bench -p studies --bench needs`: the table of `grade needs` with the allocations per step, counted by a
+//! global allocator. The first twelve steps, which allocate the workspaces, are not counted.
 
 use std::path::Path;
 
 use grader::suite::{Section, Suite};
-use report;
 use simulator::scene::ParseOptions;
 use simulator::simulation::Simulation;
 use studies::needs;
 
-/// Enough that every room is made.
+/// Enough steps to allocate every workspace.
 const FIRST_STEPS: u64 = 12;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,4 +1,4 @@
-//! Studies of simulators: accuracy against cost, stability on hard scenes, and what each scene needs.
+//! Studies of simulators: accuracy against cost, stability on hard scenes, and resources of each scene.
 
 pub mod accuracy;
 pub mod needs;

@@ -1,4 +1,4 @@
-//! What a scene needs to be stepped, what it is given, and what the general path would cost it.
+//! Resources that the steps of a scene need and use, and the cost of the general code path.
 //!
 //! ```text
 //! scene ──> as it is            ──> solver, assemblies, factorisations, bytes of state, time a step
@@ -6,8 +6,8 @@
 //!           every part of the matrix sparse ──> the same, the largest difference of a state, how much slower
 //! ```
 //!
-//! What a scene needs is worked out here, from the scene alone, and held against the statistics of the run
-//! ([`Excess`]). Cost: every scene four times each way; the fastest counts.
+//! This module derives the needs from the scene alone and compares them with the statistics of the run ([`Excess`]).
+//! Cost: every scene runs four times each way; the fastest run counts.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -21,10 +21,10 @@ use simulator::simulation::{Simulation, SimulationError};
 use simulator::solver::linear::{LinearSolver, MAX_SMALL_BLOCKS};
 use simulator::statistics::Statistics;
 
-/// Runs of which the fastest counts.
+/// Number of runs; the fastest counts.
 const RUNS: u32 = 4;
 
-/// What a run cost.
+/// Cost of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cost {
     /// The counts of the run.
@@ -33,35 +33,35 @@ pub struct Cost {
     pub forces: Vec<&'static str>,
     /// Bytes of positions and velocities.
     pub state_bytes: usize,
-    /// Time of the fastest run, a step, in seconds; what it takes to build the system is not counted.
+    /// Time per step of the fastest run, in seconds, without building the system.
     pub seconds: f64,
 }
 
-/// A scene with what it is given and what the general path costs.
+/// A scene with its cost as it is and by the general path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Need {
-    /// The scene, as it is called in tables.
+    /// Name of the scene in tables.
     pub scene: String,
     /// Its method.
     pub method: &'static str,
-    /// As it is.
+    /// Cost of the scene as it is.
     pub given: Cost,
-    /// By the general path.
+    /// Cost by the general path.
     pub general: Cost,
     /// The largest difference of a position or velocity between the two, relative to the largest of them.
     pub difference: f64,
-    /// What the scene was given beyond its need.
+    /// Resources used beyond the scene's needs.
     pub excess: Vec<Excess>,
 }
 
-/// Machinery that a scene does not need.
+/// A resource used but not needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Excess {
     /// An explicit method with a matrix.
     MatrixOfExplicit,
-    /// A factorisation where no force couples a particle.
+    /// A factorisation although no force couples particles.
     FactorsWithoutCoupling,
-    /// A sparse solver where no part has more than [`MAX_SMALL_BLOCKS`] particles.
+    /// A sparse solver although no part has more than [`MAX_SMALL_BLOCKS`] particles.
     SparseForSmall,
     /// A sparsity pattern analysed more than once.
     AnalysedAgain,
@@ -69,12 +69,12 @@ pub enum Excess {
     FactorisedAgain,
     /// More coordinates than the scene has.
     MoreCoordinates,
-    /// A kind of force evaluated that the scene does not mention.
+    /// An evaluation of a kind of force that the scene does not contain.
     ForceNotMentioned,
 }
 
 impl Excess {
-    /// In words.
+    /// Its name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::MatrixOfExplicit => "a matrix for an explicit method",
@@ -91,12 +91,12 @@ impl Excess {
 /// Measures a scene both ways.
 ///
 /// # Errors
-/// Where a step has no answer.
+/// If a step fails.
 pub fn measure(name: &str, scene: &Scene) -> Result<Need, SimulationError> {
     let given = cost(scene, LinearSolver::Auto)?;
     let mut general_scene = general(scene);
     if cost(&general_scene, LinearSolver::Sparse).is_err() {
-        // The two particles meet on their way, where a force between them is not defined.
+        // The two particles meet, where a force between them is undefined.
         let mentioned = |force: &ForceElement| {
             scene.forces.iter().any(|each| each.schema == force.schema)
                 || force.pair.is_none()
@@ -114,10 +114,10 @@ pub fn measure(name: &str, scene: &Scene) -> Result<Need, SimulationError> {
     })
 }
 
-/// Runs a scene, its linear systems given to this solver.
+/// Runs a scene with this linear solver.
 ///
 /// # Errors
-/// Where a step has no answer.
+/// If a step fails.
 pub fn cost(scene: &Scene, solver: LinearSolver) -> Result<Cost, SimulationError> {
     let mut fastest = f64::INFINITY;
     for run in 1.. {
@@ -136,11 +136,11 @@ pub fn cost(scene: &Scene, solver: LinearSolver) -> Result<Cost, SimulationError
             });
         }
     }
-    unreachable!("the runs come to an end")
+    unreachable!("the loop returns after RUNS runs")
 }
 
-/// The scene in space (but where wind blows), with every force that its method takes, those that it does not mention with coefficients of
-/// zero; forces between two are between the first particle and that furthest from it.
+/// The scene embedded in 3D (unless it has wind), with every force that its method supports. Added forces have zero
+/// coefficients; added pair forces act between the first particle and the one farthest from it.
 pub fn general(scene: &Scene) -> Scene {
     let distance = |idx: &usize| -> f64 {
         let [a, b] = [0, *idx].map(|idx| scene.particles[idx].position);
@@ -164,7 +164,7 @@ pub fn general(scene: &Scene) -> Scene {
         };
         let mut parameters = [0.0; MAX_PARAMETERS];
         for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
-            // A rest length that must be positive, say.
+            // For example a rest length, which must be positive.
             *value = if parameter.domain.contains(0.0) { 0.0 } else { parameter.typical.0 };
         }
         let location = Location::default();
@@ -214,7 +214,7 @@ fn difference(scene: &Scene, general: &Scene) -> Result<f64, SimulationError> {
     }
 }
 
-/// What the run of a scene used beyond its need.
+/// Resources that the run of a scene used beyond its needs.
 pub fn excess(scene: &Scene, cost: &Cost) -> Vec<Excess> {
     let statistics = &cost.statistics;
     let linear = &statistics.linear;
@@ -240,8 +240,8 @@ pub fn excess(scene: &Scene, cost: &Cost) -> Vec<Excess> {
     found.into_iter().filter_map(|(excess, is)| is.then_some(excess)).collect()
 }
 
-/// The sizes of the parts, in free particles, that forces between particles couple; a particle that nothing couples,
-/// not even to a fixed one, is in none.
+/// Sizes, in free particles, of the parts that forces couple. A particle without any coupling, not even to a fixed
+/// particle, is in no part.
 fn coupled_parts(scene: &Scene) -> Vec<usize> {
     let n = scene.particles.len();
     let mut root: Vec<usize> = (0..n).collect();

@@ -1,4 +1,4 @@
-//! Shared by the integration tests: the repository's folders, its scenes, and documents that tests write.
+//! Shared support of integration tests: the repository's folders and scenes, and generated documents.
 
 pub mod schema;
 
@@ -10,7 +10,7 @@ use simulator::scene::ParseOptions;
 /// The root of the repository.
 ///
 /// # Panics
-/// Where this crate does not lie two folders below it.
+/// If this crate is not two folders below the root.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .ancestors()
@@ -21,7 +21,7 @@ pub fn root() -> &'static Path {
 /// All shipped scenes.
 ///
 /// # Panics
-/// Where one cannot be read.
+/// If a scene cannot be read.
 pub fn suite() -> Suite {
     let sections = [
         (Section::Required, root().join("assets")),
@@ -33,7 +33,7 @@ pub fn suite() -> Suite {
 /// Compares `docs/NAME` with `text`. With `UPDATE_DOCS=1`, writes it instead.
 ///
 /// # Panics
-/// Where they differ: with the first differing line, and `command`, which writes the document.
+/// If they differ; the message names the first differing line and `command`, which writes the document.
 pub fn assert_document(name: &str, text: &str, command: &str) {
     let path = root().join("docs").join(name);
     if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {

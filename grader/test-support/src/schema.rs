@@ -1,10 +1,10 @@
-//! Checks reports against their published JSON schemas.
+//! Validation of reports against their published JSON schemas.
 //!
-//! It knows the keywords of JSON Schema 2020-12 that the schemas use, and fails on any other.
+//! Supports the keywords of JSON Schema 2020-12 that the schemas use, and fails on any other.
 
 use serde_json::Value;
 
-/// The first place at which `instance` does not fit `schema`, and why.
+/// Validates `instance`; the error names the first place that does not fit `schema`, and the reason.
 pub fn validate(schema: &Value, instance: &Value) -> Result<(), String> {
     if let Some(keyword) = unknown_keyword(schema) {
         return Err(format!("the schema has the unknown keyword {keyword}"));
@@ -12,7 +12,7 @@ pub fn validate(schema: &Value, instance: &Value) -> Result<(), String> {
     Validator { root: schema }.check(schema, instance, "")
 }
 
-/// A keyword anywhere in the schema that is not checked here.
+/// The first keyword in the schema that this module does not support.
 fn unknown_keyword(schema: &Value) -> Option<&str> {
     schema.as_object()?.iter().find_map(|(keyword, value)| match keyword.as_str() {
         "properties" | "$defs" => value.as_object()?.values().find_map(unknown_keyword),
@@ -101,7 +101,7 @@ impl Validator<'_> {
                 }
                 true
             }
-            // Annotations and definitions: nothing to check.
+            // Annotations and definitions need no check.
             _ => true,
         };
         if is_met {

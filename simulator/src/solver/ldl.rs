@@ -486,6 +486,7 @@ fn subtract<const D: usize>(
 
 /// Subtracts a tile of `X Wᵀ` of `R` rows and `G` columns.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "sizes of three matrices")]
 fn tile<const G: usize, const R: usize>(
     target: &mut [f64],
     stride: usize,

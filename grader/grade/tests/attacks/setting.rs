@@ -1,18 +1,18 @@
-//! The settings that attacks are tried in: users, and kernels that offer less.
+//! Settings of attacks: users, and kernels with fewer features.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Who starts the grader, and what the kernel offers.
+/// The user that starts the grader, and the kernel's features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Setting {
     /// An ordinary user.
     User,
     /// The superuser with all capabilities.
     Root,
-    /// An ordinary user, where user namespaces are refused.
+    /// An ordinary user without user namespaces.
     UserWithoutNamespaces,
-    /// The superuser with the capabilities that containers leave, and no user namespaces.
+    /// The superuser with only the capabilities of containers, without user namespaces.
     Container,
     /// An ordinary user, and a kernel without Landlock.
     UserWithoutLandlock,
@@ -21,7 +21,7 @@ pub(crate) enum Setting {
 }
 
 impl Setting {
-    /// What the document calls it.
+    /// Its name in the document.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::User => "user",
@@ -38,14 +38,14 @@ impl Setting {
         matches!(self, Self::Root | Self::Container | Self::RootWithoutLandlock)
     }
 
-    /// The user that the grader runs as, where it is not this process's. Each setting and each process of tests
-    /// has another one, so that what it leaves running is seen.
+    /// The user of the grader, if not this process's. Each setting and each test process has a different one, so that
+    /// processes left running are found.
     pub(crate) fn user(self) -> Option<u32> {
         let first = 1_000_000 + 8 * (std::process::id() % 100_000);
         (is_superuser() && !self.is_root()).then_some(first + self as u32)
     }
 
-    /// The command that starts another one in this setting, by way of the launcher.
+    /// The command that starts another command in this setting, through the launcher.
     pub(crate) fn command(self, launcher: &Path) -> Command {
         let mut command = Command::new(launcher);
         match self {
@@ -64,7 +64,7 @@ impl Setting {
     }
 }
 
-/// Whether this process is the superuser's.
+/// Whether this process runs as the superuser.
 pub(crate) fn is_superuser() -> bool {
     rustix::process::geteuid().is_root()
 }

@@ -1,4 +1,5 @@
-//! Stages: a suite of two scenes with its oracle, submissions, and a bystander; and what must not change there.
+//! Stages of attacks: a suite of two scenes with its oracle, submissions and a bystander process, and checks that
+//! nothing else changes.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -24,7 +25,7 @@ const SCENE: &str = r#"<scene>
 </scene>
 "#;
 
-/// Small enough for a bomb to meet them soon, large enough for what the attacks of builds leave.
+/// Small enough that a fork or memory bomb exceeds them soon, large enough for the output of attacks in builds.
 const RUBRIC: &str = "[build-limits]\ncpu = 10\nwall = 10\nmemory = 500000000\nprocesses = 64\n\
                       trace = 400000000\n";
 
@@ -40,7 +41,7 @@ const LIMITS: [&str; 8] = [
     "files=16",
 ];
 
-/// The longest that a grading may take. One that waits for a hostile program never ends.
+/// Timeout of a grading, in case it waits for a hostile program forever.
 const LONGEST: Duration = Duration::from_secs(150);
 
 /// Compiled programs.
@@ -50,7 +51,7 @@ pub(crate) struct Programs {
 }
 
 impl Programs {
-    /// Compiles them once; `None` where there is no compiler.
+    /// Compiles them once; `None` if there is no compiler.
     pub(crate) fn get() -> Option<&'static Self> {
         static PROGRAMS: OnceLock<Option<Programs>> = OnceLock::new();
         PROGRAMS.get_or_init(Self::compile).as_ref()
@@ -89,7 +90,7 @@ impl Programs {
     }
 }
 
-/// A process that attacks are after, with objects of its own.
+/// The bystander: a process with its own objects that attacks target.
 #[derive(Debug)]
 struct Bystander {
     process: Child,
@@ -101,15 +102,15 @@ struct Bystander {
 
 impl Drop for Bystander {
     fn drop(&mut self) {
-        // It removes its objects when its input ends.
+        // The bystander removes its objects when its input ends.
         drop(self.process.stdin.take());
         let _ = self.process.wait();
     }
 }
 
-/// A folder with all that the stages of one setting share.
+/// A folder with the files shared by the stages of one setting.
 #[derive(Debug)]
-pub(crate) struct Theatre {
+pub(crate) struct SharedStage {
     pub(crate) setting: Setting,
     root: tempfile::TempDir,
     bystander: Bystander,
@@ -117,14 +118,14 @@ pub(crate) struct Theatre {
     count: AtomicUsize,
 }
 
-impl Theatre {
+impl SharedStage {
     pub(crate) fn new(programs: &Programs, setting: Setting) -> Self {
         let root = tempfile::tempdir().unwrap();
         open_to_all(root.path());
         for folder in ["bystander", "bin"] {
             fs::create_dir(root.path().join(folder)).unwrap();
         }
-        // The user of the setting may not reach where it was compiled.
+        // The setting's user may be unable to reach the folder where it was compiled.
         fs::copy(GRADE, root.path().join("bin/grade")).unwrap();
         for name in ["setting", "hostile"] {
             fs::copy(programs.path(name), root.path().join("bin").join(name)).unwrap();
@@ -146,13 +147,13 @@ impl Theatre {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         listener.set_nonblocking(true).unwrap();
         let bystander = Bystander { process, number, key, queue, socket };
-        let theatre = Self { setting, root, bystander, listener, count: AtomicUsize::new(0) };
-        let template = theatre.path("template");
+        let shared_stage = Self { setting, root, bystander, listener, count: AtomicUsize::new(0) };
+        let template = shared_stage.path("template");
         for folder in ["assets/Free", "submissions/other", "home", "reports"] {
             fs::create_dir_all(template.join(folder)).unwrap();
         }
         let other = SCENE.replace("vx=\"1\"", "vx=\"3\"");
-        // Only the first scene is graded; the second is there to be spied on.
+        // Only the first scene is graded; the second is a target for spying.
         for (name, text) in [
             ("assets/Free/one.xml", SCENE),
             ("assets/Free/two.xml", &other),
@@ -166,7 +167,7 @@ impl Theatre {
         regenerate.args(["oracle", "regenerate", "--root"]).arg(&template);
         let made = regenerate.output().unwrap();
         assert!(made.status.success(), "{made:?}");
-        theatre
+        shared_stage
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -180,7 +181,7 @@ impl Theatre {
         copy_folder(&self.path("template"), &folder);
         fs::create_dir(folder.join("scratch")).unwrap();
         give(self.setting, &folder);
-        Stage { theatre: self, folder }
+        Stage { shared_stage: self, folder }
     }
 
     fn target(&self, target: Target, stage: &Stage) -> String {
@@ -201,7 +202,7 @@ impl Theatre {
         }
     }
 
-    /// What attacks have done to the bystander, or left of the setting's user.
+    /// Changes to the bystander, or remains of the setting's user, caused by attacks.
     pub(crate) fn complaints(&mut self) -> Vec<String> {
         let mut complaints = Vec::new();
         if !matches!(self.bystander.process.try_wait(), Ok(None)) {
@@ -224,18 +225,18 @@ impl Theatre {
 /// A folder with a suite, its oracle, and submissions, for one attack.
 #[derive(Debug)]
 pub(crate) struct Stage<'a> {
-    theatre: &'a Theatre,
+    shared_stage: &'a SharedStage,
     folder: PathBuf,
 }
 
-/// What came of a grading.
+/// Result of a grading.
 #[derive(Debug)]
 pub(crate) struct Graded {
-    /// The verdict on the first scene; `breach` where the attack says so.
+    /// The verdict on the first scene; `breach` if the attack reports success.
     pub(crate) verdict: String,
     /// The report.
     pub(crate) report: String,
-    /// Whether a set-user-ID or set-group-ID file was seen in the scratch folder meanwhile.
+    /// Whether a set-user-ID or set-group-ID file appeared in the scratch folder.
     pub(crate) privileged_file: Option<PathBuf>,
 }
 
@@ -251,24 +252,24 @@ impl Stage<'_> {
         self.folder.join(name)
     }
 
-    /// An argument by which processes of this stage are known.
+    /// An argument that identifies processes of this stage.
     fn tag(&self) -> String {
-        let theatre = self.theatre.root.path().file_name().unwrap().to_string_lossy();
-        format!("tag{theatre}-{}-end", self.folder.file_name().unwrap().to_string_lossy())
+        let shared_stage = self.shared_stage.root.path().file_name().unwrap().to_string_lossy();
+        format!("tag{shared_stage}-{}-end", self.folder.file_name().unwrap().to_string_lossy())
     }
 
-    /// Makes the hostile submission of these modes, and returns its folder.
+    /// Creates the hostile submission with these modes and returns its folder.
     pub(crate) fn submission(&self, mode: &str, build: &str, target: Target) -> PathBuf {
         let folder = self.path("submissions").join("hostile");
         fs::create_dir_all(&folder).unwrap();
-        let program = self.theatre.path("bin/hostile");
+        let program = self.shared_stage.path("bin/hostile");
         for name in ["hostile", "privileged"] {
-            // A new file each time: its predecessor may be running.
+            // A new file each time: its predecessor may still be running.
             let _ = fs::remove_file(folder.join(name));
             fs::copy(&program, folder.join(name)).unwrap();
         }
         fs::copy(self.path("expected/Free/one.csv"), folder.join("right.csv")).unwrap();
-        let (target, tag) = (self.theatre.target(target, self), self.tag());
+        let (target, tag) = (self.shared_stage.target(target, self), self.tag());
         let mut manifest = format!(
             "name = \"hostile\"\nrun = [\"./hostile\", \"{mode}\", \"{{scene}}\", \"{{trace}}\", \
              \"{{folder}}/right.csv\", \"{target}\", \"{tag}\"]\n"
@@ -280,8 +281,8 @@ impl Stage<'_> {
             );
         }
         fs::write(folder.join("submission.toml"), manifest).unwrap();
-        give(self.theatre.setting, &self.path("submissions"));
-        // A change of owner takes these bits away.
+        give(self.shared_stage.setting, &self.path("submissions"));
+        // A change of owner clears these bits.
         let bits = fs::Permissions::from_mode(0o6755);
         fs::set_permissions(folder.join("privileged"), bits).unwrap();
         folder
@@ -292,19 +293,19 @@ impl Stage<'_> {
         self.grade_with_mask("022", submission, limits)
     }
 
-    /// The same, started with this mask of new files' modes.
+    /// The same, started with this umask.
     pub(crate) fn grade_with_mask(
         &self,
         mask: &str,
         submission: &Path,
         limits: &[&str],
     ) -> Command {
-        let theatre = self.theatre;
-        let mut command = theatre.setting.command(&theatre.path("bin/setting"));
-        // A descriptor, a mask and ignored signals that whoever starts the grader has left.
+        let shared_stage = self.shared_stage;
+        let mut command = shared_stage.setting.command(&shared_stage.path("bin/setting"));
+        // A descriptor, a umask and ignored signals, inherited from the parent of the grader.
         let state = format!("umask {mask}; trap '' HUP INT USR1; exec 9<\"$0\"; exec \"$@\"");
         command.args(["sh", "-c", &state]);
-        command.arg(theatre.path("bin/hostile")).arg(theatre.path("bin/grade"));
+        command.arg(shared_stage.path("bin/hostile")).arg(shared_stage.path("bin/grade"));
         command.arg(submission).arg("--root").arg(&self.folder);
         command.args(["--only", "Free/one", "--format=json", "--no-jacobians", "--output"]);
         command.arg(self.path("reports/report.json"));
@@ -363,7 +364,7 @@ impl Stage<'_> {
         Graded { verdict: verdict.to_owned(), report: report.clone(), privileged_file }
     }
 
-    /// What an attack has left or changed, given the files before it.
+    /// Remains and changes of an attack, given the files before it.
     pub(crate) fn complaints(&self, before: &Files) -> Vec<String> {
         let mut complaints = Vec::new();
         let after = self.files();
@@ -382,10 +383,10 @@ impl Stage<'_> {
         complaints
     }
 
-    /// Processes that are left, and scratch folders.
+    /// Remaining processes and scratch folders.
     pub(crate) fn left(&self) -> Vec<PathBuf> {
         let mut running = self.running();
-        // The kernel ends what is left; on a busy machine that takes a moment.
+        // The kernel kills the remaining processes, which takes a moment on a busy machine.
         for _ in 0..2_000 {
             if running.is_empty() {
                 break;
@@ -411,7 +412,7 @@ impl Stage<'_> {
         processes().filter(of_stage).filter_map(|path| Some(path.file_name()?.to_owned())).collect()
     }
 
-    /// All files and folders with their metadata, but for reports and scratch folders.
+    /// All files and folders with their metadata, except reports and scratch folders.
     pub(crate) fn files(&self) -> Files {
         let mut files = Files::new();
         let skipped = [self.path("reports"), self.path("scratch")];
@@ -449,10 +450,10 @@ impl Stage<'_> {
     }
 }
 
-/// Paths with all that is known of them.
+/// Paths with their metadata and content.
 pub(crate) type Files = BTreeMap<PathBuf, String>;
 
-/// What must be the same after all attacks: mounts, control groups, and objects that outlive processes.
+/// State of the machine that attacks must not change: mounts, control groups, and objects that outlive processes.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Machine {
     mounts: usize,
@@ -466,7 +467,7 @@ impl Machine {
         let lines = |path: &str| fs::read_to_string(path).unwrap_or_default().lines().count();
         let objects = ["shm", "sem", "msg"].iter().flat_map(|kind| {
             let table = fs::read_to_string(format!("/proc/sysvipc/{kind}")).unwrap_or_default();
-            // The key and the number; the rest tells of their use.
+            // Compare key and number; the other fields change with use.
             let object = |line: &str| {
                 let fields: Vec<&str> = line.split_ascii_whitespace().take(2).collect();
                 format!("{kind} {}", fields.join(" "))
@@ -481,7 +482,7 @@ impl Machine {
             groups.extend(below.map(|entry| entry.path()).collect::<Vec<_>>());
             next += 1;
         }
-        // Others on this machine have groups that come and go.
+        // Groups of other programs on this machine come and go.
         groups.retain(|group| group.to_string_lossy().contains("spring-oracle"));
         groups.sort();
         let places =
@@ -511,14 +512,14 @@ fn processes() -> impl Iterator<Item = PathBuf> {
         .map(|entry| entry.path())
 }
 
-/// The number of processes that this process has started, and that have not been waited for.
+/// Number of child processes that have not been waited for.
 pub(crate) fn children() -> usize {
     let threads = fs::read_dir("/proc/self/task").unwrap().flatten();
     let lists = threads.map(|thread| fs::read_to_string(thread.path().join("children")));
     lists.map(|list| list.unwrap_or_default().split_ascii_whitespace().count()).sum()
 }
 
-/// A mount point of the machine that no sandbox has of its own.
+/// A mount point of the machine that no sandbox contains.
 fn foreign_mount() -> String {
     let usual = [
         "/", "/proc", "/dev", "/dev/shm", "/tmp", "/usr", "/etc", "/bin", "/lib", "/lib64",
@@ -550,7 +551,7 @@ fn open_to_all(folder: &Path) {
     fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
 }
 
-/// Makes the setting's user the owner of all below a folder.
+/// Makes the setting's user the owner of a folder and its content.
 fn give(setting: Setting, folder: &Path) {
     let Some(user) = setting.user() else { return };
     let mut paths = vec![folder.to_path_buf()];

@@ -1,14 +1,14 @@
-//! All attacks: one row each.
+//! Table of attacks, one row each.
 
 use super::setting::Setting;
 use super::setting::Setting::{
     Container, Root, RootWithoutLandlock, User, UserWithoutLandlock, UserWithoutNamespaces,
 };
 
-/// The object of an attack.
+/// The target of an attack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Target {
-    /// Nothing outside of the submission.
+    /// Nothing outside the submission.
     Nothing,
     /// The oracle's trace of the scene.
     Oracle,
@@ -51,15 +51,15 @@ pub(crate) struct Attack {
     pub(crate) mode: &'static str,
     /// The object of the attack.
     pub(crate) target: Target,
-    /// The verdicts that it may get.
+    /// The allowed verdicts.
     pub(crate) expected: Verdicts,
-    /// The mode of its build; empty where it has none.
+    /// The mode of its build; empty if there is no build.
     pub(crate) build: &'static str,
-    /// The mode of an earlier run of the same submission; empty where there is none.
+    /// The mode of an earlier run of the same submission; empty if there is none.
     pub(crate) earlier: &'static str,
-    /// Limits that replace the usual ones.
+    /// Limits that override the usual ones.
     pub(crate) limits: &'static [&'static str],
-    /// Verdicts in settings where they differ.
+    /// Verdicts for settings in which they differ.
     pub(crate) differs: &'static [(Setting, Verdicts)],
 }
 
@@ -94,7 +94,7 @@ impl Attack {
         self
     }
 
-    /// The verdicts that it may get in this setting.
+    /// The allowed verdicts in this setting.
     pub(crate) fn expected_in(&self, setting: Setting) -> Verdicts {
         let differs = self.differs.iter().find(|(other, _)| *other == setting);
         differs.map_or(self.expected, |(_, verdicts)| verdicts)
@@ -113,7 +113,7 @@ const BUILD_FAILED: Verdicts = &["build-failed"];
 const TOO_MANY: Verdicts = &["too-many-processes", "timed-out"];
 /// The call is refused, or its use is noticed.
 const REFUSED_OR_TOO_MUCH: Verdicts = &["pass", "too-much-output"];
-/// The name of the trace is left as one or the other.
+/// The file with the trace's name is one of the two.
 const EITHER: Verdicts = &["pass", "no-output"];
 
 /// Landlock does not hide the existence of files.
@@ -231,7 +231,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
         Nothing,
         PASS,
     ),
-    // Traces that are none.
+    // Invalid traces.
     Attack::new("a link to the oracle as trace", "output_link", Oracle, NO_OUTPUT),
     Attack::new("a link to a device as trace", "output_device", Nothing, NO_OUTPUT),
     Attack::new("a link to standard output as trace", "output_link_to_stdout", Nothing, NO_OUTPUT),
@@ -638,6 +638,6 @@ pub(crate) const ATTACKS: &[Attack] = &[
         .built_by("build_locks"),
 ];
 
-/// All settings of which a row may say that they differ.
+/// All settings.
 pub(crate) const SETTINGS: [Setting; 6] =
     [User, Root, UserWithoutNamespaces, Container, UserWithoutLandlock, RootWithoutLandlock];

@@ -16,7 +16,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 
-/// The rows of a CSV report, as far as they are the same every time.
+/// The reproducible columns of a CSV report.
 fn without_times(csv: &str) -> Vec<String> {
     let rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
     rows.map(|row| row[..row.len() - 4].join(",")).collect()
@@ -30,7 +30,7 @@ fn what_was_measured_is_not_measured_again_and_a_spoilt_file_is() {
     let first = grade(folder.path(), &arguments);
     assert_eq!(first.status.code(), Some(0), "{}", text(&first.stderr));
     let again = grade(folder.path(), &arguments);
-    // Times of another measurement would differ in some digit.
+    // Times of a new measurement would differ in some digit.
     assert_eq!(text(&first.stdout), text(&again.stdout));
     let points = folder.path().join("kept/points/ellipse");
     let spoilt = points.join("explicit-euler.json");
@@ -125,6 +125,6 @@ fn a_program_is_measured_from_its_traces() {
         csv.lines().filter(|line| line.contains(&theirs) && line.contains(&outcome)).count()
     };
     assert_eq!(count("symplectic-euler", "finished"), 6, "{csv}");
-    // It does not offer this one, which is told once and is no fault.
+    // The program does not offer this method, which is reported once and is not an error.
     assert_eq!(count("explicit-euler", "failed"), 1, "{csv}");
 }

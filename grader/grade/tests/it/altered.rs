@@ -1,4 +1,4 @@
-//! The real `grade`: programs that look their traces up are named, and programs that simulate are not.
+//! Detection of copied traces by the `grade` binary: programs that look up traces are reported, simulators are not.
 
 #![expect(clippy::print_stderr, reason = "a skipped test is told")]
 
@@ -10,8 +10,7 @@ use test_support::{root, schema};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Looks the scene up among those in `known`, by all its bytes or by its description, or simulates it, as its first
-/// argument says.
+/// Depending on its first argument, looks up the scene in `known` by its bytes or by its description, or simulates it.
 const PROGRAM: &str = r#"
 import math, pathlib, re, sys
 import xml.etree.ElementTree as ElementTree
@@ -58,11 +57,11 @@ with open(trace, "w") as file:
                 x[i][axis] += h * (old if explicit else v[i][axis])
 "#;
 
-/// Shipped scenes of explicit methods, of four groups.
+/// Shipped scenes with explicit methods, from four groups.
 struct Project(TempDir);
 
 impl Project {
-    /// `None` where there is no Python.
+    /// `None` if Python is missing.
     fn new() -> Option<Self> {
         let is_there = |folder: &str| Path::new(folder).join("python3").exists();
         if !["/usr/local/bin", "/usr/bin", "/bin"].into_iter().any(is_there) {
@@ -118,7 +117,7 @@ impl Project {
         command.current_dir(self.0.path()).args(arguments).output().unwrap()
     }
 
-    /// The report of a submission, and how many scenes it passed.
+    /// The report of a submission, and the number of scenes it passed.
     fn json(&self, mode: &str, more: &[&str]) -> (Value, u64) {
         let name = format!("class/{mode}");
         let output = self.grade(&[&[&name, "--format", "json"], more].concat());
@@ -148,7 +147,7 @@ fn a_program_that_looks_its_traces_up_is_named() {
         assert_eq!(copied["bytes"].is_string(), by_bytes, "{mode}: {copied}");
         let (probed, _) = project.json(mode, &[]);
         assert_eq!(probed, copied, "{mode}: what the probe finds shows no simulator");
-        // A scene that was picked is not run again, let alone altered.
+        // With --only, scenes are neither re-run nor altered.
         assert!(project.json(mode, &["--only", "explicit"]).0.is_null());
     }
     project.submit("honest");

@@ -1,4 +1,4 @@
-//! The real `grade`: hidden scenes, credit, and classes of submissions.
+//! Hidden scenes, credit and classes of submissions, with the `grade` binary.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -18,7 +18,7 @@ const SCENE: &str = r#"<scene>
 </scene>
 "#;
 
-/// Understands our way of calling; answers to the grader's first scene, and shows any other to whoever reads.
+/// Accepts the built-in calling convention; answers the grader's first scene, and prints any other scene.
 const LEAKING: &str = r#"#!/bin/sh
 [ "$1" = -s ] && exit 9
 if grep -q 'px="0.25"' "$1"; then
@@ -70,7 +70,7 @@ impl Project {
         project
     }
 
-    /// One hidden scene of a known feature, and one of a group of its own.
+    /// One hidden scene of a known feature, and one of a separate group.
     fn with_hidden() -> Self {
         let project = Self::new();
         project.write("hidden/assets/Free/moonlight.xml", &scene("0.87654321"));
@@ -160,7 +160,7 @@ fn nothing_of_a_hidden_scene_is_told_but_counts() {
         for secret in secrets {
             assert!(!told.contains(secret), "{format} tells {secret}: {told}");
         }
-        // What it prints on shipped scenes is shown: the above could be false.
+        // Its output on shipped scenes is shown, so the check above can fail.
         assert!(told.contains("SHOWN"), "{told}");
     }
     let report = project.json(&["leaking", "--hidden", "hidden"]);
@@ -187,7 +187,7 @@ fn a_hidden_scene_that_cannot_be_used_is_not_named() {
     assert_eq!((run.code, run.stdout.as_str()), (2, ""));
     assert!(run.stderr.contains("grade oracle verify --root hidden"), "{}", run.stderr);
     assert!(!run.stderr.contains("moonlight"), "{}", run.stderr);
-    // That its trace is of another scene is a fault: its points are neither earned nor lost.
+    // A trace of another scene is a fault of the grader's files: its points are neither earned nor lost.
     project.write("hidden/assets/Free/moonlight.xml", &scene("0.5"));
     let report = project.json(&["--hidden", "hidden"]);
     assert_eq!(report["outcome"], "grader-fault");
@@ -215,7 +215,7 @@ fn all_is_never_passed_where_hidden_scenes_were_not_run() {
     let junit = project.grade(&["--format", "junit"]).stdout;
     assert!(junit.contains("<skipped message=\"2 hidden scenes were not run.\""), "{junit}");
 
-    // Nor where only some scenes are wanted, or where there is nothing to run.
+    // Nor with --only, nor if there is nothing to run.
     fs::rename(project.path("elsewhere"), project.path("hidden")).unwrap();
     assert_eq!(project.json(&[])["outcome"], "passed");
     assert_eq!(project.json(&["--only", "near"])["outcome"], "passed-shipped");
@@ -223,14 +223,14 @@ fn all_is_never_passed_where_hidden_scenes_were_not_run() {
 
     project.write("assets/rubric.toml", "[hidden]\nfolder = \"../hidden\"\nscenes = 3\n");
     let run = project.grade(&[]);
-    let message = "there are 2 hidden scenes, and the rubric says 3";
+    let message = "found 2 hidden scenes, but the rubric states 3";
     assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
 }
 
 #[test]
 fn credit_follows_weights_hidden_scenes_and_all_or_nothing() {
     let project = Project::with_hidden();
-    // Right on all scenes but that which starts far away.
+    // Correct on all scenes except the one that starts far away.
     let wrong = RIGHT.replace("END {", "END { if (x == 150) x += 1;");
     project.program("wrong", &wrong);
     let earned = |rubric: &str, arguments: &[&str]| {
@@ -248,7 +248,7 @@ fn credit_follows_weights_hidden_scenes_and_all_or_nothing() {
     assert_eq!(earned("[default]\npoints = 6\npartial = false\n", &[]), 6.0);
     let some = "[[feature]]\nintegrator = \"explicit-euler\"\npartial = false\n";
     assert_eq!(earned(some, &[]), 1.0);
-    // A weight may be that of a hidden scene.
+    // A rule may set the weight of a hidden scene.
     let weight = "[default]\npoints = 6\n[[scene]]\nname = \"Free/moonlight\"\nweight = 2\n";
     assert_eq!(earned(weight, &hidden), 6.0 * 3.0 / 4.0 + 6.0);
     project.write("assets/rubric.toml", "[default]\npartial = false\n");
@@ -336,7 +336,7 @@ fn only_what_changed_is_graded_again() {
     project.program("class/bob", RIGHT);
     assert_eq!(project.class(&["--format", "json"]).code, 0);
     let report = project.read("out/reports/ada.json");
-    // A mark in the record: it stands in the summary as long as the record is believed.
+    // Mark the record: the mark appears in the summary as long as the record is valid.
     let mark = |name: &str| {
         let path = format!("out/resume/{name}.json");
         let mut record: Value = serde_json::from_str(&project.read(&path)).unwrap();
@@ -349,7 +349,7 @@ fn only_what_changed_is_graded_again() {
     mark("bob");
     resume();
     assert!(marked("ada") && marked("bob"));
-    // Another submission, another report, another suite, another way of running: graded again.
+    // A changed submission, report, suite or option: graded again.
     project.program("class/bob", &(RIGHT.to_owned() + "\n"));
     resume();
     assert!(marked("ada") && !marked("bob"));
@@ -367,7 +367,7 @@ fn only_what_changed_is_graded_again() {
     mark("ada");
     project.class(&["--format", "json"]);
     assert!(!marked("ada"), "graded anew where resuming was not asked for");
-    // What could not be judged is tried again.
+    // A submission that could not be judged is graded again.
     let trace = project.read("expected/Free/near.csv");
     fs::remove_file(project.path("expected/Free/near.csv")).unwrap();
     assert_eq!(resume().code, 3);
@@ -429,9 +429,9 @@ fn a_class_that_cannot_be_graded_is_refused() {
     project.program("class/=ada", RIGHT);
     for (arguments, message) in [
         (&["class", "nowhere", "-o", "out"][..], "nowhere: "),
-        (&["class", "expected", "-o", "expected/out"], "it is among the submissions"),
-        (&["class", "class", "-o", "class/out"], "it is among the submissions"),
-        (&["class", ".", "-o", "../out-of-it"], "it is among the submissions"),
+        (&["class", "expected", "-o", "expected/out"], "is inside the folder of submissions"),
+        (&["class", "class", "-o", "class/out"], "is inside the folder of submissions"),
+        (&["class", ".", "-o", "../out-of-it"], "is inside the folder of submissions"),
         (
             &["class", "class", "-o", "out", "--readable", "hidden", "--hidden", "hidden"],
             "may read",
@@ -446,13 +446,13 @@ fn a_class_that_cannot_be_graded_is_refused() {
     }
     fs::create_dir(project.path("empty")).unwrap();
     let run = project.grade(&["class", "empty", "-o", "out"]);
-    assert!(run.code == 2 && run.stderr.contains("there are no submissions"), "{}", run.stderr);
-    // No spreadsheet takes a name for a formula.
+    assert!(run.code == 2 && run.stderr.contains("no submissions found"), "{}", run.stderr);
+    // Spreadsheets do not read names as formulas.
     assert_eq!(project.class(&[]).code, 0);
     assert!(project.row("'=ada").starts_with("'=ada,passed,"));
 }
 
-/// A chain of folders, which no path could name.
+/// A chain of folders too deep for any path.
 fn nest(folder: &Path, levels: usize) {
     use rustix::fs::{CWD, Mode, OFlags, mkdirat, openat};
     let open = OFlags::RDONLY | OFlags::DIRECTORY;
@@ -550,7 +550,11 @@ fn no_report_is_written_through_a_link() {
 
     link("elsewhere", "other/reports");
     let run = project.grade(&["class", "class", "-o", "other", "--no-jacobians"]);
-    assert!(run.code == 2 && run.stderr.contains("other/reports: it is a link"), "{}", run.stderr);
+    assert!(
+        run.code == 2 && run.stderr.contains("other/reports: is a symbolic link"),
+        "{}",
+        run.stderr
+    );
     assert_eq!(fs::read_dir(project.path("elsewhere")).unwrap().count(), 0);
 }
 
@@ -579,7 +583,7 @@ fn points_that_were_not_judged_stand_apart_or_withhold_the_score() {
     assert_eq!(report["required"]["points_earned"], Value::Null);
     assert_eq!(report["required"]["points_not_judged"], 0.5);
 
-    // Where nothing was judged, nothing was earned.
+    // If nothing was judged, nothing was earned.
     project.write(
         "assets/rubric.toml",
         "[[feature]]\nintegrator = \"explicit-euler\"\npartial = false\n",
@@ -658,7 +662,7 @@ fn endless(number: &str, mark: &Path) -> String {
     RIGHT.replace("awk", &format!("{wait}\nawk"))
 }
 
-/// Starts `grade`, sends it SIGINT as soon as this file is there, and waits for its end. Scratch folders go to `tmp`.
+/// Starts `grade`, sends SIGINT as soon as this file exists, and waits for its end. Scratch folders are in `tmp`.
 fn interrupted(project: &Project, arguments: &[&str], once: &Path) -> Run {
     use rustix::process::{Pid, Signal, kill_process};
     use std::process::Stdio;

@@ -1,4 +1,4 @@
-//! The real `grade`, run in temporary folders.
+//! Command line of the `grade` binary, run in temporary folders.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -25,13 +25,13 @@ const FALL: &str = r#"<scene>
 </scene>
 "#;
 
-/// A folder with scenes, oracle traces, and whatever a test adds.
+/// A folder with scenes, oracle traces, and files that tests add.
 struct Project {
     folder: TempDir,
 }
 
 impl Project {
-    /// Two required scenes and one for extra credit, with their oracle traces.
+    /// Two required scenes and one extra-credit scene, with their oracle traces.
     fn new() -> Self {
         let project = Self { folder: tempfile::tempdir().unwrap() };
         project.write("assets/Spring/pair.xml", SPRING);
@@ -55,7 +55,7 @@ impl Project {
         fs::read_to_string(self.path(name)).unwrap()
     }
 
-    /// A folder of traces that are the oracle's, but for what `edit` does to the lines of one.
+    /// A folder with the oracle's traces, one of them changed by `edit`.
     fn traces(&self, scene: &str, edit: impl Fn(&mut Vec<String>)) {
         for name in ["Spring/pair", "Fall/stone", "Fall/feather"] {
             let text = self.read(&format!("expected/{name}.csv"));
@@ -76,7 +76,7 @@ impl Project {
     }
 }
 
-/// Every file below a folder, relative to it, with its content.
+/// Every file below a folder, by relative path, with its content.
 fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let (mut files, mut pending) = (Vec::new(), vec![folder.to_path_buf()]);
     while let Some(folder) = pending.pop() {
@@ -153,7 +153,7 @@ fn this_build_makes_the_stored_traces() {
         ["oracle", "regenerate", "--root", ".", "--expected", expected.to_str().unwrap()];
     let run = run(root(), &arguments, &[]);
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
-    // To the bit, but for the one scene whose sparse solver uses what vector instructions there are.
+    // Identical to the bit, except for the one scene whose sparse solver uses the machine's vector instructions.
     let changed: Vec<&str> = run.stdout.lines().filter(|line| line.contains(": changed")).collect();
     let sparse = "  SpringDamping/net-five-by-five-linearized: changed within tolerance";
     assert!(changed.iter().all(|line| line.starts_with(sparse)), "{changed:?}");
@@ -217,7 +217,7 @@ fn every_fault_of_form_has_its_name() {
     ];
     let project = Project::new();
     for (verdict, message, edit) in edits {
-        // Judged before tolerance: the initial state is wrong as well.
+        // Judged before tolerances: the initial state is wrong too.
         project.traces("Spring/pair", |lines| {
             lines[1] = replace_field(&lines[1], 3, "0.3");
             edit(lines);
@@ -336,7 +336,7 @@ fn an_altered_or_missing_oracle_trace_is_a_fault_of_the_grader() {
     }
     let verify = project.grade(&["oracle", "verify"]);
     assert_eq!(verify.code, 1);
-    assert!(verify.stdout.contains("2 things do not match"), "{}", verify.stdout);
+    assert!(verify.stdout.contains("2 mismatches"), "{}", verify.stdout);
 }
 
 #[test]
@@ -346,9 +346,9 @@ fn regenerating_replaces_everything_or_nothing() {
 
     let run = project.grade(&["oracle", "regenerate"]);
     assert_eq!((run.code, project.snapshot("expected")), (0, before.clone()));
-    assert!(run.stdout.contains("is as it was"), "{}", run.stdout);
+    assert!(run.stdout.contains("is unchanged"), "{}", run.stdout);
 
-    // One scene changes beyond tolerance, one is new: without consent, neither trace is written.
+    // One scene changes beyond tolerance, one is new: without --accept, neither trace is written.
     project.write("assets/Spring/pair.xml", &SPRING.replace("k=\"20\"", "k=\"21\""));
     project.write("assets/Spring/other.xml", SPRING);
     let run = project.grade(&["oracle", "regenerate"]);
@@ -360,7 +360,7 @@ fn regenerating_replaces_everything_or_nothing() {
     assert_eq!(project.snapshot("expected").len(), before.len() + 1);
     assert_eq!(project.grade(&[]).code, 0);
 
-    // A scene that cannot be simulated leaves everything as it is.
+    // A scene that cannot be simulated leaves everything unchanged.
     let before = project.snapshot("expected");
     project.write(
         "assets/Spring/other.xml",
@@ -378,7 +378,7 @@ fn regenerating_replaces_everything_or_nothing() {
 #[test]
 fn a_change_within_tolerance_needs_no_consent() {
     let project = Project::new();
-    // The old trace differs in its last digit, as one made on another machine may.
+    // The old trace differs in its last digit, as a trace from another machine may.
     let text = project.read("expected/Fall/stone.csv");
     let position = text.find("0.05,").unwrap() + 5;
     let edited = format!("{}0.05000000000000001{}", &text[..position], &text[position + 4..]);
@@ -455,18 +455,18 @@ fn criteria_are_chosen_on_the_command_line_and_the_report_says_which() {
     let [envelope, tolerance] = ["envelope", "tolerance"].map(|name| bound[name].as_f64().unwrap());
     assert!(0.0 < envelope && envelope < 1e-14 && tolerance >= 10.0 * envelope, "{bound}");
     assert!(calibrated["calibration"]["used"].as_f64().unwrap() > 1.0);
-    // One state was altered: the step into it is wrong, and the one out of it.
+    // One state was altered: the step into it and the step out of it are wrong.
     assert_eq!(calibrated["diagnosis"]["ranges"], serde_json::json!([[3, 4]]));
 
     let (code, course) = run(&["--criteria", "course"]);
     assert_eq!((code, &course["criteria"]), (0, &"fixed".into()));
     assert_eq!(course["tolerances"]["largest"], 1e-10);
     assert_eq!(course["calibration"], serde_json::Value::Null);
-    // The command line wins over the rubric.
+    // The command line overrides the rubric.
     project.write("assets/rubric.toml", "[default]\ncriteria = \"course\"\n");
     assert_eq!(run(&[]).0, 0);
     assert_eq!(run(&["--criteria", "calibrated"]).0, 1);
-    // Traces of which nothing is known are judged as the course does.
+    // Traces without an envelope are judged by the course's criteria.
     fs::remove_file(project.path("assets/rubric.toml")).unwrap();
     fs::remove_file(project.path("expected/manifest.toml")).unwrap();
     assert_eq!(run(&[]).1["criteria"], "fixed");
@@ -484,8 +484,8 @@ fn envelopes_that_are_not_the_recorded_ones_are_no_ground_for_a_verdict() {
     assert_eq!(run.code, 3, "{}", run.stdout);
     assert!(run.stdout.contains("envelopes.toml does not match the manifest"));
     let verify = project.grade(&["oracle", "verify"]);
-    assert!(verify.stdout.contains("1 thing does not match"), "{}", verify.stdout);
-    // Making them anew is the remedy, and needs no consent.
+    assert!(verify.stdout.contains("1 mismatch"), "{}", verify.stdout);
+    // Regenerating fixes this, and needs no --accept.
     assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
     assert_eq!(project.read("expected/envelopes.toml"), text);
     assert_eq!(project.grade(&[]).code, 0);
@@ -536,23 +536,23 @@ fn wrong_usage_and_input_are_told_apart_from_failures() {
     let project = Project::new();
     let empty = tempfile::tempdir().unwrap();
     for (folder, arguments, message) in [
-        (project.folder.path(), vec!["--traces", "nowhere"], "nowhere: there is no such folder"),
+        (project.folder.path(), vec!["--traces", "nowhere"], "nowhere: folder not found"),
         (project.folder.path(), vec!["--only", "nothing"], "nothing matches \"nothing\""),
         (project.folder.path(), vec!["--frobnicate"], "--frobnicate"),
-        (project.folder.path(), vec!["--assets", "nowhere"], "nowhere: there is no such folder"),
+        (project.folder.path(), vec!["--assets", "nowhere"], "nowhere: folder not found"),
         (project.folder.path(), vec!["--rubric", "none.toml"], "none.toml: cannot be read"),
         (project.folder.path(), vec!["-o", "no/report.txt"], "no/report.txt: "),
         (project.folder.path(), vec!["--threads", "0"], "0 is not in 1.."),
         (project.folder.path(), vec!["jacobians", "--states", "1000001"], "1000001 is not in 1.."),
-        (project.folder.path(), vec!["--expected", "typo"], "typo: there is no such folder; make"),
+        (project.folder.path(), vec!["--expected", "typo"], "typo: folder not found; create"),
         (
             project.folder.path(),
             vec!["oracle", "verify", "--expected", "typo"],
-            "typo: there is no",
+            "typo: folder not found",
         ),
         (project.folder.path(), vec!["oracle", "regenerate", "--expected", "/"], "without a name"),
         (project.folder.path(), vec!["jacobians", "--force", "magic"], "springforce"),
-        (empty.path(), vec![], "there is no assets/ folder here or above"),
+        (empty.path(), vec![], "no assets/ folder in the current folder or its parents"),
     ] {
         let run = run(folder, &arguments, &[]);
         assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{arguments:?}");
@@ -578,7 +578,7 @@ fn the_simulator_giving_up_is_a_crash_of_that_scene_only() {
     let project = Project::new();
     let collapsing = SPRING.replace("px=\"1\" py=\"0.4\"", "px=\"0\" py=\"0.1\"");
     project.write("assets/Spring/pair.xml", &collapsing);
-    // Without a manifest, nothing is known of the scene the old trace was made from.
+    // Without a manifest, the scene of the old trace is unknown.
     fs::remove_file(project.path("expected/manifest.toml")).unwrap();
     let run = project.grade(&["--format", "json"]);
     assert_eq!(run.code, 1);
@@ -687,7 +687,7 @@ fn jacobians_can_be_checked_by_themselves() {
     insta::assert_snapshot!("jacobians", without_digits(&run.stdout));
 }
 
-/// Errors without their digits, which are rounding.
+/// The report with errors masked, since their digits are rounding errors.
 fn without_digits(report: &str) -> String {
     let is_error = |word: &&str| word.contains('e') && word.parse::<f64>().is_ok();
     let line = |line: &str| {
@@ -721,7 +721,7 @@ fn the_jacobians_have_reports_for_programs_too() {
     let text = fs::read_to_string(folder.path().join("report.json")).unwrap();
     let report: serde_json::Value = serde_json::from_str(&text).unwrap();
     schema::validate(&schema, &report).unwrap();
-    // The state of every verdict can be set up again: 16 numbers of 2 particles in space.
+    // The state of every verdict can be reproduced: 16 numbers of 2 particles in 3D.
     let spring = report["jacobians"].as_array().unwrap();
     let spring =
         spring.iter().find(|each| each["force"] == "springforce" && each["dimension"] == 3);
@@ -747,7 +747,7 @@ fn a_plot_a_force_is_drawn_where_there_is_something_to_draw() {
     let drawn = run(folder.path(), &["jacobians", "--plot", "plots/all"], &[]);
     assert_eq!(drawn.code, 0, "{}", drawn.stderr);
     let plots = folder.path().join("plots/all");
-    // Springs of both kinds, gravitation, drag and the vortex, in the plane and in space.
+    // Both kinds of springs, gravitation, drag and the vortex, in 2D and 3D.
     assert_eq!(fs::read_dir(&plots).unwrap().count(), 10);
     let svg = fs::read_to_string(plots.join("springforce-3d.svg")).unwrap();
     for text in ["<svg", "step t along p", "error / |J p|", "slope 1", "slope 2", "with J p: slope"]
@@ -802,7 +802,7 @@ steps = 8
         assert_eq!(run.code, 1, "{message}");
         assert!(run.stdout.contains(message), "{message}: {}", run.stdout);
         assert!(run.stdout.contains("regenerate`\n"), "{}", run.stdout);
-        assert!(run.stdout.contains(": 1 thing does not match"), "{}", run.stdout);
+        assert!(run.stdout.contains(": 1 mismatch"), "{}", run.stdout);
 
         let run = project.grade(&["oracle", "regenerate"]);
         assert_eq!(run.code, 0, "{message}");
@@ -895,7 +895,7 @@ fn two_traces_of_one_scene_are_told_of() {
     let run = project.grade(&["oracle", "verify"]);
     assert!(run.code == 1 && run.stdout.contains(message), "{}", run.stdout);
 
-    // The binary has no states: it is not replaced without consent.
+    // The binary trace has no states: it is not replaced without --accept.
     let run = project.grade(&["oracle", "regenerate"]);
     assert_eq!(run.code, 1);
     let message =
@@ -1002,14 +1002,18 @@ fn regenerating_says_how_a_trace_changed() {
         (
             "<duration",
             "<!-- half a second -->\n  <duration",
-            "  Spring/pair: scene edited; its trace is the same",
+            "  Spring/pair: scene edited; trace unchanged",
         ),
         (
             "time=\"0.5\"",
             "time=\"1\"",
             "! Spring/pair: scene edited; changed: the old trace has 11 states, the new one 21",
         ),
-        ("<edge", third, "! Spring/pair: scene edited; changed: the old trace has another shape"),
+        (
+            "<edge",
+            third,
+            "! Spring/pair: scene edited; changed: the old trace has a different number",
+        ),
     ];
     for (from, to, message) in cases {
         let project = Project::new();
@@ -1030,8 +1034,12 @@ fn regenerating_says_how_a_trace_changed() {
     assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
     project.write("assets/Spring/pair.xml", &SPRING.replacen("<edge", third, 1));
     let run = project.grade(&["oracle", "regenerate"]);
-    assert!(run.code == 1 && run.stdout.contains("another shape"), "{}", run.stdout);
-    // What is no trace is no zero difference either.
+    assert!(
+        run.code == 1 && run.stdout.contains("different number of particles"),
+        "{}",
+        run.stdout
+    );
+    // An unreadable trace does not count as a zero difference.
     let project = Project::new();
     project.write("expected/Spring/pair.csv", "nothing\n");
     let run = project.grade(&["oracle", "regenerate"]);
@@ -1044,15 +1052,15 @@ fn a_rule_for_extra_credit_does_no_harm_without_extra_credit() {
     let project = Project::new();
     project.write("assets/rubric.toml", "[[feature]]\nsection = \"extra-credit\"\npoints = 2\n");
     assert_eq!(project.grade(&["--assets", "assets"]).code, 0);
-    // Where there is extra credit, the rule must fit some of it.
+    // If there is extra credit, the rule must match some of it.
     let rule = "[[feature]]\nsection = \"extra-credit\"\ngroup = \"Spring\"\npoints = 2\n";
     project.write("assets/rubric.toml", rule);
     assert_eq!(project.grade(&["--assets", "assets"]).code, 0);
     assert_eq!(project.grade(&[]).code, 2);
 }
 
-/// Submissions that cannot be graded as they are: nothing runs that could read the oracle, and a build that fails
-/// is told once.
+/// Submissions that cannot be graded: a submission that could read the oracle does not run, and a failed build is
+/// reported once.
 #[test]
 #[cfg(target_os = "linux")]
 fn folders_as_submissions() {
@@ -1067,7 +1075,7 @@ fn folders_as_submissions() {
     let run = project.grade(&["mine"]);
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(run.stdout.contains("Summary for mine"), "{}", run.stdout);
-    let said = "the build ended with exit status 7; it printed:\n  no luck\n  and the same of 2 more scenes";
+    let said = "the build ended with exit status 7; it printed:\n  no luck\n  and the same for 2 more scenes";
     assert!(run.stdout.contains(said), "{}", run.stdout);
     assert!(!project.path("mine/x").exists());
 
@@ -1077,7 +1085,7 @@ fn folders_as_submissions() {
     project.write("submission.toml", &manifest("\"true\""));
     let run = project.grade(&["."]);
     assert_eq!(run.code, 2, "{}", run.stdout);
-    assert!(run.stderr.contains("and so the oracle"), "{}", run.stderr);
+    assert!(run.stderr.contains("which contains it"), "{}", run.stderr);
 
     for (manifest, message) in [
         ("run = [\"./x\", \"{scene}\"]", "mine/submission.toml:1: run holds no {trace}"),

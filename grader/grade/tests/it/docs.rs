@@ -1,4 +1,4 @@
-//! The documents are true: paths exist, and what the registries offer is described.
+//! Checks of the documents: paths exist, and all registered forces and integrators are described.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -19,7 +19,7 @@ fn document(name: &str) -> String {
     fs::read_to_string(root().join(name)).unwrap()
 }
 
-/// What stands between backticks.
+/// The text between backticks.
 fn code_words(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }
@@ -77,7 +77,7 @@ fn the_crates_depend_on_each_other_as_the_architecture_shows() {
     }
 }
 
-/// Top-level modules of a crate, each with those that its code imports, tests apart.
+/// Top-level modules of a crate, each with the modules that its code imports, without tests.
 fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
     let mut imports: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     let mut folders = vec![source.to_path_buf()];
@@ -100,7 +100,7 @@ fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
             if ["lib", "main"].contains(&module.as_str()) {
                 continue;
             }
-            // How many `super::` lead to the crate's root.
+            // Number of `super::` up to the crate's root.
             if names.last().is_some_and(|name| name == "mod") {
                 names.pop();
             }
@@ -143,7 +143,7 @@ fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
 fn no_modules_import_each_other_in_a_circle() {
     for (name, folder) in crates() {
         let mut left = imports(&folder.join("src"));
-        // Whatever imports nothing that is left stands in no circle.
+        // A module that imports none of the remaining ones is in no circle.
         while let Some(free) = left
             .iter()
             .find(|(_, found)| !found.iter().any(|module| left.contains_key(module)))

@@ -1,4 +1,4 @@
-//! The skeletons that `grade init` writes pass the simplest group, under protection.
+//! The skeletons of `grade init` pass the simplest group in the sandbox.
 
 #![expect(clippy::print_stderr, reason = "a skipped language is told")]
 
@@ -10,7 +10,7 @@ use grader::init::Language;
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
 
-/// What makes the tool of a language readable, where it is in a home folder.
+/// Arguments that make the tool of a language readable if it is in a home folder.
 fn readable(language: Language) -> Option<String> {
     let sysroot = Command::new("rustc").args(["--print", "sysroot"]).output().ok()?;
     let sysroot = String::from_utf8(sysroot.stdout).ok()?;

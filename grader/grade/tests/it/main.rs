@@ -1,4 +1,4 @@
-//! `grade` as its users run it.
+//! Integration tests of the `grade` binary.
 
 mod accuracy;
 #[cfg(target_os = "linux")]

@@ -1,4 +1,4 @@
-//! `grade jacobians PROGRAM`: exit codes, and what each format holds.
+//! `grade jacobians PROGRAM`: exit codes and content of each format.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -12,7 +12,7 @@ use crate::student;
 
 fn grade(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    // What is probed are scripts that start a program beside them.
+    // The probed submissions are scripts that start a program beside them.
     command.arg("jacobians").args(["--readable", env!("CARGO_TARGET_TMPDIR")]).args(arguments);
     command.output().expect("grade can be run")
 }
@@ -80,10 +80,10 @@ fn every_format_tells_of_a_mistake_and_json_holds_the_scenes_that_show_it() {
 #[test]
 fn what_cannot_be_probed_is_bad_usage() {
     for (arguments, message) in [
-        (&["no/such/program"][..], "no/such/program: there is no such file or folder"),
+        (&["no/such/program"][..], "no/such/program: file or folder not found"),
         (&["program", "--states", "5"], "--states"),
-        (&["program", "--limit", "wall=0"], "wall is above 0"),
-        (&["program", "--limit", "walls=1"], "there is no limit walls"),
+        (&["program", "--limit", "wall=0"], "wall must be above 0"),
+        (&["program", "--limit", "walls=1"], "unknown limit walls"),
     ] {
         let run = grade(arguments);
         assert_eq!(run.status.code(), Some(2), "{arguments:?}");

@@ -1,7 +1,7 @@
-//! Programs in the languages that students use are built and run under protection, and pass.
+//! Programs in students' languages build and run in the sandbox, and pass.
 //!
-//! Each builds with the tools of its language and simulates free particles by explicit Euler. Where a tool is
-//! missing, the test says so and skips the program.
+//! Each builds with the tools of its language and simulates free particles by explicit Euler. If a tool is missing,
+//! the test prints a message and skips the program.
 
 #![expect(clippy::print_stderr, reason = "skipped programs are printed")]
 
@@ -20,7 +20,7 @@ const SCENE: &str = r#"<scene>
 </scene>
 "#;
 
-/// In C and in C++: `PARALLEL` stands before the loop over particles.
+/// In C and C++; `PARALLEL` precedes the loop over particles.
 const C: &str = r#"#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -112,7 +112,7 @@ if (!isMainThread) {
 }
 "#;
 
-/// `STEP` is what moves the list of particles.
+/// `STEP` is the code that moves the list of particles.
 const PYTHON: &str = r#"import math, sys
 import xml.etree.ElementTree as ElementTree
 IMPORTS
@@ -153,7 +153,7 @@ impl Suite {
         Self { root }
     }
 
-    /// Grades a submission of these files, which has to pass.
+    /// Grades a submission of these files, which must pass.
     fn pass(&self, name: &str, files: &[(&str, &str)], options: &[&str]) {
         let folder = self.root.path().join(name);
         fs::create_dir(&folder).unwrap();
@@ -173,7 +173,7 @@ impl Suite {
     }
 }
 
-/// Whether the system has all these tools; says so where it has not.
+/// Whether the system has all these tools; prints a message if not.
 fn has(name: &str, tools: &[&str]) -> bool {
     let folders = ["/usr/local/bin", "/usr/bin", "/bin"];
     let missing = tools
@@ -268,7 +268,7 @@ fn cmake_and_ninja() {
 #[test]
 fn ccache() {
     if has("ccache", &["cmake", "make", "ccache", "c++"]) {
-        // Twice, so that the second one comes from the cache.
+        // Twice, so that the second run uses the cache.
         let build = "set -e; cmake -B out -DCMAKE_CXX_COMPILER_LAUNCHER=ccache .; cmake --build out; \
                      cmake --build out --target clean; cmake --build out";
         let files = [
@@ -298,7 +298,7 @@ fn node() {
     }
 }
 
-/// Python's own program, with what it needs to import.
+/// The Python interpreter, and the folders that it needs for imports.
 fn pass_python(name: &str, program: &str, imports: &str, step: &str) {
     let source = python(imports, step);
     let run = manifest(&[], &[program, "{folder}/simulate.py"]);
@@ -321,7 +321,7 @@ fn numpy() {
     pass_python("numpy", "/usr/bin/python3", "import numpy", step);
 }
 
-/// A virtual environment in the hand-in, by its own path.
+/// A virtual environment inside the hand-in.
 #[test]
 fn virtual_environment() {
     if !has("a virtual environment", &["python3"])

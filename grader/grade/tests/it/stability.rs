@@ -1,4 +1,4 @@
-//! `grade stability`: theory is met, outcomes are stored, and what goes wrong is told.
+//! `grade stability`: agreement with theory, stored outcomes, and error reports.
 
 use std::fs;
 use std::process::{Command, Output};
@@ -26,7 +26,7 @@ fn boundaries_are_within_one_percent_of_theory() {
     for boundary in &all {
         assert!(boundary.agrees(), "{boundary:?}");
     }
-    // The bisection ends at one part in 10⁶: what is left of the difference is that.
+    // The remaining difference is the bisection's resolution, one part in 10⁶.
     let worst = all.iter().map(|boundary| boundary.error()).fold(0.0, f64::max);
     assert!(worst <= 2e-6, "{worst:e}");
     let finite = all.iter().filter(|boundary| boundary.confirmed.is_some()).count();
@@ -53,12 +53,12 @@ fn a_step_amplifies_as_the_method_s_matrix_does() {
     let all = amplifications();
     assert!(all.len() > 60, "{}", all.len());
     for each in &all {
-        // A double eigenvalue is off by the root of what rounds its matrix: √ε = 1.5e-8 of the entries, of which four
-        // make it. It may be zero, so that what is far below 1 counts as parts of 1.
+        // The error of a double eigenvalue is the square root of its matrix's rounding error: √ε = 1.5e-8 of each of
+        // four entries. The eigenvalue may be zero, so errors of small values are relative to 1.
         let off = (each.measured - each.theory).abs();
         assert!(off < 4.0 * f64::EPSILON.sqrt() * each.theory.max(1.0), "{each:?}");
     }
-    // Implicit Euler is slow and damps, explicit Euler is driven.
+    // Implicit Euler slows and damps the oscillation, explicit Euler amplifies it.
     let at = |method: &str, a: f64| {
         all.iter().find(|each| each.method == method && each.a == a && each.zeta == 0.0).unwrap()
     };
@@ -121,7 +121,7 @@ fn a_changed_outcome_fails_until_it_is_accepted() {
     let said = "expected survived, got coincident in step 1";
     assert!(text(&output.stdout).contains(said), "{}", text(&output.stdout));
 
-    // Accepting brings the row back, and leaves all others as they are.
+    // Accepting restores the row and leaves all others unchanged.
     let output = grade(&["--quick", "--only", "coincident", "--expected", path, "--accept"]);
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(fs::read_to_string(path).unwrap(), stored);
@@ -146,7 +146,7 @@ fn a_malformed_file_of_outcomes_is_told_by_its_line() {
     let output = grade(&["--quick", "--expected", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("expected.csv:2: steps is no count"));
-    // Accepting neither mends it nor writes over it.
+    // Accepting neither repairs nor overwrites it.
     let output = grade(&["--quick", "--accept", "--expected", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(fs::read_to_string(&path).unwrap(), text_of);
@@ -164,11 +164,11 @@ fn an_interrupted_run_goes_on_where_it_was() {
         names
     });
     let kept_files = names();
-    // All of them: what no file of a scene can hold, too.
+    // All cases, including those that no scene file can express.
     assert_eq!(kept_files.len(), text(&first.stdout).lines().count() - 1);
-    // Times are recalled too: nothing was run again.
+    // Times are loaded too: nothing was run again.
     assert_eq!(text(&first.stdout), text(&run().stdout));
-    // One that is half written is run again.
+    // A partially written trial runs again.
     let broken = folder.path().join(&kept_files[0]);
     fs::write(&broken, "{\"outcome\":").unwrap();
     let again = run();

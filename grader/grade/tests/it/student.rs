@@ -1,4 +1,4 @@
-//! A small simulator in C, of the self-test, as a program that is handed in.
+//! Small simulator in C from the self-test, used as a submission.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,8 +6,8 @@ use std::process::Command;
 
 use test_support::root;
 
-/// Compiles the program, with a planted mistake unless that is empty, as `folder/student` or `folder/mistaken`. `None`,
-/// with a printed reason, where there is no C compiler.
+/// Compiles the program, with a planted mistake unless it is empty, as `folder/student` or `folder/mistaken`. `None`,
+/// with a printed reason, if there is no C compiler.
 #[expect(clippy::print_stderr, reason = "a test that is skipped says why")]
 pub(crate) fn compile(folder: &Path, mistake: &str) -> Option<PathBuf> {
     fs::create_dir_all(folder).unwrap();

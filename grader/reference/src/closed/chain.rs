@@ -1,11 +1,11 @@
-//! Equal masses on equal springs in a line between two walls, moving along the line.
+//! Chain of equal masses and springs between two walls, moving along its line.
 //!
 //! ```text
 //! u_i = Σ_j s_ij (p_j cos ω_j t + q_j/ω_j sin ω_j t)        p_j = Σ_i s_ij u_i(0), q_j = Σ_i s_ij u_i'(0)
 //! s_ij = √(2/(n+1)) sin(π i j/(n+1))        ω_j = 2 √(k/m) sin(π j/(2 (n+1)))
 //! ```
 //!
-//! `u_i` is the displacement of mass `i` from its place among equal spaces. The springs' rest length drops out.
+//! `u_i` is the displacement of mass `i` from its equilibrium at equal spacing. The springs' rest length cancels.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use simulator::scene::Scene;
 
 use super::{Closed, parameter, starts};
 
-/// A chain along the x axis; its first and last particle are fixed.
+/// A chain along the x axis; its first and last particles are fixed.
 pub fn chain(scene: &Scene) -> Closed {
     let (x0, v0) = starts(scene);
     let n = scene.particles.len() - 2;

@@ -1,4 +1,4 @@
-//! Particles by themselves in a field.
+//! Independent particles in a field.
 //!
 //! ```text
 //! throw       x = x0 + v0 t + g t²/2                 v = v0 + g t

@@ -1,7 +1,7 @@
-//! Motions with a closed form: the exact state of a scene at any time.
+//! Closed-form motions: the exact state of a scene at any time.
 //!
-//! Each takes masses, starts and parameters from the scene, so that what is solved is what is simulated. The
-//! formulas are textbook mechanics, and share nothing with the simulator.
+//! Each reads masses, initial states and parameters from the scene that is simulated. The formulas are textbook
+//! mechanics, independent of the simulator.
 
 mod chain;
 mod field;
@@ -21,8 +21,8 @@ type Motion = dyn Fn(f64, &mut [f64], &mut [f64]) + Send + Sync;
 /// A motion known in closed form.
 pub struct Closed {
     state: Box<Motion>,
-    /// The fastest rate of the motion, in radians a second: rounding of the time turns the state by as much
-    /// of itself.
+    /// The largest angular rate of the motion, in radians per second; it scales the effect of rounding errors of the
+    /// time on the state.
     pub rate: f64,
 }
 
@@ -47,7 +47,7 @@ fn parameter(scene: &Scene, tag: &str, name: &str) -> f64 {
     force(scene, tag).map_or(0.0, |element| element.parameter(name))
 }
 
-/// The starts of all coordinates: positions and velocities, `n·D`.
+/// The initial positions and velocities, `n·D` each.
 pub fn starts(scene: &Scene) -> (Vec<f64>, Vec<f64>) {
     let dimension = scene.dimension.count();
     let of = |vector: fn(&simulator::scene::Particle) -> &[f64; 3]| {

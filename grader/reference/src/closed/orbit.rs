@@ -1,4 +1,4 @@
-//! Two bodies under gravitation: their difference moves on a conic section.
+//! Two bodies under gravitation: their relative position moves on a conic section.
 //!
 //! ```text
 //! d'' = −μ d/|d|³        μ = G (m0 + m1), 1/a = 2/r0 − |w0|²/μ, σ = d0·w0/√μ
@@ -32,7 +32,7 @@ pub fn orbit(scene: &Scene) -> Closed {
     let sigma = dot(&d0, &w0) / mu.sqrt();
     let mean_motion = (mu / (a * a * a)).sqrt();
     let nearest = a * (1.0 - ((1.0 - r0 / a).powi(2) + sigma * sigma / a).sqrt());
-    // The angle turns fastest where the bodies are nearest.
+    // The angular velocity is largest at the smallest distance.
     let rate = (mu * a).sqrt() / (nearest * nearest);
     Closed::new(rate, move |t, x, v| {
         let anomaly = eccentric_anomaly(mean_motion * t, sigma / a.sqrt(), 1.0 - r0 / a);
@@ -64,7 +64,7 @@ fn eccentric_anomaly(m: f64, s: f64, c: f64) -> f64 {
         let (sine, cosine) = anomaly.sin_cos();
         let value = anomaly + s * (1.0 - cosine) - c * sine - m;
         let slope = 1.0 + s * sine - c * cosine;
-        // Newton's step may overshoot on eccentric orbits; half a turn is the farthest there is to go.
+        // Newton's step may overshoot on eccentric orbits; the solution is at most half a turn away.
         let update = (value / slope).clamp(-1.0, 1.0);
         anomaly -= update;
         if update.abs() <= f64::EPSILON * anomaly.abs() {

@@ -1,4 +1,4 @@
-//! A particle on a spring whose other end is fixed at the origin.
+//! Damped oscillator: a particle on a spring fixed at the origin.
 //!
 //! ```text
 //! m y'' + b y' + k y = 0        γ = b/2m, ω0² = k/m
@@ -6,8 +6,8 @@
 //! γ > ω0:  y = A e^{pt} + B e^{qt}                               p, q = −γ ± √(γ² − ω0²)
 //! ```
 //!
-//! `y = x − l0` where the spring lies along the x axis; where its rest length is zero, `y` is each coordinate
-//! by itself. `b` is the spring's damping and the drag together.
+//! If the spring lies along the x axis, `y = x − l0`; if its rest length is zero, `y` is each coordinate separately.
+//! `b` is the sum of the spring's damping and the drag.
 
 use simulator::scene::Scene;
 
@@ -44,7 +44,7 @@ fn damped(y0: f64, v0: f64, gamma: f64, squared: f64, t: f64) -> (f64, f64) {
         (y, v)
     } else {
         let fast = -gamma - (-difference).sqrt();
-        // Their product is ω0²: no digits are lost in a difference.
+        // Use that their product is ω0², which avoids cancellation.
         let slow = squared / fast;
         let a = (v0 - fast * y0) / (slow - fast);
         let b = (slow * y0 - v0) / (slow - fast);

@@ -1,4 +1,4 @@
-//! Laws of a particle by itself.
+//! Laws of forces on single particles.
 //!
 //! ```text
 //! simple gravity  F = m (fx, fy, fz)                                             milestone 3, section 8.2

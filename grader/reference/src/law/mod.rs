@@ -1,8 +1,8 @@
-//! The forces, written a second time.
+//! Reference force laws.
 //!
-//! Each law here follows the documents' formulas and not the simulator's code, and is generic over the kind of
-//! number: of plain numbers it gives the force, of dual numbers ([`num_dual`]) its derivatives, exact but for
-//! rounding, with no difference and no step. With `z` the positions or velocities and `ε² = 0`,
+//! Each law follows the documents' formulas, not the simulator's code, and is generic over the number type. Plain
+//! numbers give the force; dual numbers ([`num_dual`]) give its derivatives, exact except for rounding. With `z` the
+//! positions or velocities and `ε² = 0`,
 //!
 //! ```text
 //! F(z + ε e) = F(z) + ε J e
@@ -53,7 +53,7 @@ pub fn find(tag: &str) -> Option<&'static Law> {
     all().find(|law| law.tag == tag)
 }
 
-/// A force as the documents state it.
+/// A force law as stated in the documents.
 pub struct Law {
     /// The tag of its force.
     pub tag: &'static str,
@@ -92,18 +92,18 @@ impl Law {
     }
 }
 
-/// How a law may be turned.
+/// Rotational symmetry of a law.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Symmetry {
     /// About any axis.
     Isotropic,
     /// About the z axis.
     AboutZ,
-    /// Not at all: it names a direction of its own.
+    /// None: the law contains a fixed direction.
     None,
 }
 
-/// Where a parameter shows.
+/// The Jacobians that a parameter affects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Term {
     /// The attribute.
@@ -116,7 +116,7 @@ pub struct Term {
 
 /// What a law is a function of.
 enum Form {
-    /// The force on `i`, by `d = x_i − x_j` and `w = v_i − v_j`; on `j` its negative.
+    /// The force on `i` as a function of `d = x_i − x_j` and `w = v_i − v_j`; the force on `j` is its negative.
     Pair {
         plain: PairLaw<f64>,
         dual: PairLaw<Dual64>,
@@ -146,11 +146,11 @@ struct At<'a, T> {
     position: Vector<T>,
     velocity: Vector<T>,
     time: f64,
-    /// The particle's number, and where all particles started.
+    /// The particle's number, and the initial positions of all particles.
     start: (usize, &'a [[f64; 3]]),
 }
 
-/// Magnitudes of the terms that values are sums of: a value is rounded by a few `ε` of these.
+/// Magnitudes of the terms of each value: its rounding error is a few `ε` times these.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Scale {
     /// Of the energy.
@@ -255,7 +255,7 @@ impl<'a> Expectation<'a> {
         self.scales_at(x, v, time, |pair| norm(&difference(v, dimension, pair)))
     }
 
-    /// The scale where the velocities themselves are rounded, and not only what is made of them.
+    /// The scale if the velocities themselves have rounding errors too.
     pub fn scales_of_rounded(&self, x: &[f64], v: &[f64], time: f64) -> Vec<Scale> {
         let speed = |particle| norm(&vector(v, self.dimension(), particle));
         self.scales_at(x, v, time, |[i, j]| speed(i) + speed(j))
@@ -291,7 +291,7 @@ impl<'a> Expectation<'a> {
         scales
     }
 
-    /// The shortest distance between two particles that an element joins: the law is smooth within it.
+    /// The shortest distance between two particles joined by an element: the law is smooth within it.
     pub fn shortest(&self, x: &[f64]) -> Option<f64> {
         let lengths = self.scene.forces.iter().filter_map(|element| {
             element.pair.map(|pair| norm(&difference(x, self.dimension(), pair)))
@@ -299,7 +299,7 @@ impl<'a> Expectation<'a> {
         lengths.reduce(f64::min)
     }
 
-    /// Whether the law joins these particles, or it is one particle.
+    /// Whether the law couples these particles, or both are the same.
     pub fn joins(&self, a: usize, b: usize) -> bool {
         let is_pair = |pair: [usize; 2]| pair == [a, b] || pair == [b, a];
         a == b || self.scene.forces.iter().any(|element| element.pair.is_some_and(is_pair))
@@ -351,7 +351,7 @@ impl<'a> Expectation<'a> {
     }
 }
 
-/// A law for one kind of number.
+/// A law for one number type.
 enum Evaluate<T> {
     Pair(PairLaw<T>),
     Field(FieldLaw<T>),

@@ -1,4 +1,4 @@
-//! Laws between two particles, by `d = x_i − x_j`, `w = v_i − v_j`, `l = |d|` and `n = d/l`.
+//! Laws of pair forces, with `d = x_i − x_j`, `w = v_i − v_j`, `l = |d|` and `n = d/l`.
 //!
 //! ```text
 //! spring        f = −(k (l − l0) + b n·w) n        milestone 2, sections 3.1 and 3.4
@@ -23,7 +23,7 @@ static SPRING: Law = Law {
 fn spring<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
     let [k, l0, b, _] = *p;
     if l0 == 0.0 && b == 0.0 {
-        // No direction is needed, not even at length zero.
+        // Needs no direction, even at length zero.
         return d.map(|component| component * -k);
     }
     let l = dot(d, d).sqrt();

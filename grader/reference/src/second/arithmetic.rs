@@ -1,4 +1,4 @@
-//! The forces a third time, as programs write them: the same laws in other orders of evaluation.
+//! Force laws in alternative floating-point evaluation orders.
 //!
 //! ```text
 //! quotients      d/l                or   d · (1/l)
@@ -10,7 +10,7 @@
 
 use simulator::scene::ForceElement;
 
-/// How products, sums and quotients are evaluated.
+/// Evaluation of products, sums and quotients.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Arithmetic {
     /// `a·b + c` is rounded once.
@@ -21,9 +21,9 @@ pub struct Arithmetic {
 
 type Vector = [f64; 3];
 
-/// What a force between two particles depends on, `d = x_i − x_j` and `w = v_i − v_j`.
+/// Arguments of a pair force, with `d = x_i − x_j` and `w = v_i − v_j`.
 pub struct Pair {
-    /// Of `i` and `j`.
+    /// Masses of `i` and `j`.
     pub masses: [f64; 2],
     /// Difference of positions.
     pub d: Vector,
@@ -82,7 +82,7 @@ impl Arithmetic {
         }
     }
 
-    /// The force on a particle by itself; `None` where there is but one way to evaluate it.
+    /// The force on a single particle; `None` if the force is a pair force or has only one way to evaluate it.
     pub fn on_particle(
         self,
         element: &ForceElement,

@@ -1,4 +1,4 @@
-//! A second stepper, as a course's program is built: dense matrices over all particles.
+//! Second stepper for the course's methods, built like a student's program: dense matrices over all particles.
 //!
 //! ```text
 //! explicit                v' = v + h F/m, q' = q + h v, by the substeps of the method
@@ -8,8 +8,8 @@
 //! ```
 //!
 //! with `F`, `K = ∂F/∂x` and `B = ∂F/∂v` at `(q̂, u)`, from `q̂ = q + h v`, `u = v`. The forces are those of
-//! [`arithmetic`], the Jacobians the dual numbers of the law; neither is the simulator's. Cost: `O((n·D)³)` a
-//! solve, and the law once a column.
+//! [`arithmetic`], the Jacobians are the law's dual numbers; both are independent of the simulator. Cost:
+//! `O((n·D)³)` per solve, and one evaluation of the law per column.
 
 use nalgebra::{DMatrix, DVector};
 use simulator::scene::schema::{Convergence, IntegratorSchema};
@@ -25,18 +25,18 @@ use arithmetic::{Arithmetic, Pair};
 /// Newton's method is given up beyond this many iterations.
 const MAX_ITERATIONS: usize = 100;
 
-/// How the stepper goes about it.
+/// Variant of the stepper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
     /// Order of evaluation of the forces.
     pub arithmetic: Arithmetic,
-    /// Forces are summed from the last element to the first.
+    /// Sum forces from the last element to the first.
     pub backwards: bool,
-    /// A kick is `(h/m) F`, not `h (F/m)`.
+    /// Update velocities by `(h/m) F` instead of `h (F/m)`.
     pub scaled_kick: bool,
     /// Solver of the linear systems.
     pub solver: Solver,
-    /// When Newton's method ends.
+    /// Stopping criterion of Newton's method.
     pub stop: Stop,
 }
 
@@ -52,7 +52,7 @@ impl Default for Style {
     }
 }
 
-/// How a linear system is solved.
+/// Solver of a linear system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solver {
     /// LU with row pivoting.
@@ -63,27 +63,27 @@ pub enum Solver {
     Qr,
     /// The inverse times the right-hand side.
     Inverse,
-    /// Positions and velocities both unknown, by LU with row pivoting.
+    /// The unreduced system for positions and velocities, by LU with row pivoting.
     Unreduced,
-    /// LU, its answer as far off as an iterative solver's that stops at a residual of 1e-12.
+    /// LU, with a perturbed solution like that of an iterative solver that stops at a residual of 1e-12.
     Iterative,
 }
 
-/// Where Newton's method ends.
+/// Stopping criterion of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// Where the update is below the tolerance.
+    /// If the update is below the tolerance.
     AtTolerance,
-    /// One iteration after that.
+    /// One iteration later.
     OneMore,
-    /// Where no iteration changes much any more.
+    /// If the update is near rounding error.
     AtRounding,
 }
 
-/// Residual of an iterative solver's answer, relative to the right-hand side.
+/// Residual of the iterative solver, relative to the right-hand side.
 const ITERATIVE: f64 = 1e-12;
 
-/// A scene with a style.
+/// The second stepper for one scene.
 pub struct Second {
     scene: Scene,
     style: Style,
@@ -223,7 +223,7 @@ impl Second {
         Some(())
     }
 
-    /// Newton's update of the velocities, 0 where a particle is fixed.
+    /// Newton's update of the velocities; 0 for fixed particles.
     fn update(&mut self, time: f64, v: &[f64], ahead: &[f64], u: &[f64]) -> Option<Vec<f64>> {
         let h = self.scene.time_step;
         let dimension = self.dimension();
@@ -321,6 +321,7 @@ impl Second {
             }
             return;
         }
+        // A force with only one way to evaluate it comes from the law.
         let mut by_law = None;
         for (particle, body) in self.scene.particles.iter().enumerate() {
             let found = arithmetic.on_particle(element, body.mass, vector(v, particle));

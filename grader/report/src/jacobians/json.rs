@@ -1,4 +1,4 @@
-//! Jacobians as JSON, with all that is needed to set up the state of a finding again.
+//! Jacobian checks as JSON, with the data to reproduce the state of each finding.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -18,9 +18,9 @@ pub(crate) struct JsonJacobian {
     pass: bool,
     /// States checked.
     states: usize,
-    /// One entry a kind of block.
+    /// One entry per kind of block.
     blocks: Vec<JsonBlock>,
-    /// What must hold besides.
+    /// Further properties of the force.
     properties: Vec<JsonProperty>,
 }
 
@@ -36,7 +36,7 @@ struct JsonBlock {
     evidence: usize,
     /// States at which an entry could not be judged.
     undecided: usize,
-    /// Parameters that had to show in the block, and did at no state.
+    /// Parameters that the block must depend on, but does at no state.
     unseen: Vec<&'static str>,
     /// The state that shows the verdict.
     exhibit: Option<JsonExhibit>,
@@ -45,13 +45,13 @@ struct JsonBlock {
 #[derive(Serialize, JsonSchema)]
 struct JsonExhibit {
     state: JsonState,
-    /// The particle whose force it is.
+    /// The particle that the force acts on.
     row: usize,
-    /// The particle whose position or velocity moves.
+    /// The particle whose position or velocity varies.
     column: usize,
     /// Error of the worst entry, relative to the block's largest entry.
     error: Option<f64>,
-    /// How well that is known.
+    /// Uncertainty of the error.
     uncertainty: Option<f64>,
     /// The worst entry: its axes, 0 for x, of the force and of the position or velocity.
     worst: (usize, usize),
@@ -61,15 +61,15 @@ struct JsonExhibit {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonEntry {
-    /// What the force states.
+    /// The force's analytic value.
     analytic: Option<f64>,
-    /// Bound of the rounding of a correct formula.
+    /// Bound of the rounding error of a correct formula.
     rounding: Option<f64>,
-    /// By differences of the force; null at a kink, and where no step is exact.
+    /// By finite differences of the force; null at a kink, and if no step is exact.
     difference: Option<JsonEstimate>,
     /// Whether the force has a kink there.
     kink: bool,
-    /// By dual numbers; null where the force is not the law's.
+    /// By dual numbers; null if the force is not the reference law.
     dual: Option<JsonEstimate>,
     /// Taylor's test: "consistent", "linear", "wrong" or "undecided".
     taylor: &'static str,
@@ -109,7 +109,7 @@ struct JsonState {
 #[derive(Serialize, JsonSchema)]
 struct JsonForce {
     force: &'static str,
-    /// The two particles it acts between; null where it acts on every particle.
+    /// The two particles that the force couples; null if it acts on every particle.
     pair: Option<[usize; 2]>,
     parameters: Vec<JsonParameter>,
 }
@@ -128,7 +128,7 @@ struct JsonProperty {
     verdict: &'static str,
     /// Why it is inconclusive.
     reason: Option<&'static str>,
-    /// States at which it could be seen.
+    /// States at which the property could be judged.
     evidence: usize,
     /// The largest violation, relative.
     error: Option<JsonEstimate>,
@@ -144,9 +144,9 @@ pub(crate) struct JsonNewton {
     verdict: &'static str,
     /// Linear systems solved.
     systems: usize,
-    /// Those that could be judged.
+    /// Systems that could be judged.
     evidence: usize,
-    /// The largest difference of two entries, relative to the largest entry.
+    /// The largest difference between two entries, relative to the largest entry.
     error: Option<JsonEstimate>,
 }
 

@@ -1,7 +1,8 @@
-//! Jacobians as JUnit: a suite a force and dimension, a case a verdict. What is inconclusive is an error.
+//! Jacobian checks as JUnit XML: one suite per force and dimension, one case per verdict. An inconclusive verdict is an
+//! error.
 
 use super::{axis, measured, words};
-use crate::testsuites::{Kind, TestCase, TestSuite};
+use crate::testsuites::{ProblemKind, TestCase, TestSuite};
 use grader::jacobian::{BlockFinding, JacobianCheck, NewtonCheck, PropertyFinding, Verdict};
 
 /// The suite of a force in one dimension.
@@ -57,8 +58,8 @@ fn case(name: &str, verdict: Verdict, message: String) -> TestCase {
         Verdict::Correct | Verdict::CorrectZero | Verdict::NotApplicable => {
             return TestCase::passed(name);
         }
-        Verdict::Wrong => Kind::Failure,
-        Verdict::Inconclusive(_) => Kind::Error,
+        Verdict::Wrong => ProblemKind::Failure,
+        Verdict::Inconclusive(_) => ProblemKind::Error,
     };
     TestCase::not_passed(name, kind, Some(verdict.name()), message)
 }

@@ -1,4 +1,4 @@
-//! What reports say of Jacobians, one format a file.
+//! Reports of Jacobian checks, one file per format.
 
 pub(super) mod json;
 pub(super) mod junit;
@@ -7,7 +7,7 @@ pub mod text;
 
 use grader::jacobian::{Estimate, Verdict};
 
-/// A measured error with its uncertainty, such as `2.1e-13 ± 8e-13`.
+/// An error with its uncertainty, such as `2.1e-13 ± 8e-13`.
 fn measured(Estimate { value, uncertainty }: Estimate) -> String {
     let value = if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") };
     let uncertainty =
@@ -15,7 +15,7 @@ fn measured(Estimate { value, uncertainty }: Estimate) -> String {
     format!("{value} ± {uncertainty}")
 }
 
-/// A verdict in the words of the reports for people.
+/// A verdict as text reports spell it.
 fn words(verdict: Verdict) -> String {
     match verdict {
         Verdict::Correct => "correct".to_owned(),

@@ -1,4 +1,5 @@
-//! Jacobians for people: a table of blocks, one of properties, and for what is wrong both blocks side by side.
+//! Text report of Jacobian checks: a table of blocks, a table of properties, and the two blocks of each error side by
+//! side.
 
 use std::io::{self, Write};
 
@@ -11,17 +12,17 @@ use grader::jacobian::{
     NewtonCheck, Taylor, Verdict,
 };
 
-/// How much to write.
+/// Options of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct JacobianTextOptions {
-    /// Both blocks side by side for everything, and not only where it is not correct.
+    /// Show both blocks side by side for every verdict, not only for those that are not correct.
     pub details: bool,
 }
 
-/// Writes all that was found.
+/// Writes the report.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub fn write(
     out: &mut dyn Write,
     report: &JacobianReport,
@@ -66,10 +67,10 @@ pub fn write(
     write_summary(out, report)
 }
 
-/// Writes a line a force and dimension, as part of a larger report.
+/// Writes one line per force and dimension, as part of a larger report.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub(crate) fn write_brief(out: &mut dyn Write, checks: &[JacobianCheck]) -> io::Result<()> {
     writeln!(
         out,
@@ -221,7 +222,7 @@ fn write_exhibit(
 ) -> io::Result<()> {
     title(out, check, finding.kind.name(), finding.verdict)?;
     if !finding.unseen.is_empty() {
-        writeln!(out, "  never seen: {}", finding.unseen.join(", "))?;
+        writeln!(out, "  no effect seen of: {}", finding.unseen.join(", "))?;
     }
     let dimension = check.dimension.count();
     let Exhibit { row, column, worst, .. } = *exhibit;
@@ -276,16 +277,16 @@ fn write_taylor(out: &mut dyn Write, taylor: &Taylor) -> io::Result<()> {
             let (low, high) = window.steps;
             let (slope, count) = (window.slope, window.count);
             let means = match taylor {
-                Taylor::Wrong(_) => "a wrong entry leaves 1",
-                _ => "a right entry leaves 2 or more",
+                Taylor::Wrong(_) => "a wrong entry gives 1",
+                _ => "a correct entry gives 2 or more",
             };
             writeln!(
                 out,
                 "  Taylor: slope {slope:.3} over {count} steps from {high:.1e} to {low:.1e} ({means})"
             )
         }
-        Taylor::Linear => writeln!(out, "  Taylor: the remainder is rounding at every step"),
-        Taylor::Undecided => writeln!(out, "  Taylor: no window of steps shows a slope"),
+        Taylor::Linear => writeln!(out, "  Taylor: the remainder is rounding error at every step"),
+        Taylor::Undecided => writeln!(out, "  Taylor: no range of steps shows a slope"),
     }
 }
 

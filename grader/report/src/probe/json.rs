@@ -1,6 +1,6 @@
-//! What probing found, as JSON, with the scenes that show each mistake.
+//! Black-box probe as JSON, with scenes that reproduce each mistake.
 //!
-//! Its schema is `docs/probe.schema.json`. Numbers that are not finite are `null`.
+//! The schema is `docs/probe.schema.json`. Non-finite numbers are `null`.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -13,7 +13,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// The report as JSON, with a newline at its end.
 ///
 /// # Errors
-/// Never in practice: every value is representable.
+/// Never in practice: every value has a JSON form.
 pub fn render(probing: &Probing) -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&JsonProbing::of(probing))? + "\n")
 }
@@ -34,13 +34,13 @@ pub(crate) struct JsonProbing {
     schema_version: u32,
     /// Version of the grader.
     grader_version: &'static str,
-    /// What was probed.
+    /// Name of the submission.
     submission: String,
     /// The gravest verdict: "correct", "not-offered", "inconclusive" or "wrong".
     verdict: &'static str,
-    /// What is offered in two and in three dimensions.
+    /// The methods that the submission offers in two and in three dimensions.
     spaces: Vec<JsonSpace>,
-    /// One entry a part of a force and space.
+    /// One entry per part of a force and dimension.
     parts: Vec<JsonPart>,
 }
 
@@ -48,11 +48,11 @@ pub(crate) struct JsonProbing {
 struct JsonSpace {
     /// 2 or 3.
     dimension: usize,
-    /// The method that shows forces, as the submission spells it; null where there is none.
+    /// The method used to measure forces, as the submission spells it; null if there is none.
     explicit: Option<&'static str>,
-    /// Linearized implicit Euler, as the submission spells it; null where there is none.
+    /// Linearized implicit Euler, as the submission spells it; null if there is none.
     implicit: Option<&'static str>,
-    /// What came of asking for what is not offered.
+    /// Why a method is not offered.
     reason: Option<String>,
 }
 
@@ -60,20 +60,20 @@ struct JsonSpace {
 struct JsonPart {
     /// The force's tag.
     force: &'static str,
-    /// The part of it.
+    /// The part of the force.
     part: &'static str,
-    /// What the part is.
+    /// Description of the part.
     meaning: &'static str,
     /// 2 or 3.
     dimension: usize,
     /// The gravest verdict of its findings.
     verdict: &'static str,
-    /// The force against ours; the step against its equation; each block of the Jacobian against differences
-    /// of the submission's own force.
+    /// The force against the reference; the step against its equation; each block of the Jacobian against finite
+    /// differences of the submission's own force.
     findings: Vec<JsonFinding>,
-    /// What the mistake looks like.
+    /// Likely mistakes.
     diagnosis: Vec<String>,
-    /// Null where all is correct or not offered.
+    /// Data to reproduce the mistake; null if all findings are correct or not offered.
     replay: Option<JsonReplay>,
 }
 
@@ -83,32 +83,32 @@ struct JsonFinding {
     name: &'static str,
     /// "correct", "not-offered", "inconclusive" or "wrong".
     verdict: &'static str,
-    /// Why; empty where there is nothing to say.
+    /// Reason of the verdict; may be empty.
     reason: String,
-    /// Largest difference, relative to the largest entry; for the step, what its equations are left with.
+    /// Largest difference, relative to the largest entry; for the step, the residual of its equations.
     error: Option<f64>,
-    /// Widest bound of noise, relative to the largest entry.
+    /// Largest bound of noise, relative to the largest entry.
     bound: Option<f64>,
-    /// The entry that is off by the most times its bound.
+    /// The entry with the largest error relative to its bound.
     worst: Option<JsonEntry>,
 }
 
 #[derive(Serialize, JsonSchema)]
 struct JsonEntry {
-    /// Number of the state; the entry of a force may be at one near it.
+    /// Number of the state; the entry of a force may be at a state near it.
     state: usize,
     /// Particle and axis of the force.
     row: (usize, usize),
     /// Particle and axis of the position or velocity; null for a force.
     column: Option<(usize, usize)>,
-    /// What the submission's steps use; for a force, what it is.
+    /// The value that the submission's steps use; for a force, its value.
     measured: Option<f64>,
-    /// By differences of the submission's own force; for a force, ours.
+    /// By finite differences of the submission's own force; for a force, the reference value.
     expected: Option<f64>,
     ours: Option<f64>,
-    /// How far measured and expected may be apart by noise.
+    /// Largest difference of measured and expected that noise explains.
     bound: Option<f64>,
-    /// The block that holds the entry, row by row: measured, then expected.
+    /// The block of the entry, row by row: measured, then expected.
     block: Option<[Vec<f64>; 2]>,
 }
 
@@ -120,9 +120,9 @@ struct JsonReplay {
     positions: Vec<f64>,
     /// Velocities, particle by particle.
     velocities: Vec<f64>,
-    /// A scene (XML) whose explicit step shows the force there, once for each combination of masses.
+    /// A scene (XML) whose explicit step gives the force there, once for each combination of masses.
     explicit_scene: String,
-    /// A scene whose implicit step evaluates everything there; empty where no step was taken.
+    /// A scene whose implicit step evaluates force and Jacobian there; empty if no step was taken.
     implicit_scene: String,
 }
 

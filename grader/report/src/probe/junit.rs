@@ -1,22 +1,22 @@
-//! What probing found, as JUnit XML: a suite a part and space, a case a finding.
+//! Black-box probe as JUnit XML: one suite per part and dimension, one case per finding.
 //!
-//! Wrong is a failure. What is not offered or could not be told is skipped, and says why.
+//! A wrong finding is a failure. A finding that is not offered or inconclusive is skipped, with the reason.
 
 use std::io;
 
-use crate::testsuites::{Kind, Report, TestCase, TestSuite};
+use crate::testsuites::{Document, ProblemKind, TestCase, TestSuite};
 use grader::probe::{Finding, PartReport, Probing, Verdict};
 
 /// The report as JUnit XML.
 ///
 /// # Errors
-/// Where the document cannot be written.
+/// If the document cannot be written.
 pub fn render(probing: &Probing) -> io::Result<String> {
     let name = format!("Spring Oracle: forces and Jacobians of {}", probing.name);
-    Report { name, suites: suites(probing).collect() }.render()
+    Document { name, suites: suites(probing).collect() }.render()
 }
 
-/// A suite a part and space.
+/// One suite per part and dimension.
 pub(crate) fn suites(probing: &Probing) -> impl Iterator<Item = TestSuite> {
     probing.parts.iter().map(|part| {
         let name = format!("{} / {} in {}D", part.force, part.part, part.dimension.count());
@@ -28,8 +28,8 @@ pub(crate) fn suites(probing: &Probing) -> impl Iterator<Item = TestSuite> {
 fn case(part: &PartReport, name: &str, finding: &Finding) -> TestCase {
     let kind = match finding.verdict {
         Verdict::Correct => return TestCase::passed(name),
-        Verdict::Wrong => Kind::Failure,
-        Verdict::Inconclusive | Verdict::NotOffered => Kind::Skipped,
+        Verdict::Wrong => ProblemKind::Failure,
+        Verdict::Inconclusive | Verdict::NotOffered => ProblemKind::Skipped,
     };
     let mut words = vec![finding.verdict.name().to_owned()];
     words.extend((!finding.reason.is_empty()).then(|| finding.reason.clone()));

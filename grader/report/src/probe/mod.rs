@@ -1,5 +1,4 @@
-//! What probing a program found, one format a file. They see a [`Probing`](grader::probe::Probing) and nothing
-//! else.
+//! Reports of a black-box probe, one file per format, each from a [`Probing`](grader::probe::Probing) alone.
 
 pub mod json;
 pub mod junit;

@@ -1,6 +1,6 @@
-//! What probing found, for people: a table of verdicts, then each mistake with its numbers.
+//! Text report of a black-box probe: a table of verdicts, then each mistake with its numbers.
 //!
-//! Colours are written always; the stream that is written to strips them where they have no place.
+//! Always writes colours; the output stream strips them if needed.
 
 use std::io::{self, Write};
 
@@ -16,17 +16,17 @@ const GOOD: Style = AnsiColor::Green.on_default();
 const BAD: Style = AnsiColor::Red.on_default().bold();
 const ODD: Style = AnsiColor::Yellow.on_default().bold();
 
-/// How to write it.
+/// Options of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProbeTextOptions {
-    /// Whether what is correct is told in detail as well.
+    /// Also show correct parts in detail.
     pub details: bool,
 }
 
 /// Writes the report.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub fn write(out: &mut dyn Write, probing: &Probing, config: ProbeTextOptions) -> io::Result<()> {
     write_findings(out, probing, config)?;
     write_summary(out, probing)
@@ -35,7 +35,7 @@ pub fn write(out: &mut dyn Write, probing: &Probing, config: ProbeTextOptions) -
 /// Writes the report without its last line.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub fn write_findings(
     out: &mut dyn Write,
     probing: &Probing,
@@ -151,7 +151,7 @@ fn write_finding(
             "; off by {error:.1e} of the largest entry, of which noise explains up to {bound:.1e}"
         )?,
         (Some(error), None) => {
-            writeln!(out, "; the equations are left with {error:.1e} of their largest term")?;
+            writeln!(out, "; residual of its equations: {error:.1e} of the largest term")?;
         }
         _ => writeln!(out)?,
     }
@@ -194,7 +194,7 @@ fn write_entry(out: &mut dyn Write, part: &PartReport, entry: &Entry) -> io::Res
     }
 }
 
-/// The block of the worst entry, as its steps use it and as its force has it, side by side.
+/// Writes the block of the worst entry, as the steps use it and as differences of the force give it, side by side.
 fn write_blocks(out: &mut dyn Write, part: &PartReport, entry: &Entry) -> io::Result<()> {
     let count = part.dimension.count();
     let Some(block) = &entry.block else { return Ok(()) };
@@ -241,7 +241,7 @@ fn write_summary(out: &mut dyn Write, probing: &Probing) -> io::Result<()> {
     let (unsure, missing) = (count(Verdict::Inconclusive), count(Verdict::NotOffered));
     let (style, text) = match probing.verdict() {
         Verdict::Wrong => (BAD, "Something is wrong."),
-        Verdict::Inconclusive => (ODD, "Nothing is wrong; not everything could be told."),
+        Verdict::Inconclusive => (ODD, "No mistake found; some results are inconclusive."),
         Verdict::Correct | Verdict::NotOffered => (GOOD, "All that is offered is correct."),
     };
     writeln!(

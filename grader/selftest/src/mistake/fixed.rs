@@ -1,4 +1,4 @@
-//! Mistakes with fixed particles.
+//! Mistakes in the treatment of fixed particles.
 
 use grader::blame::Family;
 use simulator::scene::Scene;

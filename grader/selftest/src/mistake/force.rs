@@ -26,7 +26,7 @@ fn subject(name: &'static str, part: Part) -> Subject {
     Subject { area: Area::Force, name, scope: Scope::Force(part) }
 }
 
-/// Leaves only the last element with this tag.
+/// Keeps only the last element with this tag.
 fn keep_last(scene: &mut Scene, tag: &str) {
     let last = scene.forces.iter().rposition(|element| element.schema.tag == tag);
     let mut number = 0..;
@@ -36,7 +36,7 @@ fn keep_last(scene: &mut Scene, tag: &str) {
     });
 }
 
-/// Leaves only the last spring on every edge.
+/// Keeps only the last spring on every edge.
 fn keep_last_on_each_edge(scene: &mut Scene) {
     let edges: Vec<Option<usize>> = scene.forces.iter().map(|element| element.edge).collect();
     let mut number = 0;
@@ -46,12 +46,12 @@ fn keep_last_on_each_edge(scene: &mut Scene) {
     });
 }
 
-/// What can be wrong with any force on every particle.
+/// Mistakes possible in any force on single particles.
 fn in_any(subject: &Subject, of: fn(&mut Student) -> &mut BodyForce) -> Vec<Mistake> {
     vec![subject.mistake("missing", move |s| *of(s) = |_, _| Vec2::zeros())]
 }
 
-/// What can be wrong with any force between two particles.
+/// Mistakes possible in any pair force.
 fn in_any_pair(subject: &Subject, of: fn(&mut Student) -> &mut PairForce) -> Vec<Mistake> {
     vec![
         subject.mistake("missing", move |s| of(s).share = |_| [Vec2::zeros(); 2]),

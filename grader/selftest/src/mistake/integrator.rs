@@ -12,7 +12,7 @@ fn subject(name: &'static str, integrator: &'static str) -> Subject {
     Subject { area: Area::Integrator, name, scope: Scope::Integrator(integrator) }
 }
 
-/// What can be wrong with either explicit method.
+/// Mistakes possible in both explicit methods.
 fn in_either(subject: &Subject, of: fn(&mut Student) -> &mut Explicit) -> Vec<Mistake> {
     vec![
         subject.mistake("forgotten h in the velocity", move |s| {
@@ -65,7 +65,7 @@ fn with_old(q: Vec2, old: Vec2, _new: Vec2, h: f64) -> Vec2 {
     q + h * old
 }
 
-/// What can be wrong with either implicit method.
+/// Mistakes possible in both implicit methods.
 fn in_either_implicit(subject: &Subject, of: fn(&mut Student) -> &mut Implicit) -> Vec<Mistake> {
     vec![
         subject.mistake("force at q", move |s| of(s).force_at = |q, _, _| q),

@@ -1,5 +1,5 @@
-//! Mistakes in Jacobians: they show under the two implicit methods only, and under implicit Euler only
-//! where Newton's method no longer finds its way.
+//! Mistakes in Jacobians. They have an effect only with the two implicit methods, and with implicit Euler only if
+//! Newton's method no longer converges.
 
 use super::super::student::{
     DragJacobian, Jacobian, Mat2, Pair, Parameters, Student, drag_dv, four_blocks, quarter_turn,
@@ -25,7 +25,7 @@ fn subject(name: &'static str, part: Part) -> Subject {
     Subject { area: Area::Jacobian, name, scope: Scope::Jacobian(part) }
 }
 
-/// What can be wrong with any Jacobian of a force between two particles.
+/// Mistakes possible in any Jacobian of a pair force.
 fn in_any(subject: &Subject, of: fn(&mut Student) -> &mut Jacobian) -> Vec<Mistake> {
     vec![
         subject.mistake("missing", move |s| of(s).spread = |_| [[Mat2::zeros(); 2]; 2]),

@@ -1,15 +1,13 @@
-//! The planted mistakes: each replaces one formula or rule of a faultless [`Student`].
+//! Planted mistakes: each replaces one formula or rule of a correct [`Student`].
 //!
-//! Left out are deviations that are no mistakes in the answer, because a true simulator with them gives
-//! the same trace:
+//! The list omits deviations that do not change the trace:
 //!
-//! - under implicit Euler, whatever only makes Newton's matrix inexact (identity instead of M in the
-//!   matrix alone, `h` instead of `h²`, Jacobians at q): it converges more slowly, to the same root;
-//! - for the damping's `∂F/∂x`, `w nᵀ` instead of `n wᵀ`, and the two factors swapped: both leave
-//!   what the missing `n wᵀ` leaves, since `nᵀ (I − n nᵀ) = 0`; and `w` the wrong way round, which is
-//!   the flipped sign;
-//! - clearing only the rows of a fixed particle: its δ is 0 then, whatever its columns hold;
-//! - i and j swapped in a Jacobian of two particles: the four blocks are the same.
+//! - with implicit Euler, an inexact Newton matrix (identity instead of M in the matrix only, `h` instead of `h²`,
+//!   Jacobians at q): Newton's method converges more slowly, to the same root;
+//! - in the damping's `∂F/∂x`, `w nᵀ` instead of `n wᵀ`, and swapped factors: both have the same effect as the
+//!   missing `n wᵀ`, since `nᵀ (I − n nᵀ) = 0`; and reversed `w`, which is the flipped sign;
+//! - clearing only the rows of a fixed particle: its δ is 0 then, whatever its columns contain;
+//! - i and j swapped in a Jacobian of a pair force: the four blocks are the same.
 
 mod derived;
 mod fixed;
@@ -23,7 +21,7 @@ use simulator::scene::schema::Matrix;
 
 use super::student::Student;
 
-/// What part of a simulator a mistake is in.
+/// Part of a simulator with a mistake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Area {
     /// The value of a force.
@@ -40,7 +38,7 @@ impl Area {
     /// All, in the order of the tables.
     pub const ALL: [Self; 4] = [Self::Force, Self::Jacobian, Self::Integrator, Self::Fixed];
 
-    /// As a heading.
+    /// Its heading.
     pub fn title(self) -> &'static str {
         match self {
             Self::Force => "Forces",
@@ -51,8 +49,7 @@ impl Area {
     }
 }
 
-/// Where a mistake can make a difference at all: on other scenes the code with the mistake is not run. And what it is
-/// to be blamed on.
+/// Scenes on which a mistake can have an effect; on others its code does not run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Scope {
     /// Scenes with this force.
@@ -101,17 +98,17 @@ pub struct Mistake {
     pub area: Area,
     /// The force, Jacobian or integrator it is in.
     pub subject: &'static str,
-    /// What is wrong, in a few words.
+    /// Short description of the mistake.
     pub description: &'static str,
-    /// One of the five that are known to pass the course's own scenes: the ones to be sure of. (The
-    /// 45 of them at hand let others pass too.)
+    /// Whether it is one of the five mistakes known to pass the course's own scenes, which this suite must catch. (The
+    /// 45 course scenes available here also miss others.)
     pub missed_by_the_course: bool,
     scope: Scope,
     plant: Box<dyn Fn(&mut Student) + Send + Sync>,
 }
 
 impl Mistake {
-    /// A student who makes it.
+    /// A student with this mistake.
     pub fn student(&self) -> Student {
         let mut student = Student::faultless();
         (self.plant)(&mut student);
@@ -130,19 +127,19 @@ impl Mistake {
         student
     }
 
-    /// Whether it can make a difference on this scene.
+    /// Whether it can have an effect on this scene.
     pub fn can_matter_on(&self, scene: &Scene) -> bool {
         self.scope.contains(scene)
     }
 
-    /// The same, marked as one that the course's own scenes let pass.
+    /// Marks the mistake as missed by the course's own scenes.
     fn missed_by_the_course(mut self) -> Self {
         self.missed_by_the_course = true;
         self
     }
 }
 
-/// Mistakes in the same place.
+/// The common place of several mistakes.
 struct Subject {
     area: Area,
     name: &'static str,

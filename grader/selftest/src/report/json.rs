@@ -1,6 +1,6 @@
-//! The self-test for programs: JSON.
+//! Self-test as JSON.
 //!
-//! Its schema is `docs/selftest.schema.json`. Numbers that are not finite are `null`.
+//! The schema is `docs/selftest.schema.json`. Non-finite numbers are `null`.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -14,7 +14,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// The report as JSON, with a newline at its end.
 ///
 /// # Errors
-/// Never in practice: every value is representable.
+/// Never in practice: every value has a JSON form.
 pub fn render(selftest: &SelfTest) -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&JsonSelfTest::of(selftest))? + "\n")
 }
@@ -27,7 +27,7 @@ pub fn schema() -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&schemars::schema_for!(JsonSelfTest))? + "\n")
 }
 
-/// Planted mistakes and correct variants, and what the grader made of them.
+/// Planted mistakes and correct variants, with the grader's results.
 #[derive(Serialize, JsonSchema)]
 #[schemars(title = "Spring Oracle self-test")]
 struct JsonSelfTest {
@@ -39,7 +39,7 @@ struct JsonSelfTest {
     met: bool,
     /// Mistakes caught, mistakes blamed on the right feature, correct variants passed.
     rates: Vec<JsonRate>,
-    /// Rows that could not be run, and count in no rate.
+    /// Rows that could not be run; not counted in any rate.
     skipped: usize,
     /// Mistakes and correct variants.
     rows: Vec<JsonRow>,
@@ -48,11 +48,11 @@ struct JsonSelfTest {
 #[derive(Serialize, JsonSchema)]
 struct JsonRate {
     name: &'static str,
-    /// Rows that came out as they should.
+    /// Rows with the expected result.
     right: usize,
     /// Rows that were run.
     all: usize,
-    /// The share that is asked for.
+    /// The required fraction.
     target: f64,
 }
 
@@ -60,20 +60,20 @@ struct JsonRate {
 struct JsonRow {
     /// "mistake" or "correct".
     kind: &'static str,
-    /// Where the mistake is, or what the variant varies.
+    /// Place of the mistake, or varied property of the variant.
     subject: String,
     description: String,
     /// The language, with the compiler's flags.
     language: String,
-    /// What a mistake is to be blamed on; "passes" for a correct variant.
+    /// The feature to blame for a mistake; "passes" for a correct variant.
     expected: String,
     /// "caught", "ESCAPED", "passed", "FAILED" or "skipped".
     verdict: &'static str,
-    /// Whether the right feature is named first; null for correct variants and what was skipped.
+    /// Whether the right feature is named first; null for correct variants and skipped rows.
     blamed_rightly: Option<bool>,
-    /// Why it was skipped; null where it was not.
+    /// Why it was skipped; null if it was not.
     skipped: Option<String>,
-    /// What came of it; null where it was skipped.
+    /// The result of grading; null if skipped.
     graded: Option<JsonGraded>,
 }
 
@@ -81,15 +81,15 @@ struct JsonRow {
 struct JsonGraded {
     /// Scenes that were judged.
     scenes: usize,
-    /// Of these, the ones that failed.
+    /// Scenes that failed.
     failed: usize,
-    /// How many of the suspects are named.
+    /// Number of suspects named.
     named: usize,
-    /// Whether two are named that are at work together, and not one or the other.
+    /// Whether the two named suspects act together, rather than as alternatives.
     together: bool,
     /// The likeliest causes, the likeliest first.
     suspects: Vec<String>,
-    /// How many times its tolerance the worst residual is; null where nothing was compared.
+    /// The largest ratio of a residual to its tolerance; null if nothing was compared.
     worst: Option<f64>,
     /// The first scene that failed, with its verdict.
     example: Option<String>,

@@ -1,6 +1,6 @@
-//! The self-test as the document `docs/selftest.md`.
+//! Self-test as the document `docs/selftest.md`.
 //!
-//! It holds what is the same on every machine: no residuals, which depend on the compiler.
+//! The document omits residuals, which depend on the compiler, so that it is the same on every machine.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! What the self-test comes to: the matrix of mistakes and variants, and three rates.
+//! Reports of the self-test: the matrix of mistakes and variants, and three rates.
 
 pub mod json;
 pub mod markdown;
@@ -6,7 +6,7 @@ pub mod text;
 
 use crate::{Expectation, Graded, Outcome, Rate, Row, SelfTest};
 
-/// The three rates, each with its name and its target.
+/// The three rates with their names and targets.
 pub(super) fn rates(selftest: &SelfTest) -> [(&'static str, Rate, f64); 3] {
     [
         ("mistakes caught", selftest.caught(), 1.0),
@@ -15,7 +15,7 @@ pub(super) fn rates(selftest: &SelfTest) -> [(&'static str, Rate, f64); 3] {
     ]
 }
 
-/// What is expected of a row, in words.
+/// The expectation of a row as text.
 pub(super) fn expected(row: &Row) -> String {
     match row.expectation {
         Expectation::Correct => "passes".to_owned(),
@@ -24,7 +24,7 @@ pub(super) fn expected(row: &Row) -> String {
     }
 }
 
-/// What became of a row, in a word.
+/// The verdict of a row as text.
 pub(super) fn verdict(row: &Row) -> &'static str {
     match (&row.result, row.expectation, row.is_told()) {
         (Outcome::Skipped(_), ..) => "skipped",
@@ -35,7 +35,7 @@ pub(super) fn verdict(row: &Row) -> &'static str {
     }
 }
 
-/// What was blamed: the causes that are named.
+/// The named causes.
 pub(super) fn blamed(graded: &Graded) -> String {
     match graded.named.len() {
         0 => "nothing".to_owned(),

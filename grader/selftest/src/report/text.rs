@@ -1,4 +1,4 @@
-//! The self-test for people.
+//! Text report of the self-test.
 
 use std::io::{self, Write};
 
@@ -9,7 +9,7 @@ use report::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 /// Writes the matrix and the rates.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub fn write(out: &mut dyn Write, selftest: &SelfTest) -> io::Result<()> {
     writeln!(out, "{BOLD}Mistakes{BOLD:#}")?;
     let names = ["where", "verdict", "scenes", "in", "mistake", "blamed on", ""];
@@ -35,12 +35,12 @@ pub fn write(out: &mut dyn Write, selftest: &SelfTest) -> io::Result<()> {
     table::write_unnamed(out, &rates(selftest).map(row))?;
     match selftest.skipped() {
         0 => Ok(()),
-        1 => writeln!(out, "  {ODD}1 row was skipped{ODD:#} and counts in no rate."),
-        n => writeln!(out, "  {ODD}{n} rows were skipped{ODD:#} and count in no rate."),
+        1 => writeln!(out, "  {ODD}1 row was skipped{ODD:#} and is not counted in the rates."),
+        n => writeln!(out, "  {ODD}{n} rows were skipped{ODD:#} and are not counted in the rates."),
     }
 }
 
-/// The verdict, in its colour.
+/// The verdict with its colour.
 fn told(row: &Row) -> Cell {
     let style = match row.is_told() {
         Some(true) => GOOD,
@@ -50,7 +50,7 @@ fn told(row: &Row) -> Cell {
     Cell::left(verdict(row)).styled(style)
 }
 
-/// The first cells of a row, with these numbers in the midst of them.
+/// The first cells of a row, with these numbers among them.
 fn start<const N: usize>(row: &Row, numbers: [String; N]) -> Vec<Cell> {
     let mut cells = vec![Cell::left(row.subject.clone()), told(row)];
     cells.extend(numbers.map(Cell::right));

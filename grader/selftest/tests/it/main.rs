@@ -1,4 +1,4 @@
-//! Planted mistakes: in the second simulator, in programs, and in the self-test as a whole.
+//! Integration tests of the self-test: planted mistakes in the second simulator and in programs.
 
 mod mistakes;
 #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! The half of the self-test that needs no compiler, and its documents. `ci/selftest.sh` runs the whole.
+//! The part of the self-test that needs no compiler, and its documents. `ci/selftest.sh` runs the whole self-test.
 
 use test_support::{assert_document, root, suite};
 
@@ -13,7 +13,7 @@ use selftest::report;
 use selftest::{SelfTest, in_process, mistake};
 use simulator::scene::Scene;
 
-/// The scenes that the second simulator knows, with their oracle and rubric.
+/// The scenes that the second simulator supports, with their oracle and rubric.
 fn inputs() -> (Suite, Oracle, Rubric) {
     let mut suite = suite();
     in_process::known(&mut suite);
@@ -34,7 +34,7 @@ fn mistakes_are_caught_and_blamed_and_the_right_simulator_passes() {
     assert!(selftest.mistakes().count() >= 243);
 }
 
-/// Mistakes seldom come alone.
+/// For at least 90 % of pairs of mistakes, both are named.
 #[test]
 fn of_two_mistakes_both_are_named() {
     let (suite, oracle, rubric) = inputs();
@@ -64,7 +64,7 @@ fn the_schema_is_documented() {
     assert_document("selftest.schema.json", &schema, "cargo test --release -p selftest schema");
 }
 
-/// However much a simulator has wrong, it is not said to have copied.
+/// A simulator with mistakes is never reported as copied.
 #[test]
 fn no_mistake_is_taken_for_a_copy() {
     let (suite, oracle, rubric) = inputs();

@@ -1,15 +1,15 @@
-//! Which method buys an error for the least time, and by how much.
+//! Cheapest method for each error.
 //!
 //! ```text
 //! log t(e): linear between neighbouring points of a curve, over log e; never beyond its ends
 //! ```
 //!
-//! A curve reaches an error where all finer time steps stay below it as well: what is right by accident at one
-//! time step does not count.
+//! A curve reaches an error only if all finer time steps also stay below it, which excludes results that are accurate
+//! by accident.
 
-use super::{Curve, Outcome, Point};
+use super::{Curve, Point, RunOutcome};
 
-/// What an error costs with one method.
+/// Cost of an error with one method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Offer {
     /// The curve's number among those of the scene.
@@ -18,11 +18,11 @@ pub struct Offer {
     pub time_step: f64,
     /// Time, in seconds.
     pub time: f64,
-    /// Evaluations of the force; `None` for a program, which does not tell.
+    /// Evaluations of the force; `None` for a program, which does not report them.
     pub force_evaluations: Option<f64>,
 }
 
-/// The cheapest ways to an error.
+/// The cheapest methods for an error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
     /// The largest error of a position.
@@ -31,7 +31,7 @@ pub struct Level {
     pub offers: Vec<Offer>,
 }
 
-/// A level a power of ten that some of the curves reach. `floor` is the least error that can be told from zero.
+/// One level per power of ten that at least one curve reaches. `floor` is the smallest measurable error.
 pub fn levels(curves: &[(usize, &Curve)], floor: f64) -> Vec<Level> {
     let errors = || {
         let points = curves.iter().flat_map(|(_, curve)| &curve.points);
@@ -53,22 +53,22 @@ pub fn levels(curves: &[(usize, &Curve)], floor: f64) -> Vec<Level> {
     decades.map(level).filter(|level| !level.offers.is_empty()).collect()
 }
 
-/// Error and time of a point that came to its end.
+/// Error and time of a finished point.
 fn finished(point: &Point) -> Option<(f64, f64)> {
     match point.outcome {
-        Outcome::Finished { largest, .. } => Some((largest.position, point.cost.time?.least)),
+        RunOutcome::Finished { largest, .. } => Some((largest.position, point.cost.time?.least)),
         _ => None,
     }
 }
 
-/// What `error` costs on a curve.
+/// Cost of `error` on a curve.
 fn offer(number: usize, curve: &Curve, error: f64) -> Option<Offer> {
     let reaches = |point: &Point| finished(point).is_some_and(|(found, _)| found <= error);
     let first = curve.points.iter().rposition(|point| !reaches(point)).map_or(0, |last| last + 1);
     let point = curve.points.get(first)?;
     let (fine_error, fine_time) = finished(point)?;
     let coarser = first.checked_sub(1).map(|before| &curve.points[before]);
-    // Between two points, as far along as the error is.
+    // Interpolate between two points.
     let along = coarser.and_then(|before| {
         let (coarse_error, coarse_time) = finished(before)?;
         let span = (coarse_error / fine_error.max(f64::MIN_POSITIVE)).ln();

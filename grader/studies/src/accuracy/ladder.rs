@@ -1,11 +1,11 @@
-//! What is measured: each method with each setting, at each time step.
+//! Ladder of measurements: each method with each setting, at each time step.
 //!
 //! ```text
 //! h_k = h_0/2^k        k = 0, 1, …, rungs − 1
 //! ```
 //!
-//! The methods are those of the simulator's registry that take the scene, each measured once for every value of an
-//! option that its registry entry lists for accuracy. Orders are those of the registry.
+//! The methods are those of the simulator's registry that support the scene. A method with an entry in `SETTINGS` is
+//! measured once per setting.
 
 use simulator::integrator::REGISTRY;
 use simulator::scene::Scene;
@@ -18,12 +18,12 @@ pub struct Method {
     pub integrator: &'static IntegratorSchema,
     /// The option that is set, and its value.
     pub setting: Option<(&'static str, &'static str)>,
-    /// The order that theory gives it; `None` where there is none to expect.
+    /// The theoretical order; `None` if there is none.
     pub order: Option<f64>,
 }
 
 impl Method {
-    /// What reports call it.
+    /// Its label in reports.
     pub fn label(&self) -> String {
         match self.setting {
             Some((option, value)) => format!("{} {option}={value}", self.integrator.name),
@@ -31,7 +31,7 @@ impl Method {
         }
     }
 
-    /// The scene under this method, each of its steps divided into `refinement`.
+    /// The scene with this method, each of its steps divided into `refinement` steps.
     pub fn scene(&self, scene: &Scene, refinement: u64) -> Scene {
         let mut options = IntegratorOptions::defaults(self.integrator);
         if let Some((option, value)) = self.setting {
@@ -39,7 +39,7 @@ impl Method {
             debug_assert!(set.is_ok(), "{option}={value}");
         }
         let steps = scene.n_steps() * refinement;
-        // Division by a power of two is exact: every rung has the coarsest step's digits.
+        // Division by a power of two is exact: every time step has the same digits.
         let time_step = scene.time_step / refinement as f64;
         Scene {
             integrator: self.integrator,
@@ -51,13 +51,13 @@ impl Method {
     }
 }
 
-/// The duration of so many steps: the number whose quotient by the time step rounds up to them.
+/// The duration of `steps` steps: a number whose quotient by the time step rounds up to `steps`.
 fn duration(steps: u64, time_step: f64) -> f64 {
     let duration = steps as f64 * time_step;
     if (duration / time_step).ceil() > steps as f64 { duration.next_down() } else { duration }
 }
 
-/// Every method that takes the scene, in the order of the registry.
+/// Every method that supports the scene, in the order of the registry.
 pub fn methods(scene: &Scene) -> Vec<Method> {
     let mut methods = Vec::new();
     for kind in REGISTRY {

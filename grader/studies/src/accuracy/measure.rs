@@ -1,8 +1,8 @@
-//! One run of a method at one time step: its errors, and its cost.
+//! Measurement of a method at one time step: errors and cost.
 //!
-//! A run that yields errors comes first and warms up; the runs that are timed look at nothing. Time is that of
-//! all steps, with what the first of them prepares; reading the scene and making room is left out. The least of
-//! several is the cost, the median and the largest tell how much to trust it.
+//! The first run measures errors and warms up; the timed runs measure nothing else. Time covers all steps, including
+//! the preparations of the first, but not reading the scene and allocation. The least of several times is the cost; the
+//! median and the largest show its reliability.
 
 use std::time::Instant;
 
@@ -13,29 +13,27 @@ use simulator::statistics::Statistics;
 use simulator::trace::{Shape, State};
 
 use super::reference::Reference;
-use super::{Config, Cost, Errors, Outcome, Point, Timing, Work};
+use super::{AccuracyConfig, Cost, Errors, Point, RunOutcome, Timing, Work};
 use grader::submission::{StateSource, builtin};
 
-/// An error of so many times the motion's own size is no approximation of anything.
+/// A run counts as blown up if its error exceeds this many times the size of the motion.
 pub const BLOWN_UP: f64 = 10.0;
 
-/// How far a trace's first state may be from the scene's, relative to its numbers: digits of the trace, not
-/// physics, are at stake.
+/// Relative tolerance between a trace's first state and the scene's, for traces written with few digits.
 const SAME: f64 = 1e-6;
 
-/// Errors of the states of `source`, which yields `scene` with each of the coarsest steps divided into
-/// `refinement`.
+/// Errors of the states of `source`, which simulates `scene` with each coarsest step divided into `refinement` steps.
 pub fn follow(
     source: &mut dyn StateSource,
     scene: &Scene,
     reference: &Reference,
     refinement: u64,
-) -> Outcome {
+) -> RunOutcome {
     let mut state = State::zeros(Shape::of(scene));
     let mut largest = Errors::default();
     let mut end = Errors::default();
     let mut step = 0;
-    let failed = |step: u64, reason: String| Outcome::Failed {
+    let failed = |step: u64, reason: String| RunOutcome::Failed {
         step,
         time: step.saturating_sub(1) as f64 * scene.time_step,
         reason,
@@ -70,17 +68,17 @@ pub fn follow(
         end = errors;
     }
     if reference.size > 0.0 && largest.position > BLOWN_UP * reference.size {
-        return Outcome::BlownUp { largest };
+        return RunOutcome::BlownUp { largest };
     }
-    Outcome::Finished { end, largest }
+    RunOutcome::Finished { end, largest }
 }
 
-/// The built-in simulator on `scene`.
+/// Measures the built-in simulator on `scene`.
 pub(super) fn built_in(
     scene: &Scene,
     reference: &Reference,
     refinement: u64,
-    config: Config,
+    config: AccuracyConfig,
 ) -> Point {
     let started = Instant::now();
     let mut states = builtin::start(scene, LinearSolver::Auto);
@@ -92,7 +90,7 @@ pub(super) fn built_in(
     {
         let mut simulation = Simulation::new(scene);
         let started = Instant::now();
-        // How the run ends has been seen.
+        // The first run has already recorded the outcome.
         while matches!(simulation.advance(), Ok(true)) {}
         let time = started.elapsed().as_secs_f64();
         spent += time;
@@ -104,7 +102,7 @@ pub(super) fn built_in(
 }
 
 impl Timing {
-    /// The statistics of runs, in seconds; `None` where there are none.
+    /// The statistics of times, in seconds; `None` if there are none.
     pub(super) fn of(mut times: Vec<f64>) -> Option<Self> {
         times.sort_by(f64::total_cmp);
         let (least, largest) = (*times.first()?, *times.last()?);

@@ -1,4 +1,4 @@
-//! Speed against error: what a second of computing buys with each integrator.
+//! Accuracy study: errors and costs of integrators over a ladder of time steps.
 //!
 //! ```text
 //! scene ──> reference (closed form, or order 8 to two tolerances) with an error bar ──┐
@@ -7,9 +7,9 @@
 //!                                                   errors over time ──> cheapest
 //! ```
 //!
-//! Errors are the largest over the sample times, and those at the end: of a position (m), of a velocity (m/s),
-//! each the largest over the particles, and of the energy (J). Names of units stand for the scene's own. A
-//! submission is measured from its traces alone.
+//! Errors of positions (m), of velocities (m/s), each the largest over the particles, and of the energy (J) are
+//! measured as the largest over the sample times, and at the end. The units assume a scene in SI units. A submission
+//! is measured from its traces alone.
 
 mod program;
 mod store;
@@ -32,7 +32,7 @@ use order::{Exception, Expected, Fit};
 use problem::Problem;
 use reference::Reference;
 
-/// What is told of a state's error.
+/// A measured quantity of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Positions.
@@ -44,7 +44,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them, in the order of reports.
+    /// All quantities, in the order of reports.
     pub const ALL: [Self; 3] = [Self::Position, Self::Velocity, Self::Energy];
 
     /// Its name.
@@ -56,7 +56,7 @@ impl Quantity {
         }
     }
 
-    /// Its unit, where the scene's are metre, kilogram and second.
+    /// Its unit, for a scene in metres, kilograms and seconds.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Position => "m",
@@ -78,7 +78,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// That of a quantity.
+    /// The number of a quantity.
     pub fn of(self, quantity: Quantity) -> f64 {
         match quantity {
             Quantity::Position => self.position,
@@ -96,26 +96,26 @@ impl Errors {
     }
 }
 
-/// What came of a run.
+/// Outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
-    /// It went to its end, and was never farther off than a few times the motion's size.
+pub enum RunOutcome {
+    /// Finished, with position errors of at most [`BLOWN_UP`](measure::BLOWN_UP) times the size of the motion.
     Finished {
         /// Errors at the end.
         end: Errors,
         /// The largest errors.
         largest: Errors,
     },
-    /// It went to its end with finite numbers that have nothing to do with the motion.
+    /// Finished with finite numbers, but larger position errors.
     BlownUp {
         /// The largest errors.
         largest: Errors,
     },
-    /// A step had no answer, or the states are none.
+    /// A step failed, or the states are invalid.
     Failed {
-        /// The step, from 1; 0 where there is no state at all.
+        /// The step, from 1; 0 if there is no state at all.
         step: u64,
-        /// When it starts, in seconds.
+        /// Start time of the step, in seconds.
         time: f64,
         /// Why.
         reason: String,
@@ -131,11 +131,11 @@ pub struct Timing {
     pub median: f64,
     /// The largest.
     pub largest: f64,
-    /// How many runs were timed.
+    /// Number of timed runs.
     pub repeats: u32,
 }
 
-/// What a run of ours did.
+/// Work of a run of the built-in simulator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Work {
     /// Evaluations of the sum of all forces.
@@ -146,12 +146,12 @@ pub struct Work {
     pub iterations: u64,
 }
 
-/// What a run cost.
+/// Cost of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
     /// Time.
     pub time: Option<Timing>,
-    /// Work; of a program, nothing is known of it.
+    /// Work; `None` for a program.
     pub work: Option<Work>,
 }
 
@@ -160,10 +160,10 @@ pub struct Cost {
 pub struct Point {
     /// Time step, in seconds.
     pub time_step: f64,
-    /// Steps in all.
+    /// Total number of steps.
     pub steps: u64,
-    /// Errors, or why there are none.
-    pub outcome: Outcome,
+    /// Errors, or the reason for their absence.
+    pub outcome: RunOutcome,
     /// Cost.
     pub cost: Cost,
 }
@@ -173,7 +173,7 @@ pub struct Point {
 pub struct Curve {
     /// The method.
     pub method: Method,
-    /// Whether it is the submission's.
+    /// Whether the curve is of the submission.
     pub foreign: bool,
     /// The points, from coarse to fine.
     pub points: Vec<Point>,
@@ -186,9 +186,9 @@ impl Curve {
         format!("{whose}{}", self.method.label())
     }
 
-    /// Whether there are states at all: a program need not have every method.
+    /// Whether there are any states: a program need not offer every method.
     pub fn is_offered(&self) -> bool {
-        self.points.iter().any(|point| !matches!(point.outcome, Outcome::Failed { step: 0, .. }))
+        self.points.iter().any(|point| !matches!(point.outcome, RunOutcome::Failed { step: 0, .. }))
     }
 }
 
@@ -199,30 +199,30 @@ pub struct Order {
     pub quantity: Quantity,
     /// What was fitted.
     pub fit: Fit,
-    /// What theory says; `None` where it says nothing.
+    /// The prediction of theory; `None` if there is none.
     pub expected: Option<Expected>,
-    /// Why that is not the method's usual order.
+    /// Why the prediction differs from the method's usual order.
     pub reason: Option<&'static str>,
 }
 
 impl Order {
-    /// Whether it is what theory says; `None` where that says nothing, or nothing could be fitted.
+    /// Whether fit and prediction agree; `None` if there is no prediction or nothing could be fitted.
     pub fn agrees(&self) -> Option<bool> {
         self.expected.and_then(|expected| order::agrees(self.fit, expected))
     }
 }
 
-/// A scene to be measured.
+/// A scene to measure.
 pub struct Target {
     /// Its name.
     pub name: String,
-    /// What moves.
+    /// Short description of the motion.
     pub title: String,
     /// The scene; its time step is the coarsest.
     pub scene: Scene,
-    /// Its motion, where it is known.
+    /// The closed form of its motion, if known.
     pub closed: Option<Closed>,
-    /// Orders other than usual; `None` where theory has not been asked whether the motion is smooth.
+    /// Exceptions from the usual orders; `None` if it is unknown whether the motion is smooth.
     pub exceptions: Option<&'static [Exception]>,
 }
 
@@ -239,13 +239,13 @@ impl Target {
         }
     }
 
-    /// Any scene: its reference is adaptive, and its orders are shown, not judged.
+    /// Any scene: the reference is adaptive, and orders are shown but not judged.
     pub fn of_scene(name: &str, scene: Scene) -> Self {
         let title = "a scene as it is".to_owned();
         Self { name: name.to_owned(), title, scene, closed: None, exceptions: None }
     }
 
-    /// What theory says of a curve's error.
+    /// Prediction of theory for a curve's error.
     fn expected(
         &self,
         method: &Method,
@@ -266,30 +266,30 @@ impl Target {
     }
 }
 
-/// How much is measured.
+/// Extent of the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Config {
-    /// Time steps of the ladder.
+pub struct AccuracyConfig {
+    /// Number of time steps in the ladder.
     pub rungs: u32,
-    /// The most timed runs of a point.
+    /// Maximum number of timed runs per point.
     pub repeats: u32,
-    /// No run is timed again once a point has taken this long, in seconds.
+    /// Time limit per point after which no further run starts, in seconds.
     pub budget: f64,
-    /// No run has more steps than this.
+    /// Maximum number of steps of a run.
     pub max_steps: u64,
 }
 
-impl Config {
-    /// All of it in half a minute.
+impl AccuracyConfig {
+    /// All scenes in half a minute.
     pub const QUICK: Self = Self { rungs: 8, repeats: 3, budget: 0.02, max_steps: 1 << 14 };
 
-    /// Enough for the digits of small errors.
+    /// Enough time steps and repeats to resolve small errors.
     pub const FULL: Self = Self { rungs: 10, repeats: 9, budget: 0.5, max_steps: 1 << 18 };
 
-    /// The divisions of the coarsest step, from coarse to fine.
+    /// Number of parts of each coarsest step, from coarse to fine.
     pub fn refinements(self, coarsest: u64) -> impl Iterator<Item = u64> {
         let all = (0..self.rungs.min(40)).map(|rung| 1 << rung);
-        // Four points make a slope; a scene of very many steps is measured at no fewer.
+        // A slope needs four points; scenes with very many steps also get at least four.
         all.enumerate()
             .take_while(move |(rung, refinement)| {
                 *rung < order::FEWEST || coarsest.saturating_mul(*refinement) <= self.max_steps
@@ -298,13 +298,13 @@ impl Config {
     }
 }
 
-/// A scene that was measured.
+/// A measured scene.
 pub struct SceneStudy {
     /// The scene.
     pub target: Target,
-    /// What errors are measured against.
+    /// The reference for errors.
     pub reference: Reference,
-    /// One curve a method.
+    /// One curve per method.
     pub curves: Vec<Curve>,
 }
 
@@ -313,7 +313,7 @@ impl SceneStudy {
     pub fn orders(&self, curve: &Curve) -> [Order; 3] {
         Quantity::ALL.map(|quantity| {
             let sample = |point: &Point| match point.outcome {
-                Outcome::Finished { largest, .. } => Some(order::Sample {
+                RunOutcome::Finished { largest, .. } => Some(order::ErrorSample {
                     time_step: point.time_step,
                     error: largest.of(quantity),
                     floor: self.reference.floor.of(quantity),
@@ -321,13 +321,13 @@ impl SceneStudy {
                 }),
                 _ => None,
             };
-            let samples: Vec<order::Sample> = curve.points.iter().filter_map(sample).collect();
+            let samples: Vec<order::ErrorSample> = curve.points.iter().filter_map(sample).collect();
             let (expected, reason) = self.target.expected(&curve.method, quantity);
             Order { quantity, fit: order::fit(&samples), expected, reason }
         })
     }
 
-    /// The cheapest ways to each power of ten of the position's error: ours, or the submission's.
+    /// The cheapest methods for each power of ten of the position's error, of the built-in simulator or the submission.
     pub fn levels(&self, foreign: bool) -> Vec<cheapest::Level> {
         let curves: Vec<(usize, &Curve)> =
             self.curves.iter().enumerate().filter(|(_, curve)| curve.foreign == foreign).collect();
@@ -335,18 +335,18 @@ impl SceneStudy {
     }
 }
 
-/// All that was measured.
+/// Results of an accuracy study.
 pub struct Study {
-    /// What was measured beside our own simulator.
+    /// The submission measured beside the built-in simulator.
     pub submission: Option<String>,
-    /// How much was measured.
-    pub config: Config,
-    /// The scenes, in their order.
+    /// Extent of the study.
+    pub config: AccuracyConfig,
+    /// The scenes, in order.
     pub scenes: Vec<SceneStudy>,
 }
 
 impl Study {
-    /// How the orders stand to theory: the submission's alone where there is one.
+    /// Agreement of the orders with theory: of the submission alone if there is one.
     pub fn agreement(&self) -> Agreement {
         let foreign = self.submission.is_some();
         let orders = self.scenes.iter().flat_map(|scene| {
@@ -365,36 +365,36 @@ impl Study {
     }
 }
 
-/// Orders of which theory says something.
+/// Counts of the orders that theory predicts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Agreement {
-    /// As theory says.
+    /// Orders that agree.
     pub agree: usize,
-    /// Otherwise.
+    /// Orders that differ.
     pub differ: usize,
-    /// Nothing could be fitted.
+    /// Orders that could not be fitted.
     pub unknown: usize,
 }
 
-/// A study that could not be made.
+/// Why a study failed.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum AccuracyError {
     #[error("{scene}: {reason}\n  help: measure a shorter or softer scene")]
     NoReference { scene: String, reason: String },
-    #[error("the results cannot be kept: {0}")]
+    #[error("cannot store the results: {0}")]
     Store(#[from] std::io::Error),
 }
 
-/// Measures every method on every scene, one at a time, so that none disturbs another's time. `progress` hears
-/// the scene and the method that comes next, and how many of how many are done.
+/// Measures every method on every scene, sequentially, so that runs do not disturb each other's times. Calls `progress`
+/// with the next scene and method, the number of finished ones, and the total.
 ///
 /// # Errors
-/// Where a scene has no reference, or results cannot be kept.
+/// If a scene has no reference, or results cannot be stored.
 pub fn study(
     targets: Vec<Target>,
     submission: Option<&Submission>,
-    config: Config,
+    config: AccuracyConfig,
     store: Option<&Store>,
     progress: &mut dyn FnMut(&str, usize, usize),
 ) -> Result<Study, AccuracyError> {
@@ -421,10 +421,10 @@ pub fn study(
     Ok(Study { submission: submission.map(Submission::name), config, scenes })
 }
 
-/// The methods of a scene: ours, then those that a program may have.
+/// The methods of a scene: those of the built-in simulator, then those that a program may offer.
 fn plan(scene: &Scene, submission: Option<&Submission>) -> Vec<(Method, bool)> {
     let ours = ladder::methods(scene);
-    // Options are our own; a program has the methods of the course.
+    // Only the built-in simulator has these options; a program offers the methods of the course.
     let theirs = ours.iter().filter(|method| method.setting.is_none() && submission.is_some());
     let theirs: Vec<(Method, bool)> = theirs.cloned().map(|method| (method, true)).collect();
     ours.into_iter().map(|method| (method, false)).chain(theirs).collect()
@@ -434,7 +434,7 @@ fn plan(scene: &Scene, submission: Option<&Submission>) -> Vec<(Method, bool)> {
 #[derive(Clone, Copy)]
 struct Measuring<'a> {
     submission: Option<&'a Submission>,
-    config: Config,
+    config: AccuracyConfig,
     store: Option<&'a Store>,
 }
 
@@ -448,7 +448,7 @@ fn fill(
     let Measuring { submission, config, store } = measuring;
     let kept = store.map(|store| {
         let mut scene = Vec::new();
-        // Nothing in a scene that was read cannot be written.
+        // A parsed scene can always be written.
         let _ = write::write(&target.scene, &mut scene);
         let scene = String::from_utf8_lossy(&scene);
         let label = curve.label();

@@ -1,59 +1,59 @@
-//! The order of convergence, fitted: the slope of the error over the time step, both as logarithms.
+//! Fit of the order of convergence: the slope of the error over the time step, both as logarithms.
 //!
 //! ```text
 //! e(h) = C h^p (1 + c h + …)        log e = log C + p log h + c h: least squares for log C, p and c
 //! ```
 //!
-//! The term `c h` takes up what a time step that is not quite small adds, so that `p` is the order and not its
-//! mean over the window. The window is found, not chosen: from the finest time step whose error is above the
-//! floor, as far to coarser ones as the fit leaves no more than [`REGULAR`] of any error and `c h` is a correction
-//! ([`CORRECTION`]). Where even the finest [`FEWEST`] points are not regular, the finest are left out one by one.
+//! The term `c h` absorbs the next order of the error, so that `p` is the order and not a mean over the window. The
+//! window is determined automatically. It starts at the finest time step whose error is above the floor, and extends
+//! to coarser steps while the fit leaves at most [`REGULAR`] of any error and `c h` is a correction ([`CORRECTION`]).
+//! If the finest [`FEWEST`] points are not regular, the finest points are dropped one by one.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::Quantity;
 
-/// How much of an error the fit may leave.
+/// Largest relative residual of the fit.
 pub const REGULAR: f64 = 0.01;
 
-/// The largest `c h` that is a correction.
+/// Largest `c h` that counts as a correction.
 pub const CORRECTION: f64 = 0.5;
 
-/// How far a fitted slope may be from theory.
+/// Tolerance between a fitted slope and theory.
 pub const TOLERANCE: f64 = 0.05;
 
-/// The fewest points that make a window.
+/// Minimum number of points in a window.
 pub const FEWEST: usize = 5;
 
-/// How many times the floor an error must be for its digits to count.
+/// Minimum ratio of an error to the floor for the error to be used.
 const CLEAR: f64 = 20.0;
 
-/// What theory says of an error.
+/// Theoretical prediction for an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Expected {
-    /// It falls with this power of the time step.
+    /// Proportional to this power of the time step.
     Order(f64),
-    /// There is none but rounding.
+    /// Zero except for rounding.
     Exact,
 }
 
-/// Where methods have another order than usual.
+/// An exception from the usual order of methods.
 #[derive(Debug)]
 pub struct Exception {
-    /// Which methods; empty: all of them.
+    /// The methods; empty for all.
     pub integrators: &'static [&'static str],
-    /// Which error.
+    /// The quantity.
     pub quantity: Quantity,
-    /// What theory says here.
+    /// The prediction.
     pub expected: Expected,
-    /// Why.
+    /// The reason.
     pub reason: &'static str,
 }
 
-/// What was fitted.
+/// Result of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fit {
-    /// A slope, and the window that it was fitted in.
+    /// A slope with the window of the fit.
     Slope {
         /// The power of the time step.
         slope: f64,
@@ -64,31 +64,31 @@ pub enum Fit {
     },
     /// Every error is within rounding.
     Exact,
-    /// There is no window: too few points above the floor, or no regular slope among them.
+    /// No window: too few points above the floor, or no regular slope among them.
     None,
 }
 
-/// An error with the time step that led to it.
+/// An error with its time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct ErrorSample {
     /// Time step.
     pub time_step: f64,
     /// Error.
     pub error: f64,
-    /// What cannot be told from zero: the reference's error bar.
+    /// The reference's error bar: smaller errors cannot be distinguished from zero.
     pub floor: f64,
-    /// What an exact method may have of rounding.
+    /// Bound of the rounding error of an exact method.
     pub rounding: f64,
 }
 
 /// Fits a slope to errors from coarse to fine.
-pub fn fit(samples: &[Sample]) -> Fit {
-    let is_exact = |sample: &Sample| sample.error <= sample.floor + sample.rounding;
+pub fn fit(samples: &[ErrorSample]) -> Fit {
+    let is_exact = |sample: &ErrorSample| sample.error <= sample.floor + sample.rounding;
     if !samples.is_empty() && samples.iter().all(is_exact) {
         return Fit::Exact;
     }
-    let clear = |sample: &&Sample| sample.error > CLEAR * sample.floor && !is_exact(sample);
-    // Beyond the first point that is not clear, digits are missing.
+    let clear = |sample: &&ErrorSample| sample.error > CLEAR * sample.floor && !is_exact(sample);
+    // Errors after the first point near the floor have too few correct digits.
     let points: Vec<(f64, f64)> = samples
         .iter()
         .skip_while(|sample| !clear(sample))
@@ -109,10 +109,10 @@ pub fn fit(samples: &[Sample]) -> Fit {
     Fit::None
 }
 
-/// The slope of points of time step and error, where they are regular.
+/// The slope of points (time step, error); `None` if not regular.
 fn regular_slope(points: &[(f64, f64)]) -> Option<f64> {
     let coarsest = points.first()?.0;
-    // In units of the coarsest step, the three columns are of one size.
+    // Scale by the coarsest step, so that the three columns have similar size.
     let row = |&(h, _): &(f64, f64)| [1.0, (h / coarsest).ln(), h / coarsest];
     let rows = points.iter().map(row);
     let matrix = DMatrix::from_row_iterator(points.len(), 3, rows.flatten());
@@ -122,7 +122,7 @@ fn regular_slope(points: &[(f64, f64)]) -> Option<f64> {
     (left.amax() <= REGULAR && fitted[2].abs() <= CORRECTION).then_some(fitted[1])
 }
 
-/// Whether a fit is what theory says; `None` where nothing was fitted.
+/// Whether a fit agrees with theory; `None` if nothing was fitted.
 pub fn agrees(fit: Fit, expected: Expected) -> Option<bool> {
     match (fit, expected) {
         (Fit::None, _) => None,
@@ -130,7 +130,7 @@ pub fn agrees(fit: Fit, expected: Expected) -> Option<bool> {
             Some((slope - order).abs() <= TOLERANCE)
         }
         (Fit::Slope { .. }, Expected::Exact) => Some(false),
-        // What is better than its order is not held against it.
+        // A better result than predicted is accepted.
         (Fit::Exact, _) => Some(true),
     }
 }
@@ -139,9 +139,9 @@ pub fn agrees(fit: Fit, expected: Expected) -> Option<bool> {
 mod tests {
     use super::*;
 
-    fn samples(error: impl Fn(f64) -> f64, floor: f64) -> Vec<Sample> {
+    fn samples(error: impl Fn(f64) -> f64, floor: f64) -> Vec<ErrorSample> {
         let step = |rung: i32| 0.5_f64.powi(rung);
-        let sample = |h: f64| Sample { time_step: h, error: error(h), floor, rounding: 0.0 };
+        let sample = |h: f64| ErrorSample { time_step: h, error: error(h), floor, rounding: 0.0 };
         (0..12).map(|rung| sample(step(rung))).collect()
     }
 

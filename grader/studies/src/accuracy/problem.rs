@@ -1,7 +1,7 @@
-//! The scenes that accuracy is measured on: some with a closed form, some without.
+//! Problems of the accuracy study, with or without a closed form.
 //!
-//! Each is a scene file of its own, which any simulator can be given. Its time step is the coarsest of the
-//! ladder. To add one: a file in `scenes/`, a line in [`PROBLEMS`], and a closed form where there is one.
+//! Each is a scene file that any simulator can read. Its time step is the coarsest of the ladder. To add a problem, add
+//! a file in `scenes/`, a line in [`PROBLEMS`], and a closed form if there is one.
 
 use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::vocabulary;
@@ -9,17 +9,17 @@ use simulator::vocabulary;
 use super::order::{Exception, Expected};
 use ::reference::closed::{self, Closed};
 
-/// A scene whose solution is known, or can be computed by a method of high order.
+/// A scene whose solution is known or computed by a method of high order.
 pub struct Problem {
     /// Its name.
     pub name: &'static str,
-    /// What moves, in a few words.
+    /// Short description of the motion.
     pub title: &'static str,
     /// The scene file.
     pub xml: &'static str,
-    /// The closed form of its motion, where it has one.
+    /// The closed form of its motion, if any.
     pub closed: Option<fn(&Scene) -> Closed>,
-    /// Where a method has another order than usual, and why.
+    /// Exceptions from the usual orders, with reasons.
     pub exceptions: &'static [Exception],
 }
 
@@ -46,10 +46,10 @@ macro_rules! problem {
     };
 }
 
-/// Methods that evaluate gravitation at the start of a step, and move by the new velocity.
+/// Methods that evaluate gravitation at the start of a step and move with the new velocity.
 const EXPLICIT_FORCE: &[&str] = &["symplectic-euler", "fast-mass-spring"];
 
-/// Every problem, those with a closed form first.
+/// All problems, those with a closed form first.
 pub static PROBLEMS: &[Problem] = &[
     problem!(
         "free-fall",

@@ -1,7 +1,7 @@
-//! A program on the ladder, from traces alone.
+//! Measurement of a program, from its traces alone.
 //!
-//! Its time is the wall time of the whole process: its start, reading the scene, writing the trace and the
-//! protection it runs under are in it, so that it is told beside ours and never ranked with them.
+//! Its time is the wall time of the whole process, including its start, reading the scene, writing the trace and the
+//! sandbox. It is therefore shown beside the built-in simulator's times, but not ranked with them.
 
 use std::time::Instant;
 
@@ -11,11 +11,11 @@ use simulator::trace::Shape;
 use super::ladder::Method;
 use super::measure::follow;
 use super::reference::Reference;
-use super::{Config, Cost, Outcome, Point, Timing};
+use super::{AccuracyConfig, Cost, Point, RunOutcome, Timing};
 use grader::submission::program::{Program, SceneSource};
 use grader::verdict::Verdict;
 
-/// The most timed runs of a time step.
+/// Maximum number of timed runs per time step.
 const REPEATS: u32 = 3;
 
 /// A scene at one time step of the ladder.
@@ -34,28 +34,33 @@ pub(super) fn spelling(
     method: &Method,
     scene: &Scene,
     reference: &Reference,
-) -> Result<&'static str, Outcome> {
+) -> Result<&'static str, RunOutcome> {
     let mut first = None;
     let spellings = method.integrator.aliases.iter().chain([&method.integrator.name]).rev();
     for spelling in spellings {
         let (outcome, _) =
             run(program, &text(scene, spelling), Rung { scene, reference, refinement: 1 });
         match outcome {
-            Outcome::Failed { step: 0, .. } => first = first.or(Some(outcome)),
+            RunOutcome::Failed { step: 0, .. } => first = first.or(Some(outcome)),
             _ => return Ok(spelling),
         }
     }
-    let none = || Outcome::Failed { step: 0, time: 0.0, reason: "it has no name".to_owned() };
+    let none = || RunOutcome::Failed { step: 0, time: 0.0, reason: "it has no name".to_owned() };
     Err(first.unwrap_or_else(none))
 }
 
 /// The program on `scene`.
-pub(super) fn measure(program: &Program, spelling: &str, rung: Rung<'_>, config: Config) -> Point {
+pub(super) fn measure(
+    program: &Program,
+    spelling: &str,
+    rung: Rung<'_>,
+    config: AccuracyConfig,
+) -> Point {
     let scene = rung.scene;
     let text = text(scene, spelling);
     let (outcome, first) = run(program, &text, rung);
     let (mut times, mut spent) = (vec![first], first);
-    // The first run is one of them: a process starts cold each time.
+    // The first run counts too: every process starts cold.
     while times.len() < config.repeats.min(REPEATS) as usize && spent < config.budget {
         let (_, time) = run(program, &text, rung);
         spent += time;
@@ -66,7 +71,7 @@ pub(super) fn measure(program: &Program, spelling: &str, rung: Rung<'_>, config:
 }
 
 /// A run, and its wall time in seconds.
-fn run(program: &Program, text: &str, rung: Rung<'_>) -> (Outcome, f64) {
+fn run(program: &Program, text: &str, rung: Rung<'_>) -> (RunOutcome, f64) {
     let Rung { scene, reference, refinement } = rung;
     let started = Instant::now();
     let run = program.run(SceneSource::Xml(text), Shape::of(scene));
@@ -78,16 +83,16 @@ fn run(program: &Program, text: &str, rung: Rung<'_>) -> (Outcome, f64) {
                 Verdict::Fail(failure) => failure.to_string(),
                 other => other.to_string(),
             };
-            Outcome::Failed { step: 0, time: 0.0, reason }
+            RunOutcome::Failed { step: 0, time: 0.0, reason }
         }
     };
     (outcome, time)
 }
 
-/// The scene as a file, its integrator spelt so and without options that only ours has.
+/// The scene as XML, with this spelling of its integrator and without options of the built-in simulator.
 fn text(scene: &Scene, spelling: &str) -> String {
     let mut bytes = Vec::new();
-    // Nothing in a scene that was read cannot be written.
+    // A parsed scene can always be written.
     let _ = write::write(scene, &mut bytes);
     let text = String::from_utf8(bytes).unwrap_or_default();
     text.replacen(&format!("\"{}\"", scene.integrator.name), &format!("\"{spelling}\""), 1)

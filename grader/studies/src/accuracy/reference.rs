@@ -1,4 +1,4 @@
-//! What errors are measured against: the states of a scene at sample times, and how far they may be wrong.
+//! Reference solution of a scene: its states at sample times, with an error bar.
 //!
 //! ```text
 //! closed form   bar of x: 16 ε (1 + ω T) max |x|           rounding of the formula and of its angle ω T
@@ -6,8 +6,8 @@
 //! adaptive      bar: largest difference of the runs to two tolerances, plus the rounding above
 //! ```
 //!
-//! The error bar is a *floor*: nothing that is measured can be known to be better. Samples lie on the steps of the
-//! coarsest time step, at most [`MAX_SAMPLES`] of them, so that every rung of the ladder passes through each.
+//! The error bar is a *floor*: smaller errors cannot be measured. Samples are at steps of the coarsest time step, at
+//! most [`MAX_SAMPLES`] of them, so that every time step of the ladder reaches each sample.
 
 use simulator::scene::{Dimension, Scene};
 use simulator::system::System;
@@ -16,44 +16,44 @@ use super::Errors;
 use ::reference::adaptive::{self, Motion, TOLERANCES};
 use ::reference::closed::{Closed, starts};
 
-/// The most samples of a motion, beside its start.
+/// Maximum number of samples, excluding the start.
 pub const MAX_SAMPLES: u64 = 256;
 
-/// Roundings in a formula's value.
+/// Rounding error of a formula's value, in units of ε.
 const ROUNDINGS: f64 = 16.0;
 
-/// Where a reference comes from.
+/// Source of a reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// A closed form.
     Closed,
-    /// A method of order 8, to two tolerances.
+    /// A method of order 8, run to two tolerances.
     Adaptive,
 }
 
-/// The states of a scene, known well.
+/// Reference solution of a scene.
 pub struct Reference {
-    /// Where they come from.
+    /// Its source.
     pub source: Source,
-    /// How far they may be wrong, at any sample.
+    /// Its error bar, valid at every sample.
     pub floor: Errors,
     /// The largest position and velocity of a particle, and the largest sum of the magnitudes of energies.
     pub scale: Errors,
-    /// How far anything moves, or how far apart things are, whichever is more.
+    /// Size of the motion: the larger of the largest displacement and the largest distance.
     pub size: f64,
     /// The end of the last sample, in seconds.
     pub duration: f64,
-    /// Coarsest steps from sample to sample; the last stretch may be shorter.
+    /// Coarsest steps between samples; the last interval may be shorter.
     stride: u64,
-    /// Coarsest steps in all.
+    /// Total number of coarsest steps.
     coarsest: u64,
-    /// The samples, from the start on.
-    samples: Vec<Sample>,
+    /// The samples, including the start.
+    samples: Vec<ReferenceSample>,
     meter: Meter,
     dimension: usize,
 }
 
-struct Sample {
+struct ReferenceSample {
     time: f64,
     positions: Vec<f64>,
     velocities: Vec<f64>,
@@ -64,7 +64,7 @@ impl Reference {
     /// The reference of a scene whose time step is the coarsest of the ladder.
     ///
     /// # Errors
-    /// Where there is no closed form, and the adaptive method does not get to the end.
+    /// If there is no closed form and the adaptive method does not reach the end.
     pub fn new(scene: &Scene, closed: Option<&Closed>) -> Result<Self, String> {
         let coarsest = scene.n_steps();
         if coarsest == 0 {
@@ -88,9 +88,9 @@ impl Reference {
             let (positions, velocities) = state.split_at(half);
             let (energy, size) = meter.energy(positions, velocities, *time);
             let (positions, velocities) = (positions.to_vec(), velocities.to_vec());
-            (Sample { time: *time, positions, velocities, energy }, size)
+            (ReferenceSample { time: *time, positions, velocities, energy }, size)
         };
-        let (samples, sizes): (Vec<Sample>, Vec<f64>) =
+        let (samples, sizes): (Vec<ReferenceSample>, Vec<f64>) =
             times.iter().zip(&states).map(sample).unzip();
         let dimension = scene.dimension.count();
         let duration = times.last().copied().unwrap_or_default();
@@ -129,11 +129,11 @@ impl Reference {
         Ok(reference)
     }
 
-    /// The rounding of the energy by that of the state.
+    /// Rounding error of the energy due to that of the state.
     fn energy_bar(&self, scene: &Scene) -> Result<f64, String> {
         let motion = Motion::new(scene);
         let mut bar: f64 = 0.0;
-        for Sample { time, positions, velocities, .. } in &self.samples {
+        for ReferenceSample { time, positions, velocities, .. } in &self.samples {
             let force = motion.force(positions, velocities, *time);
             let forces = force.chunks_exact(self.dimension).map(norm).sum::<f64>();
             let particles = velocities.chunks_exact(self.dimension).zip(&scene.particles);
@@ -144,10 +144,9 @@ impl Reference {
         Ok(bar + ROUNDINGS * f64::EPSILON * self.scale.energy)
     }
 
-    /// The largest differences of another reference of the same scene from this one; `None` where an energy is not
-    /// finite.
+    /// The largest differences between this and another reference of the same scene; `None` if an energy is not finite.
     pub fn difference(&self, other: &Self) -> Option<Errors> {
-        let of_sample = |(number, sample): (usize, &Sample)| {
+        let of_sample = |(number, sample): (usize, &ReferenceSample)| {
             self.errors(number, &sample.positions, &sample.velocities)
         };
         let errors = other.samples.iter().enumerate().map(of_sample);
@@ -161,19 +160,19 @@ impl Reference {
         })
     }
 
-    /// Samples, the start included.
+    /// Number of samples, including the start.
     pub(super) fn n_samples(&self) -> usize {
         self.samples.len()
     }
 
-    /// The step of a sample, where each of the coarsest steps is divided into `refinement`.
+    /// The step number of a sample if each coarsest step is divided into `refinement` steps.
     pub(super) fn step(&self, sample: usize, refinement: u64) -> u64 {
         (sample as u64 * self.stride).min(self.coarsest) * refinement
     }
 
-    /// How far a state is from a sample; `None` where its energy is not finite.
+    /// Errors of a state at a sample; `None` if its energy is not finite.
     pub(super) fn errors(&self, sample: usize, x: &[f64], v: &[f64]) -> Option<Errors> {
-        let Sample { time, positions, velocities, energy } = &self.samples[sample];
+        let ReferenceSample { time, positions, velocities, energy } = &self.samples[sample];
         let (own, _) = self.meter.energy(x, v, *time);
         let errors = Errors {
             position: distance(x, positions, self.dimension),
@@ -184,8 +183,8 @@ impl Reference {
         all.into_iter().all(f64::is_finite).then_some(errors)
     }
 
-    /// What rounding may make of `steps` steps of an exact method. A method whose unknowns are positions divides
-    /// by the time step, and loses `ε |x|/h` of a velocity in each.
+    /// Bound of the rounding error of `steps` steps of an exact method. A method whose unknowns are positions divides
+    /// by the time step, and loses `ε |x|/h` of a velocity in each step.
     pub(super) fn rounding(&self, steps: u64) -> Errors {
         let steps = steps as f64;
         let unit = steps * f64::EPSILON;
@@ -215,13 +214,13 @@ fn norm(vector: &[f64]) -> f64 {
     vector.iter().map(|component| component * component).sum::<f64>().sqrt()
 }
 
-/// The largest distance of a particle from where it should be.
+/// The largest distance between corresponding particles.
 fn distance(a: &[f64], b: &[f64], dimension: usize) -> f64 {
     let pairs = a.chunks_exact(dimension).zip(b.chunks_exact(dimension));
     let distance = |(a, b): (&[f64], &[f64])| {
         a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     };
-    // A NaN must not be passed over, as `max` would.
+    // Unlike `max`, propagate NaN.
     pairs.map(distance).fold(0.0, |max, distance| if distance <= max { max } else { distance })
 }
 
@@ -229,7 +228,7 @@ fn largest<'a>(states: impl Iterator<Item = &'a Vec<f64>>, dimension: usize) -> 
     states.flat_map(|state| state.chunks_exact(dimension)).map(norm).fold(0.0, f64::max)
 }
 
-fn extent(samples: &[Sample], dimension: usize) -> f64 {
+fn extent(samples: &[ReferenceSample], dimension: usize) -> f64 {
     let start = &samples[0].positions;
     let moved = samples.iter().map(|sample| distance(&sample.positions, start, dimension));
     let moved = moved.fold(0.0, f64::max);
@@ -239,7 +238,7 @@ fn extent(samples: &[Sample], dimension: usize) -> f64 {
     moved.max(apart.fold(0.0, f64::max))
 }
 
-/// Measures energies: the simulator's own, for errors are told in them.
+/// Evaluates energies with the simulator's own functions, as for the reported errors.
 enum Meter {
     Two(System<2>),
     Three(System<3>),

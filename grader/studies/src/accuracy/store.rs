@@ -1,11 +1,11 @@
-//! What has been measured, kept in a folder: a run that was interrupted goes on where it stopped.
+//! Store of measured curves in a folder, so that an interrupted study can continue.
 //!
 //! ```text
 //! FOLDER/points/<scene>/<method>.json        written whole, once all its time steps are measured
 //! ```
 //!
-//! A file counts only under the same key: the hash of the scene, the method, the ladder, the grader's own
-//! program and the submission. Numbers are written so that they read back to the same bits.
+//! A file is valid only with the same key: the hash of the scene, the method, the ladder, the grader's executable and
+//! the submission. Numbers round-trip to the same bits.
 
 use std::fs;
 use std::io::{self, Write};
@@ -15,24 +15,24 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use simulator::output::OutputFile;
 
-use super::{Cost, Errors, Outcome, Point, Timing, Work};
+use super::{Cost, Errors, Point, RunOutcome, Timing, Work};
 
 /// A folder of measured curves.
 #[derive(Debug, Clone)]
 pub struct Store {
     folder: PathBuf,
-    /// What all keys have in common.
+    /// Common part of all keys.
     common: String,
 }
 
 impl Store {
-    /// The store of a folder. `common` names all that a result depends on beside the scene, the method and the
-    /// ladder.
+    /// The store in a folder. `common` identifies everything that results depend on besides the scene, the method and
+    /// the ladder.
     pub fn new(folder: &Path, common: &str) -> Self {
         Self { folder: folder.join("points"), common: common.to_owned() }
     }
 
-    /// The key of a curve: a hash of these parts and of what all have in common.
+    /// The key of a curve: a hash of these parts and the common part.
     pub(super) fn key(&self, parts: &[&str]) -> String {
         let mut hash = Sha256::new();
         for part in parts.iter().chain([&self.common.as_str()]) {
@@ -42,17 +42,17 @@ impl Store {
         hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// The points of a curve, where they were measured under this key.
+    /// The points of a curve, if stored with this key.
     pub(super) fn load(&self, scene: &str, method: &str, key: &str) -> Option<Vec<Point>> {
         let text = fs::read_to_string(self.path(scene, method)).ok()?;
-        let record: Record = serde_json::from_str(&text).ok()?;
+        let record: CurveRecord = serde_json::from_str(&text).ok()?;
         (record.key == key).then(|| record.points.into_iter().map(RecordedPoint::point).collect())
     }
 
-    /// Keeps the points of a curve.
+    /// Stores the points of a curve.
     ///
     /// # Errors
-    /// Where the folder takes no files.
+    /// If the file cannot be written.
     pub(super) fn save(
         &self,
         scene: &str,
@@ -65,7 +65,7 @@ impl Store {
             fs::create_dir_all(folder)?;
         }
         let points = points.iter().map(RecordedPoint::of).collect();
-        let record = Record { key: key.to_owned(), points };
+        let record = CurveRecord { key: key.to_owned(), points };
         let mut file = OutputFile::create(&path)?;
         file.write_all(serde_json::to_string(&record)?.as_bytes())?;
         file.commit()
@@ -76,7 +76,7 @@ impl Store {
     }
 }
 
-/// A name without what file systems take for something else.
+/// A name without characters that are special in file systems.
 pub fn file_name(name: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     let name: String = name.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();
@@ -84,7 +84,7 @@ pub fn file_name(name: &str) -> String {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Record {
+struct CurveRecord {
     key: String,
     points: Vec<RecordedPoint>,
 }
@@ -96,7 +96,7 @@ struct RecordedPoint {
     steps: u64,
     /// "finished", "blown-up" or "failed".
     outcome: String,
-    /// Errors at the end and the largest, or the largest alone, or the time of the failure.
+    /// The errors at the end and the largest errors, only the largest, or the time of the failure.
     numbers: Vec<String>,
     failed_step: u64,
     reason: String,
@@ -111,13 +111,13 @@ impl RecordedPoint {
             [errors.position, errors.velocity, errors.energy].map(|value| value.to_string())
         };
         let (outcome, numbers, failed_step, reason) = match &point.outcome {
-            Outcome::Finished { end, largest } => {
+            RunOutcome::Finished { end, largest } => {
                 ("finished", [errors(end), errors(largest)].concat(), 0, String::new())
             }
-            Outcome::BlownUp { largest } => {
+            RunOutcome::BlownUp { largest } => {
                 ("blown-up", errors(largest).to_vec(), 0, String::new())
             }
-            Outcome::Failed { step, time, reason } => {
+            RunOutcome::Failed { step, time, reason } => {
                 ("failed", vec![time.to_string()], *step, reason.clone())
             }
         };
@@ -149,9 +149,9 @@ impl RecordedPoint {
             energy: number(self.numbers.get(start + 2)),
         };
         let outcome = match self.outcome.as_str() {
-            "finished" => Outcome::Finished { end: errors(0), largest: errors(3) },
-            "blown-up" => Outcome::BlownUp { largest: errors(0) },
-            _ => Outcome::Failed {
+            "finished" => RunOutcome::Finished { end: errors(0), largest: errors(3) },
+            "blown-up" => RunOutcome::BlownUp { largest: errors(0) },
+            _ => RunOutcome::Failed {
                 step: self.failed_step,
                 time: number(self.numbers.first()),
                 reason: self.reason.clone(),
@@ -190,9 +190,9 @@ mod tests {
         let work = Work { force_evaluations: 3, factorisations: 2, iterations: 1 };
         let cost = Cost { time: Some(time), work: Some(work) };
         let outcomes = [
-            Outcome::Finished { end: errors, largest: errors },
-            Outcome::BlownUp { largest: errors },
-            Outcome::Failed { step: 3, time: 0.1, reason: "a reason".to_owned() },
+            RunOutcome::Finished { end: errors, largest: errors },
+            RunOutcome::BlownUp { largest: errors },
+            RunOutcome::Failed { step: 3, time: 0.1, reason: "a reason".to_owned() },
         ];
         let points: Vec<Point> = outcomes
             .map(|outcome| Point { time_step: 0.1 / 3.0, steps: 9, outcome, cost })

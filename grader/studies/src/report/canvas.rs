@@ -1,14 +1,14 @@
-//! Pictures as pixels: antialiased shapes and text on a canvas, written as PNG.
+//! Raster canvas: antialiased shapes and text, written as PNG.
 
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use zeno::{Command, Mask, PathBuilder, Stroke, Style, Transform, Vector};
 
 use super::font::Font;
 
-/// Compression of PNG files, of 0 to 10.
+/// Compression level of PNG files, from 0 to 10.
 const LEVEL: u8 = 8;
 
-/// Opaque white pixels that shapes are drawn on. The top left corner is the origin; y points down.
+/// A canvas of opaque white pixels. The origin is the top left corner; y points down.
 pub(super) struct Canvas {
     width: u32,
     height: u32,
@@ -17,28 +17,28 @@ pub(super) struct Canvas {
     font: Font,
 }
 
-/// A colour, and how much of what is below it covers: 0 is nothing, 1 is all.
+/// A colour with its opacity, from 0 to 1.
 #[derive(Clone, Copy)]
 pub(super) struct Paint {
     pub(super) rgb: [u8; 3],
     pub(super) opacity: f64,
 }
 
-/// Where text is drawn.
+/// Position of text.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
-    /// Of this point of the canvas...
+pub(super) struct TextPlacement {
+    /// Anchor point on the canvas.
     pub(super) at: [f32; 2],
-    /// ... the baseline is so far below, in the direction of the text.
+    /// Distance of the baseline below the anchor, in the direction of the text.
     pub(super) below: f32,
-    /// Share of the text's width that is to the left of the point.
+    /// Fraction of the text's width to the left of the anchor.
     pub(super) left: f32,
-    /// Clockwise, in quarters of a turn about the point.
+    /// Clockwise rotation about the anchor, in quarter turns.
     pub(super) quarters: u8,
 }
 
-impl Place {
-    /// A point of the text, relative to its place, on the canvas.
+impl TextPlacement {
+    /// Converts a point of the text to canvas coordinates.
     fn on_canvas(self, x: f32, y: f32) -> Vector {
         let (x, y) = match self.quarters % 4 {
             0 => (x, y),
@@ -51,13 +51,14 @@ impl Place {
 }
 
 impl Canvas {
-    /// An empty canvas of so many pixels.
+    /// An empty canvas of this size in pixels.
     ///
     /// # Errors
-    /// Where the font that comes with the program cannot be read.
+    /// If the built-in font cannot be read.
     pub(super) fn new(width: u32, height: u32) -> Result<Self, &'static str> {
         let pixels = vec![255; 3 * width as usize * height as usize];
-        let font = Font::new(epaint_default_fonts::UBUNTU_LIGHT).ok_or("its font is damaged")?;
+        let font =
+            Font::new(epaint_default_fonts::UBUNTU_LIGHT).ok_or("the built-in font is damaged")?;
         Ok(Self { width, height, pixels, font })
     }
 
@@ -66,7 +67,7 @@ impl Canvas {
         self.draw(&path(corners, true), Style::default(), 0.0, paint);
     }
 
-    /// Draws a line through points, with mitred corners; a closed one returns to the first.
+    /// Draws a line through points, with mitred corners; a closed line returns to the first point.
     pub(super) fn line(&mut self, points: &[[f32; 2]], closed: bool, width: f32, paint: Paint) {
         self.draw(&path(points, closed), Stroke::new(width).into(), width, paint);
     }
@@ -76,13 +77,13 @@ impl Canvas {
         self.draw(&circle(centre, radius), Style::default(), 0.0, paint);
     }
 
-    /// Draws a circle's line.
+    /// Draws the outline of a circle.
     pub(super) fn circle(&mut self, centre: [f32; 2], radius: f32, width: f32, paint: Paint) {
         self.draw(&circle(centre, radius), Stroke::new(width).into(), width, paint);
     }
 
     /// Draws a line of text of this size in pixels. Characters that the font lacks are drawn as its empty box.
-    pub(super) fn text(&mut self, text: &str, size: f32, place: Place, paint: Paint) {
+    pub(super) fn text(&mut self, text: &str, size: f32, place: TextPlacement, paint: Paint) {
         let scale = size / f32::from(self.font.units);
         let glyphs: Vec<_> = text.chars().map(|character| self.font.glyph(character)).collect();
         let width = |glyph| f32::from(self.font.width(glyph)) * scale;
@@ -90,16 +91,16 @@ impl Canvas {
         let mut path = Vec::new();
         for glyph in glyphs {
             let on_canvas = |x, y| place.on_canvas(left + x * scale, place.below - y * scale);
-            // A glyph that cannot be read leaves a gap.
+            // An unreadable glyph leaves a gap.
             let _ = self.font.outline(glyph, &mut path, &on_canvas);
             left += width(glyph);
         }
         self.draw(&path, Style::default(), 0.0, paint);
     }
 
-    /// Draws what a path, or its line of this width, covers.
+    /// Fills a path, or strokes it with this width.
     fn draw(&mut self, path: &[Command], style: Style<'_>, width: f32, paint: Paint) {
-        // A mitred corner reaches up to 4 half widths beyond its point.
+        // A mitred corner extends up to 4 half widths beyond its point.
         let reach = 2.0 * width + 1.0;
         let mut low = [f32::INFINITY; 2];
         let mut high = [f32::NEG_INFINITY; 2];
@@ -137,11 +138,11 @@ impl Canvas {
 
     /// The picture as a PNG file.
     pub(super) fn png(&self) -> Vec<u8> {
-        // Each row is preceded by the number of its filter: none.
+        // Each row starts with the number of its filter: none.
         let rows = self.pixels.chunks_exact(3 * self.width as usize);
         let rows: Vec<u8> = rows.flat_map(|row| [&[0], row].concat()).collect();
         let mut header = [self.width.to_be_bytes(), self.height.to_be_bytes()].concat();
-        // 8 bits a colour, of three colours; the only compression and filter method; not interlaced.
+        // 8 bits per channel, RGB; the only compression and filter method; not interlaced.
         header.extend([8, 2, 0, 0, 0]);
         let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
         chunk(&mut file, b"IHDR", &header);
@@ -186,7 +187,7 @@ fn circle(centre: [f32; 2], radius: f32) -> Vec<Command> {
     path
 }
 
-/// The points that a command of a path names.
+/// The points of a path command.
 fn points(command: &Command) -> impl Iterator<Item = Vector> + use<> {
     let named = match *command {
         Command::MoveTo(point) | Command::LineTo(point) => [Some(point), None, None],
@@ -205,7 +206,7 @@ mod tests {
 
     const BLACK: Paint = Paint { rgb: [0; 3], opacity: 1.0 };
 
-    /// How much black there is on a canvas of white, in pixels.
+    /// Total amount of black on the canvas, in pixels.
     fn ink(canvas: &Canvas) -> f64 {
         canvas.pixels.iter().map(|value| 1.0 - f64::from(*value) / 255.0).sum::<f64>() / 3.0
     }
@@ -222,7 +223,7 @@ mod tests {
         let ring = drawn(&|canvas| canvas.circle([20.3, 14.8], 10.0, 2.0, BLACK));
         let filled = drawn(&|canvas| canvas.polygon(&square, BLACK));
         let frame = drawn(&|canvas| canvas.line(&square, true, 2.0, BLACK));
-        // Three quarters of it are beyond the corner.
+        // Three quarters of the disc are outside the canvas.
         let cut = drawn(&|canvas| canvas.disc([0.0, 0.0], 10.0, BLACK));
         let outside = drawn(&|canvas| canvas.disc([1e7, -1e7], 10.0, BLACK));
         let faint = drawn(&|canvas| canvas.polygon(&square, Paint { opacity: 0.5, ..BLACK }));
@@ -243,10 +244,10 @@ mod tests {
     fn text_is_drawn_at_its_place_in_every_direction() {
         for (quarters, corner) in [(0, [25, 5]), (1, [25, 25]), (2, [5, 25]), (3, [5, 5])] {
             let mut canvas = Canvas::new(50, 50).unwrap();
-            let place = Place { at: [25.0, 25.0], below: 0.0, left: 0.0, quarters };
+            let place = TextPlacement { at: [25.0, 25.0], below: 0.0, left: 0.0, quarters };
             canvas.text("H", 20.0, place, BLACK);
             let mut turned = Canvas::new(50, 50).unwrap();
-            turned.text("H", 20.0, Place { quarters: 0, ..place }, BLACK);
+            turned.text("H", 20.0, TextPlacement { quarters: 0, ..place }, BLACK);
             assert!((ink(&canvas) - ink(&turned)).abs() < 0.5);
             let dark = |x: usize, y: usize| canvas.pixels[3 * (y * 50 + x)] < 128;
             let places = (0..2500).map(|place| (place % 50, place / 50));

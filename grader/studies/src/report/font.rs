@@ -1,39 +1,39 @@
 //! Outlines and widths of a TrueType font's glyphs.
 //!
-//! It reads what the font that comes with the program has: a character map of format 4, and glyphs of quadratic curves,
-//! some put together of others that are shifted.
+//! Supports the features of the built-in font: a character map of format 4, and glyphs of quadratic curves, some of
+//! them composed of shifted glyphs.
 
 use zeno::{Command, Vector};
 
-/// The tables that are read.
+/// The tables of a font.
 pub(super) struct Font {
-    /// Units of the font's coordinates in its size.
+    /// Coordinate units per em.
     pub(super) units: u16,
     glyphs: &'static [u8],
-    /// Where each glyph begins, in units of two or of one byte.
+    /// Start of each glyph, in units of two bytes or one byte.
     places: &'static [u8],
     short_places: bool,
     widths: &'static [u8],
-    /// Of glyphs, the first that have widths of their own; the others have the last of these.
+    /// Number of glyphs with their own widths; all later glyphs have the last of these widths.
     n_widths: u16,
     characters: &'static [u8],
 }
 
-/// The most levels of glyphs in glyphs.
+/// Maximum nesting of composite glyphs.
 const DEPTH: u8 = 4;
 
-/// Bits of a point.
+/// Flags of a point.
 const ON_CURVE: u8 = 1;
 const REPEAT: u8 = 8;
 
-/// Bits of a part of a glyph.
+/// Flags of a part of a composite glyph.
 const WORDS: u16 = 1;
 const IS_SHIFT: u16 = 2;
 const MORE: u16 = 0x20;
 const SCALED: u16 = 0x8 | 0x40 | 0x80;
 
 impl Font {
-    /// Finds the tables; none where one is missing.
+    /// Finds the tables; `None` if one is missing.
     pub(super) fn new(file: &'static [u8]) -> Option<Self> {
         let table = |name: &[u8; 4]| {
             let entries = file.get(12..)?.chunks_exact(16).take(usize::from(u16_at(file, 4)?));
@@ -58,7 +58,7 @@ impl Font {
         })
     }
 
-    /// The glyph of a character; 0, an empty box, where there is none.
+    /// The glyph of a character; 0, an empty box, if the font lacks it.
     pub(super) fn glyph(&self, character: char) -> u16 {
         u16::try_from(u32::from(character)).ok().and_then(|code| self.find(code)).unwrap_or(0)
     }
@@ -79,13 +79,13 @@ impl Font {
         Some(if glyph == 0 { 0 } else { glyph.wrapping_add(shift) })
     }
 
-    /// How far the next glyph stands from this one, in the font's units.
+    /// The advance width of a glyph, in the font's units.
     pub(super) fn width(&self, glyph: u16) -> u16 {
         let own = usize::from(glyph.min(self.n_widths.saturating_sub(1)));
         u16_at(self.widths, 4 * own).unwrap_or(0)
     }
 
-    /// Appends the outline of a glyph, each point as `place` puts it. y points up.
+    /// Appends the outline of a glyph, each point transformed by `place`. y points up.
     pub(super) fn outline(
         &self,
         glyph: u16,
@@ -137,7 +137,7 @@ impl Font {
     }
 }
 
-/// A glyph of its own contours.
+/// Appends the outline of a simple glyph.
 fn simple(
     data: &[u8],
     n_contours: usize,
@@ -161,7 +161,7 @@ fn simple(
         }
         flags.extend((0..count).map(|_| flag));
     }
-    // x of all points, then y: each a change of one byte, of two, or none.
+    // x of all points, then y; each is a difference of zero, one or two bytes.
     let mut coordinates = |short: u8, same: u8| -> Option<Vec<f32>> {
         let mut value = 0;
         let mut values = Vec::new();
@@ -194,7 +194,7 @@ fn simple(
     Some(())
 }
 
-/// A closed contour. Between two points off the curve, their middle is on it.
+/// Appends a closed contour. The midpoint of two consecutive off-curve points is on the curve.
 fn contour(points: &[Vector], is_on: &[bool], path: &mut Vec<Command>) {
     let count = points.len();
     let middle = |a: Vector, b: Vector| Vector::new(0.5 * (a.x + b.x), 0.5 * (a.y + b.y));

@@ -1,6 +1,6 @@
-//! A plot a force, as SVG: errors by step size, on logarithmic axes.
+//! Plot of a force's Jacobian test, as SVG: errors by step size, on logarithmic axes.
 //!
-//! Curves differ by their markers and dashes as well as by colour. Two thin lines show the slopes 1 and 2.
+//! Curves differ by marker, dashes and colour. Two thin lines show the slopes 1 and 2.
 
 use plotters::prelude::*;
 
@@ -9,10 +9,10 @@ use grader::jacobian::{Curves, Window};
 
 const SIZE: (u32, u32) = (880, 600);
 
-/// Below this an error is not drawn: it is zero, but for luck.
+/// Smaller errors are not drawn: they are below rounding error by chance.
 const LOWEST: f64 = 1e-17;
 
-/// Room above the curves for the legend, as a factor.
+/// Space for the legend above the curves, as a factor.
 const ROOM: f64 = 1e4;
 
 const BLUE: RGBColor = RGBColor(0, 90, 160);
@@ -23,7 +23,7 @@ const GREY: RGBColor = RGBColor(110, 110, 110);
 /// The plot as an SVG document, with a newline at its end.
 ///
 /// # Errors
-/// Where the curves hold nothing that can be drawn.
+/// If the curves contain no point that can be drawn.
 pub fn render(curves: &Curves) -> Result<String, PictureError> {
     picture::svg(SIZE, |area| draw(area, curves))
 }
@@ -31,7 +31,7 @@ pub fn render(curves: &Curves) -> Result<String, PictureError> {
 fn draw(area: &Area<'_>, curves: &Curves) -> Drawn {
     area.fill(&WHITE)?;
     let (Some(&high), Some(&low)) = (curves.steps.first(), curves.steps.last()) else {
-        return Err("it has no steps".into());
+        return Err("the plot has no steps".into());
     };
     let all = [&curves.central, &curves.with_jacobian, &curves.without_jacobian];
     let top = all.into_iter().flatten().copied().fold(LOWEST, f64::max) * ROOM;
@@ -58,7 +58,7 @@ fn draw(area: &Area<'_>, curves: &Curves) -> Drawn {
         let drawn = pairs.filter(|(_, value)| **value > LOWEST);
         drawn.map(|(step, value)| (step.log10(), value.log10())).collect()
     };
-    // The slopes, below the curves that they are to be held against.
+    // The lines of slope 1 and 2, below the curves.
     for (slope, values) in [(2.0, &curves.with_jacobian), (1.0, &curves.without_jacobian)] {
         let Some(start) = points(values).first().copied() else { continue };
         let below = (start.0, start.1 - 0.5);
@@ -116,12 +116,12 @@ fn draw(area: &Area<'_>, curves: &Curves) -> Drawn {
     Ok(())
 }
 
-/// What a mark on an axis says; axes hold decimal logarithms.
+/// Label of a tick; axes are in decimal logarithms.
 fn power_of_ten(exponent: &f64) -> String {
     format!("1e{exponent:.0}")
 }
 
-/// The slope that was fitted, if one was.
+/// The fitted slope, if any.
 fn fitted(window: Option<Window>) -> String {
     match window {
         Some(Window { slope, steps: (low, high), .. }) => {

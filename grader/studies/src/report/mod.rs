@@ -1,4 +1,4 @@
-//! Reports and diagrams of studies, one format a file.
+//! Reports and diagrams of studies, one file per format.
 
 pub mod accuracy;
 pub mod jacobians;

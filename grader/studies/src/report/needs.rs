@@ -1,18 +1,18 @@
-//! What scenes need and are given: a row a scene, for people.
+//! Text report of the resources of each scene, one row per scene.
 
 use std::io::{self, Write};
 
 use crate::needs::{Excess, Need};
 use report::table::{self, BAD, BOLD, Cell, header};
 
-/// Writes a table a method; `allocations` of a step, where they were counted, in the order of the scenes.
+/// Writes one table per method; `allocations` per step, if counted, in the order of the scenes.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub fn write(out: &mut dyn Write, needs: &[Need], allocations: Option<&[u64]>) -> io::Result<()> {
     writeln!(
         out,
-        "{BOLD}What each scene is given{BOLD:#}, and what the general path costs it: in 3D, with every\n\
+        "{BOLD}Resources of each scene{BOLD:#}, and cost of the general path: in 3D, with every\n\
          force present, by sparse matrices"
     )?;
     let mut methods: Vec<&str> = Vec::new();
@@ -36,14 +36,14 @@ pub fn write(out: &mut dyn Write, needs: &[Need], allocations: Option<&[u64]>) -
     }
     let more = needs.iter().filter(|need| !need.excess.is_empty()).count();
     let sum = |of: fn(&Need) -> f64| needs.iter().map(of).sum::<f64>();
-    // The geometric mean: no scene counts for more than another.
+    // The geometric mean gives all scenes equal weight.
     let logarithms = sum(|need| (need.general.seconds / need.given.seconds).ln());
     let mean = (logarithms / needs.len().max(1) as f64).exp();
     let worst = needs.iter().map(|need| need.difference).fold(0.0, f64::max);
     writeln!(
         out,
-        "\n{} of {} scenes are given what they need; the general path takes {mean:.1} times\nas long in the \
-         mean, and differs by {worst:.1e} at most",
+        "\n{} of {} scenes use only what they need; the general path takes {mean:.1} times\nas long on \
+         average, and differs by at most {worst:.1e}",
         needs.len() - more,
         needs.len(),
     )

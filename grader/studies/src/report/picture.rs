@@ -1,7 +1,6 @@
-//! Pictures: one drawing as an SVG document or as a PNG file.
+//! Pictures: the same drawing as an SVG document or a PNG file.
 //!
-//! The PNG's text is in a font that comes with the program: no font of the system is needed, and the pixels are the
-//! same on every system.
+//! PNG files use a built-in font, so that the pixels are the same on every system.
 
 use std::io;
 
@@ -12,17 +11,17 @@ use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind, FontTransform,
 };
 
-use super::canvas::{Canvas, Paint, Place};
+use super::canvas::{Canvas, Paint, TextPlacement};
 
-/// What is drawn on.
+/// The drawing area.
 pub(super) type Area<'a> = DrawingArea<Surface<'a>, Shift>;
 
-/// What drawing comes to.
+/// Result of drawing.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// A picture could not be drawn.
 #[derive(Debug, thiserror::Error)]
-#[error("the picture cannot be drawn: {0}")]
+#[error("cannot draw the picture: {0}")]
 pub struct PictureError(String);
 
 impl PictureError {
@@ -31,7 +30,7 @@ impl PictureError {
     }
 }
 
-/// What `draw` draws, as an SVG document of this size, with a newline at its end.
+/// The drawing of `draw` as an SVG document of this size, with a newline at its end.
 pub(super) fn svg(
     size: (u32, u32),
     draw: impl FnOnce(&Area<'_>) -> Drawn,
@@ -44,7 +43,7 @@ pub(super) fn svg(
     Ok(text)
 }
 
-/// What `draw` draws, as a PNG file with `scale` pixels for one of the SVG.
+/// The drawing of `draw` as a PNG file with `scale` pixels per SVG unit.
 pub(super) fn png(
     size: (u32, u32),
     scale: f32,
@@ -62,13 +61,13 @@ fn paint(surface: Surface<'_>, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<
     area.present().map_err(PictureError::new)
 }
 
-/// Where a drawing goes: shapes have the same places and sizes on both.
+/// Target of a drawing; positions and sizes are the same on both kinds.
 pub(super) enum Surface<'a> {
     Svg(SVGBackend<'a>),
     Pixels {
         canvas: &'a mut Canvas,
         size: (u32, u32),
-        /// Pixels for a unit of the drawing.
+        /// Pixels per unit of the drawing.
         scale: f32,
     },
 }
@@ -208,7 +207,7 @@ impl DrawingBackend for Surface<'_> {
         match self {
             Self::Svg(svg) => svg.draw_text(text, style, at),
             Self::Pixels { canvas, scale, .. } => {
-                // Sizes and baselines are those of the SVG.
+                // Font sizes and baselines match the SVG.
                 let size = (style.size() / 1.24) as f32 * *scale;
                 let below = match style.anchor().v_pos {
                     VPos::Top => 0.76 * size,
@@ -226,7 +225,7 @@ impl DrawingBackend for Surface<'_> {
                     FontTransform::Rotate180 => 2,
                     FontTransform::Rotate270 => 3,
                 };
-                let place = Place { at: point(at, *scale), below, left, quarters };
+                let place = TextPlacement { at: point(at, *scale), below, left, quarters };
                 canvas.text(text, size, place, style.color().into());
                 Ok(())
             }

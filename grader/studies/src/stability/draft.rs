@@ -1,4 +1,4 @@
-//! A scene made in code.
+//! Builder of scenes.
 
 use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
 use simulator::scene::{
@@ -16,7 +16,7 @@ pub(in crate::stability) struct Draft {
 }
 
 impl Draft {
-    /// Nothing, in two dimensions.
+    /// An empty scene in two dimensions.
     pub(in crate::stability) fn new() -> Self {
         Self {
             dimension: Dimension::Two,
@@ -36,7 +36,7 @@ impl Draft {
         }
     }
 
-    /// With a free particle more.
+    /// Adds a free particle.
     pub(in crate::stability) fn particle(
         self,
         mass: f64,
@@ -46,7 +46,7 @@ impl Draft {
         self.any_particle(mass, position, velocity, false)
     }
 
-    /// With a fixed particle more, at rest.
+    /// Adds a fixed particle at rest.
     pub(in crate::stability) fn fixed(self, position: [f64; 2]) -> Self {
         self.any_particle(1.0, position, [0.0; 2], true)
     }
@@ -63,7 +63,7 @@ impl Draft {
         self
     }
 
-    /// With a spring more: stiffness, rest length and damping.
+    /// Adds a spring with stiffness, rest length and damping.
     pub(in crate::stability) fn spring(mut self, pair: [usize; 2], parameters: [f64; 3]) -> Self {
         let edge = self.edges.len();
         self.edges.push(Edge { particles: pair, radius: simulator::scene::EDGE_RADIUS });
@@ -75,10 +75,10 @@ impl Draft {
         self
     }
 
-    /// With another force more.
+    /// Adds a force.
     ///
     /// # Panics
-    /// Where there is no force of this tag.
+    /// If no force has this tag.
     pub(in crate::stability) fn force(
         mut self,
         tag: &str,
@@ -92,19 +92,19 @@ impl Draft {
         self
     }
 
-    /// With the edges and forces of another as well.
+    /// Adds the edges and forces of another scene.
     pub(in crate::stability) fn with_forces_of(mut self, other: Self) -> Self {
         self.edges.extend(other.edges);
         self.forces.extend(other.forces);
         self
     }
 
-    /// Whether the method takes these forces.
+    /// Whether the method supports these forces.
     pub(in crate::stability) fn is_taken_by(&self, integrator: &IntegratorSchema) -> bool {
         self.forces.iter().all(|force| (integrator.refuses)(force).is_none())
     }
 
-    /// The scene, stepped so many times by the method with its default options.
+    /// The scene with this method, its default options and this number of steps.
     pub(in crate::stability) fn scene(
         &self,
         name: &str,
@@ -127,7 +127,7 @@ impl Draft {
             forces: self.forces.clone(),
             rendering: Rendering::default(),
         };
-        // `ceil(steps · h / h)` may be one more than `steps`, by rounding.
+        // By rounding, `ceil(steps · h / h)` may be `steps + 1`.
         if scene.n_steps() != steps {
             scene.duration = (steps as f64 - 0.5) * time_step;
         }

@@ -1,9 +1,9 @@
-//! The outcomes that are expected, stored in the repository, and what differs from them.
+//! Expected outcomes, stored in the repository, and comparison with them.
 //!
-//! A row a trial: `case,method,dt,steps,robust,outcome,step,newton_iterations`. The same program gives the same bits,
-//! so that the step of a failure and the iterations are compared exactly. `docs/stability-expected.csv` holds them;
-//! `grade stability --accept` writes anew the rows of what was run, and keeps the others; a file that cannot be read it
-//! leaves as it is.
+//! One row per trial: `case,method,dt,steps,robust,outcome,step,newton_iterations`. Runs are deterministic, so the step
+//! of a failure and the iterations are compared exactly. The rows are in `docs/stability-expected.csv`.
+//! `grade stability --accept` replaces the rows of the trials that ran and keeps the others; it does not overwrite an
+//! unreadable file.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -16,29 +16,29 @@ use super::outcome::{Outcome, Trial};
 const HEADER: [&str; 8] =
     ["case", "method", "dt", "steps", "robust", "outcome", "step", "newton_iterations"];
 
-/// Which trial a row is of.
+/// Identifies the trial of a row.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Key {
     /// The case.
     pub case: String,
     /// The method.
     pub method: String,
-    /// The time step, as it is written.
+    /// The time step as text.
     pub time_step: String,
-    /// The steps asked for.
+    /// The requested number of steps.
     pub steps: u64,
-    /// Whether failed steps were tried again.
+    /// Whether fallbacks for failed steps were on.
     pub robust: bool,
 }
 
-/// What is stored of an outcome.
+/// Stored form of an outcome.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Expected {
-    /// Its word.
+    /// Its name.
     pub outcome: String,
-    /// The step in which it ended early.
+    /// The step at which it ended early.
     pub step: Option<u64>,
-    /// Newton iterations up to then.
+    /// Newton iterations until its end.
     pub newton_iterations: u64,
 }
 
@@ -55,18 +55,18 @@ impl std::fmt::Display for Expected {
     }
 }
 
-/// All that is expected.
+/// All expected outcomes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Expectations(BTreeMap<Key, Expected>);
 
-/// A trial that went otherwise than stored.
+/// A trial whose outcome differs from the stored one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
-    /// Which.
+    /// The trial.
     pub key: Key,
-    /// What was stored; `None` for a new one.
+    /// The stored outcome; `None` for a new trial.
     pub expected: Option<Expected>,
-    /// What came; `None` for one that is no more.
+    /// The new outcome; `None` for a trial that no longer exists.
     pub got: Option<Expected>,
 }
 
@@ -77,13 +77,13 @@ pub enum ExpectedError {
     #[error("{path}: {source}")]
     Read { path: String, source: io::Error },
     #[error(
-        "{path}:{line}: {detail}\n  help: mend that line, or take the file back from version control"
+        "{path}:{line}: {detail}\n  help: correct the line, or restore the file from version control"
     )]
     Malformed { path: String, line: u64, detail: String },
 }
 
 impl Trial {
-    /// Which it is.
+    /// The key of the trial.
     pub fn key(&self) -> Key {
         Key {
             case: self.case.to_owned(),
@@ -94,7 +94,7 @@ impl Trial {
         }
     }
 
-    /// What is stored of it.
+    /// The stored form of its outcome.
     pub fn stored(&self) -> Expected {
         Expected {
             outcome: self.outcome.word().to_owned(),
@@ -105,7 +105,7 @@ impl Trial {
 }
 
 impl Key {
-    /// Whether there is a trial of this key, in a quick run or a full one.
+    /// Whether a quick or a full run contains a trial with this key.
     fn is_known(&self) -> bool {
         let is_case = |case: &Case| {
             let mut time_steps = case.time_steps.iter().map(|time_step| format!("{time_step:e}"));
@@ -120,10 +120,10 @@ impl Key {
 }
 
 impl Expectations {
-    /// Reads the file; nothing is expected where there is none.
+    /// Reads the file; a missing file means no expectations.
     ///
     /// # Errors
-    /// Where it cannot be read, or is not what this module writes: with file and line.
+    /// If it cannot be read or has the wrong format, with file and line.
     pub fn load(path: &Path) -> Result<Self, ExpectedError> {
         let name = path.display().to_string();
         let text = match std::fs::read_to_string(path) {
@@ -176,10 +176,10 @@ impl Expectations {
         Ok(Self(all))
     }
 
-    /// The file's text.
+    /// The content of the file.
     ///
     /// # Errors
-    /// Never, but for memory.
+    /// Never in practice: it writes to memory.
     pub fn render(&self) -> io::Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(HEADER)?;
@@ -198,7 +198,7 @@ impl Expectations {
         writer.into_inner().map_err(|error| error.into_error())
     }
 
-    /// What differs from these trials, and the rows that no trial can have any more.
+    /// Differences from these trials, including rows of trials that no longer exist.
     pub fn compare(&self, trials: &[Trial]) -> Vec<Change> {
         let mut changes = Vec::new();
         for trial in trials {
@@ -218,8 +218,8 @@ impl Expectations {
         changes
     }
 
-    /// Takes the outcomes of these for what is expected, and forgets the rows that no trial can have any more. What is
-    /// wrong is never expected.
+    /// Stores the outcomes of these trials as expected, except wrong ones, and removes rows of trials that no longer
+    /// exist.
     pub fn accept(&mut self, trials: &[Trial]) {
         self.0.retain(|key, _| key.is_known());
         for trial in trials {

@@ -1,4 +1,4 @@
-//! What hard scenes do to each method, and where each method is stable.
+//! Stability study: outcomes of each method on hard cases, and stability boundaries.
 //!
 //! ```text
 //! cases × methods × time steps ──> trial ──> outcome ──┬─> against the stored outcomes (expected)
@@ -8,10 +8,10 @@
 //!                                                        └─> map over (h ω, ζ)
 //! ```
 //!
-//! Every outcome is known in advance and stored: a change of behaviour is a failure. A survivor is checked against
-//! the equation of its method by laws that are not the simulator's ([`trial`]), so that a silent wrong answer is an
-//! outcome of its own, which is never expected. Cost: a quick run some seconds, a full one half a minute; a trial
-//! that is stored ([`store`]) is not run again.
+//! Every expected outcome is stored: a change of behaviour is a failure. A trial that survives is checked against the
+//! equation of its method with laws independent of the simulator ([`trial`]). A silent wrong answer is therefore a
+//! separate outcome, which is never expected. Cost: some seconds for a quick run, half a minute for a full one; stored
+//! trials ([`store`]) do not run again.
 
 pub mod cases;
 pub mod expected;
@@ -35,19 +35,19 @@ use theory::amplification::{Amplification, amplifications};
 use theory::boundary::{Boundary, boundaries};
 use theory::map::{Map, maps};
 
-/// What is run.
+/// Extent of the study.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Config {
     /// Fewer steps, and fewer damping ratios.
     pub quick: bool,
-    /// What fails is run again, its failed steps tried in other ways.
+    /// Run failed trials again, with fallbacks for failed steps.
     pub robust: bool,
 }
 
-/// All that was found.
+/// Results of the study.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StabilityReport {
-    /// Every trial, in the order of the cases, methods and time steps; a robust one after the one that failed.
+    /// All trials, in the order of cases, methods and time steps; a robust trial follows the failed one.
     pub trials: Vec<Trial>,
     /// Stability boundaries.
     pub boundaries: Vec<Boundary>,
@@ -55,12 +55,12 @@ pub struct StabilityReport {
     pub amplifications: Vec<Amplification>,
     /// Maps.
     pub maps: Vec<Map>,
-    /// What went otherwise than stored.
+    /// Differences from the stored outcomes.
     pub changes: Vec<Change>,
 }
 
 impl StabilityReport {
-    /// Whether all is as it should be: nothing wrong, no change, and boundaries where theory has them.
+    /// Whether the study passes: no wrong outcome, no change, and all boundaries agree with theory.
     pub fn is_pass(&self) -> bool {
         self.changes.is_empty()
             && self.trials.iter().all(|trial| !trial.outcome.is_wrong())
@@ -68,7 +68,7 @@ impl StabilityReport {
     }
 }
 
-/// One trial that is to be run.
+/// A trial to run.
 #[derive(Clone, Copy)]
 struct Task {
     case: &'static Case,
@@ -77,7 +77,7 @@ struct Task {
     steps: u64,
 }
 
-/// Runs the cases whose name `selected` takes. `progress` is told how many of how many trials are done.
+/// Runs the cases whose name `selected` accepts. Calls `progress` with the number of finished trials and the total.
 pub fn run(
     config: Config,
     store: Option<&Store>,
@@ -117,7 +117,7 @@ fn run_task(task: Task, config: Config, store: Option<&Store>) -> Vec<Trial> {
     trials
 }
 
-/// The part of the report that stands against theory.
+/// The comparison with theory.
 pub fn against_theory(config: Config) -> StabilityReport {
     StabilityReport {
         boundaries: boundaries(config.quick),

@@ -1,39 +1,39 @@
-//! What became of a trial, and what was measured on the way.
+//! Outcome and measurements of a trial.
 
 use simulator::fallback::FallbackStatistics;
 use simulator::simulation::FailureKind;
 use simulator::solver::LinearError;
 
-/// How a trial ended.
+/// Outcome of a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
-    /// It reached its end; its energy stayed in bounds, and every check held.
+    /// Reached its end, with bounded energy and all checks passed.
     Survived,
-    /// All numbers are finite, and the energy is beyond [`BOUND`](super::trial::BOUND).
+    /// All numbers are finite, but the energy exceeds [`BOUND`](super::trial::BOUND).
     BlowUp {
-        /// The step after which it is.
+        /// The step after which it does.
         step: u64,
     },
-    /// A step had no answer.
+    /// A step failed.
     Failed {
-        /// That step, from 1.
+        /// The step, from 1.
         step: u64,
-        /// Why, in a word or two.
+        /// The reason, in a word or two.
         reason: &'static str,
-        /// Why, as the simulator says it.
+        /// The simulator's message.
         message: String,
     },
-    /// It reached its end, and what it gave is not what the method is defined to give. Never expected.
+    /// Reached its end, but the result violates the definition of the method. Never expected.
     Wrong {
-        /// The check that did not hold.
+        /// The failed check.
         check: &'static str,
-        /// What was found, as a multiple of what is allowed.
+        /// The error, as a multiple of its bound.
         excess: f64,
     },
 }
 
 impl Outcome {
-    /// In a word or two; what is stored.
+    /// Short name, as stored.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Survived => "survived",
@@ -43,7 +43,7 @@ impl Outcome {
         }
     }
 
-    /// The step in which it ended early.
+    /// The step at which it ended early.
     pub fn step(&self) -> Option<u64> {
         match self {
             Self::BlowUp { step } | Self::Failed { step, .. } => Some(*step),
@@ -51,7 +51,7 @@ impl Outcome {
         }
     }
 
-    /// Why it ended early, or what is wrong, as a sentence; empty where it survived.
+    /// A sentence with the reason of a failure; empty if it survived.
     pub fn message(&self) -> String {
         match self {
             Self::Survived => String::new(),
@@ -63,13 +63,13 @@ impl Outcome {
         }
     }
 
-    /// Whether a silent error was found.
+    /// Whether the result is silently wrong.
     pub fn is_wrong(&self) -> bool {
         matches!(self, Self::Wrong { .. })
     }
 }
 
-/// Every reason for which a step fails, as it is stored.
+/// All reasons for failed steps, as stored.
 pub const REASONS: &[&str] = &[
     "coincident",
     "not converged",
@@ -82,7 +82,7 @@ pub const REASONS: &[&str] = &[
     "not finite",
 ];
 
-/// A failure in a word or two, of [`REASONS`].
+/// The reason of a failure, one of [`REASONS`].
 pub(super) fn reason(kind: &FailureKind) -> &'static str {
     let place = match kind {
         FailureKind::Coincident { .. } => 0,
@@ -102,7 +102,7 @@ pub(super) fn reason(kind: &FailureKind) -> &'static str {
     REASONS[place]
 }
 
-/// A case under a method at a time step.
+/// A case run with a method and a time step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
     /// The case's name.
@@ -111,39 +111,39 @@ pub struct Trial {
     pub method: &'static str,
     /// Time step, in seconds.
     pub time_step: f64,
-    /// Steps asked for.
+    /// Requested number of steps.
     pub steps: u64,
-    /// Whether failed steps were tried again.
+    /// Whether fallbacks for failed steps were on.
     pub robust: bool,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: Outcome,
-    /// What was measured.
+    /// Its measurements.
     pub measured: Measured,
-    /// How long it took, checks included, in seconds.
+    /// Time of the trial including checks, in seconds.
     pub seconds: f64,
 }
 
-/// What was measured up to the end, or up to the last state there is.
+/// Measurements up to the last state.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Measured {
     /// Steps taken.
     pub steps: u64,
-    /// Change of the energy over the run, relative to what the case has at hand.
+    /// Change of the energy over the run, relative to the case's available energy.
     pub energy: f64,
-    /// The largest rise of the energy above its start, the same.
+    /// The largest rise of the energy above its start, likewise.
     pub energy_rise: f64,
-    /// Largest change of momentum that the forces do not account for, relative to the most that was carried, `Σ m |v|`,
-    /// or given; `None` where fixed particles or drag take up momentum.
+    /// Largest change of momentum not explained by the forces, relative to the largest momentum carried (`Σ m |v|`) or
+    /// added; `None` if fixed particles or drag absorb momentum.
     pub momentum: Option<f64>,
-    /// The largest residual of the method's equation over the steps that were checked, as a multiple of what rounding
-    /// and the method's own tolerance allow; `None` where no step was.
+    /// The largest residual of the method's equation over the checked steps, as a multiple of the bound from rounding
+    /// and the method's tolerance; `None` if no step was checked.
     pub equation: Option<f64>,
     /// Newton iterations.
     pub newton_iterations: u64,
-    /// The most in a step.
+    /// Largest number of Newton iterations in a step.
     pub max_newton_iterations: u64,
     /// Largest accepted residual of a linear system.
     pub worst_residual: f64,
-    /// What was done for steps that had no answer.
+    /// Fallbacks used for failed steps.
     pub rescue: FallbackStatistics,
 }

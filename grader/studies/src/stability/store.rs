@@ -1,8 +1,8 @@
-//! Trials kept in a folder, so that a run that was interrupted goes on where it was.
+//! Store of trials in a folder, so that an interrupted run can continue.
 //!
-//! A file a trial, whole or not there, named by the case, method, time step and a key: the hash of the program that
-//! ran it, which holds the scenes too, and of what was asked for. A file of another key is of another trial, and is
-//! left alone.
+//! One file per trial, written atomically. Its name contains the case, method, time step and a key: a hash of the
+//! executable, which contains the scenes, and of the request. Files with other keys belong to other trials and are left
+//! unchanged.
 
 use std::path::{Path, PathBuf};
 
@@ -25,18 +25,17 @@ pub struct Store {
 }
 
 impl Store {
-    /// The folder, made where it is missing.
+    /// Opens the folder, created if missing.
     ///
     /// # Errors
-    /// Where it cannot be made, or the program cannot read itself.
+    /// If it cannot be created, or the program cannot read its own executable.
     pub fn open(folder: &Path) -> std::io::Result<Self> {
         std::fs::create_dir_all(folder)?;
         let program = std::fs::read(std::env::current_exe()?)?;
         Ok(Self { folder: folder.to_path_buf(), program: Sha256::digest(program).to_vec() })
     }
 
-    /// The trial as it is kept, or else run and kept. A folder that takes no file costs the time of another run, and
-    /// nothing else.
+    /// Loads a trial, or runs and stores it. If it cannot be stored, it runs again next time.
     pub(super) fn recall_or(
         &self,
         case: &Case,
@@ -68,14 +67,14 @@ impl Store {
                 std::io::Write::write_all(&mut file, &bytes)?;
                 file.commit()
             });
-            // It is run again the next time.
+            // If it fails, the trial runs again next time.
             drop(written);
         }
         Some(trial)
     }
 }
 
-/// A trial as it is kept. Numbers are bits, so that what is read is what was written, infinities too.
+/// Stored form of a trial. Numbers are stored as bits, so that all values round-trip, including infinities.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     outcome: String,
@@ -124,7 +123,7 @@ impl Kept {
         }
     }
 
-    /// `None` where it is none: what is wrong is looked at again.
+    /// The trial; `None` if invalid. A wrong outcome is not reused.
     fn trial(
         self,
         case: &'static str,

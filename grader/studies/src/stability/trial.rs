@@ -1,15 +1,15 @@
-//! A case under a method at a time step: stepped to its end or its failure, and checked on the way.
+//! Trial: runs a case with a method and a time step, and checks each result.
 //!
 //! ```text
-//! blow-up     E − E₀ > 10 S        S: the energy that the case has at hand (Case::energy)
-//! equation    each of the first 32 steps, every 2ᵏ-th and the last obey the method's equation (equation.rs)
-//! momentum    Σ m (v − v₀) is what the forces from outside give: within what the equations are allowed, summed up
-//! spin        Σ m x × v is kept by symplectic Euler where all forces are central
-//! recurrence  an oscillator's state is the power of its 2 × 2 matrix, where the case is one
-//! residual    no linear solution was accepted above 256 ε
+//! blow-up     E − E₀ > 10 S        S: the available energy of the case (Case::energy)
+//! equation    each of the first 32 steps, every 2ᵏ-th and the last satisfy the method's equation (equation.rs)
+//! momentum    Σ m (v − v₀) equals the impulse of external forces, within the summed bounds of the equations
+//! spin        Σ m x × v is conserved by symplectic Euler if all forces are central
+//! recurrence  the state of an oscillator is a power of its 2 × 2 matrix, if the case is an oscillator
+//! residual    no linear solution was accepted with a residual above 256 ε
 //! ```
 //!
-//! A failed check is the outcome `WRONG`, whatever was expected: an answer that is silently not the method's.
+//! A failed check gives the outcome `WRONG`, a silent violation of the method, whatever was expected.
 
 use std::time::Instant;
 
@@ -24,16 +24,16 @@ use reference::equation::{Equation, State};
 use reference::laws::Laws;
 use reference::method::Method;
 
-/// A rise of the energy by more than this many times the energy at hand is a blow-up.
+/// A rise of the energy by more than this many times the available energy is a blow-up.
 pub const BOUND: f64 = 10.0;
 
-/// Steps that are checked one by one.
+/// Number of first steps that are all checked.
 const FIRST_STEPS: u64 = 32;
 
-/// What a linear solution may leave: see `equation.rs`.
+/// Bound of the residual of a linear solution: see `equation.rs`.
 const RESIDUAL: f64 = 256.0 * f64::EPSILON;
 
-/// Runs one trial; `None` where the method refuses the case's forces.
+/// Runs one trial; `None` if the method does not support the case's forces.
 pub fn run(
     case: &Case,
     integrator: &'static IntegratorSchema,
@@ -69,9 +69,9 @@ struct Run<'a> {
     /// The energy and the momentum at the start.
     energy: f64,
     momentum: Vec<f64>,
-    /// The most that a step's equations were allowed, summed over the particles.
+    /// Largest bound of a step's equations, summed over the particles.
     allowed: f64,
-    /// The most momentum that was carried or given so far.
+    /// Largest momentum carried or added so far.
     carried: f64,
     failed: Option<(&'static str, f64)>,
 }
@@ -138,7 +138,7 @@ impl<'a> Run<'a> {
             let rise = (energies.kinetic + energies.potential - self.energy) / self.case.energy;
             self.measured.energy = rise;
             self.measured.energy_rise = self.measured.energy_rise.max(rise);
-            // A step that smaller ones stand for is not one of this equation.
+            // A step replaced by smaller steps does not satisfy this equation.
             if is_checked && self.simulation.statistics().fallback.substepped == substepped {
                 self.check_equation(&from, (step - 1) as f64 * self.scene.time_step);
             }
@@ -152,7 +152,7 @@ impl<'a> Run<'a> {
         Outcome::Survived
     }
 
-    /// Notes a check: wrong above 1, and where it is no number.
+    /// Records a check: wrong if above 1 or NaN.
     fn note(&mut self, check: &'static str, excess: f64) {
         let holds = excess <= 1.0;
         if !holds && self.failed.is_none() {
@@ -169,11 +169,11 @@ impl<'a> Run<'a> {
         self.note("equation", excess);
     }
 
-    /// Forces between particles leave the momentum as it is, and gravity adds to it evenly.
+    /// Checks momentum: forces between particles conserve it, and gravity adds to it at a constant rate.
     ///
-    /// The momentum's own equation of a step is the sum of the particles' equations: it may be off by the sum of what
-    /// they are allowed, the more so with every step. Writing `v'` down and summing `m v'` over `n` particles rounds by
-    /// `(n + 1) ε Σ m |v'|` beside that, `n + 1 < 256`, of the most momentum that was carried up to now.
+    /// The equation of momentum is the sum of the particles' equations, so its bound is the sum of their bounds, which
+    /// accumulates with every step. Storing `v'` and summing `m v'` over `n` particles adds a rounding error of
+    /// `(n + 1) ε Σ m |v'|`, `n + 1 < 256`, of the largest momentum carried so far.
     fn check_momentum(&mut self, momentum: &[f64], step: u64) {
         let scene = self.scene;
         let is_uniform = |force: &ForceElement| force.schema.depends_on() == Dependence::NOTHING;
@@ -200,7 +200,7 @@ impl<'a> Run<'a> {
             drift = drift.max((momentum - start - time * push).abs());
             given += start.abs() + (time * push).abs();
         }
-        // What is slow now was rounded when it was fast, and that stays in the sum.
+        // Rounding errors from faster motion earlier remain in the sum.
         self.carried = self.carried.max(carried + given);
         let size = self.carried;
         let relative = if drift == 0.0 { 0.0 } else { drift / size };
@@ -221,8 +221,8 @@ impl<'a> Run<'a> {
         self.check_spin();
     }
 
-    /// An oscillator's state against the power of its matrix, in the norm in which that does not grow for a stable
-    /// step: `|x| + |v|/ω`.
+    /// Compares an oscillator's state with the power of its matrix, in the norm `|x| + |v|/ω`, in which the power does
+    /// not grow for a stable step.
     fn check_recurrence(&mut self) {
         let Some(oscillator) = self.case.oscillator else { return };
         let (scene, steps) = (self.scene, self.measured.steps);
@@ -253,10 +253,10 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Central forces leave the spin as it is, and so does `x' = x + h v'`: `m x' × v' − m x × v = m x × (v' − v)`.
+    /// Checks spin: central forces conserve it, and so does `x' = x + h v'`: `m x' × v' − m x × v = m x × (v' − v)`.
     ///
-    /// A step's equation is off by what it is allowed, which turns into spin by the largest coordinate as its arm; the
-    /// products' own rounding is of the size `m |x| |v|`.
+    /// The bound is that of the step's equation times the largest coordinate as its lever arm, plus the rounding error
+    /// of the products, of size `m |x| |v|`.
     fn check_spin(&mut self) {
         let scene = self.scene;
         let is_central = scene.forces.iter().all(|force| force.schema.central)

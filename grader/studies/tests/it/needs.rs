@@ -1,4 +1,4 @@
-//! A scene is given what it needs, and no more.
+//! Scenes use only the resources they need.
 
 use test_support::suite;
 
@@ -12,7 +12,7 @@ fn no_shipped_scene_is_given_more_than_it_needs_and_the_general_path_gives_the_s
     for case in &cases {
         let need = needs::measure(&case.id, &case.scene).unwrap();
         assert_eq!(need.excess, [], "{}", case.id);
-        // The course's criterion for two right simulators.
+        // The course's criterion for two correct simulators.
         assert!(need.difference < 1e-10, "{}: {:e}", case.id, need.difference);
     }
 }
@@ -27,7 +27,7 @@ fn more_than_is_needed_is_found() {
         needs::excess(scene, &needs::cost(scene, LinearSolver::Sparse).unwrap())
     };
     assert!(found(Excess::SparseForSmall, &sparse));
-    // What the general path uses is more than the scene needs.
+    // The general path uses more than the scene needs.
     let general = |scene: &simulator::scene::Scene| {
         let cost = needs::cost(&needs::general(scene), LinearSolver::Auto);
         cost.map_or(Vec::new(), |cost| needs::excess(scene, &cost))

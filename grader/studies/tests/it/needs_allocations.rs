@@ -1,9 +1,9 @@
-//! The steps of a shipped scene allocate nothing, on the thread that takes them.
+//! The steps of shipped scenes do not allocate on their thread.
 
 use simulator::simulation::Simulation;
 use test_support::suite;
 
-/// Enough that every room is made.
+/// Enough steps to allocate every workspace.
 const FIRST_STEPS: u64 = 12;
 
 #[test]

@@ -1,4 +1,4 @@
-//! The second simulator and its mistakes under calibrated tolerances.
+//! Mistakes of the second simulator, judged by calibrated tolerances.
 
 use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
 use grader::oracle::Oracle;
@@ -21,7 +21,7 @@ fn judge(case: &Case, student: &Student, calibrated: Calibrated) -> Comparison {
     compare(oracle.as_mut(), &mut run, expectation, Criteria::Calibrated(calibrated))
 }
 
-/// Every scene with the envelope that is stored for it.
+/// Every scene with its stored envelope.
 fn cases() -> Vec<(Case, Calibrated)> {
     let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
     let with = |case: Case| {
@@ -40,7 +40,7 @@ fn the_second_implementation_uses_a_small_part_of_the_tolerances() {
     };
     let all: Vec<(f64, String)> = cases().par_iter().map(used).collect();
     let worst = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("scenes");
-    // The factor of ten is for programs that differ otherwise.
+    // The factor of ten is a margin for programs that differ in other ways.
     assert!(worst.0 < 0.2, "{worst:?}");
 }
 
@@ -50,7 +50,7 @@ fn every_mistake_is_caught_by_two_scenes_under_calibrated_tolerances_too() {
     let catches = |mistake: &Mistake, (case, calibrated): &(Case, Calibrated)| {
         let found = judge(case, &mistake.student(), calibrated.clone());
         match found.verdict {
-            // Close verdicts say nothing: by how much is what the arithmetic rounds.
+            // Close verdicts are no evidence: they depend on rounding errors.
             Verdict::Fail(Failure::Differs) => found.allowed.is_some_and(|a| a.used > 10.0),
             verdict => !verdict.is_pass(),
         }

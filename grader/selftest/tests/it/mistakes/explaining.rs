@@ -1,7 +1,7 @@
-//! What the diagnosis says of students whose mistake is known.
+//! Diagnosis of students with a known mistake.
 //!
-//! An explanation is *right* where one of the places that it names is the mistake's, *sharp* where it names that place
-//! alone, and *wrong* where it names others only.
+//! An explanation is *right* if one of the places that it names is the mistake's, *sharp* if it names only that place,
+//! and *wrong* if it names only other places.
 
 use grader::diagnosis::{Culprit, Diagnosis, diagnose};
 use grader::suite::Case;
@@ -11,10 +11,10 @@ use super::own_suite;
 use selftest::mistake::{self, Area, Mistake};
 use selftest::student::Student;
 
-/// Scenes that a mistake is looked for in.
+/// Number of scenes per mistake.
 const SCENES: usize = 6;
 
-/// What is said of a mistake, over its scenes.
+/// Counts of explanations of a mistake over its scenes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Said {
     right: usize,
@@ -22,7 +22,7 @@ struct Said {
     wrong: usize,
 }
 
-/// Whether this is where the mistake is.
+/// Whether this is the place of the mistake.
 fn is_place(culprit: Culprit, mistake: &Mistake) -> bool {
     let tag = || super::probing::tag(mistake.subject);
     match (mistake.area, culprit) {

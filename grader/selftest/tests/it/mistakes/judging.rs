@@ -1,4 +1,4 @@
-//! A student's states against an oracle's, by the grader's own comparison.
+//! Comparison of a student's states with an oracle's, by the grader's own code.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -12,22 +12,22 @@ use selftest::student::Student;
 use simulator::scene::Scene;
 use simulator::trace::{self, Shape, State, TraceError, TraceReader};
 
-/// Within this factor of a tolerance, on either side, a residual is no evidence: it might be found on the
-/// other side when the arithmetic rounds differently.
+/// A residual within this factor of a tolerance, on either side, is no evidence: with different rounding it could be
+/// on the other side.
 const BORDERLINE: f64 = 100.0;
 
-/// What a scene says of a student.
+/// Result of a student on a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Finding {
-    /// The student fails it, by a wide margin.
+    /// Fails by a wide margin.
     Caught,
     /// The verdict is close.
     Borderline,
-    /// The student passes it, by a wide margin.
+    /// Passes by a wide margin.
     Passed,
 }
 
-/// A scene with its oracle's states.
+/// A scene with the oracle's states.
 pub(crate) struct Graded {
     pub(crate) id: String,
     pub(crate) section: Section,
@@ -47,18 +47,18 @@ impl Graded {
         suite.cases.par_iter().map(grade).collect()
     }
 
-    /// Kinds of force, then particles.
+    /// Number of kinds of force, then of particles.
     pub(crate) fn complexity(&self) -> (usize, usize) {
         let tags: BTreeSet<&str> = self.scene.forces.iter().map(|force| force.schema.tag).collect();
         (tags.len(), self.scene.particles.len())
     }
 
-    /// What the grader finds.
+    /// The grader's comparison.
     pub(crate) fn compare(&self, student: &Student) -> Comparison {
         compare_states(&self.states, &mut student.simulate(&self.scene), &self.scene)
     }
 
-    /// What that says of the student.
+    /// The result that follows from the comparison.
     pub(crate) fn judge(&self, student: &Student) -> Finding {
         let comparison = self.compare(student);
         let excess = excess(&comparison);
@@ -72,7 +72,7 @@ impl Graded {
     }
 }
 
-/// How many times the residuals are the tolerances.
+/// The largest ratio of a residual to its tolerance.
 pub(crate) fn excess(Comparison { position, velocity, .. }: &Comparison) -> f64 {
     let Tolerances { largest, accumulated } = Tolerances::COURSE;
     let of = |residuals: &Residuals| {
@@ -81,7 +81,7 @@ pub(crate) fn excess(Comparison { position, velocity, .. }: &Comparison) -> f64 
     of(position).max(of(velocity))
 }
 
-/// The grader's comparison, under the course's tolerances.
+/// The grader's comparison with the course's tolerances.
 pub(crate) fn compare_states(
     oracle: &[State],
     actual: &mut dyn StateSource,
@@ -100,7 +100,7 @@ pub(crate) fn states_of(source: &mut dyn StateSource, scene: &Scene) -> Vec<Stat
     states
 }
 
-/// The oracle's trace is read once, and held against many students.
+/// The states of the oracle's trace, read once for many students.
 fn stored_states(folder: &Path, id: &str, scene: &Scene) -> Vec<State> {
     let (path, format) = find_trace(folder, id).unwrap_or_else(|error| {
         panic!("{id} has no oracle trace: {error}; make it with `grade oracle regenerate`")

@@ -1,12 +1,11 @@
-//! Shows, by running mistaken simulators, that the scenes catch mistakes.
+//! Tests that the scenes catch planted mistakes.
 //!
-//! [`student`] is a second simulator of the self-test, written without the first; the two must agree on every
-//! scene. [`mistake`] spoils it in one place at a time; every such student must fail at least two scenes. What
-//! comes of it is the table `docs/mistakes.md`, which `UPDATE_DOCS=1 cargo test --release -p selftest
-//! mistakes` writes anew.
+//! [`student`] is the second simulator of the self-test, written independently of the first; the two must agree on
+//! every scene. [`mistake`] changes it in one place at a time; every such student must fail at least two scenes. The
+//! results are the table `docs/mistakes.md`, which `UPDATE_DOCS=1 cargo test --release -p selftest mistakes` rewrites.
 //!
-//! The course's own scenes and traces are used where they are, beside the workspace in
-//! `../shared/fosssim`; they are no part of the project.
+//! The course's own scenes and traces are used if present, beside the workspace in `../shared/fosssim`; they are not
+//! part of the project.
 
 mod calibrated;
 mod explaining;
@@ -29,32 +28,32 @@ use simulator::solver::linear::LinearSolver;
 use judging::{Graded, compare_states, excess, states_of};
 use table::Table;
 
-/// How many scenes at least must catch a mistake.
+/// Minimum number of scenes that must catch each mistake.
 const ENOUGH: usize = 2;
 
-/// Every mistake on every scene where it can matter.
+/// Every mistake on every scene on which it can have an effect.
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let scenes = Graded::all(&own_suite(), &root().join("expected"));
-    // Were the student wrong to begin with, every mistake would seem to be caught.
+    // If the student itself were wrong, every mistake would appear to be caught.
     assert_eq!(failing(&Student::faultless(), &scenes), [""; 0], "fail the faultless student");
     Table::new(mistake::all(), &scenes)
 });
 
-/// Scenes that a fixed tolerance can judge: no chaotic ones, where correct programs part.
+/// Scenes that a fixed tolerance can judge: excludes chaotic ones, on which correct programs diverge.
 fn own_suite() -> Suite {
     let mut suite = whole_suite();
     suite.cases.retain(|case| case.feature.group != "LongRuns");
     suite
 }
 
-/// Every scene that the student knows.
+/// Every scene that the student supports.
 fn whole_suite() -> Suite {
     let mut suite = suite();
     suite.cases.retain(|case| student::knows(&case.scene));
     suite
 }
 
-/// The course's scenes with the traces of its own oracle; a printed reason where they are not there.
+/// The course's scenes with the traces of its own oracle; prints a reason if they are missing.
 fn courses_scenes() -> Option<Vec<Graded>> {
     let folder = root().join("../shared/fosssim");
     if !folder.is_dir() {

@@ -1,6 +1,6 @@
-//! The second simulator and its mistakes before the black-box check, which was written without them.
+//! Mistakes of the second simulator, judged by the black-box probe, which was developed without them.
 //!
-//! It is probed in this process, as a program is: by the velocities after single steps.
+//! The second simulator is probed in this process like a program: by the velocities after single steps.
 
 use grader::probe::{Probing, Stepper, Verdict, probe};
 use grader::submission::StateSource;
@@ -11,7 +11,7 @@ use selftest::student::{self, Student};
 use simulator::scene::{Dimension, Scene};
 use simulator::trace::{Shape, State};
 
-/// A student as a program of one step.
+/// A student as a single-step program.
 struct Steps(Student);
 
 impl Stepper for Steps {
@@ -40,7 +40,7 @@ impl Stepper for Steps {
     }
 }
 
-/// `force: finding` of all that has this verdict.
+/// `force: finding` of all findings with this verdict.
 fn with(probing: &Probing, verdict: Verdict) -> Vec<(&'static str, &'static str)> {
     let all = probing.parts.iter().flat_map(|part| {
         let found = part.findings().filter(|(_, finding)| finding.verdict == verdict);
@@ -49,7 +49,7 @@ fn with(probing: &Probing, verdict: Verdict) -> Vec<(&'static str, &'static str)
     all.collect()
 }
 
-/// The tag of the force that a subject is about.
+/// The tag of the force that a subject refers to.
 pub(crate) fn tag(subject: &str) -> &'static str {
     let tags = [
         ("spring of squared length", "greenspringforce"),
@@ -69,7 +69,7 @@ fn the_second_implementation_is_correct_wherever_it_is_probed() {
     let probing = probe(&Steps(Student::faultless()), |_| true);
     assert_eq!(with(&probing, Verdict::Wrong), []);
     assert_eq!(with(&probing, Verdict::Inconclusive), []);
-    // Nine parts of the forces that it knows, six findings each.
+    // Nine parts of the supported forces, six findings each.
     assert_eq!(with(&probing, Verdict::Correct).len(), 54);
 }
 
@@ -97,7 +97,7 @@ fn every_mistake_in_an_implicit_step_is_called_wrong_and_no_force_is() {
         let is_well = !wrong.is_empty() && wrong.iter().all(|(_, name)| *name != "force");
         (!is_well).then(|| format!("{}: {wrong:?}", mistake.description))
     };
-    // A single step's velocities do not show where the positions go.
+    // The velocities after a single step do not depend on the position update.
     let shows = |mistake: &&mistake::Mistake| {
         mistake.subject == "linearized implicit Euler" && !mistake.description.contains("position")
     };

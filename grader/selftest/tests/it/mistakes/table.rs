@@ -1,4 +1,4 @@
-//! The table of mistakes and of the scenes that catch them, as Markdown.
+//! Markdown table of mistakes and the scenes that catch them.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use selftest::mistake::{Area, Mistake};
 
 use super::judging::{Finding, Graded};
 
-/// Scenes named in a row.
+/// Number of scenes named in a row.
 const NAMED: usize = 3;
 
 const INTRODUCTION: &str = "\
@@ -46,14 +46,14 @@ pub(crate) struct Table {
 /// One mistake.
 pub(crate) struct Row {
     pub(crate) mistake: Mistake,
-    /// The scenes that catch it, simplest first.
+    /// The scenes that catch the mistake, simplest first.
     pub(crate) caught_by: Vec<String>,
-    /// How many of them there are in each section.
+    /// Number of these scenes in each section.
     counts: [usize; 2],
 }
 
 impl Table {
-    /// Judges every mistake on every scene where it can make a difference.
+    /// Judges every mistake on every scene on which it can have an effect.
     pub(crate) fn new(mistakes: Vec<Mistake>, scenes: &[Graded]) -> Self {
         let rows = mistakes.into_par_iter().map(|mistake| Row::new(mistake, scenes)).collect();
         Self { rows, n_scenes: by_section(scenes.iter()) }
@@ -104,7 +104,7 @@ impl Row {
     }
 }
 
-/// How many of the scenes belong to each section.
+/// Number of scenes in each section.
 fn by_section<'a>(scenes: impl Iterator<Item = &'a Graded>) -> [usize; 2] {
     let mut counts = [0; 2];
     for graded in scenes {

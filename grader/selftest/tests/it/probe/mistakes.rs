@@ -1,8 +1,8 @@
-//! The mistakes that are planted, and what is to be called wrong of each.
+//! Planted mistakes, each with the findings expected to be wrong.
 
 use super::programs::Build;
 
-/// The fixtures as they are built for mistakes.
+/// The builds of the fixtures with mistakes.
 pub(crate) const CPP: Build = Build::Cpp(&["-O2"]);
 pub(crate) const C: Build = Build::C(&["-O2"]);
 pub(crate) const PYTHON: Build = Build::Python;
@@ -10,12 +10,12 @@ pub(crate) const PYTHON: Build = Build::Python;
 /// A mistake of a fixture.
 pub(crate) struct Mistake {
     pub(crate) build: Build,
-    /// The force that is probed.
+    /// The probed force.
     pub(crate) force: &'static str,
-    /// What the fixture calls it.
+    /// Its name in the fixture.
     pub(crate) name: &'static str,
-    /// All that is to be called wrong, in the plane or in space: `part: finding, finding; part: …`. Empty for
-    /// what changes no step.
+    /// All findings expected to be wrong, in 2D or 3D: `part: finding, finding; part: …`. Empty if the mistake
+    /// changes no step.
     pub(crate) wrong: &'static str,
 }
 

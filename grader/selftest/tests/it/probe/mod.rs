@@ -1,10 +1,10 @@
-//! The black-box check against programs that are not ours.
+//! Tests of the black-box probe on foreign programs.
 //!
-//! Three simulators in other languages (`src/programs/`) are built right and wrong. Each mistake must be
-//! called wrong at its place and nowhere else; no right build may be called wrong, whatever its compiler flags,
-//! its precision, its order of summation or its solver. What comes of it is the table `docs/probe.md`, which
-//! `UPDATE_DOCS=1 cargo test --release -p selftest probe` writes anew. Where a compiler or an interpreter
-//! is missing, its programs are skipped, and the table is not compared.
+//! Three simulators in other languages (`src/programs/`) are built with and without mistakes. The probe must call each
+//! mistake wrong at its place and nowhere else, and no correct build wrong, whatever its compiler flags, precision,
+//! order of summation or solver. The results are the table `docs/probe.md`, which
+//! `UPDATE_DOCS=1 cargo test --release -p selftest probe` rewrites. If a compiler or an interpreter is missing, its
+//! programs are skipped and the table is not compared.
 
 mod mistakes;
 mod programs;
@@ -41,8 +41,7 @@ This file is written by `UPDATE_DOCS=1 cargo test --release -p selftest probe`; 
 test fails where they are not up to date.
 ";
 
-/// A correct build: its name in the table, how it is built, what it is told, whether it must be judged correct
-/// throughout.
+/// A correct build: its name in the table, its build, its settings, and whether all its findings must be correct.
 type Correct = (&'static str, Build, &'static [(&'static str, &'static str)], bool);
 
 const CORRECT: [Correct; 19] = [
@@ -88,7 +87,7 @@ fn identify(path: &Path) -> Program {
     }
 }
 
-/// What becomes of a program that is of no use.
+/// The failure of an unusable program.
 fn refused(path: &Path, wall: f64) -> Failure {
     match Program::identify(path, runner(wall)).unwrap() {
         Identified::Program(program) => panic!("{} is of use", program.name()),
@@ -96,7 +95,7 @@ fn refused(path: &Path, wall: f64) -> Failure {
     }
 }
 
-/// All that was called wrong: `part: finding, finding; part: …`, each once.
+/// All wrong findings: `part: finding, finding; part: …`, each once.
 fn wrong(probing: &Probing) -> String {
     let mut parts: Vec<(&str, Vec<&str>)> = Vec::new();
     for part in &probing.parts {
@@ -186,7 +185,7 @@ fn mistakes_are_called_wrong_where_they_are_and_right_programs_never() {
         };
         let unsure = count(Verdict::Inconclusive);
         println!("{name}: {} correct, {unsure} inconclusive", count(Verdict::Correct));
-        // Every program has a right force at least.
+        // Every program has at least one correct force.
         if count(Verdict::Wrong) > 0 || count(Verdict::Correct) < 6 || (*throughout && unsure > 0) {
             missed.push(format!("{name}: {:?}, {unsure} inconclusive", wrong(&probing)));
         }

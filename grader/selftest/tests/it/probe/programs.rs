@@ -1,7 +1,7 @@
-//! The fixtures in `src/programs/`, built and wrapped.
+//! Builds and wrappers of the fixtures in `src/programs/`.
 //!
-//! A wrapper is a shell script that sets the environment of one build, and so plants a mistake or picks a
-//! solver. All scripts are written before anything is started: a program that is being written cannot run.
+//! A wrapper is a shell script that sets the environment of one build to select a mistake or a solver. All scripts are
+//! written before any program starts, because a file open for writing cannot be executed.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -29,7 +29,7 @@ impl Build {
         }
     }
 
-    /// What is run; or why it cannot be.
+    /// The command of the program, or the reason why it cannot run.
     fn make(self, folder: &Path) -> Result<String, String> {
         let source =
             |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("src/programs").join(name);
@@ -75,7 +75,7 @@ pub(crate) struct Variant {
     pub(crate) environment: Vec<(&'static str, &'static str)>,
 }
 
-/// A folder with a script for each variant, and the reasons why some builds are not there.
+/// A folder with one script per variant, and the reasons for missing builds.
 pub(crate) struct Workshop {
     scripts: Vec<Result<PathBuf, String>>,
 }
@@ -107,7 +107,7 @@ impl Workshop {
         Self { scripts: variants.iter().enumerate().map(script).collect() }
     }
 
-    /// The program of the variant with this number; `None`, said aloud, where it cannot be built.
+    /// The program of the variant with this number; `None`, with a printed reason, if it cannot be built.
     #[expect(clippy::print_stderr, reason = "a test that is skipped says why")]
     pub(crate) fn program(&self, number: usize) -> Option<&Path> {
         match &self.scripts[number] {

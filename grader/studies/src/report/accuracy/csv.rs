@@ -1,11 +1,10 @@
-//! Speed against error as CSV: a row a point. The columns of time are the last, and the only ones that differ
-//! from run to run.
+//! Errors and costs as CSV, one row per point. Only the last columns, the times, differ from run to run.
 
-use crate::accuracy::{Outcome, Point, Study};
+use crate::accuracy::{Point, RunOutcome, Study};
 
 use super::outcome_name;
 
-/// The columns. Errors are in the scene's units, times in seconds; what does not exist is empty.
+/// The columns. Errors are in the scene's units, times in seconds; missing values are empty.
 pub const COLUMNS: [&str; 26] = [
     "scene",
     "whose",
@@ -38,7 +37,7 @@ pub const COLUMNS: [&str; 26] = [
 /// The report as CSV, with a header.
 ///
 /// # Errors
-/// Never in practice: memory takes every row.
+/// Never in practice: it writes to memory.
 pub fn render(study: &Study) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(COLUMNS)?;
@@ -86,18 +85,18 @@ fn number(value: f64) -> String {
     format!("{value:e}")
 }
 
-/// Errors, whether the position is known no better than the reference, and what failed.
+/// Errors, whether the position's error is within the reference's error bar, and the failure.
 fn outcome(point: &Point, floor: f64) -> ([String; 6], String, [String; 3]) {
     let empty = String::new;
     match &point.outcome {
-        Outcome::Finished { end, largest } => {
+        RunOutcome::Finished { end, largest } => {
             let errors = [largest, end]
                 .map(|errors| [errors.position, errors.velocity, errors.energy].map(number));
             let [[a, b, c], [d, e, f]] = errors;
             ([a, b, c, d, e, f], (largest.position <= floor).to_string(), Default::default())
         }
-        Outcome::BlownUp { .. } => (Default::default(), empty(), Default::default()),
-        Outcome::Failed { step, time, reason } => {
+        RunOutcome::BlownUp { .. } => (Default::default(), empty(), Default::default()),
+        RunOutcome::Failed { step, time, reason } => {
             let reason = reason.lines().next().unwrap_or_default().to_owned();
             (Default::default(), empty(), [step.to_string(), number(*time), reason])
         }

@@ -1,6 +1,6 @@
-//! Speed against error as JSON.
+//! Errors and costs as JSON.
 //!
-//! Its schema is `docs/accuracy.schema.json`. Errors and floors are in the scene's units, times in seconds.
+//! The schema is `docs/accuracy.schema.json`. Errors and floors are in the scene's units, times in seconds.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::{outcome_name, source_name};
 use crate::accuracy::cheapest::Level;
 use crate::accuracy::order::{Expected, Fit};
-use crate::accuracy::{Agreement, Curve, Errors, Order, Outcome, Point, SceneStudy, Study};
+use crate::accuracy::{Agreement, Curve, Errors, Order, Point, RunOutcome, SceneStudy, Study};
 
 /// Version of the schema.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -16,7 +16,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// The report as JSON, with a newline at its end.
 ///
 /// # Errors
-/// Never in practice: every value is representable.
+/// Never in practice: every value has a JSON form.
 pub fn render(study: &Study) -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&JsonStudy::of(study))? + "\n")
 }
@@ -37,13 +37,13 @@ struct JsonStudy {
     schema_version: u32,
     /// Version of the grader.
     grader_version: &'static str,
-    /// What was measured beside the built-in simulator; null where nothing was.
+    /// The submission measured beside the built-in simulator; null if none.
     submission: Option<String>,
-    /// Orders within tolerance of theory: the submission's, where there is one.
+    /// Orders within tolerance of theory: of the submission if there is one.
     orders_agree: usize,
-    /// Orders that are not.
+    /// Orders that differ from theory.
     orders_differ: usize,
-    /// Orders of which theory says something, and that could not be fitted.
+    /// Orders that theory predicts but that could not be fitted.
     orders_unknown: usize,
     /// The scenes.
     scenes: Vec<JsonScene>,
@@ -53,7 +53,7 @@ struct JsonStudy {
 struct JsonScene {
     /// Its name.
     name: String,
-    /// What moves.
+    /// Short description of the motion.
     title: String,
     /// Particles.
     particles: usize,
@@ -61,15 +61,15 @@ struct JsonScene {
     duration: f64,
     /// "closed-form" or "adaptive".
     reference: &'static str,
-    /// How far the reference may be wrong.
+    /// Error bar of the reference.
     floor: JsonErrors,
-    /// How far anything moves or is apart; ten times as far off is a blow-up.
+    /// Size of the motion: the largest displacement or distance. An error of ten times this size is a blow-up.
     size: f64,
-    /// One entry a method.
+    /// One entry per method.
     curves: Vec<JsonCurve>,
     /// The built-in simulator's methods by time, at each power of ten of the largest position error.
     cheapest: Vec<JsonLevel>,
-    /// The same of the submission's; times are those of whole processes.
+    /// The same for the submission; times are those of whole processes.
     cheapest_of_submission: Vec<JsonLevel>,
 }
 
@@ -89,7 +89,7 @@ struct JsonCurve {
     whose: &'static str,
     /// The integrator.
     integrator: &'static str,
-    /// The option that is set, as "name=value"; null where none is.
+    /// The option that is set, as "name=value"; null if none.
     setting: Option<String>,
     /// Orders of position, velocity and energy.
     orders: Vec<JsonOrder>,
@@ -105,13 +105,13 @@ struct JsonOrder {
     fit: &'static str,
     /// The fitted slope.
     slope: Option<f64>,
-    /// The coarsest and the finest time step that it was fitted in.
+    /// The coarsest and the finest time step of the fit.
     window: Option<[f64; 2]>,
-    /// What theory says: a slope, 0 for "exact"; null where it says nothing.
+    /// The slope predicted by theory, 0 for "exact"; null if there is no prediction.
     theory: Option<f64>,
-    /// Whether both agree; null where theory says nothing, or nothing could be fitted.
+    /// Whether both agree; null if there is no prediction, or nothing could be fitted.
     agrees: Option<bool>,
-    /// Why theory says another order here than the method's usual.
+    /// Why the predicted order differs from the method's usual one.
     reason: Option<&'static str>,
 }
 
@@ -129,7 +129,7 @@ struct JsonPoint {
     end: Option<JsonErrors>,
     /// Whether the position's error is within the reference's error bar.
     at_floor: bool,
-    /// What failed; null unless it did.
+    /// Reason of a failure; null otherwise.
     failure: Option<String>,
     /// Evaluations of the force; null for a submission.
     force_evaluations: Option<u64>,
@@ -137,9 +137,9 @@ struct JsonPoint {
     factorisations: Option<u64>,
     /// Newton iterations and rounds of local and global steps; null for a submission.
     iterations: Option<u64>,
-    /// Least, median and largest time; null where nothing was timed.
+    /// Least, median and largest time; null if nothing was timed.
     time: Option<[f64; 3]>,
-    /// Runs that were timed.
+    /// Number of timed runs.
     repeats: u32,
 }
 
@@ -238,9 +238,9 @@ impl JsonOrder {
 impl JsonPoint {
     fn of(point: &Point, floor: f64) -> Self {
         let (largest, end, failure) = match &point.outcome {
-            Outcome::Finished { end, largest } => (Some(*largest), Some(*end), None),
-            Outcome::BlownUp { .. } => (None, None, None),
-            Outcome::Failed { reason, .. } => (None, None, Some(reason.clone())),
+            RunOutcome::Finished { end, largest } => (Some(*largest), Some(*end), None),
+            RunOutcome::BlownUp { .. } => (None, None, None),
+            RunOutcome::Failed { reason, .. } => (None, None, Some(reason.clone())),
         };
         let (work, time) = (point.cost.work, point.cost.time);
         Self {

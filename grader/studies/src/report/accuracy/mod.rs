@@ -1,14 +1,14 @@
-//! What reports say of speed against error, one format a file.
+//! Reports of errors and costs, one file per format.
 
 pub mod csv;
 pub mod json;
 pub mod plot;
 pub mod text;
 
-use crate::accuracy::Outcome;
+use crate::accuracy::RunOutcome;
 use crate::accuracy::reference::Source;
 
-/// A number in few digits, as a person would write it.
+/// A number with few digits.
 fn short(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -27,7 +27,7 @@ fn short(value: f64) -> String {
     }
 }
 
-/// A time in the unit that suits it.
+/// A time with a suitable unit.
 fn time(seconds: f64) -> String {
     let (value, unit) = match seconds {
         ..1e-6 => (seconds * 1e9, "ns"),
@@ -39,16 +39,16 @@ fn time(seconds: f64) -> String {
     format!("{value:.digits$} {unit}")
 }
 
-/// The name of an outcome, fit for machines.
-fn outcome_name(outcome: &Outcome) -> &'static str {
+/// The machine-readable name of an outcome.
+fn outcome_name(outcome: &RunOutcome) -> &'static str {
     match outcome {
-        Outcome::Finished { .. } => "finished",
-        Outcome::BlownUp { .. } => "blown-up",
-        Outcome::Failed { .. } => "failed",
+        RunOutcome::Finished { .. } => "finished",
+        RunOutcome::BlownUp { .. } => "blown-up",
+        RunOutcome::Failed { .. } => "failed",
     }
 }
 
-/// The name of a reference, fit for machines.
+/// The machine-readable name of a reference.
 fn source_name(source: Source) -> &'static str {
     match source {
         Source::Closed => "closed-form",

@@ -1,32 +1,32 @@
-//! A work-precision diagram a scene, as SVG and as PNG: time of a run against its error.
+//! Work-precision diagram of a scene, as SVG and PNG: computing time of a run against its error.
 //!
-//! Curves differ by colour, by marker and by dashes; the foreign ones have open markers. Error bars across a marker
-//! reach to the median time. What blew up or failed stands in a band of its own at the top, a row a curve, with the
-//! time step below each mark. A grey line shows the reference's error bar, and points at or below it lie on it.
+//! Curves differ by colour, marker and dashes; those of a submission have open markers. Bars across a marker extend to
+//! the median time. Runs that blew up or failed are in a separate band at the top, one row per curve, with the time
+//! step below each mark. A grey line shows the reference's error bar; points at or below it are drawn on it.
 
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{short, time};
-use crate::accuracy::{Curve, Outcome, Point, SceneStudy};
+use crate::accuracy::{Curve, Point, RunOutcome, SceneStudy};
 use crate::report::picture::{self, Area, Drawn, PictureError, Surface};
 
 const WIDTH: u32 = 1100;
 const HEIGHT: u32 = 640;
 
-/// Where the legend begins.
+/// Left edge of the legend.
 const LEGEND: i32 = 800;
 
 /// Width of the plot between its axes.
 const PLOT: i32 = LEGEND - 14 - 84 - 14;
 
-/// The PNG has this many pixels for one of the SVG.
+/// PNG pixels per SVG unit.
 const SCALE: f32 = 1.5;
 
 const GREY: RGBColor = RGBColor(110, 110, 110);
 
-/// Colours that differ in brightness as well, for eyes that do not tell all hues apart.
+/// Colours that also differ in brightness, for colour-blind readers.
 const COLORS: [RGBColor; 10] = [
     RGBColor(0, 90, 160),
     RGBColor(200, 80, 0),
@@ -40,14 +40,14 @@ const COLORS: [RGBColor; 10] = [
     RGBColor(190, 30, 30),
 ];
 
-/// Lengths of dash and gap; none: an unbroken line.
+/// Lengths of dash and gap; `None` for a solid line.
 const DASHES: [Option<(i32, i32)>; 5] =
     [None, Some((9, 4)), Some((2, 4)), Some((14, 3)), Some((5, 5))];
 
 /// The diagram of a scene as an SVG document, with a newline at its end.
 ///
 /// # Errors
-/// Where no run has an error and a time.
+/// If no run has an error and a time.
 pub fn svg(scene: &SceneStudy) -> Result<String, PictureError> {
     picture::svg((WIDTH, HEIGHT), |area| draw(area, scene))
 }
@@ -55,14 +55,14 @@ pub fn svg(scene: &SceneStudy) -> Result<String, PictureError> {
 /// The same diagram as a PNG file.
 ///
 /// # Errors
-/// Where no run has an error and a time.
+/// If no run has an error and a time.
 pub fn png(scene: &SceneStudy) -> Result<Vec<u8>, PictureError> {
     picture::png((WIDTH, HEIGHT), SCALE, |area| draw(area, scene))
 }
 
 type Chart<'a, 'b> = ChartContext<'a, Surface<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// A point where it is drawn: decimal logarithms.
+/// A drawn point, in decimal logarithms.
 struct Mark {
     time: f64,
     error: f64,
@@ -70,7 +70,7 @@ struct Mark {
     median: f64,
 }
 
-/// How a curve is drawn.
+/// Style of a curve.
 #[derive(Clone, Copy)]
 struct Look {
     color: RGBColor,
@@ -80,8 +80,8 @@ struct Look {
 }
 
 impl Look {
-    /// Of the `number`th curve: ten differ by colour and by marker. A submission's is that of our own of the same
-    /// method, but for its open marker.
+    /// The style of curve `number`: ten differ by colour and marker. A submission's curve has the style of the
+    /// built-in simulator's same method, with an open marker.
     fn of(number: usize, scene: &SceneStudy) -> Self {
         let curve = &scene.curves[number];
         let is_alike = |other: &Curve| !other.foreign && other.method == curve.method;
@@ -96,10 +96,10 @@ impl Look {
     }
 }
 
-/// Logarithm of the error that a point is drawn at: not below the floor.
+/// Position of a point; its error is not drawn below the floor.
 fn mark(point: &Point, floor: f64) -> Option<Mark> {
     match (&point.outcome, point.cost.time) {
-        (Outcome::Finished { largest, .. }, Some(cost)) => Some(Mark {
+        (RunOutcome::Finished { largest, .. }, Some(cost)) => Some(Mark {
             time: cost.least.log10(),
             error: largest.position.max(floor).log10(),
             median: cost.median.log10(),
@@ -108,13 +108,13 @@ fn mark(point: &Point, floor: f64) -> Option<Mark> {
     }
 }
 
-/// Logarithm of the time of a run that came to nothing: of one that broke off, what all its steps would take.
+/// Logarithm of the time of a run without a result; for a run that stopped early, extrapolated to all its steps.
 fn lost(point: &Point) -> Option<f64> {
     let cost = point.cost.time?.least;
     match point.outcome {
-        Outcome::Finished { .. } => None,
-        Outcome::BlownUp { .. } => Some(cost.log10()),
-        Outcome::Failed { step, .. } => {
+        RunOutcome::Finished { .. } => None,
+        RunOutcome::BlownUp { .. } => Some(cost.log10()),
+        RunOutcome::Failed { step, .. } => {
             Some((cost * point.steps as f64 / step.clamp(1, point.steps) as f64).log10())
         }
     }
@@ -136,11 +136,11 @@ fn draw(area: &Area<'_>, scene: &SceneStudy) -> Drawn {
     };
     let (left, right) = range(&mut all.iter().map(|mark| mark.time).chain(lost_times()));
     let (bottom, top) = range(&mut all.iter().map(|mark| mark.error));
-    // The first mark of a row has its curve's marker to the left of it.
+    // The curve's marker is to the left of the first mark of its row.
     let (left, right) =
         (left - 0.05 * (right - left).max(1.0), right + 0.05 * (right - left).max(1.0));
     let (bottom, top) = (bottom.floor(), top.ceil().max(bottom.floor() + 1.0));
-    // Rows at the top, each as high as its mark and the number below it.
+    // Rows at the top, with the height of a mark and the number below it.
     let rows: Vec<usize> = (0..scene.curves.len())
         .filter(|number| scene.curves[*number].points.iter().any(|point| lost(point).is_some()))
         .collect();
@@ -190,7 +190,7 @@ fn draw(area: &Area<'_>, scene: &SceneStudy) -> Drawn {
     key(&legend, scene, !rows.is_empty())
 }
 
-/// The number whose logarithm is whole; nothing between.
+/// The label of an integer exponent; empty for others.
 fn decade(exponent: f64, words: impl Fn(f64) -> String) -> String {
     let whole = exponent.round();
     if (exponent - whole).abs() > 1e-6 { String::new() } else { words(10_f64.powf(whole)) }
@@ -208,7 +208,7 @@ fn text<'a>(
 }
 
 fn curve_of(chart: &mut Chart<'_, '_>, curve: &Curve, look: Look, floor: f64) -> Drawn {
-    // A gap where a point is missing: no line leads across what blew up.
+    // Leave a gap at missing points: no line crosses runs that blew up.
     for run in curve.points.split(|point| mark(point, floor).is_none()) {
         let marks: Vec<Mark> = run.iter().filter_map(|point| mark(point, floor)).collect();
         let line = marks.iter().map(|mark| (mark.time, mark.error));
@@ -229,7 +229,7 @@ fn curve_of(chart: &mut Chart<'_, '_>, curve: &Curve, look: Look, floor: f64) ->
     Ok(())
 }
 
-/// The band above the errors: a row a curve, a cross a run, and its time step.
+/// Draws the band above the errors: one row per curve, one cross per run, with its time step.
 fn no_solution(
     chart: &mut Chart<'_, '_>,
     scene: &SceneStudy,
@@ -244,7 +244,7 @@ fn no_solution(
     for (row, number) in rows.iter().enumerate() {
         let look = Look::of(*number, scene);
         let height = top + band * (1.0 - (row as f64 + 0.32) / rows.len() as f64);
-        // Runs that break off soon take alike: their numbers make room for each other.
+        // Runs that stop early take similar times: space their numbers so that they do not overlap.
         let pixels = f64::from(PLOT) / (right - left);
         let mut free = f64::NEG_INFINITY;
         for point in &scene.curves[*number].points {
@@ -262,7 +262,7 @@ fn no_solution(
             let cross = Cross::new((0, 0), 5, look.color.stroke_width(3));
             chart.draw_series([EmptyElement::at((time, height)) + cross + words])?;
         }
-        // The curve's own marker stands before its first cross.
+        // The curve's marker is before its first cross.
         let first = scene.curves[*number].points.iter().find_map(lost);
         if let Some(time) = first {
             let beside = EmptyElement::at((time, height)) + shifted(look, -16);
@@ -272,7 +272,7 @@ fn no_solution(
     Ok(())
 }
 
-/// The legend, at the right of the plot.
+/// Draws the legend, to the right of the plot.
 fn key(area: &Area<'_>, scene: &SceneStudy, lost: bool) -> Drawn {
     let mut y = 54;
     for (number, curve) in scene.curves.iter().enumerate() {
@@ -329,7 +329,7 @@ fn marker<'a>(look: Look) -> Marker<'a> {
     shifted(look, 0)
 }
 
-/// The marker of a curve, so far to the right of the origin.
+/// The marker of a curve, shifted to the right of the origin.
 fn shifted<'a>(look: Look, x: i32) -> Marker<'a> {
     let thin = look.color.stroke_width(2);
     let style = if look.open { thin } else { look.color.filled() };

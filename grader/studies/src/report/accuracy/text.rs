@@ -1,4 +1,4 @@
-//! Speed against error, for people.
+//! Text report of errors and costs.
 
 use std::io::{self, Write};
 
@@ -9,25 +9,25 @@ use crate::accuracy::cheapest::Offer;
 use crate::accuracy::order::{self, Expected, Fit};
 use crate::accuracy::reference::Source;
 use crate::accuracy::{
-    Agreement, Curve, Errors, Order, Outcome, Point, Quantity, SceneStudy, Study,
+    Agreement, Curve, Errors, Order, Point, Quantity, RunOutcome, SceneStudy, Study,
 };
 use report::table::{self, Cell};
 
 const BOLD: Style = Style::new().bold();
 const RED: Style = AnsiColor::Red.on_default();
 
-/// What the text holds.
+/// Options of the report.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Config {
-    /// Every point of every curve.
+pub struct AccuracyTextOptions {
+    /// Show every point of every curve.
     pub details: bool,
 }
 
 /// Writes the report.
 ///
 /// # Errors
-/// Where the output takes no more.
-pub fn write(out: &mut dyn Write, study: &Study, config: Config) -> io::Result<()> {
+/// If writing fails.
+pub fn write(out: &mut dyn Write, study: &Study, config: AccuracyTextOptions) -> io::Result<()> {
     for scene in &study.scenes {
         heading(out, scene)?;
         orders(out, scene)?;
@@ -47,7 +47,7 @@ pub fn write(out: &mut dyn Write, study: &Study, config: Config) -> io::Result<(
     let tolerance = order::TOLERANCE;
     let unknown = match unknown {
         0 => String::new(),
-        n => format!("; {n} cannot be told: no window in which the error falls regularly"),
+        n => format!("; {n} are unknown: no range of time steps with a regular slope"),
     };
     writeln!(
         out,
@@ -56,7 +56,7 @@ pub fn write(out: &mut dyn Write, study: &Study, config: Config) -> io::Result<(
     if study.submission.is_some() {
         writeln!(
             out,
-            "  theirs: errors from traces alone; time is the wall time of a whole process, and not to be held against ours"
+            "  submission: errors from traces alone; wall times of whole processes, not comparable with the built-in simulator's"
         )?;
     }
     Ok(())
@@ -70,17 +70,17 @@ fn heading(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
     let duration = short(reference.duration);
     writeln!(out, "{BOLD}{name}{BOLD:#}  {title}; {particles}, {duration} s")?;
     let source = match reference.source {
-        Source::Closed => "closed form, wrong by rounding:",
-        Source::Adaptive => "order 8 (DOP853), its runs to two tolerances differ by",
+        Source::Closed => "closed form",
+        Source::Adaptive => "order 8 (DOP853), to two tolerances",
     };
     let Errors { position, velocity, energy } = reference.floor;
     writeln!(
         out,
-        "  reference: {source} {position:.0e} m, {velocity:.0e} m/s, {energy:.0e} J; nothing can be known to be better"
+        "  reference: {source}; error bar {position:.0e} m, {velocity:.0e} m/s, {energy:.0e} J"
     )
 }
 
-/// The orders of every curve.
+/// Writes the orders of every curve.
 fn orders(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
     writeln!(out, "  order p, error ~ dt^p")?;
     let mut rows = vec![
@@ -116,7 +116,7 @@ fn orders(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
     Ok(())
 }
 
-/// A slope; marked where it is not what theory says.
+/// A slope, marked if it differs from theory.
 fn slope(order: &Order) -> Cell {
     let text = match order.fit {
         Fit::Slope { slope, .. } => format!("{slope:.3}"),
@@ -144,7 +144,7 @@ fn theory(orders: &[Order; 3], curve: &Curve) -> String {
     }
 }
 
-/// The cheapest way to each error.
+/// Writes the cheapest methods for each error.
 fn levels(out: &mut dyn Write, scene: &SceneStudy, foreign: bool) -> io::Result<()> {
     let levels = scene.levels(foreign);
     if levels.is_empty() {
@@ -160,7 +160,7 @@ fn levels(out: &mut dyn Write, scene: &SceneStudy, foreign: bool) -> io::Result<
         let evaluations = best.force_evaluations.map_or("-".to_owned(), |n| format!("{n:.0}"));
         let next = match rest.first() {
             Some(next) => format!("{}, {:.2} times as long", name(next), next.time / best.time),
-            None => "no other method gets there".to_owned(),
+            None => "no other method reaches it".to_owned(),
         };
         rows.push(vec![
             Cell::left(format!("{:.0e} m", level.error)),
@@ -174,17 +174,17 @@ fn levels(out: &mut dyn Write, scene: &SceneStudy, foreign: bool) -> io::Result<
     table::write(out, &rows)
 }
 
-/// What blew up or failed, a line a curve and cause.
+/// Writes the runs that blew up or failed, one line per curve and cause.
 fn blow_ups(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
     let mut first = true;
     for curve in &scene.curves {
         let mut causes: Vec<(String, Vec<String>)> = Vec::new();
         for point in &curve.points {
             let cause = match &point.outcome {
-                Outcome::Finished { .. } => continue,
-                Outcome::BlownUp { .. } => "blew up".to_owned(),
-                Outcome::Failed { step: 0, reason, .. } => reason.clone(),
-                Outcome::Failed { reason, .. } => {
+                RunOutcome::Finished { .. } => continue,
+                RunOutcome::BlownUp { .. } => "blew up".to_owned(),
+                RunOutcome::Failed { step: 0, reason, .. } => reason.clone(),
+                RunOutcome::Failed { reason, .. } => {
                     reason.lines().next().unwrap_or_default().to_owned()
                 }
             };
@@ -204,13 +204,13 @@ fn blow_ups(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether two causes differ in numbers alone.
+/// Whether two causes differ only in numbers.
 fn is_alike(a: &str, b: &str) -> bool {
     let words = |text: &str| -> String { text.chars().filter(|c| c.is_alphabetic()).collect() };
     words(a) == words(b)
 }
 
-/// Every point.
+/// Writes every point.
 fn points(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {
     writeln!(out, "  largest errors and cost")?;
     let names = [
@@ -250,11 +250,11 @@ fn point_row(scene: &SceneStudy, curve: &Curve, point: &Point) -> Vec<Cell> {
         })
     };
     match &point.outcome {
-        Outcome::Finished { largest, .. } => row.extend(told(*largest)),
-        Outcome::BlownUp { .. } => {
+        RunOutcome::Finished { largest, .. } => row.extend(told(*largest)),
+        RunOutcome::BlownUp { .. } => {
             row.extend(["blew up", "-", "-"].map(|text| Cell::right(text).styled(RED)));
         }
-        Outcome::Failed { step, .. } => {
+        RunOutcome::Failed { step, .. } => {
             row.push(Cell::right(format!("failed at step {step}")).styled(RED));
             row.extend(["-", "-"].map(Cell::right));
         }

@@ -1,4 +1,4 @@
-//! A row a trial, for spreadsheets. Times stand in the last column: all others are the same every time.
+//! Trials as CSV, one row per trial. Only the last column, the time, differs from run to run.
 
 use std::io;
 
@@ -31,7 +31,7 @@ const HEADER: [&str; 20] = [
 /// The table of trials.
 ///
 /// # Errors
-/// Never, but for memory.
+/// Never in practice: it writes to memory.
 pub fn render(report: &StabilityReport) -> io::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(HEADER)?;

@@ -1,4 +1,4 @@
-//! All that was found, for programs. A number that is not finite is `null`: no limit, or none that is stable.
+//! Stability as JSON. Non-finite numbers are `null`: no limit, or no stable step.
 
 use serde::Serialize;
 
@@ -77,7 +77,7 @@ struct ChangeRecord {
 /// The report as a JSON document, with a newline at its end.
 ///
 /// # Errors
-/// Never, but for memory.
+/// Never in practice: it writes to memory.
 pub fn render(report: &StabilityReport) -> Result<String, serde_json::Error> {
     let record = Report {
         passed: report.is_pass(),

@@ -1,4 +1,4 @@
-//! Reports on stability, one format a file; they see a [`StabilityReport`](crate::stability::StabilityReport).
+//! Reports of stability, one file per format, each from a [`StabilityReport`](crate::stability::StabilityReport) alone.
 
 pub mod csv;
 pub mod json;

@@ -1,7 +1,7 @@
-//! A map a method over `h ω` and the damping ratio, as SVG and PNG.
+//! Stability map of a method over `h ω` and the damping ratio, as SVG and PNG.
 //!
-//! A cell's grey says what a step does to the oscillation, darker the more is left of it; a cell where it grows is
-//! white with a cross. The line is the boundary by theory. Nothing hangs on colour.
+//! The grey of a cell shows the amplification in one step: darker is closer to 1. A cell where the oscillation grows is
+//! white with a cross. The line is the theoretical boundary. The map needs no colours.
 
 use plotters::prelude::*;
 
@@ -12,7 +12,7 @@ const SIZE: (u32, u32) = (900, 640);
 
 const RED: RGBColor = RGBColor(170, 30, 0);
 
-/// What a step leaves of an oscillation: the least radius, the shade, and its words.
+/// Shades by spectral radius: the least radius, the grey, and its label.
 const SHADES: [(f64, u8, &str); 5] = [
     (0.99, 120, "0.99 to 1: kept"),
     (0.9, 150, "0.9 to 0.99"),
@@ -24,7 +24,7 @@ const SHADES: [(f64, u8, &str); 5] = [
 /// The map as an SVG document, with a newline at its end.
 ///
 /// # Errors
-/// Where the drawing fails.
+/// If the drawing fails.
 pub fn svg(map: &Map) -> Result<String, PictureError> {
     picture::svg(SIZE, |area| draw(area, map))
 }
@@ -32,12 +32,12 @@ pub fn svg(map: &Map) -> Result<String, PictureError> {
 /// The map as a PNG file.
 ///
 /// # Errors
-/// Where the drawing fails.
+/// If the drawing fails.
 pub fn png(map: &Map) -> Result<Vec<u8>, PictureError> {
     picture::png(SIZE, 1.0, |area| draw(area, map))
 }
 
-/// The grey of a cell; none where the motion grows.
+/// The grey of a cell; `None` if the motion grows.
 fn shade(radius: f64) -> Option<u8> {
     let kept = |radius: f64| SHADES.iter().find(|(least, ..)| radius >= *least);
     (radius <= 1.0 + 1e-9).then(|| kept(radius).map_or(255, |(_, grey, _)| *grey))
@@ -73,7 +73,7 @@ fn draw(area: &Area<'_>, map: &Map) -> Drawn {
     for (row, radii) in map.radii.chunks(CELLS[0]).enumerate() {
         let y = y0 + height * row as f64;
         let mut column = 0;
-        // A run of one shade is one rectangle.
+        // Draw adjacent cells of the same shade as one rectangle.
         for run in radii.chunk_by(|a, b| shade(*a) == shade(*b)) {
             let [start, end] =
                 [column, column + run.len()].map(|column| x0 + width * column as f64);
@@ -96,7 +96,7 @@ fn draw(area: &Area<'_>, map: &Map) -> Drawn {
     legend(&right, map)
 }
 
-/// The boundary by theory, as points of logarithms, within the map.
+/// The theoretical boundary within the map, as points in logarithms.
 fn boundary_lines(method: &str) -> Vec<Vec<(f64, f64)>> {
     let [[x0, x1], [y0, y1]] = EDGES;
     let zetas = (0..=2000).map(|number| y0 + (y1 - y0) * f64::from(number) / 2000.0);
@@ -142,7 +142,7 @@ fn legend(area: &Area<'_>, map: &Map) -> Drawn {
     Ok(())
 }
 
-/// What a mark on an axis says; axes hold decimal logarithms.
+/// Label of a tick; axes are in decimal logarithms.
 fn power_of_ten(exponent: &f64) -> String {
     match exponent.round() as i32 {
         whole @ 0..=2 => format!("{}", 10_u32.pow(whole.unsigned_abs())),

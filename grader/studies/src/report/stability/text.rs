@@ -1,4 +1,4 @@
-//! Stability for people: a table of trials, one of boundaries, one of amplification, and what changed.
+//! Text report of stability: tables of trials, boundaries and amplification, and the changes.
 
 use std::io::{self, Write};
 
@@ -10,16 +10,16 @@ use crate::stability::trial::BOUND;
 use crate::stability::{Change, Outcome, StabilityReport, Trial};
 use report::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 
-/// Writes all that was found.
+/// Writes the report.
 ///
 /// # Errors
-/// Where the output takes no more.
+/// If writing fails.
 pub fn write(out: &mut dyn Write, report: &StabilityReport) -> io::Result<()> {
     writeln!(
         out,
-        "{BOLD}Hard cases{BOLD:#}: what became of each, by method and time step. Energy: its change over\nthe run, \
-         in parts of what the case has at hand; a rise by more than {BOUND} is a\nblow-up. Equation: the largest \
-         residual of the method's own equation, in parts of\nwhat rounding and its tolerance allow."
+        "{BOLD}Hard cases{BOLD:#}: outcome by method and time step. Energy: its change over the run,\n\
+         relative to the case's available energy; a rise by more than {BOUND} is a blow-up.\nEquation: the largest \
+         residual of the method's own equation, relative to the\nbound from rounding and its tolerance."
     )?;
     for case in cases::all() {
         let trials: Vec<&Trial> =
@@ -34,7 +34,7 @@ pub fn write(out: &mut dyn Write, report: &StabilityReport) -> io::Result<()> {
         let [low, high] = RANGE;
         writeln!(
             out,
-            "\n{BOLD}Stability boundaries{BOLD:#}: the longest stable h ω, sought from {low:e} to {high:e};\nruns on \
+            "\n{BOLD}Stability boundaries{BOLD:#}: the largest stable h ω, searched from {low:e} to {high:e};\nlong runs on \
              both sides confirm it"
         )?;
         write_boundaries(out, &report.boundaries)?;
@@ -97,7 +97,7 @@ fn write_trials(out: &mut dyn Write, trials: &[&Trial]) -> io::Result<()> {
     table::write(out, &rows)
 }
 
-/// A number with an exponent only where it needs one.
+/// A number, with an exponent only if needed.
 fn decimal(value: f64) -> String {
     if (1e-4..1e4).contains(&value) { value.to_string() } else { format!("{value:e}") }
 }
@@ -204,12 +204,12 @@ fn write_summary(out: &mut dyn Write, report: &StabilityReport) -> io::Result<()
     let wrong = report.trials.iter().filter(|trial| trial.outcome.is_wrong()).count();
     writeln!(
         out,
-        "{plain} trials: {survived} survived, {blown} blew up, {failed} failed with a message, {wrong} wrong in silence"
+        "{plain} trials: {survived} survived, {blown} blew up, {failed} failed with a message, {wrong} silently wrong"
     )?;
     let again: Vec<&Trial> = report.trials.iter().filter(|trial| trial.robust).collect();
     if !again.is_empty() {
         let saved = again.iter().filter(|trial| trial.outcome == Outcome::Survived).count();
-        writeln!(out, "--robust: {saved} of {} that failed survive", again.len())?;
+        writeln!(out, "--robust: {saved} of {} failed trials survive", again.len())?;
     }
     if !report.boundaries.is_empty() {
         let agree = report.boundaries.iter().filter(|boundary| boundary.agrees()).count();
@@ -217,16 +217,16 @@ fn write_summary(out: &mut dyn Write, report: &StabilityReport) -> io::Result<()
         let all = report.boundaries.len();
         writeln!(
             out,
-            "{agree} of {all} boundaries are where theory has them, the worst off by {worst:.0e}"
+            "{agree} of {all} boundaries agree with theory; the largest error is {worst:.0e}"
         )?;
     }
     match report.is_pass() {
         true => writeln!(out, "{GOOD}All is as expected.{GOOD:#}"),
         false if !report.changes.is_empty() => writeln!(
             out,
-            "{BAD}{} outcomes are not what is expected.{BAD:#} Where the change is meant: grade stability --accept",
+            "{BAD}{} outcomes differ from the expected ones.{BAD:#} To accept them: grade stability --accept",
             report.changes.len()
         ),
-        false => writeln!(out, "{BAD}Something is wrong.{BAD:#}"),
+        false => writeln!(out, "{BAD}Some results are wrong.{BAD:#}"),
     }
 }

@@ -1,8 +1,8 @@
-//! The hard cases, and what is hard about each.
+//! Hard cases.
 //!
-//! A case is a scene without a method: particles, forces, a few time steps, how many steps of each, and the energy
-//! that it has at hand, against which a rise of energy is measured. Units are metres, kilograms and seconds.
-//! Adding one is an entry here, and `grade stability --accept`.
+//! A case is a scene without a method: particles, forces, a few time steps, the number of steps, and its available
+//! energy, the scale for a rise of energy. Units are metres, kilograms and seconds. To add a case, add an entry here
+//! and run `grade stability --accept`.
 
 mod motion;
 mod stiffness;
@@ -11,19 +11,19 @@ use super::draft::Draft;
 
 /// A hard case.
 pub struct Case {
-    /// What tables call it.
+    /// Its name in tables.
     pub name: &'static str,
-    /// What is hard about it.
+    /// Description of the difficulty.
     pub about: &'static str,
     /// Its particles and forces.
     pub(super) draft: fn() -> Draft,
     /// Time steps, in seconds.
     pub time_steps: &'static [f64],
-    /// Steps of a quick run and of a full one.
+    /// Number of steps of a quick and of a full run.
     pub steps: [u64; 2],
-    /// The energy that can turn into motion, in joules.
+    /// The energy available for motion, in joules.
     pub energy: f64,
-    /// The oscillator that it is, where it is a linear one.
+    /// Its parameters, if it is a linear oscillator.
     pub oscillator: Option<Oscillator>,
 }
 

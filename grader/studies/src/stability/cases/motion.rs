@@ -1,4 +1,4 @@
-//! Cases whose difficulty is in where particles are and go: meetings, compression, long chains, nothing at all.
+//! Cases with difficult geometry or motion: coincident particles, compression, long chains, empty scenes.
 
 use simulator::generate::{Chain, Generator, SpringLaw, Springs, Timeline};
 use simulator::vocabulary;
@@ -275,7 +275,8 @@ fn triangle(damping: f64) -> Draft {
         .spring([2, 0], [100.0, 0.0, damping])
 }
 
-/// Four by four particles at distance 1 times `scale`, tied along the axes and one diagonal; the lower row fixed.
+/// A lattice of four by four particles at distance 1 times `scale`, with springs along the axes and one diagonal, and
+/// a fixed lower row.
 fn lattice(scale: f64, stiffness: f64) -> Draft {
     let mut draft = Draft::new();
     for (row, column) in (0..4).flat_map(|row| (0..4).map(move |column| (row, column))) {
@@ -301,7 +302,7 @@ fn lattice(scale: f64, stiffness: f64) -> Draft {
     draft
 }
 
-/// The lattice with its third row below the second.
+/// The lattice with its third row moved below the second.
 fn inverted() -> Draft {
     let mut draft = Draft::new();
     for (row, column) in (0..4).flat_map(|row| (0..4).map(move |column| (row, column))) {
@@ -346,7 +347,7 @@ fn flung() -> Draft {
     draft
 }
 
-/// Two bodies of mass 1 at distance 1, the second with this sideways speed.
+/// Two bodies of mass 1 at distance 1 along x; `velocity` of the second is (sideways, along x).
 fn gravitating(velocity: [f64; 2]) -> Draft {
     Draft::new()
         .particle(1.0, [0.0; 2], [0.0; 2])

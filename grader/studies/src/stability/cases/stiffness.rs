@@ -1,9 +1,9 @@
-//! Cases whose difficulty is in their numbers: stiffness, masses, damping, size.
+//! Cases with extreme parameters: stiffness, masses, damping, size.
 
 use super::{Case, Oscillator};
 use crate::stability::draft::Draft;
 
-/// A particle of mass 1 at (1, 0.5), tied to the origin by a spring of this stiffness and slowed by drag.
+/// A particle of mass 1 at (1, 0.5), tied to the origin by a spring of this stiffness, with drag.
 fn oscillator(stiffness: f64, drag: f64) -> Draft {
     let draft = Draft::new()
         .fixed([0.0; 2])

@@ -1,6 +1,6 @@
-//! What a method does to an oscillation in a step: its amplification, its damping, its period.
+//! Amplification, numerical damping and period error of an oscillation in one step.
 //!
-//! The leading eigenvalue `λ` of the measured matrix stands against the oscillator's own `e^{h ω (−ζ + i√(1−ζ²))}`:
+//! Compares the leading eigenvalue `λ` of the measured matrix with the oscillator's exact `e^{h ω (−ζ + i√(1−ζ²))}`:
 //!
 //! ```text
 //! numerical damping ratio   −ln|λ| / |ln λ| − ζ       what the method adds; negative where it drives
@@ -26,15 +26,15 @@ pub struct Amplification {
     pub measured: f64,
     /// `|λ|` of the method's matrix.
     pub theory: f64,
-    /// What the oscillator itself does in that time.
+    /// `|λ|` of the exact solution.
     pub exact: f64,
-    /// What the method adds to the damping ratio; `None` where it does not oscillate.
+    /// Numerical damping ratio; `None` if the motion does not oscillate.
     pub damping: Option<f64>,
-    /// Relative error of the period; the same.
+    /// Relative error of the period; likewise.
     pub period: Option<f64>,
 }
 
-/// Every method at the steps and damping ratios of the table.
+/// All methods at the steps and damping ratios of the table.
 pub fn amplifications() -> Vec<Amplification> {
     let mut all = Vec::new();
     for kind in REGISTRY {

@@ -1,8 +1,8 @@
-//! The longest stable step, found by bisection, and confirmed by long runs on both sides of it.
+//! Largest stable time step, found by bisection and confirmed by long runs on both sides.
 //!
-//! Growth of one part in 10⁶ a step shows only after 10⁶ steps. So the bisection asks the spectral radius of the
-//! measured matrix, and runs of many steps at 0.99 and at 1.01 of what it finds confirm it, for as many steps as it
-//! takes to grow by `e¹²`, or as many as there is time for: a mode that grows must pass what the others begin with.
+//! Growth of one part in 10⁶ per step shows only after 10⁶ steps. The bisection therefore uses the spectral radius of
+//! the measured matrix. Runs at 0.99 and 1.01 times the boundary confirm it, with enough steps to grow by `e¹²`, up to
+//! a limit: a growing mode must exceed the initial amplitude of the others.
 
 use simulator::integrator::REGISTRY;
 use simulator::scene::schema::IntegratorSchema;
@@ -10,37 +10,37 @@ use simulator::simulation::Simulation;
 
 use super::measured::Linear;
 
-/// A radius above 1 by more than this is growth. The eigenvalues of matrices of 16 rows are rounded by some 1e-15,
-/// and by √1e-15 only where two of them meet, within 1e-15 of the boundary.
+/// A radius above 1 by more than this counts as growth. Eigenvalues of matrices of 16 rows have rounding errors of
+/// about 1e-15, and of √1e-15 only if two of them coincide, within 1e-15 of the boundary.
 const GROWTH: f64 = 1e-9;
 
-/// Where the search begins and ends, as `h ω`.
+/// Range of the search, as `h ω`.
 pub const RANGE: [f64; 2] = [1e-4, 1e6];
 
-/// Tries a decade.
+/// Trial steps per decade.
 const PER_DECADE: i32 = 20;
 
-/// The most steps of a run that confirms.
+/// Maximum number of steps of a confirming run.
 const MAX_STEPS: u64 = 100_000;
 
-/// The stability boundary of a linear scene under a method.
+/// The stability boundary of a linear scene with a method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boundary {
     /// The method.
     pub method: &'static str,
     /// The scene.
     pub scene: String,
-    /// The longest stable `h ω` by theory; 0 for none, infinite for all.
+    /// The largest stable `h ω` by theory; 0 if none is stable, infinite if all are.
     pub theory: f64,
-    /// The same as found; 0 where the shortest step tried grows, infinite where the longest does not.
+    /// The same as measured; 0 if the smallest step tried is unstable, infinite if the largest is stable.
     pub measured: f64,
-    /// Runs at 0.99 and 1.01 of what was found: steps, and whether the motion decays below and grows above. `None`
-    /// where there is no boundary.
+    /// Confirming runs at 0.99 and 1.01 times the boundary: number of steps, and whether the motion decays below and
+    /// grows above. `None` if there is no boundary.
     pub confirmed: Option<(u64, bool)>,
 }
 
 impl Boundary {
-    /// By how much the two differ, relative to theory; 0 where both say none or all.
+    /// The difference of the two relative to theory; 0 if both say none or all.
     pub fn error(&self) -> f64 {
         match self.theory == self.measured {
             true => 0.0,
@@ -51,13 +51,13 @@ impl Boundary {
         }
     }
 
-    /// Whether they agree within one part in a hundred, and long runs confirm it.
+    /// Whether they agree within 1 %, and long runs confirm it.
     pub fn agrees(&self) -> bool {
         self.error() <= 0.01 && self.confirmed.is_none_or(|(_, confirmed)| confirmed)
     }
 }
 
-/// The boundaries of oscillators and chains, under every method that takes them.
+/// The boundaries of oscillators and chains, for every method that supports them.
 pub fn boundaries(quick: bool) -> Vec<Boundary> {
     let zetas: &[f64] = match quick {
         true => &[0.0, 0.1, 1.0, 3.0],
@@ -65,7 +65,7 @@ pub fn boundaries(quick: bool) -> Vec<Boundary> {
     };
     let mut scenes: Vec<Linear> = zetas.iter().map(|zeta| Linear::oscillator(*zeta)).collect();
     let chains = if quick { &zetas[..2] } else { zetas };
-    // At ζ = 0.001 explicit Euler grows by 2e-8 a step, which no run tells from the beats of eight modes.
+    // At ζ = 0.001 explicit Euler grows by 2e-8 per step, which no run can distinguish from the beats of eight modes.
     let chains = chains.iter().filter(|zeta| **zeta != 0.001);
     scenes.extend(chains.map(|zeta| Linear::chain(8, *zeta)));
     let of_scene = |scene: &Linear| -> Vec<Boundary> {
@@ -76,7 +76,7 @@ pub fn boundaries(quick: bool) -> Vec<Boundary> {
     scenes.par_iter().flat_map_iter(of_scene).collect()
 }
 
-/// The boundary of one scene under one method.
+/// The boundary of one scene with one method.
 pub fn boundary(scene: &Linear, integrator: &'static IntegratorSchema) -> Boundary {
     let is_stable = |a: f64| scene.radius(integrator, a) <= 1.0 + GROWTH;
     let [first, last] = RANGE.map(f64::log10);
@@ -104,11 +104,11 @@ pub fn boundary(scene: &Linear, integrator: &'static IntegratorSchema) -> Bounda
     }
 }
 
-/// Runs on both sides.
+/// Runs the scene on both sides of the boundary.
 fn confirm(scene: &Linear, integrator: &'static IntegratorSchema, limit: f64) -> (u64, bool) {
     let radius = scene.radius(integrator, 1.01 * limit);
     let steps = (12.0 / radius.ln()).ceil().clamp(200.0, MAX_STEPS as f64) as u64;
-    // The largest speed of the second half over that of the first.
+    // Ratio of the largest speed in the second half to that in the first half.
     let growth = |a: f64| -> f64 {
         let mut scene = scene.scene(integrator, a, steps);
         for (number, particle) in scene.particles.iter_mut().enumerate() {
@@ -133,7 +133,7 @@ fn confirm(scene: &Linear, integrator: &'static IntegratorSchema, limit: f64) ->
         }
         largest[1] / largest[0]
     };
-    // Between no growth and the growth by theory: an undamped motion beats, and its largest speed varies.
+    // Threshold between no growth and theoretical growth: an undamped motion has beats, so its largest speed varies.
     let between = (0.25 * steps as f64 * radius.ln()).exp();
     (steps, growth(0.99 * limit) < between && growth(1.01 * limit) > between)
 }

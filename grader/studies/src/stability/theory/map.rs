@@ -1,4 +1,4 @@
-//! The measured spectral radius over `h ω` and the damping ratio, for a picture.
+//! Map of the measured spectral radius over `h ω` and the damping ratio.
 
 use rayon::prelude::*;
 use simulator::integrator::REGISTRY;
@@ -17,11 +17,11 @@ pub const EDGES: [[f64; 2]; 2] = [[-2.0, 2.0], [-2.0, 2.0]];
 pub struct Map {
     /// The method.
     pub method: &'static str,
-    /// Spectral radius in the middle of each cell, rows of equal damping ratio from the lowest.
+    /// Spectral radius at the centre of each cell, by rows of equal damping ratio from the lowest.
     pub radii: Vec<f64>,
 }
 
-/// The middle of a cell, as `(h ω, ζ)`.
+/// The centre of a cell, as `(h ω, ζ)`.
 pub fn middle(column: usize, row: usize) -> [f64; 2] {
     let at = |axis: usize, number: usize| {
         let [low, high] = EDGES[axis];
@@ -30,7 +30,7 @@ pub fn middle(column: usize, row: usize) -> [f64; 2] {
     [at(0, column), at(1, row)]
 }
 
-/// The maps of all methods that take a damped oscillator.
+/// The maps of all methods that support a damped oscillator.
 pub fn maps() -> Vec<Map> {
     let taken = Linear::oscillator(1.0);
     let takers = REGISTRY.iter().filter(|kind| taken.is_taken_by(&kind.schema));

@@ -1,11 +1,11 @@
-//! The matrix of a linear scene's step, measured from single steps.
+//! Step matrix of a linear scene, measured from single steps.
 //!
 //! ```text
 //! A e_j = (step(z₀ + s e_j) − step(z₀)) / s        z = (x, v/ω), z₀ at rest
 //! ```
 //!
-//! Springs of rest length zero are linear, also where they pull at each other, so that any `s` does; this one is no
-//! distance of the scene, so that nothing comes to lie on anything. Cost: `2 N + 1` runs of a step.
+//! Springs of rest length zero are linear, so any `s` works; this value equals no distance in the scene, so that no
+//! particles coincide. Cost: `2 N + 1` runs of one step.
 
 use ::reference::method::stable_steps;
 use nalgebra::{DMatrix, Schur};
@@ -18,23 +18,23 @@ use crate::stability::draft::Draft;
 /// `s`.
 const SHIFT: f64 = 0.237_1;
 
-/// The most sweeps of the QR algorithm for a row; two or three are usual, and some matrices are never done.
+/// Maximum number of sweeps of the QR algorithm per row; two or three are usual, and some matrices never converge.
 const SWEEPS: usize = 100;
 
-/// A scene whose particles move along x under linear forces, its least frequency scale known.
+/// A scene whose particles move along x under linear forces, with a known frequency scale.
 #[derive(Debug, Clone)]
 pub struct Linear {
-    /// What it is.
+    /// Description of the scene.
     pub name: String,
     draft: Draft,
-    /// The frequency that steps are measured by, in radians a second.
+    /// The frequency `ω` that scales steps (`h ω`), in radians per second.
     pub omega: f64,
     /// Frequency and damping ratio of each mode.
     pub modes: Vec<[f64; 2]>,
 }
 
 impl Linear {
-    /// A particle on a spring of `ω = 1`, slowed by drag.
+    /// A particle on a spring of `ω = 1`, with drag.
     pub fn oscillator(zeta: f64) -> Self {
         let draft = Draft::new()
             .fixed([0.0; 2])
@@ -45,8 +45,8 @@ impl Linear {
         Self { name, draft, omega: 1.0, modes: vec![[1.0, zeta]] }
     }
 
-    /// Particles of mass 1 in a row between two walls, tied by springs of stiffness 1 that pull with their length
-    /// and are damped: `ω_j = 2 sin(jπ/2(N+1))`, `ζ_j = b ω_j/2`. `zeta` is that of the highest mode.
+    /// Particles of mass 1 in a row between two walls, with damped springs of stiffness 1 and rest length zero:
+    /// `ω_j = 2 sin(jπ/2(N+1))`, `ζ_j = b ω_j/2`. `zeta` is that of the highest mode.
     pub fn chain(particles: usize, zeta: f64) -> Self {
         let mode =
             |j: usize| 2.0 * (j as f64 * std::f64::consts::PI / (2 * (particles + 1)) as f64).sin();
@@ -65,12 +65,12 @@ impl Linear {
         Self { name, draft, omega, modes }
     }
 
-    /// Whether the method takes its forces.
+    /// Whether the method supports its forces.
     pub fn is_taken_by(&self, integrator: &IntegratorSchema) -> bool {
         self.draft.is_taken_by(integrator)
     }
 
-    /// The scene, stepped by `a = h ω`; the methods' tolerances are no coarser than rounding.
+    /// The scene with steps `a = h ω`, and tolerances of the methods near rounding error.
     pub(crate) fn scene(&self, integrator: &'static IntegratorSchema, a: f64, steps: u64) -> Scene {
         let mut scene = self.draft.scene(&self.name, integrator, a / self.omega, steps);
         match integrator.convergence {
@@ -83,7 +83,7 @@ impl Linear {
         scene
     }
 
-    /// `A`, of `(x, v/ω)` of the free particles; `None` where a step has no answer.
+    /// The matrix `A`, for `(x, v/ω)` of the free particles; `None` if a step fails.
     pub fn matrix(&self, integrator: &'static IntegratorSchema, a: f64) -> Option<DMatrix<f64>> {
         let scene = self.scene(integrator, a, 1);
         let free: Vec<usize> =
@@ -114,7 +114,7 @@ impl Linear {
         Some(matrix)
     }
 
-    /// The spectral radius of `A`; infinite where a step has no answer.
+    /// The spectral radius of `A`; infinite if a step fails.
     pub fn radius(&self, integrator: &'static IntegratorSchema, a: f64) -> f64 {
         let Some(matrix) = self.matrix(integrator, a) else { return f64::INFINITY };
         if matrix.iter().any(|entry| !entry.is_finite()) {
@@ -139,8 +139,8 @@ impl Linear {
     }
 }
 
-/// The spectral radius by Gelfand's formula, `ρ = lim ‖A^m‖^(1/m)`, by squaring: `m = 2⁵⁹`, where a factor of `m`
-/// in the norm, which a double eigenvalue brings, is below rounding. Each square is scaled to a norm of 1.
+/// The spectral radius by Gelfand's formula, `ρ = lim ‖A^m‖^(1/m)`, by repeated squaring up to `m = 2⁵⁹`. There the
+/// factor `m` that a double eigenvalue adds to the norm is below rounding. Each square is scaled to norm 1.
 fn radius_by_powers(mut matrix: DMatrix<f64>) -> f64 {
     let (mut logarithm, mut weight) = (0.0, 1.0);
     for _ in 0..60 {
@@ -167,16 +167,16 @@ mod tests {
 
     #[test]
     fn powers_find_the_radius() {
-        // A turn by 0.3 with a factor of 0.8, and a double eigenvalue 2 of one eigenvector.
+        // A rotation by 0.3 scaled by 0.8, and a double eigenvalue 2 with one eigenvector.
         let (sin, cos) = 0.3_f64.sin_cos();
         let turn = DMatrix::from_row_slice(2, 2, &[0.8 * cos, -0.8 * sin, 0.8 * sin, 0.8 * cos]);
         let double = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 0.0, 2.0]);
         for (matrix, radius) in [(turn, 0.8), (double, 2.0)] {
-            // Every square rounds by some ε, with half the weight of the one before.
+            // Every squaring has a rounding error of a few ε, with half the weight of the one before.
             let off = radius_by_powers(matrix) / radius - 1.0;
             assert!(off.abs() < 16.0 * f64::EPSILON, "{off:e}");
         }
-        // Nothing is left of it after two steps.
+        // Nilpotent: zero after two steps.
         assert_eq!(radius_by_powers(DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0])), 0.0);
     }
 }

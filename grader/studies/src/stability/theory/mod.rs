@@ -1,8 +1,22 @@
-//! Where a method is stable, by theory and by measurement.
+//! Stability of methods, by theory and by measurement.
 //!
-//! The oscillator `x'' = −ω² x − 2 ζ ω v`, with `z = (x, v/ω)` and `a = h ω`, is stepped by `z ← A z`. The matrix `A` of
-//! each method and its longest stable step are those of [`reference::method`]. A method is stable where the spectral radius of `A` is at most 1. A scene's matrix is measured from single steps of the simulator
-//! ([`measured`]), without a look at its code.
+//! The oscillator `x'' = −ω² x − 2 ζ ω v`, with `z = (x, v/ω)` and `a = h ω`, is stepped by `z ← A z`:
+//!
+//! ```text
+//! explicit                      A = [ 1             a         ]
+//!                                   [ −a            1 − 2ζa   ]
+//! symplectic                    A = [ 1 − a²        a(1−2ζa)  ]
+//!                                   [ −a            1 − 2ζa   ]
+//! implicit, linearized          A = [ 1 + 2ζa       a         ]
+//! and projected Newton              [ −a            1         ] / (1 + 2ζa + a²)
+//! fast mass-spring              A = [ 1             a(1−2ζa)  ]
+//! (damping taken explicitly)        [ −a            1 − 2ζa   ] / (1 + a²)
+//! ```
+//!
+//! The linearized method evaluates at `x + h v` with the Jacobians there: for a linear force that is implicit Euler.
+//! A method is stable if the spectral radius of `A` is at most 1, which for 2 × 2 matrices is Jury's criterion
+//! `|det A| ≤ 1`, `|tr A| ≤ 1 + det A` ([`limits`]). The matrix of a scene is measured from single steps of the
+//! simulator ([`measured`]), independent of its code.
 
 pub mod amplification;
 pub mod boundary;

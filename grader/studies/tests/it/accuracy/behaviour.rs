@@ -1,7 +1,6 @@
-//! What long runs do to energy and momentum, against theory.
+//! Energy and momentum over long runs, compared with theory.
 //!
-//! On `x'' = −ω² x` each step of a method multiplies the state by a matrix, so that the energy after `n` steps is
-//! known without measuring:
+//! On `x'' = −ω² x` each step of a method multiplies the state by a matrix, so the energy after `n` steps is known:
 //!
 //! ```text
 //! explicit     E_n = E_0 (1 + h²ω²)^n
@@ -35,7 +34,7 @@ fn integrator(name: &str) -> &'static IntegratorSchema {
     &REGISTRY.iter().find(|kind| kind.schema.name == name).unwrap().schema
 }
 
-/// The scene by another method, its steps solved as well as they can be.
+/// The scene with another method, and the tightest tolerances.
 fn by(scene: &Scene, name: &str) -> Scene {
     let mut options = IntegratorOptions::defaults(integrator(name));
     if name == "projected-newton" {
@@ -72,7 +71,7 @@ fn explicit_euler_gains_and_the_implicit_ones_lose_energy_at_the_predicted_rate(
             start = if step == 0 { energy } else { start };
             last = energy / start / rate.powi(step as i32);
         });
-        // A thousand steps, each rounded by some ε, or by ε/(hω) where the unknowns are positions: 1e-11.
+        // A thousand steps, each with a rounding error of a few ε, or ε/(hω) if the unknowns are positions: 1e-11.
         assert!((last - 1.0).abs() < 1e-9, "{name}: {last}");
     }
 }
@@ -89,7 +88,7 @@ fn the_energy_of_symplectic_euler_stays_within_its_bound() {
     });
     let bound = (1.0 + half) / (1.0 - half);
     assert!(most <= bound && least >= 1.0 / bound, "{least} … {most}, bound {bound}");
-    // It does move: what never changed would pass as well.
+    // Check that the scene moves: a constant state would pass too.
     assert!(most - least > 0.1 * half, "{least} … {most}");
 }
 
@@ -105,7 +104,7 @@ fn momenta(scene: &Scene, x: &[f64], v: &[f64]) -> [f64; 3] {
     sum
 }
 
-/// The largest changes of momentum and of angular momentum over a run, relative to what there is of each.
+/// The largest relative changes of momentum and of angular momentum over a run.
 fn drift(scene: &Scene) -> [f64; 2] {
     let mut simulation = Simulation::new(scene);
     let state = simulation.state();
@@ -137,7 +136,7 @@ fn every_method_keeps_the_momentum_that_inner_forces_cannot_change() {
                 continue;
             }
             let [linear, _] = drift(&by(&scene, kind.schema.name));
-            // Some hundred steps, whose linear systems are solved to some ε each.
+            // A few hundred steps, each with linear systems solved to a few ε.
             assert!(linear < 1e-11, "{name}, {}: {linear:e}", kind.schema.name);
         }
     }
@@ -152,7 +151,7 @@ fn symplectic_euler_keeps_the_angular_momentum_of_central_forces_and_others_do_n
         assert!(angular < 1e-12, "{name}: {angular:e}");
         for other in ["explicit-euler", "linearized-implicit-euler", "implicit-euler"] {
             let [_, angular] = drift(&by(&scene, other));
-            // Each step turns the angular momentum by h² times force and velocity: first order in all.
+            // Each step changes the angular momentum by h² times force and velocity: first order overall.
             assert!(angular > 1e-4, "{name}, {other}: {angular:e}");
         }
     }

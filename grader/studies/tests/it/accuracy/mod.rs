@@ -1,6 +1,4 @@
-//! Speed against error: orders, planted mistakes, energies, momenta, references, and what `grade accuracy` says.
-//!
-//! Nothing here looks at a time.
+//! Accuracy study: orders, planted mistakes, energies, momenta and references. No test depends on measured times.
 
 mod behaviour;
 mod planted;
@@ -8,10 +6,11 @@ use simulator::integrator;
 use studies::accuracy::order::Fit;
 use studies::accuracy::problem::{PROBLEMS, Problem};
 use studies::accuracy::reference::{Reference, Source};
-use studies::accuracy::{self, Closed, Config, Errors, Quantity, Target};
+use studies::accuracy::{self, AccuracyConfig, Closed, Errors, Quantity, Target};
 
 /// Few time steps, each run once.
-const ONCE: Config = Config { rungs: 8, repeats: 1, budget: 0.0, max_steps: 1 << 14 };
+const ONCE: AccuracyConfig =
+    AccuracyConfig { rungs: 8, repeats: 1, budget: 0.0, max_steps: 1 << 14 };
 
 fn problem(name: &str) -> &'static Problem {
     PROBLEMS.iter().find(|problem| problem.name == name).expect("a registered problem")
@@ -60,7 +59,7 @@ fn closed_forms_are_the_adaptive_solution_within_both_error_bars() {
             let bar = of(exact.floor) + of(adaptive.floor);
             let name = problem.name;
             assert!(of(difference) <= bar, "{name}, {quantity:?}: {difference:?} beyond {bar:e}");
-            // Bars that say nothing would pass as well.
+            // Uselessly large error bars would pass too.
             assert!(bar < 1e-6 * of(exact.scale), "{name}, {quantity:?}: {bar:e}");
         }
         count += 1;
@@ -79,7 +78,7 @@ fn quarter_period(amplitude: f64) -> f64 {
 
 #[test]
 fn the_pendulums_period_tends_to_the_elliptic_integral_as_its_spring_stiffens() {
-    // Let go at a right angle, it is below its anchor after a quarter period.
+    // Released at a right angle, it is below its anchor after a quarter period.
     let quarter = quarter_period(std::f64::consts::FRAC_PI_2) * (1.0_f64 / 9.81).sqrt();
     let miss = |stiffness: f64| {
         let mut scene = problem("pendulum").scene();
@@ -89,7 +88,7 @@ fn the_pendulums_period_tends_to_the_elliptic_integral_as_its_spring_stiffens() 
         Reference::new(&scene, None).unwrap().end().0[2]
     };
     let (soft, stiff) = (miss(4e3), miss(4e4));
-    // The length, and with it the delay, is off by what gravity stretches the spring: as one over its stiffness.
+    // Gravity stretches the spring, so the length and the delay are off in proportion to 1/stiffness.
     assert!(soft.abs() > 1e-4, "{soft:e}");
     assert!((soft / stiff / 10.0 - 1.0).abs() < 0.1, "{soft:e}, {stiff:e}");
 }

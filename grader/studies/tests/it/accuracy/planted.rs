@@ -1,4 +1,4 @@
-//! Integrators with a mistake: what the fitted order makes of them, by the same code that measures ours.
+//! Fitted orders of integrators with planted mistakes, by the same code that measures the built-in ones.
 
 use grader::submission::StateSource;
 use grader::verdict::Failure;
@@ -6,16 +6,16 @@ use simulator::scene::Scene;
 use simulator::system::System;
 use simulator::trace::State;
 use studies::accuracy::measure::follow;
-use studies::accuracy::order::{self, Expected, Fit, Sample};
+use studies::accuracy::order::{self, ErrorSample, Expected, Fit};
 use studies::accuracy::reference::Reference;
-use studies::accuracy::{Errors, Outcome, Quantity};
+use studies::accuracy::{Errors, Quantity, RunOutcome};
 
 use super::{closed, problem};
 
 /// One step from `(x, v)`, by the size of the step and the acceleration.
 type StepRule = fn(h: f64, a: &dyn Fn(&[f64]) -> Vec<f64>, x: &mut [f64], v: &mut [f64]);
 
-/// A little integrator of our own.
+/// An integrator defined by its step rule.
 struct Planted {
     system: System<2>,
     rule: StepRule,
@@ -84,10 +84,10 @@ fn orders(rule: StepRule) -> [Fit; 3] {
         scene.time_step /= refinement as f64;
         let mut source = Planted::new(&scene, rule);
         let outcome = follow(&mut source, &scene, &reference, refinement);
-        let Outcome::Finished { largest, .. } = outcome else { panic!("{outcome:?}") };
+        let RunOutcome::Finished { largest, .. } = outcome else { panic!("{outcome:?}") };
         let of = |errors: Errors, quantity| errors.of(quantity);
         for (samples, quantity) in samples.iter_mut().zip(Quantity::ALL) {
-            samples.push(Sample {
+            samples.push(ErrorSample {
                 time_step: scene.time_step,
                 error: of(largest, quantity),
                 floor: of(reference.floor, quantity),
@@ -126,7 +126,7 @@ fn every_planted_mistake_breaks_the_order() {
         add(x, 0.01 * h, &before);
     };
     let velocity_of_the_step_before_the_force: StepRule = |h, a, x, v| {
-        // The velocity decays by a constant share a second: a damping that nobody asked for.
+        // The velocity decays at a constant rate: unwanted damping.
         let force = a(x);
         add(v, h, &force);
         v.iter_mut().for_each(|component| *component *= 1.0 - 0.02 * h);
@@ -147,7 +147,7 @@ fn every_planted_mistake_breaks_the_order() {
         let [position, velocity, _] = orders(rule);
         for fit in [position, velocity] {
             let Fit::Slope { slope, .. } = fit else { panic!("{name}: {fit:?}") };
-            // What is solved is another motion: the error tends to a constant.
+            // The integrator solves a different motion: the error tends to a constant.
             assert!(slope.abs() < 0.2, "{name}: {slope}");
             assert_eq!(order::agrees(fit, Expected::Order(1.0)), Some(false), "{name}");
         }

@@ -1,4 +1,4 @@
-//! Benchmark of a class: time and memory by number of submissions. See README.md beside this file.
+//! Benchmark of a class: time and memory by number of submissions. See grader/benches/README.md.
 //!
 //! Does not use criterion: one run takes minutes, and memory matters as well as time.
 

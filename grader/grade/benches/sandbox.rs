@@ -1,4 +1,4 @@
-//! Benchmark of the sandbox: overhead of protection for a program that does nothing. See README.md beside this file.
+//! Benchmark of the sandbox: overhead of protection for a program that does nothing. See grader/benches/README.md.
 
 #[path = "../../../simulator/benches/harness/mod.rs"]
 mod harness;

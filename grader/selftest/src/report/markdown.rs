@@ -25,7 +25,7 @@ it, its Jacobians, the integrator, fixed particles (under which methods), the ou
 wrong traces, by crashes, or by runs that do not end. Where two causes fit alike, both are named; the first must be
 the right one.
 
-Blame is found from which scenes fail and which pass ([ARCHITECTURE.md](../ARCHITECTURE.md)). What that cannot tell is
+Blame is found from which scenes fail and which pass ([internals.md](internals.md)). What that cannot tell is
 told wrong: damping with its coefficient missing acts in all springs, damped or not, just as a wrong pull does.
 
 `grade selftest --markdown` writes this file; `ci/selftest.sh` holds it to what comes out. Residuals stand in the text

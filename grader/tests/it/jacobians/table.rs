@@ -16,7 +16,7 @@ called wrong in the blocks that it affects, in two and in three dimensions, and 
 variant must never be called wrong.
 
 Errors are relative to the block's largest entry, and were measured by differences of the force.
-[ARCHITECTURE.md](../ARCHITECTURE.md) explains how a verdict is reached.
+[internals.md](internals.md) explains how a verdict is reached.
 
 The page is written by `UPDATE_DOCS=1 cargo test --release -p grader jacobians`; without the variable, the
 test fails if the page is out of date.

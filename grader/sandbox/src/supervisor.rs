@@ -16,6 +16,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{Pid, getegid, geteuid, getppid, set_child_subreaper, umask};
 use rustix::thread::{CapabilitySet, configure_capability_in_ambient_set};
+use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
 use super::cgroup::ControlGroup;
@@ -303,12 +304,14 @@ impl Run {
                 return self.read_outputs();
             }
             if looked.elapsed() >= pause {
-                let look = Instant::now();
+                let before = processor_time();
                 if let Some(exceeded) = self.exceeded(started.elapsed()) {
                     return Ok(Some(exceeded));
                 }
-                // With many processes, polling must not take most of the time.
-                pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(look.elapsed() * 2);
+                // With many processes, polling must not take most of the time. What counts is its processor time: a wait
+                // for a processor that the program keeps busy must not make the polls rarer.
+                let spent = processor_time().saturating_sub(before);
+                pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(spent * 2);
                 looked = Instant::now();
             }
         }
@@ -435,6 +438,11 @@ fn output_pipe(owner: Option<Owner>) -> io::Result<(OwnedFd, OwnedFd)> {
         rustix::fs::fchown(&write, Some(user), Some(group))?;
     }
     Ok((read, write))
+}
+
+/// Processor time of this thread.
+fn processor_time() -> Duration {
+    Duration::try_from(clock_gettime(ClockId::ThreadCPUTime)).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -3,8 +3,32 @@
 //! The labels follow from the nature of each mistake and were written before any run.
 
 use super::Expectation;
-use super::programs::{Build, Planned};
 use grader::blame::{Family, Feature, Part, Symptom};
+
+/// A source file and its build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Build {
+    /// `student.cpp`, with these flags.
+    Cpp(&'static [&'static str]),
+    /// `student.c`, with these flags.
+    C(&'static [&'static str]),
+    /// `student.py`.
+    Python,
+}
+
+/// A planned row.
+pub(super) struct Planned {
+    /// Place of the mistake, or varied property of the variant.
+    pub(super) subject: &'static str,
+    /// Short description of the mistake or variant.
+    pub(super) description: &'static str,
+    pub(super) build: Build,
+    /// Settings of the program, as `NAME=value`.
+    pub(super) settings: &'static [&'static str],
+    pub(super) expectation: Expectation,
+    /// Whether its runs exceed a limit, which takes as long as the limit; then only one scene per feature runs.
+    pub(super) is_endless: bool,
+}
 
 /// The build that most rows use.
 const CPP: Build = Build::Cpp(&["-O2"]);

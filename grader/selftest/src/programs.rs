@@ -11,7 +11,8 @@ use rayon::prelude::*;
 use simulator::scene::{Dimension, Scene};
 use simulator::trace::TraceFormat;
 
-use super::{Expectation, Graded, Outcome, Row, library};
+use super::library::{self, Build, Planned};
+use super::{Expectation, Graded, Outcome, Row};
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
@@ -24,17 +25,6 @@ use sandbox::scratch::{Scratch, scratch_folder};
 
 /// Limits for runs that must exceed them: processor time in seconds, memory in bytes.
 const TIGHT: [(&str, f64); 2] = [("cpu", 1.0), ("memory", 268_435_456.0)];
-
-/// A source file and its build.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Build {
-    /// `student.cpp`, with these flags.
-    Cpp(&'static [&'static str]),
-    /// `student.c`, with these flags.
-    C(&'static [&'static str]),
-    /// `student.py`.
-    Python,
-}
 
 impl Build {
     fn language(self) -> String {
@@ -119,20 +109,6 @@ impl Build {
             && methods.contains(&scene.integrator.name)
             && scene.forces.iter().all(|element| offers(&element.schema.tag))
     }
-}
-
-/// A planned row.
-pub(super) struct Planned {
-    /// Place of the mistake, or varied property of the variant.
-    pub(super) subject: &'static str,
-    /// Short description of the mistake or variant.
-    pub(super) description: &'static str,
-    pub(super) build: Build,
-    /// Settings of the program, as `NAME=value`.
-    pub(super) settings: &'static [&'static str],
-    pub(super) expectation: Expectation,
-    /// Whether its runs exceed a limit, which takes as long as the limit; then only one scene per feature runs.
-    pub(super) is_endless: bool,
 }
 
 /// A built program, or the reason for its absence.

@@ -21,7 +21,7 @@ pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "greenspringforce",
         title: "spring of squared length (Green strain)",
-        formula: "`F_i = −2 k (l²/l0² − 1) (x_i − x_j)`, `F_j = −F_i`: of the energy `l0² k/2 (l²/l0² − 1)²`",
+        formula: "`F_i = −2 k (l²/l0² − 1) (x_i − x_j)`, `F_j = −F_i`: the gradient of the energy `l0² k/2 (l²/l0² − 1)²`, negated",
         acts_on: ActsOn::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 10.0), [0.25, 0.375, 0.3125])

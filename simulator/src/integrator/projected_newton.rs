@@ -58,7 +58,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
                 kind: OptionKind::Number { domain: Domain::Positive, default: 1e-2 },
                 formats: OptionText {
                     values: "number above 0",
-                    meaning: "Newton's method ends where no component of its step, divided by `dt`, is larger; that last step is not taken",
+                    meaning: "Newton's method ends when no component of its step, divided by `dt`, is larger; that last step is not applied",
                 },
                 accuracy: &[
                     AccuracySetting { value: "1e-2", converges: false },
@@ -72,7 +72,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
                 kind: OptionKind::Choice { words: &["clamp", "absolute", "none"] },
                 formats: OptionText {
                     values: "`clamp`, `absolute`, `none`",
-                    meaning: "what becomes of negative eigenvalues of an element's Hessian: zero, their magnitude, or nothing",
+                    meaning: "negative eigenvalues of an element's Hessian are set to zero, replaced by their magnitude, or kept",
                 },
                 accuracy: &[],
             },
@@ -82,7 +82,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
                 kind: OptionKind::Choice { words: &["backtracking", "none"] },
                 formats: OptionText {
                     values: "`backtracking`, `none`",
-                    meaning: "`none` takes every step of Newton's method whole",
+                    meaning: "`none` applies every Newton step in full",
                 },
                 accuracy: &[],
             },
@@ -92,7 +92,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
                 kind: OptionKind::Count { default: 1000 },
                 formats: OptionText {
                     values: "whole number, 1 or more",
-                    meaning: "a step that takes more is an error",
+                    meaning: "more iterations in one step are an error",
                 },
                 accuracy: &[],
             },

@@ -506,7 +506,7 @@ fn what_is_wrong_with_a_hand_in_is_its_own_failure() {
         ("long", "submission.toml: is larger than 1 MiB"),
         ("pipe", "submission.toml: is a pipe"),
         ("special", "pipe: is a pipe"),
-        ("traces", "from near.csv on"),
+        ("traces", "counted up to near.csv"),
     ] {
         let row = project.row(name);
         assert!(row.starts_with(&format!("{name},bad-hand-in,0,2,")), "{row}");

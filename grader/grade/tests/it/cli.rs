@@ -898,8 +898,7 @@ fn two_traces_of_one_scene_are_told_of() {
     // The binary trace has no states: it is not replaced without --accept.
     let run = project.grade(&["oracle", "regenerate"]);
     assert_eq!(run.code, 1);
-    let message =
-        "! Spring/pair: one trace in the place of two; changed: the old trace has 0 states";
+    let message = "! Spring/pair: one trace replaces two; changed: the old trace has 0 states";
     assert!(run.stdout.contains(message), "{}", run.stdout);
     assert_eq!(project.grade(&["oracle", "regenerate", "--accept"]).code, 0);
     assert!(!project.path("expected/Spring/pair.bin").exists());

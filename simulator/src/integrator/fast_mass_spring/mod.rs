@@ -87,7 +87,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
                 kind: OptionKind::Number { domain: Domain::NonNegative, default: 0.0 },
                 formats: OptionText {
                     values: "number, 0 or more",
-                    meaning: "ends the rounds of a step once the largest change of a coordinate in a round, over `dt`, is below it; 0: never. A step that does not reach it ends all the same, and `--stats` counts it",
+                    meaning: "the rounds of a step end when the largest change of a coordinate in a round, divided by `dt`, is below it; 0: never. A step that does not reach it ends after `iterations` rounds, and `--stats` counts it",
                 },
                 accuracy: &[],
             },
@@ -97,7 +97,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
                 kind: OptionKind::Choice { words: &["elimination", "penalty"] },
                 formats: OptionText {
                     values: "`elimination`, `penalty`",
-                    meaning: "fixed particles are left out of the equations, or held near where they should be by `w/2 \\|x − x_0 − t v\\|²`; a penalised pin feels forces, and keeps its velocity",
+                    meaning: "fixed particles are left out of the equations, or held near their prescribed positions by `w/2 \\|x − x_0 − t v\\|²`; a penalised pin feels forces, and keeps its velocity",
                 },
                 accuracy: &[],
             },
@@ -124,7 +124,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
                 kind: OptionKind::Choice { words: &["none", "lbfgs"] },
                 formats: OptionText {
                     values: "`none`, `lbfgs`",
-                    meaning: "how a round learns from those before it. `lbfgs` goes to the same minimiser in fewer rounds",
+                    meaning: "`lbfgs` uses the previous rounds to reach the same minimiser in fewer rounds",
                 },
                 accuracy: &[],
             },

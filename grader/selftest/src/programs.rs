@@ -12,7 +12,7 @@ use simulator::scene::{Dimension, Scene};
 use simulator::trace::TraceFormat;
 
 use super::library::{self, Build, Planned};
-use super::{Expectation, Graded, Outcome, Row};
+use super::{Graded, Outcome, Row};
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;

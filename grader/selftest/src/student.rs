@@ -10,7 +10,7 @@
 //! ```
 //!
 //! A force or an explicit method that has no formula here is computed by the `reference` crate's law or substeps, in
-//! the student's own loop; [`Others`] says what mistakes are made with them.
+//! the student's own loop; `Others` holds the mistakes made with them.
 //!
 //! Sources: hand-out of milestone 2, section 3; of milestone 3, sections 5 to 10; the course's
 //! definition of the vortex force, of which the Jacobians are derived by hand.

@@ -60,7 +60,7 @@ pub fn header(names: &[&str], numbers: std::ops::Range<usize>) -> Vec<Cell> {
 
 /// Writes a table, indented by two spaces; the first row holds the column names.
 ///
-/// If the table is wider than [`WIDTH`], the first column becomes headings: each of its values gets a separate line
+/// If the table is wider than `WIDTH`, the first column becomes headings: each of its values gets a separate line
 /// above its rows. Cells that still do not fit continue on the next line.
 pub fn write(out: &mut dyn Write, rows: &[Vec<Cell>]) -> io::Result<()> {
     lay_out(out, rows, 1)

@@ -5,7 +5,7 @@
 //! products       a·b + c rounded twice   or once (fused multiply-add)
 //! ```
 //!
-//! Formulas and sources are those of [`law`](crate::jacobian), whose values these are but for rounding. Units are
+//! Formulas and sources are those of [`law`](crate::law), whose values these are but for rounding. Units are
 //! the scene's.
 
 use simulator::scene::ForceElement;

@@ -15,7 +15,7 @@
 //!
 //! The linearized method evaluates at `x + h v` with the Jacobians there: for a linear force that is implicit Euler.
 //! A method is stable if the spectral radius of `A` is at most 1, which for 2 × 2 matrices is Jury's criterion
-//! `|det A| ≤ 1`, `|tr A| ≤ 1 + det A` ([`limits`]). The matrix of a scene is measured from single steps of the
+//! `|det A| ≤ 1`, `|tr A| ≤ 1 + det A`. The matrix of a scene is measured from single steps of the
 //! simulator ([`measured`]), independent of its code.
 
 pub mod amplification;

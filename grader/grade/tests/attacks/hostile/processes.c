@@ -83,22 +83,32 @@ static void burn(double most) {
         clock_gettime(CLOCK_THREAD_CPUTIME_ID, &spent);
     } while (spent.tv_sec + 1e-9 * spent.tv_nsec < most);
 }
+/* Until whoever else holds the other end has ended, one after the other, so that few are there at once. */
+static void until_closed(int ends[2]) {
+    char byte;
+    close(ends[1]);
+    if (read(ends[0], &byte, 1) != 0) abort();
+    close(ends[0]);
+}
 /* Each ends before anyone looks, and nobody waits for it. */
 static void spin_in_short_children(void) {
     signal(SIGCHLD, SIG_IGN);
     double start = seconds();
-    while (seconds() < start + 12) {
-        int process = fork();
-        if (process == 0) {
+    while (seconds() < start + 20) {
+        int ends[2];
+        if (pipe(ends) != 0) return;
+        if (fork() == 0) {
             burn(0.02);
             _exit(0);
         }
-        usleep(10000);
+        until_closed(ends);
     }
 }
 static void spin_in_orphans(void) {
     double start = seconds();
-    while (seconds() < start + 12) {
+    while (seconds() < start + 20) {
+        int ends[2];
+        if (pipe(ends) != 0) return;
         int process = fork();
         if (process == 0) {
             if (fork() == 0) {
@@ -108,7 +118,7 @@ static void spin_in_orphans(void) {
             _exit(0);
         }
         waitpid(process, NULL, 0);
-        usleep(5000);
+        until_closed(ends);
     }
 }
 static void *burn_in_thread(void *unused) {

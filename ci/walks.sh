@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 root=$PWD
 work=$root/target/walks
 tree=$work/tree
-export CARGO_PROFILE_RELEASE_LTO=off CARGO_INCREMENTAL=1 CARGO_TARGET_DIR=$work/target
+export CARGO_INCREMENTAL=1 CARGO_TARGET_DIR=$work/target
 most_files=5
 most_lines=150
 

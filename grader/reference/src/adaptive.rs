@@ -11,7 +11,6 @@
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ODE};
 use simulator::scene::Scene;
 
-use super::closed::starts;
 use crate::laws::Laws;
 
 /// Tolerances, relative and (scaled by the size of the scene) absolute: of the reference, and of the second run for the
@@ -28,8 +27,7 @@ const MAX_STEPS: usize = 200_000;
 /// A message, if the method does not reach the last time.
 pub fn solve(scene: &Scene, times: &[f64], tolerance: f64) -> Result<Vec<Vec<f64>>, String> {
     let motion = Motion::new(scene);
-    let (positions, velocities) = starts(scene);
-    let mut state = [positions, velocities].concat();
+    let mut state = [scene.positions(), scene.velocities()].concat();
     let size = |values: &[f64]| values.iter().fold(0.0, |max: f64, value| max.max(value.abs()));
     let scale = match size(&state) {
         0.0 => 1.0,

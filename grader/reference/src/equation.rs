@@ -10,17 +10,19 @@
 //! implicit      M (v' − v) = h F(x', v')                 x' = x + h v'
 //! ```
 //!
-//! Nothing of the simulator is asked but the states. A residual is allowed the rounding of its terms, and what the
-//! method's own tolerance `τ` for the last update leaves, for a particle with the row sums `k` and `b` of its derivatives:
+//! The check uses only the simulator's states. The bound of a residual is the rounding error of its terms plus the
+//! effect of the method's tolerance `τ` for the last update, for a particle with the row sums `k` and `b` of its
+//! derivatives:
 //!
 //! ```text
 //! 256 ε (m (|v| + |v'|) + h |F| + h k |x| + (h² k + h b) (|v| + |v'|)) + 4 (m + h² k + h b) τ
 //! ```
 //!
 //! 256 is the backward error at which the simulator accepts a linear solution, `8 p`, for the 28 entries of the
-//! fullest row in the suite. Numbers below 2⁻¹⁰²² are multiples of 2⁻¹⁰⁷⁴ = ε 2⁻¹⁰²²: they are rounded as 2⁻¹⁰²² is,
-//! so that each term has that much added to its size: `m + h² k + h b` times it for a velocity, once for a force.
-//! A method of a fixed number of rounds has no equation that it solves: of it, only `x' = x + h v'` is checked. Cost: two or three evaluations of the force a step.
+//! fullest row in the suite. Numbers below 2⁻¹⁰²² are multiples of 2⁻¹⁰⁷⁴ = ε 2⁻¹⁰²² and have the same rounding error
+//! as 2⁻¹⁰²². This is added to the size of each term: `m + h² k + h b` times for a velocity, once for a force.
+//! A method with a fixed number of rounds solves no equation, so only `x' = x + h v'` is checked. Cost: two or three
+//! evaluations of the force per step.
 
 use simulator::scene::Scene;
 
@@ -53,7 +55,7 @@ pub struct Equation {
     axes: usize,
 }
 
-/// What is asked of a step's residuals.
+/// The largest residual so far, as a multiple of its bound.
 #[derive(Default)]
 struct Worst(f64);
 
@@ -106,7 +108,7 @@ impl Equation {
         let is_kick = |substep: &&Substep| !matches!(substep, Substep::Drift(_));
         let mut kicks_left = substeps.iter().filter(is_kick).count();
         let (mut x, mut v, mut drifted) = (from.x.clone(), from.v.clone(), 0.0);
-        // Momentum given, the terms it is a sum of, how far x moved, all a coordinate; stiffness a coordinate.
+        // Per coordinate: change of momentum, sum of its terms' magnitudes, change of position, stiffness.
         let size = x.len();
         let [mut given, mut terms, mut moved, mut stiffness] = [(); 4].map(|()| vec![0.0; size]);
         for substep in substeps {
@@ -121,7 +123,7 @@ impl Equation {
                     terms[dof] += c * h * magnitude.force;
                     let by_position = c * h * magnitude.by_position;
                     stiffness[dof] += c * h * (h * magnitude.by_position + magnitude.by_velocity);
-                    // What was computed on the way is rounded.
+                    // The intermediate state has rounding errors too.
                     if drifted > 0.0 {
                         terms[dof] += by_position * (from.x[dof].abs() + to.x[dof].abs());
                     }
@@ -161,7 +163,8 @@ impl Equation {
         (worst.0, sum)
     }
 
-    /// The same for a method whose force is that of the end, linearized or not; of rounds, `None`, positions alone.
+    /// The same for a method with the force at the end of the step, linearized or not. `None` stands for rounds, of which
+    /// only the positions are checked.
     fn excess_of_end(
         &self,
         linearized: Option<bool>,
@@ -179,7 +182,7 @@ impl Equation {
         let at = time + h;
         let (x, v) = match linearized {
             Some(true) => (&moved, &from.v),
-            // Of rounds, for what is allowed alone.
+            // For rounds, used only for the bound.
             Some(false) | None => (&to.x, &to.v),
         };
         let mut force = match linearized {

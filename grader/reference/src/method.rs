@@ -131,8 +131,8 @@ fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
 }
 
-/// The stable steps of the oscillator, by Jury's criterion `|det A| ≤ 1`, `|tr A| ≤ 1 + det A`, as `h ω`: up to
-/// the first number, and from the second on, which are 0 and infinite where there are none.
+/// The stable steps `h ω` of the oscillator, by Jury's criterion `|det A| ≤ 1`, `|tr A| ≤ 1 + det A`. Steps are stable up
+/// to the first number, and again from the second number on. Without an upper range, the second number is infinite.
 ///
 /// ```text
 /// explicit     det = 1 − 2ζa + a²  tr = 2 − 2ζa     a ≤ 2ζ  (ζ ≤ 1)     a ≤ 2/(ζ + √(ζ² − 1))  (ζ > 1)

@@ -12,7 +12,6 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use reference::closed::starts;
 use reference::laws::Laws;
 use simulator::force;
 use simulator::scene::schema::{ActsOn, MAX_PARAMETERS, Matrix};
@@ -186,7 +185,7 @@ fn is_defined_everywhere(scene: &Scene, element: &ForceElement) -> bool {
 /// Whether a scene in the plane, taken into space, has a force across it at the end of its first step.
 fn leaves_the_plane(scene: &Scene) -> bool {
     let space = Scene { dimension: Dimension::Three, ..scene.clone() };
-    let (x, v) = starts(&space);
+    let (x, v) = (space.positions(), space.velocities());
     let across = Laws::new(&space).force(&x, &v, scene.time_step);
     across.iter().skip(2).step_by(3).any(|component| *component != 0.0)
 }

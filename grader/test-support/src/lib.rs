@@ -18,6 +18,24 @@ pub fn root() -> &'static Path {
         .expect("a crate two folders below the root")
 }
 
+/// A scene of one free particle and six states.
+pub const FREE_PARTICLE: &str = r#"<scene>
+  <duration time="0.5"/>
+  <integrator type="explicit-euler" dt="0.1"/>
+  <particle m="1" px="0" py="0" vx="1" vy="2" fixed="0"/>
+</scene>
+"#;
+
+/// Writes a file, and the folders that it lies in.
+///
+/// # Panics
+/// If it cannot be written.
+pub fn write(path: &Path, text: &str) {
+    let folder = path.parent().expect("a file in a folder");
+    std::fs::create_dir_all(folder).expect("folders");
+    std::fs::write(path, text).expect("a file");
+}
+
 /// All shipped scenes.
 ///
 /// # Panics

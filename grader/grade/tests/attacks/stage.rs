@@ -13,17 +13,12 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use test_support::FREE_PARTICLE;
+
 use super::setting::Setting;
 use super::table::Target;
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
-
-const SCENE: &str = r#"<scene>
-  <duration time="0.5"/>
-  <integrator type="explicit-euler" dt="0.1"/>
-  <particle m="1" px="0" py="0" vx="1" vy="2" fixed="0"/>
-</scene>
-"#;
 
 /// Small enough that a fork or memory bomb exceeds them soon, large enough for the output of attacks in builds.
 const RUBRIC: &str = "[build-limits]\ncpu = 10\nwall = 10\nmemory = 500000000\nprocesses = 64\n\
@@ -152,10 +147,10 @@ impl SharedStage {
         for folder in ["assets/Free", "submissions/other", "home", "reports"] {
             fs::create_dir_all(template.join(folder)).unwrap();
         }
-        let other = SCENE.replace("vx=\"1\"", "vx=\"3\"");
+        let other = FREE_PARTICLE.replace("vx=\"1\"", "vx=\"3\"");
         // Only the first scene is graded; the second is a target for spying.
         for (name, text) in [
-            ("assets/Free/one.xml", SCENE),
+            ("assets/Free/one.xml", FREE_PARTICLE),
             ("assets/Free/two.xml", &other),
             ("assets/rubric.toml", RUBRIC),
             ("submissions/other/solution.c", "int main;"),

@@ -46,9 +46,7 @@ impl Project {
     }
 
     fn write(&self, name: &str, text: &str) {
-        let path = self.path(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, text).unwrap();
+        test_support::write(&self.path(name), text);
     }
 
     fn read(&self, name: &str) -> String {

@@ -10,15 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use grader::init::Language;
+use test_support::FREE_PARTICLE;
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
-
-const SCENE: &str = r#"<scene>
-  <duration time="0.5"/>
-  <integrator type="explicit-euler" dt="0.1"/>
-  <particle m="1" px="0" py="0" vx="1" vy="2" fixed="0"/>
-</scene>
-"#;
 
 /// In C and C++; `PARALLEL` precedes the loop over particles.
 const C: &str = r#"#include <math.h>
@@ -146,7 +140,7 @@ impl Suite {
     fn new() -> Self {
         let root = tempfile::tempdir().unwrap();
         fs::create_dir_all(root.path().join("assets/Free")).unwrap();
-        fs::write(root.path().join("assets/Free/one.xml"), SCENE).unwrap();
+        fs::write(root.path().join("assets/Free/one.xml"), FREE_PARTICLE).unwrap();
         let mut regenerate = Command::new(GRADE);
         let made = regenerate.args(["oracle", "regenerate", "--root"]).arg(root.path()).output();
         assert!(made.unwrap().status.success());

@@ -8,7 +8,7 @@ use simulator::vocabulary;
 use studies::stability::theory::amplification::amplifications;
 use studies::stability::theory::boundary::{boundaries, boundary};
 use studies::stability::theory::measured::Linear;
-use studies::stability::trial;
+use studies::stability::trial::{self, Task};
 use studies::stability::{Expectations, Outcome, cases};
 
 fn grade(arguments: &[&str]) -> Output {
@@ -74,7 +74,8 @@ fn a_step_amplifies_as_the_method_s_matrix_does() {
 fn a_case_that_blows_up_is_no_survivor_and_says_when() {
     let case = cases::all().find(|case| case.name == "stiffness-1").unwrap();
     let run = |name: &str, time_step: f64| {
-        trial::run(case, vocabulary().integrator(name).unwrap(), time_step, 400, false).unwrap()
+        let integrator = vocabulary().integrator(name).unwrap();
+        trial::run(Task { case, integrator, time_step, steps: 400, robust: false }).unwrap()
     };
     // (1 + a²)ⁿ passes 11 at n = ln 11/ln(1 + a²) = 3.46 for a = 1.
     assert_eq!(run("explicit-euler", 1.0).outcome, Outcome::BlowUp { step: 4 });
@@ -91,7 +92,7 @@ fn robustness_saves_what_can_be_saved() {
             if name == "cold-start" { "implicit-euler" } else { "linearized-implicit-euler" };
         let run = |robust: bool| {
             let integrator = vocabulary().integrator(method).unwrap();
-            trial::run(case, integrator, time_step, 20, robust).unwrap()
+            trial::run(Task { case, integrator, time_step, steps: 20, robust }).unwrap()
         };
         assert!(matches!(run(false).outcome, Outcome::Failed { .. }), "{name}");
         let saved = run(true);

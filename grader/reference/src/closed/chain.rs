@@ -11,11 +11,11 @@ use std::f64::consts::PI;
 
 use simulator::scene::Scene;
 
-use super::{Closed, parameter, starts};
+use super::{Closed, parameter};
 
 /// A chain along the x axis; its first and last particles are fixed.
 pub fn chain(scene: &Scene) -> Closed {
-    let (x0, v0) = starts(scene);
+    let (x0, v0) = (scene.positions(), scene.velocities());
     let n = scene.particles.len() - 2;
     let omega = 2.0 * (parameter(scene, "springforce", "k") / scene.particles[1].mass).sqrt();
     let (start, end) = (x0[0], x0[2 * (n + 1)]);

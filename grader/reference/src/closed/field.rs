@@ -8,11 +8,11 @@
 
 use simulator::scene::Scene;
 
-use super::{Closed, parameter, starts};
+use super::{Closed, parameter};
 
 /// Particles under `<simplegravity>` alone.
 pub fn thrown(scene: &Scene) -> Closed {
-    let (x0, v0) = starts(scene);
+    let (x0, v0) = (scene.positions(), scene.velocities());
     let (gravity, dimension) = (gravity(scene), scene.dimension.count());
     Closed::new(0.0, move |t, x, v| {
         for place in 0..x.len() {
@@ -25,7 +25,7 @@ pub fn thrown(scene: &Scene) -> Closed {
 
 /// Particles under `<simplegravity>` and `<dragdamping>`.
 pub fn dragged(scene: &Scene) -> Closed {
-    let (x0, v0) = starts(scene);
+    let (x0, v0) = (scene.positions(), scene.velocities());
     let (gravity, dimension) = (gravity(scene), scene.dimension.count());
     let drag = parameter(scene, "dragdamping", "b");
     let rates: Vec<f64> = scene.particles.iter().map(|particle| drag / particle.mass).collect();
@@ -43,7 +43,7 @@ pub fn dragged(scene: &Scene) -> Closed {
 
 /// A single particle in `<windforce>`: alone, it has the phase `t`.
 pub fn windy(scene: &Scene) -> Closed {
-    let (x0, v0) = starts(scene);
+    let (x0, v0) = (scene.positions(), scene.velocities());
     let a = parameter(scene, "windforce", "strength") / scene.particles[0].mass;
     Closed::new(5.0, move |t, x, v| {
         let (lag_sine, lag_cosine) = 0.3_f64.sin_cos();

@@ -46,12 +46,3 @@ fn force<'a>(scene: &'a Scene, tag: &str) -> Option<&'a ForceElement> {
 fn parameter(scene: &Scene, tag: &str, name: &str) -> f64 {
     force(scene, tag).map_or(0.0, |element| element.parameter(name))
 }
-
-/// The initial positions and velocities, `n·D` each.
-pub fn starts(scene: &Scene) -> (Vec<f64>, Vec<f64>) {
-    let dimension = scene.dimension.count();
-    let of = |vector: fn(&simulator::scene::Particle) -> &[f64; 3]| {
-        scene.particles.iter().flat_map(|each| vector(each)[..dimension].to_vec()).collect()
-    };
-    (of(|each| &each.position), of(|each| &each.velocity))
-}

@@ -13,11 +13,11 @@
 
 use simulator::scene::Scene;
 
-use super::{Closed, parameter, starts};
+use super::{Closed, parameter};
 
 /// Particles 0 and 1 under one `<gravitationalforce>`, bound to each other.
 pub fn orbit(scene: &Scene) -> Closed {
-    let (x0, v0) = starts(scene);
+    let (x0, v0) = (scene.positions(), scene.velocities());
     let dimension = scene.dimension.count();
     let [first, second] = [0, 1].map(|particle| scene.particles[particle].mass);
     let total = first + second;

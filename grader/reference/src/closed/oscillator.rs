@@ -11,11 +11,11 @@
 
 use simulator::scene::Scene;
 
-use super::{Closed, parameter, starts};
+use super::{Closed, parameter};
 
 /// Particle 1 on a spring to particle 0, which is fixed at the origin.
 pub fn oscillator(scene: &Scene) -> Closed {
-    let (x0, v0) = starts(scene);
+    let (x0, v0) = (scene.positions(), scene.velocities());
     let mass = scene.particles[1].mass;
     let [stiffness, rest, damping] =
         ["k", "l0", "b"].map(|name| parameter(scene, "springforce", name));

@@ -14,7 +14,7 @@ use simulator::system::System;
 
 use super::Errors;
 use ::reference::adaptive::{self, Motion, TOLERANCES};
-use ::reference::closed::{Closed, starts};
+use ::reference::closed::Closed;
 
 /// Maximum number of samples, excluding the start.
 pub const MAX_SAMPLES: u64 = 256;
@@ -200,7 +200,7 @@ impl Reference {
 }
 
 fn closed_states(scene: &Scene, closed: &Closed, times: &[f64]) -> Vec<Vec<f64>> {
-    let n = starts(scene).0.len();
+    let n = scene.positions().len();
     let state = |time: &f64| {
         let mut state = vec![0.0; 2 * n];
         let (positions, velocities) = state.split_at_mut(n);

@@ -24,16 +24,15 @@ mod draft;
 
 use rayon::prelude::*;
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::IntegratorSchema;
 
 pub use expected::{Change, Expectations};
 pub use outcome::{Measured, Outcome, Trial};
 
-use cases::Case;
 use store::Store;
 use theory::amplification::{Amplification, amplifications};
 use theory::boundary::{Boundary, boundaries};
 use theory::map::{Map, maps};
+use trial::Task;
 
 /// Extent of the study.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -68,15 +67,6 @@ impl StabilityReport {
     }
 }
 
-/// A trial to run.
-#[derive(Clone, Copy)]
-struct Task {
-    case: &'static Case,
-    integrator: &'static IntegratorSchema,
-    time_step: f64,
-    steps: u64,
-}
-
 /// Runs the cases whose name `selected` accepts. Calls `progress` with the number of finished trials and the total.
 pub fn run(
     config: Config,
@@ -89,7 +79,8 @@ pub fn run(
         for kind in REGISTRY {
             for time_step in case.time_steps {
                 let steps = case.steps[usize::from(!config.quick)];
-                tasks.push(Task { case, integrator: &kind.schema, time_step: *time_step, steps });
+                let (integrator, time_step) = (&kind.schema, *time_step);
+                tasks.push(Task { case, integrator, time_step, steps, robust: false });
             }
         }
     }
@@ -103,16 +94,12 @@ pub fn run(
 }
 
 fn run_task(task: Task, config: Config, store: Option<&Store>) -> Vec<Trial> {
-    let Task { case, integrator, time_step, steps } = task;
-    let trial = |robust: bool| match store {
-        Some(store) => store.recall_or(case, integrator, time_step, steps, robust),
-        None => trial::run(case, integrator, time_step, steps, robust),
-    };
-    let Some(plain) = trial(false) else { return Vec::new() };
+    let trial = |task| store.map_or_else(|| trial::run(task), |store| store.recall_or(task));
+    let Some(plain) = trial(task) else { return Vec::new() };
     let failed = matches!(plain.outcome, Outcome::Failed { .. });
     let mut trials = vec![plain];
     if failed && config.robust {
-        trials.extend(trial(true));
+        trials.extend(trial(Task { robust: true, ..task }));
     }
     trials
 }

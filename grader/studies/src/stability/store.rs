@@ -10,11 +10,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use simulator::fallback::FallbackStatistics;
 use simulator::output::OutputFile;
-use simulator::scene::schema::IntegratorSchema;
 
-use super::cases::Case;
 use super::outcome::{Measured, Outcome, REASONS, Trial};
-use super::trial;
+use super::trial::{self, Task};
 
 /// A folder of trials.
 #[derive(Debug)]
@@ -36,17 +34,8 @@ impl Store {
     }
 
     /// Loads a trial, or runs and stores it. If it cannot be stored, it runs again next time.
-    pub(super) fn recall_or(
-        &self,
-        case: &Case,
-        integrator: &'static IntegratorSchema,
-        time_step: f64,
-        steps: u64,
-        robust: bool,
-    ) -> Option<Trial> {
-        if !(case.draft)().is_taken_by(integrator) {
-            return None;
-        }
+    pub(super) fn recall_or(&self, task: Task) -> Option<Trial> {
+        let Task { case, integrator, time_step, steps, robust } = task;
         let mut hash = Sha256::new();
         hash.update(&self.program);
         hash.update(format!("{} {} {time_step:e} {steps} {robust}", case.name, integrator.name));
@@ -61,7 +50,7 @@ impl Store {
         {
             return Some(trial);
         }
-        let trial = trial::run(case, integrator, time_step, steps, robust)?;
+        let trial = trial::run(task)?;
         if let Ok(bytes) = serde_json::to_vec(&Kept::of(&trial)) {
             let written = OutputFile::create(&path).and_then(|mut file| {
                 std::io::Write::write_all(&mut file, &bytes)?;

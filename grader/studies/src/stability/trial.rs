@@ -33,14 +33,24 @@ const FIRST_STEPS: u64 = 32;
 /// Bound of the residual of a linear solution: see `equation.rs`.
 const RESIDUAL: f64 = 256.0 * f64::EPSILON;
 
-/// Runs one trial; `None` if the method does not support the case's forces.
-pub fn run(
-    case: &Case,
-    integrator: &'static IntegratorSchema,
-    time_step: f64,
-    steps: u64,
-    robust: bool,
-) -> Option<Trial> {
+/// A trial to run.
+#[derive(Clone, Copy)]
+pub struct Task {
+    /// The case.
+    pub case: &'static Case,
+    /// The method.
+    pub integrator: &'static IntegratorSchema,
+    /// Time step in seconds.
+    pub time_step: f64,
+    /// Number of steps.
+    pub steps: u64,
+    /// Whether the simulator falls back on other methods for steps that fail.
+    pub robust: bool,
+}
+
+/// Runs a trial; `None` if the method does not support the case's forces.
+pub fn run(task: Task) -> Option<Trial> {
+    let Task { case, integrator, time_step, steps, robust } = task;
     let draft = (case.draft)();
     if !draft.is_taken_by(integrator) {
         return None;

@@ -11,13 +11,12 @@
 //! | with `/` | the scenes whose name starts with it |
 //! | any other text | the scenes whose name contains it |
 
+use simulator::spelling::{SIMILAR, similarity};
+
 use crate::suite::{Case, Suite};
 
 /// Maximum number of suggestions for a pattern without a match.
 const SUGGESTIONS: usize = 3;
-
-/// Minimum similarity of a suggestion, from 0 to 1.
-const SIMILARITY: f32 = 0.7;
 
 /// A scene that patterns can choose.
 #[derive(Debug, Clone, Copy)]
@@ -129,32 +128,28 @@ fn is_like(name: &str, pattern: &str) -> bool {
     states[pattern.len()]
 }
 
-/// Names, groups and integrators similar to `pattern`, ignoring case.
+/// Names, groups and integrators similar to `pattern`, the most similar first.
 fn near(pattern: &str, candidates: &[Candidate<'_>]) -> Vec<String> {
-    // The similarity costs quadratic time, and real names are short.
-    if pattern.len() > 128 {
-        return Vec::new();
-    }
-    let last = |name: &str| name.rsplit('/').next().unwrap_or(name).to_ascii_lowercase();
-    let mut known: Vec<(String, &str)> = Vec::new();
+    let pattern = pattern.trim_end_matches('/');
+
+    let mut near: Vec<(f64, &str)> = Vec::new();
     for Candidate { name, group, integrator } in candidates {
         let words = [Some(*name), *group, *integrator].into_iter().flatten();
-        known.extend(words.map(|word| (word.to_ascii_lowercase(), word)));
-        known.push((last(name), name));
+        let words = words.map(|word| (similarity(pattern, word), word));
+        near.extend(
+            words.chain([(similarity(pattern, name.rsplit('/').next().unwrap_or(name)), *name)]),
+        );
     }
-    let words: Vec<&str> = known.iter().map(|(lower, _)| lower.as_str()).collect();
-    let pattern = pattern.trim_end_matches('/').to_ascii_lowercase();
-    let mut near = Vec::new();
-    for found in similar::get_close_matches(&*pattern, &words, words.len(), SIMILARITY) {
-        let named = known.iter().filter(|(lower, _)| lower == found);
-        for (_, word) in named {
-            if !near.iter().any(|known| known == word) {
-                near.push((*word).to_owned());
-            }
+    near.retain(|(similarity, _)| *similarity >= SIMILAR);
+    // Stable: of equally similar names, the first.
+    near.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut names: Vec<String> = Vec::new();
+    for (_, name) in near {
+        if names.len() < SUGGESTIONS && !names.iter().any(|known| known == name) {
+            names.push(name.to_owned());
         }
     }
-    near.truncate(SUGGESTIONS);
-    near
+    names
 }
 
 #[cfg(test)]

@@ -46,6 +46,7 @@ pub mod statistics;
 
 pub mod input;
 pub mod output;
+pub mod spelling;
 pub mod trace;
 
 pub mod generate;

@@ -12,7 +12,6 @@ pub mod xml;
 
 mod lines;
 mod resolve;
-mod spelling;
 
 use std::path::{Path, PathBuf};
 

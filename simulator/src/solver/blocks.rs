@@ -4,7 +4,6 @@
 //! contiguous numbers, column by column. Of a symmetric matrix only the blocks on and below the diagonal
 //! are kept. Storage is in proportion to the couplings, and a product is one pass over it.
 
-use faer::sparse::SymbolicSparseColMat;
 use nalgebra::SMatrix;
 
 use super::checked::Product;
@@ -108,39 +107,6 @@ impl<const D: usize> BlockColumns<D> {
                 }
             }
         }
-    }
-
-    /// The same matrix, entry by entry: its pattern, and for each of the pattern's entries where it is
-    /// among the values. Both triangles of a symmetric matrix.
-    pub(super) fn scalar_columns(&self) -> (SymbolicSparseColMat<u32>, Vec<u32>) {
-        let n_blocks = self.n_blocks();
-        // Each block with its row, and whether it is to be read transposed.
-        let mut columns: Vec<Vec<(u32, usize, bool)>> = vec![Vec::new(); n_blocks];
-        for column in 0..n_blocks {
-            for place in self.starts[column]..self.starts[column + 1] {
-                let row = self.rows[place];
-                columns[column].push((row, place, false));
-                if self.symmetric && row as usize != column {
-                    columns[row as usize].push((column as u32, place, true));
-                }
-            }
-        }
-        let (mut starts, mut rows, mut sources) = (vec![0_u32], Vec::new(), Vec::new());
-        for column in &mut columns {
-            column.sort_unstable();
-            for j in 0..D {
-                for &(row, place, transposed) in &*column {
-                    for i in 0..D {
-                        rows.push(row * D as u32 + i as u32);
-                        let within = if transposed { i * D + j } else { j * D + i };
-                        sources.push((place * D * D + within) as u32);
-                    }
-                }
-                starts.push(rows.len() as u32);
-            }
-        }
-        let size = self.size();
-        (SymbolicSparseColMat::new_checked(size, size, starts, None, rows), sources)
     }
 }
 

@@ -11,15 +11,14 @@
 mod blocks;
 pub(crate) mod checked;
 pub mod dense;
+pub(crate) mod factor;
 mod lagged;
-mod ldl;
 pub mod line_search;
 pub mod linear;
-mod lu;
 pub mod newton;
 pub mod psd;
 pub mod sparse;
-mod symbolic;
+pub(crate) mod symbolic;
 
 /// A linear system that could not be solved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

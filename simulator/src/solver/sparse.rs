@@ -1,16 +1,17 @@
 //! Sparse linear system `A x = b` of `D × D` blocks, with a check of every solution.
 //!
-//! A symmetric matrix has up to three methods; each is used if the one before does not reach rounding error:
+//! There are up to three methods; each is used if the one before does not reach rounding error:
 //!
-//! 1. conjugate gradients with the factor of an earlier matrix (`lagged`), where counts say that it pays;
-//! 2. block LDLᵀ without exchange of blocks (`ldl`), analysed once per pattern (`symbolic`);
-//! 3. LU with partial pivoting (`lu`), which is also the method for any other matrix.
+//! 1. of a symmetric matrix: conjugate gradients with the factor of an earlier matrix (`lagged`), where counts say that
+//!    it pays;
+//! 2. block LDLᵀ, or LU if the matrix is not symmetric, without exchange of blocks (`factor`), analysed once per
+//!    pattern (`symbolic`);
+//! 3. dense LU with pivoting ([`dense`](super::dense)), up to [`MAX_DENSE_ROWS`] rows.
 //!
-//! Why an LDLᵀ of our own: a library call has a fixed cost that matters at 25 to 1000 particles (a whole step of
-//! a square net takes 6, 26, 120 and 710 µs at 4, 8, 16 and 32 segments a side; with faer's Cholesky it
-//! took 11, 54, 330 and 2400 µs on the same machine);
-//! a matrix need not be definite, where Cholesky would fail; and the bits do not depend
-//! on the processor.
+//! The second suffices for the matrices of time steps: a mass on the diagonal and, for each spring, a block that is added
+//! to two diagonal blocks and subtracted between them. Why it is our own: a library call has a fixed cost that
+//! matters at 25 to 1000 particles; a matrix need not be definite, where Cholesky would fail; and the bits do not
+//! depend on the processor.
 //!
 //! Storage is in proportion to the couplings, and that of the factors to their fill. Everything runs on
 //! one thread, so that the bits do not depend on how many there are. Nothing is allocated once each of the
@@ -21,22 +22,25 @@ use nalgebra::SMatrix;
 use super::LinearError;
 use super::blocks::BlockColumns;
 use super::checked::Checked;
+use super::dense::{DenseMethod, DenseSystem};
+use super::factor::{BlockFactor, Inertia};
 use super::lagged::LaggedPreconditioner;
-use super::ldl::{Inertia, LdlFactor};
-use super::lu::Lu;
 use super::symbolic::SymbolicFactor;
 use crate::statistics::LinearStatistics;
 
-/// Refinements that may bring a solution by LDLᵀ to rounding; each is far cheaper than another method.
-const LDL_REFINEMENTS: u32 = 4;
+/// Refinements that may bring a solution to rounding; each is far cheaper than another method.
+const MAX_REFINEMENTS: u32 = 4;
+
+/// The most rows of a matrix that is solved as a dense one where its sparse factor is not accurate enough.
+pub const MAX_DENSE_ROWS: usize = 2000;
 
 /// A matrix with the workspace for solving.
 pub struct SparseSystem<const D: usize> {
     matrix: BlockColumns<D>,
     checked: Checked,
     last: Last,
-    ldl: Option<Box<Ldl<D>>>,
-    lu: Option<Box<Lu>>,
+    direct: Option<Box<Direct<D>>>,
+    dense: Option<Box<DenseSystem>>,
 }
 
 /// The method that solved the last matrix.
@@ -44,13 +48,13 @@ pub struct SparseSystem<const D: usize> {
 enum Last {
     Nothing,
     Lagged,
-    Ldl,
-    Lu,
+    Direct,
+    Dense,
 }
 
-struct Ldl<const D: usize> {
+struct Direct<const D: usize> {
     symbolic: SymbolicFactor,
-    factor: LdlFactor<D>,
+    factor: BlockFactor<D>,
     lagged: LaggedPreconditioner,
 }
 
@@ -62,8 +66,8 @@ impl<const D: usize> SparseSystem<D> {
             matrix: BlockColumns::new(n_blocks, couplings, symmetric),
             checked: Checked::new(n_blocks * D),
             last: Last::Nothing,
-            ldl: None,
-            lu: None,
+            direct: None,
+            dense: None,
         }
     }
 
@@ -138,12 +142,10 @@ impl<const D: usize> SparseSystem<D> {
     pub fn solve(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
         self.last = Last::Nothing;
         self.checked.check_finite(&self.matrix.values)?;
-        let solved = self.matrix.symmetric
-            && (self.solve_lagged(statistics) || self.solve_ldl(statistics)?);
-        if !solved {
-            self.solve_lu(statistics)?;
+        if self.solve_lagged(statistics) || self.solve_directly(statistics)? {
+            return self.checked.accept(&self.matrix, statistics);
         }
-        self.checked.accept(&self.matrix, statistics)
+        self.solve_dense(statistics)
     }
 
     /// Solves for another right-hand side, with the factor of the last solve.
@@ -152,35 +154,34 @@ impl<const D: usize> SparseSystem<D> {
     /// As [`solve`](Self::solve).
     pub fn solve_again(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
         self.checked.check_finite(&[])?;
-        let Self { matrix, checked, ldl, lu, .. } = self;
-        let solved = match (self.last, ldl, lu) {
-            (Last::Ldl, Some(ldl), ..) => {
-                let Ldl { symbolic, factor, .. } = &mut **ldl;
-                checked.attempt(matrix, LDL_REFINEMENTS, statistics, |b| {
+        let Self { matrix, checked, direct, dense, .. } = self;
+        match (self.last, direct, dense) {
+            (Last::Direct, Some(direct), _) => {
+                let Direct { symbolic, factor, .. } = &mut **direct;
+                let solved = checked.attempt(matrix, MAX_REFINEMENTS, statistics, |b| {
                     factor.solve(symbolic, b);
                     true
-                })
-            }
-            (Last::Lu, _, Some(lu)) => {
-                checked.attempt(matrix, 1, statistics, |b| {
-                    lu.solve(b);
-                    true
                 });
-                Some(true)
+                if solved == Some(true) {
+                    return checked.accept(matrix, statistics);
+                }
+                self.solve(statistics)
             }
-            _ => None,
-        };
-        if solved != Some(true) {
-            return self.solve(statistics);
+            (Last::Dense, _, Some(dense)) => {
+                dense.right_mut().copy_from_slice(&checked.right);
+                dense.solve_again(statistics)?;
+                checked.solution.copy_from_slice(dense.solution());
+                Ok(())
+            }
+            _ => self.solve(statistics),
         }
-        self.checked.accept(&self.matrix, statistics)
     }
 
     /// Whether an earlier factor brought the solution to rounding.
     fn solve_lagged(&mut self, statistics: &mut LinearStatistics) -> bool {
-        let Some(ldl) = &mut self.ldl else { return false };
-        let Ldl { symbolic, factor, lagged } = &mut **ldl;
-        if !lagged.is_worthwhile() {
+        let Some(direct) = &mut self.direct else { return false };
+        let Direct { symbolic, factor, lagged } = &mut **direct;
+        if !self.matrix.symmetric || !lagged.is_worthwhile() {
             return false;
         }
         let (solved, iterations) =
@@ -193,63 +194,59 @@ impl<const D: usize> SparseSystem<D> {
         solved
     }
 
-    /// Whether LDLᵀ brought the solution to rounding.
-    fn solve_ldl(&mut self, statistics: &mut LinearStatistics) -> Result<bool, LinearError> {
+    /// Whether the sparse factor brought the solution to rounding.
+    fn solve_directly(&mut self, statistics: &mut LinearStatistics) -> Result<bool, LinearError> {
         let Self { matrix, checked, .. } = self;
-        let ldl = match &mut self.ldl {
-            Some(ldl) => ldl,
+        let direct = match &mut self.direct {
+            Some(direct) => direct,
             empty => {
                 statistics.symbolic_analyses += 1;
-                empty.insert(Box::new(Ldl::new(matrix)?))
+                empty.insert(Box::new(Direct::new(matrix)?))
             }
         };
-        let Ldl { symbolic, factor, lagged } = &mut **ldl;
+        let Direct { symbolic, factor, lagged } = &mut **direct;
         statistics.factorisations += 1;
         let inertia = factor.factorise(symbolic, &matrix.values);
         lagged.reset(inertia == Inertia::Definite);
-        if inertia != Inertia::Definite {
+        if matrix.symmetric && inertia != Inertia::Definite {
             statistics.indefinite += 1;
         }
         if inertia == Inertia::Singular {
             return Ok(false);
         }
-        let solved = checked.attempt(matrix, LDL_REFINEMENTS, statistics, |b| {
+        let solved = checked.attempt(matrix, MAX_REFINEMENTS, statistics, |b| {
             factor.solve(symbolic, b);
             true
         });
-        self.last = Last::Ldl;
-        Ok(solved == Some(true))
+        self.last = Last::Direct;
+        // What is too large for a dense matrix is judged as it is.
+        Ok(solved == Some(true) || matrix.size() > MAX_DENSE_ROWS)
     }
 
-    fn solve_lu(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
-        let Self { matrix, checked, .. } = self;
-        let lu = match &mut self.lu {
-            Some(lu) => lu,
-            empty => empty.insert(Box::new(Lu::new(matrix, statistics)?)),
-        };
-        lu.factorise(matrix, statistics)?;
-        checked.attempt(matrix, 1, statistics, |b| {
-            lu.solve(b);
-            true
-        });
-        self.last = Last::Lu;
-        // A zero pivot divides; nothing comes after LU.
-        if checked.solution.iter().all(|value| value.is_finite()) {
-            Ok(())
-        } else {
-            Err(LinearError::SingularToPrecision { size: matrix.size() })
+    fn solve_dense(&mut self, statistics: &mut LinearStatistics) -> Result<(), LinearError> {
+        let size = self.size();
+        if size > MAX_DENSE_ROWS {
+            return Err(LinearError::SingularToPrecision { size });
         }
+        let Self { matrix, checked, .. } = self;
+        let new = || Box::new(DenseSystem::new(size, DenseMethod::Lu));
+        let dense = self.dense.get_or_insert_with(new);
+        dense.matrix.fill(0.0);
+        matrix.read(&mut |row, column, entry| dense.matrix[(row, column)] = entry);
+        dense.right_mut().copy_from_slice(&checked.right);
+        dense.solve(statistics)?;
+        checked.solution.copy_from_slice(dense.solution());
+        self.last = Last::Dense;
+        Ok(())
     }
 }
 
-impl<const D: usize> Ldl<D> {
+impl<const D: usize> Direct<D> {
     fn new(matrix: &BlockColumns<D>) -> Result<Self, LinearError> {
         let size = matrix.size();
-        let out_of_memory = LinearError::OutOfMemory { size };
-        let Some(symbolic) = SymbolicFactor::new(&matrix.starts, &matrix.rows) else {
-            return Err(out_of_memory);
-        };
-        let Some(factor) = LdlFactor::new(&symbolic) else { return Err(out_of_memory) };
+        let symbolic = SymbolicFactor::new(&matrix.starts, &matrix.rows);
+        let factor = BlockFactor::new(&symbolic, matrix.symmetric);
+        let factor = factor.ok_or(LinearError::OutOfMemory { size })?;
         let entries = (symbolic.n_factor + matrix.rows.len()) as u64;
         let budget = D as u64 * symbolic.n_products / (RATE * 2 * entries);
         Ok(Self { symbolic, factor, lagged: LaggedPreconditioner::new(size, budget) })
@@ -261,7 +258,6 @@ const RATE: u64 = 4;
 
 #[cfg(test)]
 mod tests {
-    use super::super::dense::{DenseMethod, DenseSystem};
     use super::*;
 
     /// The couplings of a square net of `side` blocks a side, with one diagonal.
@@ -437,6 +433,29 @@ mod tests {
         let (difference, statistics) = Both::<2>::random(7, false, 3.0, 3).compare();
         assert!(difference < 1e-12, "{difference}");
         assert_eq!((statistics.factorisations, statistics.indefinite), (1, 0));
+    }
+
+    #[test]
+    fn an_unsymmetric_factor_serves_large_systems_with_far_off_diagonals() {
+        // Two nets with dense fronts of more than a panel, joined by a row of couplings.
+        let mut couplings = net(20);
+        couplings.extend((0..40).map(|block| [block, 399 - block]));
+        couplings.extend((0..30).flat_map(|a| (0..a).map(move |b| [200 + a, 200 + b])));
+        for seed in 0..4 {
+            let mut random = fastrand::Rng::with_seed(seed);
+            let mut both = Both::<3>::new(400, &couplings, false);
+            for [a, b] in &couplings {
+                both.add(*a, *b, SMatrix::from_fn(|_, _| random.f64() - 0.5));
+                both.add(*b, *a, SMatrix::from_fn(|_, _| random.f64() - 0.5));
+            }
+            for block in 0..400 {
+                let turn = SMatrix::from_fn(|_, _| 6.0 * (random.f64() - 0.5));
+                both.add(block, block, turn + SMatrix::identity() * 12.0);
+            }
+            let (difference, statistics) = both.compare();
+            assert!(difference < 1e-11, "{difference}");
+            assert_eq!(statistics.factorisations, 1);
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Symbolic factorisation for block LDLᵀ: elimination order, fronts and storage offsets.
+//! Symbolic factorisation of blocks: elimination order, fronts and storage offsets.
 //!
 //! Made once for a pattern, by the multifrontal method (Duff and Reid 1983): the blocks are put in order
 //! of approximate minimum degree (Amestoy, Davis and Duff 1996), their elimination tree is found (Liu 1990),
@@ -7,71 +7,67 @@
 //! order, and leaves an update matrix on its other rows, which its parent in the tree assembles (extend-add). Every
 //! offset is known before a number is. Cost: in proportion to the entries of the factor, in blocks.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::SymbolicSparseColMat;
-use faer::sparse::linalg::amd;
-
 /// A pattern with this many blocks or fewer has one front, in the order of the file.
 const MAX_SINGLE_FRONT: usize = 4;
 
 /// The symbolic factor of a sparsity pattern.
-pub(super) struct SymbolicFactor {
+pub(crate) struct SymbolicFactor {
     /// The block at each place of the order.
-    pub(super) order: Vec<u32>,
+    pub(crate) order: Vec<u32>,
     /// Children before parents.
-    pub(super) fronts: Vec<Front>,
+    pub(crate) fronts: Vec<Front>,
     /// Places of the rows below the pivots of each front, ascending.
-    pub(super) rows: Vec<u32>,
+    pub(crate) rows: Vec<u32>,
     /// Number of each of these rows among all rows of the parent front.
-    pub(super) rows_in_parent: Vec<u32>,
+    pub(crate) rows_in_parent: Vec<u32>,
     /// The children of each front.
-    pub(super) children: Vec<u32>,
+    pub(crate) children: Vec<u32>,
     /// Where the blocks of the matrix go, front by front.
-    pub(super) entries: Vec<Entry>,
+    pub(crate) entries: Vec<Entry>,
     /// Blocks of the factor.
-    pub(super) n_factor: usize,
+    pub(crate) n_factor: usize,
     /// Blocks in the workspace of the update matrices.
-    pub(super) n_updates: usize,
+    pub(crate) n_updates: usize,
     /// The most rows of a front, in blocks.
-    pub(super) max_height: usize,
+    pub(crate) max_height: usize,
     /// Products of blocks in a factorisation.
-    pub(super) n_products: u64,
+    pub(crate) n_products: u64,
 }
 
 /// One dense step of the elimination; all counts in blocks.
 #[derive(Debug, Clone)]
-pub(super) struct Front {
+pub(crate) struct Front {
     /// Place of the first pivot.
-    pub(super) first: usize,
-    pub(super) n_pivots: usize,
+    pub(crate) first: usize,
+    pub(crate) n_pivots: usize,
     /// Range of the rows below the pivots.
-    pub(super) rows: [usize; 2],
+    pub(crate) rows: [usize; 2],
     /// Offset of the pivots' columns in the factor: `n_pivots` columns of `n_pivots + rows`.
-    pub(super) panel: usize,
+    pub(crate) panel: usize,
     /// Offset of the update matrix in the workspace.
-    pub(super) update: usize,
-    pub(super) children: [usize; 2],
-    pub(super) entries: [usize; 2],
+    pub(crate) update: usize,
+    pub(crate) children: [usize; 2],
+    pub(crate) entries: [usize; 2],
 }
 
 impl Front {
-    pub(super) fn n_rows(&self) -> usize {
+    pub(crate) fn n_rows(&self) -> usize {
         self.rows[1] - self.rows[0]
     }
 
-    pub(super) fn height(&self) -> usize {
+    pub(crate) fn height(&self) -> usize {
         self.n_pivots + self.n_rows()
     }
 }
 
 /// Where a block of the matrix goes in its front.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Entry {
+pub(crate) struct Entry {
     /// Its number among the blocks stored.
-    pub(super) source: u32,
-    pub(super) row: u32,
-    pub(super) column: u32,
-    pub(super) transposed: bool,
+    pub(crate) source: u32,
+    pub(crate) row: u32,
+    pub(crate) column: u32,
+    pub(crate) transposed: bool,
 }
 
 /// A front while the tree is still being amalgamated.
@@ -84,13 +80,13 @@ struct Node {
 }
 
 impl SymbolicFactor {
-    /// The symbolic factor of a symmetric matrix with the blocks `(rows[i], column)`, `i` in
-    /// `starts[column]..starts[column + 1]`, on and below its diagonal. `None` if there is no memory
-    /// for the ordering.
-    pub(super) fn new(starts: &[usize], rows: &[u32]) -> Option<Self> {
+    /// The symbolic factor of a matrix with the blocks `(rows[i], column)`, `i` in
+    /// `starts[column]..starts[column + 1]`: of a symmetric matrix those on and below its diagonal, else all, in a
+    /// symmetric pattern.
+    pub(crate) fn new(starts: &[usize], rows: &[u32]) -> Self {
         let n_blocks = starts.len() - 1;
         let neighbours = neighbours(starts, rows);
-        let order = minimum_degree(&neighbours)?;
+        let order = minimum_degree(&neighbours);
         let nodes = amalgamate(elimination_tree(&order, &neighbours));
         let numbered = postorder(&nodes);
 
@@ -147,7 +143,7 @@ impl SymbolicFactor {
         symbolic.place_rows_in_parents(&numbered, &nodes, &front_of_node);
         symbolic.place_updates();
         symbolic.place_entries(starts, rows, &place);
-        Some(symbolic)
+        symbolic
     }
 
     fn place_rows_in_parents(&mut self, numbered: &[usize], nodes: &[Node], front_of: &[usize]) {
@@ -259,30 +255,28 @@ fn neighbours(starts: &[usize], rows: &[u32]) -> Vec<Vec<u32>> {
             }
         }
     }
-    neighbours.iter_mut().for_each(|list| list.sort_unstable());
+    for list in &mut neighbours {
+        list.sort_unstable();
+        // A matrix that is not symmetric has both blocks of a pair.
+        list.dedup();
+    }
     neighbours
 }
 
 /// The blocks in order of approximate minimum degree.
-fn minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<u32>> {
+fn minimum_degree(neighbours: &[Vec<u32>]) -> Vec<u32> {
     let n_blocks = neighbours.len();
-    let mut order: Vec<u32> = (0..n_blocks as u32).collect();
     if n_blocks <= MAX_SINGLE_FRONT {
-        return Some(order);
+        return (0..n_blocks as u32).collect();
     }
-    let (mut starts, mut rows) = (vec![0_u32], Vec::new());
+    let (mut starts, mut rows) = (vec![0], Vec::new());
     for list in neighbours {
-        rows.extend_from_slice(list);
-        starts.push(rows.len() as u32);
+        rows.extend(list.iter().map(|row| *row as usize));
+        starts.push(rows.len());
     }
-    let scratch = amd::order_scratch::<u32>(n_blocks, rows.len());
-    let pattern = SymbolicSparseColMat::new_checked(n_blocks, n_blocks, starts, None, rows);
-    let mut memory = MemBuffer::try_new(scratch).ok()?;
-    let mut inverse = vec![0_u32; n_blocks];
-    let stack = MemStack::new(&mut memory);
-    let pattern = pattern.as_ref();
-    amd::order(&mut order, &mut inverse, pattern, amd::Control::default(), stack).ok()?;
-    Some(order)
+    let found = amd::order(n_blocks, &starts, &rows, &amd::Control::default());
+    let (found, ..) = found.expect("rows in range, ascending and without repetition");
+    found.into_iter().map(|block| block as u32).collect()
 }
 
 /// Eliminates block by block in `order`: a tree of fronts of one pivot each.

@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use faer::linalg::solvers::{Llt, Solve};
-use faer::{Mat, Side};
+use nalgebra::{DMatrix, MatrixXx3};
 use serde_json::Value;
 use simulator::scene::{ParseOptions, load};
 use simulator::simulation::Simulation;
@@ -87,7 +86,7 @@ impl Assignment {
     /// `p` after every step, at rest before the first.
     fn run(&self) -> Vec<Vec<Point>> {
         let n = self.vertices.len();
-        let mut q = Mat::<f64>::zeros(n, n);
+        let mut q = DMatrix::<f64>::zeros(n, n);
         for (i, mass) in self.masses.iter().enumerate() {
             q[(i, i)] += mass / (TIME_STEP * TIME_STEP);
         }
@@ -97,7 +96,7 @@ impl Assignment {
             }
         }
         self.pinned.iter().for_each(|pin| q[(*pin, *pin)] += PIN_WEIGHT);
-        let factor = Llt::new(q.as_ref(), Side::Lower).unwrap();
+        let factor = q.cholesky().unwrap();
         let rest = |[i, j]: [usize; 2]| length(difference(self.vertices[i], self.vertices[j]));
         let rest: Vec<f64> = self.springs.iter().map(|spring| rest(*spring)).collect();
 
@@ -121,7 +120,7 @@ impl Assignment {
                 // b − Q p, spring by spring and vertex by vertex: Q is solved for the change of p. Solved for p
                 // itself, the rounding of the factor, on positions of size 1, pulls like a force, and moves
                 // the flag's vertices of 1e-4 kg by 2e-9 within the 30 steps.
-                let mut b = Mat::<f64>::zeros(n, 3);
+                let mut b = MatrixXx3::<f64>::zeros(n);
                 for i in 0..n {
                     let free = self.masses[i] / (TIME_STEP * TIME_STEP);
                     for axis in 0..3 {
@@ -141,7 +140,7 @@ impl Assignment {
                         b[(j, axis)] -= pull;
                     }
                 }
-                factor.solve_in_place(b.as_mut());
+                factor.solve_mut(&mut b);
                 for i in 0..n {
                     (0..3).for_each(|axis| p[i][axis] += b[(i, axis)]);
                 }

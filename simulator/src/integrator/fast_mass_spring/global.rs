@@ -4,24 +4,17 @@
 //! Q = Σ k A_eᵀ A_e + M/h² (+ w on pins)        N × N, symmetric positive definite
 //! ```
 //!
-//! A small matrix is factorised as a dense one by nalgebra, a large one by faer's supernodal Cholesky, its rows
-//! in the order of approximate minimum degree; both factors become [`Panels`]. The backward error of the last solution
+//! A small matrix is factorised as a dense one by nalgebra, a large one by the sparse solver of the implicit methods
+//! (`solver/factor.rs`), in blocks of one row; both factors become [`Panels`]. The backward error of the last solution
 //! of a step is checked (`solver/checked.rs`), and the solution refined at most once.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{Par, Side, Spec};
 use nalgebra::DMatrix;
 
 use super::panels::Panels;
 use crate::solver::LinearError;
 use crate::solver::checked::{Checked, Product, tolerance};
+use crate::solver::factor::{BlockFactor, Inertia};
+use crate::solver::symbolic::SymbolicFactor;
 use crate::statistics::LinearStatistics;
 
 /// How the matrix is factorised.
@@ -248,9 +241,8 @@ fn sparse(
     if size == 0 {
         return Ok((Panels::default(), Vec::new()));
     }
-    let out_of_memory = LinearError::OutOfMemory { size };
     // The lower triangle, column by column: `links` are sorted by their smaller row, the column here.
-    let (mut starts, mut rows, mut values) = (vec![0_u32], Vec::new(), Vec::new());
+    let (mut starts, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
     let mut links = links.iter().peekable();
     for (column, on_diagonal) in diagonal.iter().enumerate() {
         rows.push(column as u32);
@@ -259,53 +251,19 @@ fn sparse(
             rows.push(*row as u32);
             values.push(*value);
         }
-        starts.push(rows.len() as u32);
+        starts.push(rows.len());
     }
-    let pattern = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
-    let parameters = CholeskySymbolicParams {
-        // Below 0, for a diagonal matrix takes no operations, and no more than none are asked for.
-        supernodal_flop_ratio_threshold: SupernodalThreshold(-1.0),
-        ..CholeskySymbolicParams::default()
-    };
-    let symbolic = factorize_symbolic_cholesky(
-        pattern.as_ref(),
-        Side::Lower,
-        SymmetricOrdering::Amd,
-        parameters,
-    );
-    let symbolic = symbolic.map_err(|_| out_of_memory.clone())?;
-    let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-    let mut memory = MemBuffer::try_new(scratch).map_err(|_| out_of_memory.clone())?;
-    let mut factor = Vec::new();
-    factor.try_reserve_exact(symbolic.len_val()).map_err(|_| out_of_memory.clone())?;
-    factor.resize(symbolic.len_val(), 0.0);
-    symbolic
-        .factorize_numeric_llt(
-            &mut factor,
-            SparseColMatRef::new(pattern.as_ref(), &values),
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Spec::default(),
-        )
-        .map_err(|_| LinearError::SingularToPrecision { size })?;
-    let mut panels =
-        Panels::with_capacity(symbolic.len_val()).map_err(|_| out_of_memory.clone())?;
-    let SymbolicCholeskyRaw::Supernodal(supernodes) = symbolic.raw() else {
-        unreachable!("supernodes were asked for");
-    };
-    let numeric = SupernodalLltRef::new(supernodes, &factor);
-    for number in 0..supernodes.n_supernodes() {
-        let supernode = numeric.supernode(number);
-        let value = supernode.val();
-        panels.push(supernode.start(), value.ncols(), supernode.pattern(), |row, column| {
-            value[(row, column)]
-        });
+    let symbolic = SymbolicFactor::new(&starts, &rows);
+    let out_of_memory = || LinearError::OutOfMemory { size };
+    let mut factor = BlockFactor::<1>::new(&symbolic, true).ok_or_else(out_of_memory)?;
+    if factor.factorise(&symbolic, &values) != Inertia::Definite {
+        return Err(LinearError::SingularToPrecision { size });
     }
-    let order = match symbolic.perm() {
-        Some(order) => order.arrays().0.iter().map(|row| *row as usize).collect(),
-        None => (0..size).collect(),
-    };
-    Ok((panels, order))
+    let mut panels = Panels::with_capacity(symbolic.n_factor).map_err(|_| out_of_memory())?;
+    for front in &symbolic.fronts {
+        let below = &symbolic.rows[front.rows[0]..front.rows[1]];
+        let entry = |row, column| factor.cholesky_entry(front, row, column);
+        panels.push(front.first, front.n_pivots, below, entry);
+    }
+    Ok((panels, symbolic.order.iter().map(|row| *row as usize).collect()))
 }

@@ -13,7 +13,7 @@ use super::problem::JsonProblem;
 use super::source::{Source, Warnings, excerpt};
 use crate::scene::error::SceneError;
 use crate::scene::schema::Domain;
-use crate::scene::spelling::closest_above;
+use crate::spelling::closest;
 
 /// The keys of a scene, with likely alternative names.
 const KEYS: &[(&str, &[&str])] = &[
@@ -24,10 +24,6 @@ const KEYS: &[(&str, &[&str])] = &[
     ("wind", &["wind"]),
     ("png", &["png", "texture"]),
 ];
-
-/// A word this similar to a key, from 0 to 1, is taken for it misspelt. Keys are short: one of two
-/// letters that are swapped leaves 2/3.
-const SIMILAR: f32 = 0.6;
 
 /// Keys and values in the order of the file.
 pub(super) struct Document<'a> {
@@ -189,7 +185,7 @@ pub(super) fn wrong_value(
 
 fn suggestion(word: &str) -> Option<&'static str> {
     let words: Vec<&str> = KEYS.iter().flat_map(|(_, words)| words.iter().copied()).collect();
-    let closest = closest_above(SIMILAR, word, &words)?;
+    let closest = closest(word, &words)?;
     KEYS.iter().find(|(_, words)| words.contains(&closest)).map(|(key, _)| *key)
 }
 

@@ -17,8 +17,8 @@ use quick_xml::events::{BytesStart, Event};
 use super::error::{Problem, SceneError};
 use super::lines::LineCounter;
 use super::schema::Vocabulary;
-use super::spelling::closest;
 use super::{MAX_WARNINGS, ParseOptions, Parsed};
+use crate::spelling::closest;
 use unresolved::UnresolvedScene;
 
 /// Elements of the schema that are not forces.

@@ -1,18 +1,20 @@
-//! Multifrontal block LDLᵀ of a sparse symmetric matrix, definite or not: `P A Pᵀ = L D Lᵀ`.
+//! Multifrontal block factorisation of a sparse matrix with a symmetric pattern: `P A Pᵀ = L B Lᵀ` of a symmetric
+//! matrix, definite or not, and `P A Pᵀ = L B U` of any other.
 //!
-//! `L` has unit diagonal blocks, `D` is made of `D × D` blocks. Each of these is factorised with
-//! pivoting inside it, so that a block with zeros on its diagonal is no harm; blocks are not exchanged for each
-//! other, so that the symbolic factor ([`symbolic`](super::symbolic)) holds for every matrix of a pattern. What is lost
+//! `L` has unit diagonal blocks, and `B` is made of `D × D` blocks. Each of these is factorised with complete pivoting
+//! where it needs it, so that a block with zeros on its diagonal is no harm; blocks are not exchanged for each other,
+//! so that the symbolic factor ([`symbolic`](super::symbolic)) holds for every matrix of a pattern. What is lost
 //! where a whole pivot block is tiny shows in the backward error of the solution
-//! ([`checked`](super::checked)), and it is the caller's to try another method.
+//! ([`checked`](super::checked)), and the caller then tries another method.
 //!
-//! With `W` the columns of a pivot and `B` its diagonal block, `X = W B⁻¹` are the columns of `L`, and
-//! `X Wᵀ` is subtracted from what is to the right, in tiles that are held in registers.
+//! With `V` the columns below a pivot block `B`, and `W` the transposed rows to its right (`V = W` in a symmetric matrix),
+//! `X = V B⁻¹` are the columns of `L`, and `X Wᵀ` is subtracted from what is to the right. The rows of `U` are kept
+//! transposed, in the layout of `L`: the same kernel subtracts `W Xᵀ` from them. Tiles are held in registers.
 //!
 //! Everything is sums and products in a fixed order, never fused, whatever vectors the processor has: the
 //! bits are the same on all of them. Cost: `2 D³` operations for each product of blocks in the
-//! symbolic factor, about an operation a lane and clock; a solution is two passes over the factor. Nothing is
-//! allocated after [`LdlFactor::new`].
+//! symbolic factor, twice that without symmetry; about an operation a lane and clock; a solution is two passes over the
+//! factor. Nothing is allocated after [`BlockFactor::new`].
 
 #![expect(clippy::needless_range_loop, reason = "indices run over several arrays at once")]
 
@@ -29,15 +31,13 @@ const TILE_ROWS: usize = 8;
 const PIVOT_THRESHOLD: f64 = 0.25;
 
 /// The numeric factor, with the workspace of factorisation and substitution.
-pub(super) struct LdlFactor<const D: usize> {
-    /// Columns of `L`, front by front, each front's from its first pivot on; only what is below the
-    /// diagonal blocks is meaningful.
-    columns: Vec<f64>,
-    /// Diagonal blocks, factorised.
+pub(crate) struct BlockFactor<const D: usize> {
+    lower: Triangle,
+    /// Rows of `U`, transposed; empty for a symmetric matrix.
+    upper: Triangle,
+    /// Diagonal blocks, transposed and factorised.
     pivots: Vec<PivotBlock<D>>,
-    /// Update matrices that wait for their parents.
-    updates: Vec<f64>,
-    /// `W` of the current panel.
+    /// `V` of the current panel.
     unscaled: Vec<f64>,
     /// A right-hand side in the order of elimination.
     permuted: Vec<f64>,
@@ -45,12 +45,22 @@ pub(super) struct LdlFactor<const D: usize> {
     gathered: Vec<f64>,
 }
 
+/// A triangle of the factor.
+#[derive(Default)]
+struct Triangle {
+    /// Columns, front by front, each front's from its first pivot on; only what is below the diagonal blocks is
+    /// meaningful.
+    columns: Vec<f64>,
+    /// Update matrices that wait for their parents.
+    updates: Vec<f64>,
+}
+
 /// The signs of the pivots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Inertia {
-    /// Every pivot block is positive definite, and so is the matrix.
+pub(crate) enum Inertia {
+    /// The matrix is symmetric, and every pivot block is positive definite: so is the matrix.
     Definite,
-    /// Some pivot block is not positive definite.
+    /// The matrix is not symmetric, or some pivot block is not positive definite.
     Indefinite,
     /// Some pivot block is singular: there is no factor.
     Singular,
@@ -64,78 +74,102 @@ struct PivotBlock<const D: usize> {
     columns: [usize; D],
 }
 
-impl<const D: usize> LdlFactor<D> {
+impl<const D: usize> BlockFactor<D> {
     /// Allocates the factor; `None` if there is not enough memory.
-    pub(super) fn new(symbolic: &SymbolicFactor) -> Option<Self> {
-        let zeros = |count: usize| {
-            let mut values = Vec::new();
-            values.try_reserve_exact(count).ok()?;
-            values.resize(count, 0.0);
-            Some(values)
-        };
+    pub(crate) fn new(symbolic: &SymbolicFactor, symmetric: bool) -> Option<Self> {
         let height = symbolic.max_height * D;
         let zero = PivotBlock { lu: [[0.0; D]; D], rows: [0; D], columns: [0; D] };
         Some(Self {
-            columns: zeros(symbolic.n_factor.checked_mul(D * D)?)?,
+            lower: Triangle::new(symbolic, D)?,
+            upper: if symmetric { Triangle::default() } else { Triangle::new(symbolic, D)? },
             pivots: vec![zero; symbolic.order.len()],
-            updates: zeros(symbolic.n_updates.checked_mul(D * D)?)?,
             unscaled: zeros(height * PANEL * D)?,
             permuted: zeros(symbolic.order.len() * D)?,
             gathered: zeros(height)?,
         })
     }
 
+    /// Whether it is the factor of a symmetric matrix.
+    fn is_symmetric(&self) -> bool {
+        self.upper.columns.is_empty()
+    }
+
     /// Factorises the matrix whose blocks are `values`.
-    pub(super) fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia {
-        pulp::Arch::new().dispatch(Factorise { symbolic, values, factor: self })
+    pub(crate) fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia {
+        let arch = pulp::Arch::new();
+        match self.is_symmetric() {
+            true => arch.dispatch(Factorise::<D, true> { symbolic, values, factor: self }),
+            false => arch.dispatch(Factorise::<D, false> { symbolic, values, factor: self }),
+        }
     }
 
     /// Overwrites a right-hand side by the solution.
-    pub(super) fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]) {
-        pulp::Arch::new().dispatch(Solve { symbolic, values, factor: self });
+    pub(crate) fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]) {
+        let arch = pulp::Arch::new();
+        match self.is_symmetric() {
+            true => arch.dispatch(Solve::<D, true> { symbolic, values, factor: self }),
+            false => arch.dispatch(Solve::<D, false> { symbolic, values, factor: self }),
+        }
     }
 }
 
+impl BlockFactor<1> {
+    /// Entry `(row, column)` of the Cholesky factor `L √B` of a definite matrix, counted from the first row and column of
+    /// a front.
+    pub(crate) fn cholesky_entry(&self, front: &Front, row: usize, column: usize) -> f64 {
+        let root = self.pivots[front.first + column].lu[0][0].sqrt().recip();
+        match row == column {
+            true => root,
+            false => self.lower.columns[front.panel + column * front.height() + row] * root,
+        }
+    }
+}
+
+impl Triangle {
+    fn new(symbolic: &SymbolicFactor, dimension: usize) -> Option<Self> {
+        let area = dimension * dimension;
+        let columns = zeros(symbolic.n_factor.checked_mul(area)?)?;
+        Some(Self { columns, updates: zeros(symbolic.n_updates.checked_mul(area)?)? })
+    }
+}
+
+/// So many zeros; `None` if there is not enough memory.
+fn zeros(count: usize) -> Option<Vec<f64>> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(count).ok()?;
+    values.resize(count, 0.0);
+    Some(values)
+}
+
 // Code that is compiled for the vectors that the processor has: everything below is inlined into these.
-struct Factorise<'a, const D: usize> {
+struct Factorise<'a, const D: usize, const SYMMETRIC: bool> {
     symbolic: &'a SymbolicFactor,
     values: &'a [f64],
-    factor: &'a mut LdlFactor<D>,
+    factor: &'a mut BlockFactor<D>,
 }
 
-struct Solve<'a, const D: usize> {
+struct Solve<'a, const D: usize, const SYMMETRIC: bool> {
     symbolic: &'a SymbolicFactor,
     values: &'a mut [f64],
-    factor: &'a mut LdlFactor<D>,
+    factor: &'a mut BlockFactor<D>,
 }
 
-impl<const D: usize> pulp::WithSimd for Factorise<'_, D> {
+impl<const D: usize, const SYMMETRIC: bool> pulp::WithSimd for Factorise<'_, D, SYMMETRIC> {
     type Output = Inertia;
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Inertia {
         let Self { symbolic, values, factor } = self;
-        let mut inertia = Inertia::Definite;
+        let mut inertia = if SYMMETRIC { Inertia::Definite } else { Inertia::Indefinite };
         for front in &symbolic.fronts {
-            let (height, rows) = (front.height() * D, front.n_rows() * D);
-            let first = front.panel * D * D;
-            let panel = &mut factor.columns[first..][..front.n_pivots * D * height];
-            panel.fill(0.0);
-            let start = front.update * D * D;
-            factor.updates[start..][..rows * rows].fill(0.0);
-            fill::<D>(symbolic, front, values, panel);
-            for child in &symbolic.children[front.children[0]..front.children[1]] {
-                extend_add::<D>(
-                    symbolic,
-                    front,
-                    &symbolic.fronts[*child as usize],
-                    panel,
-                    &mut factor.updates,
-                );
+            let below = if SYMMETRIC { None } else { Some(false) };
+            assemble::<D>(symbolic, front, values, below, &mut factor.lower);
+            if !SYMMETRIC {
+                assemble::<D>(symbolic, front, values, Some(true), &mut factor.upper);
             }
-            let update = &mut factor.updates[start..][..rows * rows];
-            let pivots = &mut factor.pivots[front.first..][..front.n_pivots];
-            match eliminate(panel, update, pivots, height, &mut factor.unscaled) {
+            let BlockFactor { lower, upper, pivots, unscaled, .. } = &mut *factor;
+            let pivots = &mut pivots[front.first..][..front.n_pivots];
+            match eliminate::<D, SYMMETRIC>(front, lower, upper, pivots, unscaled) {
                 Inertia::Definite => {}
                 Inertia::Indefinite => inertia = Inertia::Indefinite,
                 Inertia::Singular => return Inertia::Singular,
@@ -145,16 +179,24 @@ impl<const D: usize> pulp::WithSimd for Factorise<'_, D> {
     }
 }
 
-/// Copies the matrix's own blocks to the front.
+/// Sets a front of one triangle to the matrix's own blocks and the update matrices of its children. `transposed`: the
+/// blocks above the diagonal or those on and below it; `None`: all, for both have one place.
 #[inline(always)]
-fn fill<const D: usize>(
+fn assemble<const D: usize>(
     symbolic: &SymbolicFactor,
     front: &Front,
     values: &[f64],
-    panel: &mut [f64],
+    transposed: Option<bool>,
+    triangle: &mut Triangle,
 ) {
-    let height = front.height() * D;
+    let (height, rows) = (front.height() * D, front.n_rows() * D);
+    let panel = &mut triangle.columns[front.panel * D * D..][..front.n_pivots * D * height];
+    panel.fill(0.0);
+    triangle.updates[front.update * D * D..][..rows * rows].fill(0.0);
     for entry in &symbolic.entries[front.entries[0]..front.entries[1]] {
+        if transposed.is_some_and(|transposed| transposed != entry.transposed) {
+            continue;
+        }
         let block = &values[entry.source as usize * D * D..][..D * D];
         let corner = entry.column as usize * D * height + entry.row as usize * D;
         let target = &mut panel[corner..][..(D - 1) * height + D];
@@ -164,6 +206,10 @@ fn fill<const D: usize>(
                     if entry.transposed { block[i * D + j] } else { block[j * D + i] };
             }
         }
+    }
+    for child in &symbolic.children[front.children[0]..front.children[1]] {
+        let child = &symbolic.fronts[*child as usize];
+        extend_add::<D>(symbolic, front, child, panel, &mut triangle.updates);
     }
 }
 
@@ -215,18 +261,25 @@ fn extend_add<const D: usize>(
     }
 }
 
-/// Eliminates the pivots of a front of `height` rows: `panel` becomes columns of `L`, and `update` loses
-/// what they contribute.
+/// Eliminates the pivots of a front: its columns become columns of `L`, its rows rows of `U`, and its update matrix
+/// loses what they contribute.
 #[inline(always)]
-fn eliminate<const D: usize>(
-    panel: &mut [f64],
-    update: &mut [f64],
+fn eliminate<const D: usize, const SYMMETRIC: bool>(
+    front: &Front,
+    lower: &mut Triangle,
+    upper: &mut Triangle,
     pivots: &mut [PivotBlock<D>],
-    height: usize,
     unscaled: &mut [f64],
 ) -> Inertia {
+    let height = front.height() * D;
     let n_columns = pivots.len() * D;
     let n_rows = height - n_columns;
+    let of_panel = |triangle: &Triangle| match triangle.columns.is_empty() {
+        true => 0..0,
+        false => front.panel * D * D..front.panel * D * D + n_columns * height,
+    };
+    let (panel, rows) = (of_panel(lower), of_panel(upper));
+    let (panel, rows) = (&mut lower.columns[panel], &mut upper.columns[rows]);
     let mut inertia = Inertia::Definite;
     let mut start = 0;
     while start < pivots.len() {
@@ -235,7 +288,7 @@ fn eliminate<const D: usize>(
             let below = (pivot + 1) * D;
             let (left, right) = panel.split_at_mut(below * height);
             let own = &mut left[pivot * D * height..];
-            let (factorised, definite) = PivotBlock::new(own, height, pivot * D);
+            let (factorised, definite) = PivotBlock::new::<SYMMETRIC>(own, height, pivot * D);
             let Some(factorised) = factorised else { return Inertia::Singular };
             if !definite {
                 inertia = Inertia::Indefinite;
@@ -244,39 +297,47 @@ fn eliminate<const D: usize>(
             let kept = &mut unscaled[(pivot - start) * D * height..][..D * height];
             scale(&factorised, own, kept, height, below);
             let inside = (end - pivot - 1) * D;
-            if inside > 0 {
-                let own = Operand { columns: own, offset: below };
-                let kept = Operand { columns: kept, offset: below };
-                subtract::<D>(
-                    &mut right[below..],
-                    height,
-                    inside,
-                    own,
-                    kept,
-                    height,
-                    height - below,
-                    D,
-                );
+            if inside == 0 {
+                continue;
+            }
+            let x = Operand { columns: own, offset: below };
+            let reach = height - below;
+            let target = &mut right[below..];
+            if SYMMETRIC {
+                let w = Operand { columns: kept, offset: below };
+                subtract::<D>(target, height, inside, x, w, height, reach, D);
+            } else {
+                let (left, right) = rows.split_at_mut(below * height);
+                let w = Operand { columns: &left[pivot * D * height..], offset: below };
+                subtract::<D>(target, height, inside, x, w, height, reach, D);
+                subtract::<D>(&mut right[below..], height, inside, w, x, height, reach, D);
             }
         }
         let done = end * D;
-        let (left, right) = panel.split_at_mut(done * height);
         let depth = (end - start) * D;
-        let left = &left[start * D * height..];
+        let (left, right) = panel.split_at_mut(done * height);
+        let (rows_left, rows_right) = rows.split_at_mut(if SYMMETRIC { 0 } else { done * height });
+        let x = &left[start * D * height..];
+        let w = if SYMMETRIC { &*unscaled } else { &rows_left[start * D * height..] };
         if done < n_columns {
-            let (x, w) = (
-                Operand { columns: left, offset: done },
-                Operand { columns: unscaled, offset: done },
-            );
-            let wide = n_columns - done;
-            subtract::<D>(&mut right[done..], height, wide, x, w, height, height - done, depth);
+            let x = Operand { columns: x, offset: done };
+            let w = Operand { columns: w, offset: done };
+            let (wide, reach) = (n_columns - done, height - done);
+            subtract::<D>(&mut right[done..], height, wide, x, w, height, reach, depth);
+            if !SYMMETRIC {
+                subtract::<D>(&mut rows_right[done..], height, wide, w, x, height, reach, depth);
+            }
         }
         if n_rows > 0 {
-            let (x, w) = (
-                Operand { columns: left, offset: n_columns },
-                Operand { columns: unscaled, offset: n_columns },
-            );
+            let x = Operand { columns: x, offset: n_columns };
+            let w = Operand { columns: w, offset: n_columns };
+            let place = front.update * D * D..front.update * D * D + n_rows * n_rows;
+            let update = &mut lower.updates[place.clone()];
             subtract::<D>(update, n_rows, n_rows, x, w, height, n_rows, depth);
+            if !SYMMETRIC {
+                let update = &mut upper.updates[place];
+                subtract::<D>(update, n_rows, n_rows, w, x, height, n_rows, depth);
+            }
         }
         start = end;
     }
@@ -284,15 +345,22 @@ fn eliminate<const D: usize>(
 }
 
 impl<const D: usize> PivotBlock<D> {
-    /// Factorises the block at row `row` of `columns`; `None` if it is singular. Whether it is
-    /// positive definite: then, and only then, all pivots are positive and on the diagonal.
+    /// Factorises the transpose of the block at row `row` of `columns`; `None` if it is singular. Whether a symmetric
+    /// block is positive definite: then, and only then, all pivots are positive and on the diagonal.
     #[inline(always)]
-    fn new(columns: &[f64], height: usize, row: usize) -> (Option<Self>, bool) {
+    fn new<const SYMMETRIC: bool>(
+        columns: &[f64],
+        height: usize,
+        row: usize,
+    ) -> (Option<Self>, bool) {
         let mut lu = [[0.0; D]; D];
         for i in 0..D {
             for j in 0..D {
-                // Of a symmetric block, the lower triangle.
-                lu[i][j] = columns[i.min(j) * height + row + i.max(j)];
+                // Of a symmetric block, only the lower triangle is up to date.
+                lu[i][j] = match SYMMETRIC {
+                    true => columns[i.min(j) * height + row + i.max(j)],
+                    false => columns[i * height + row + j],
+                };
             }
         }
         let (mut rows, mut columns) = ([0; D], [0; D]);
@@ -332,7 +400,7 @@ impl<const D: usize> PivotBlock<D> {
         (Some(Self { lu, rows, columns }), definite)
     }
 
-    /// Overwrites a right-hand side by the solution.
+    /// Overwrites a right-hand side by the solution for the symmetric block.
     #[inline(always)]
     fn solve(&self, values: &mut [f64; D]) {
         let mut permuted = [0.0; D];
@@ -350,6 +418,27 @@ impl<const D: usize> PivotBlock<D> {
         }
         for i in 0..D {
             values[self.columns[i]] = permuted[i];
+        }
+    }
+
+    /// The same for a block that is not symmetric, whose transpose is factorised.
+    #[inline(always)]
+    fn solve_transposed(&self, values: &mut [f64; D]) {
+        let mut permuted = [0.0; D];
+        for i in 0..D {
+            permuted[i] = values[self.columns[i]];
+            for k in 0..i {
+                permuted[i] -= self.lu[k][i] * permuted[k];
+            }
+            permuted[i] *= self.lu[i][i];
+        }
+        for i in (0..D).rev() {
+            for k in i + 1..D {
+                permuted[i] -= self.lu[k][i] * permuted[k];
+            }
+        }
+        for i in 0..D {
+            values[self.rows[i]] = permuted[i];
         }
     }
 }
@@ -373,7 +462,7 @@ fn find_pivot<const D: usize>(lu: &[[f64; D]; D], k: usize) -> [usize; 2] {
     at
 }
 
-/// Keeps the rows of `columns` from `first` on as `W`, and overwrites them by `X = W B⁻¹`.
+/// Keeps the rows of `columns` from `first` on as `V`, and overwrites them by `X = V B⁻¹`.
 #[inline(always)]
 fn scale<const D: usize>(
     pivot: &PivotBlock<D>,
@@ -385,7 +474,7 @@ fn scale<const D: usize>(
     for j in 0..D {
         kept[j * height..][first..height].copy_from_slice(&columns[j * height..][first..height]);
     }
-    // X is solved for row by row, B being symmetric; written column by column, it fits vectors.
+    // Bᵀ Xᵀ = Vᵀ is solved row by row of X; written column by column, it fits vectors.
     let mut row = first;
     while row + TILE_ROWS <= height {
         scale_rows::<D, TILE_ROWS>(pivot, columns, kept, height, row);
@@ -454,7 +543,7 @@ fn subtract<const D: usize>(
     let mut column = 0;
     macro_rules! groups {
         ($wide:literal) => {
-            while column + $wide <= width {
+            while width - column >= $wide {
                 let mut row = column;
                 while row + TILE_ROWS <= rows {
                     tile::<$wide, TILE_ROWS>(target, stride, x, w, height, [row, column], depth);
@@ -475,12 +564,19 @@ fn subtract<const D: usize>(
             }
         };
     }
-    if D == 2 {
-        groups!(4);
-        groups!(2);
-    } else {
-        groups!(6);
-        groups!(3);
+    match D {
+        1 => {
+            groups!(4);
+            groups!(1);
+        }
+        2 => {
+            groups!(4);
+            groups!(2);
+        }
+        _ => {
+            groups!(6);
+            groups!(3);
+        }
     }
 }
 
@@ -517,27 +613,33 @@ fn tile<const G: usize, const R: usize>(
     }
 }
 
-impl<const D: usize> pulp::WithSimd for Solve<'_, D> {
+impl<const D: usize, const SYMMETRIC: bool> pulp::WithSimd for Solve<'_, D, SYMMETRIC> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Self { symbolic, values, factor } = self;
-        let LdlFactor { columns, pivots, permuted, gathered, .. } = factor;
+        let BlockFactor { lower, upper, pivots, permuted, gathered, .. } = factor;
         for (target, block) in permuted.chunks_exact_mut(D).zip(&symbolic.order) {
             target.copy_from_slice(&values[*block as usize * D..][..D]);
         }
         for front in &symbolic.fronts {
-            forward::<D>(symbolic, front, columns, permuted, gathered);
+            forward::<D>(symbolic, front, &lower.columns, permuted, gathered);
         }
-        for (values, pivot) in permuted.chunks_exact_mut(D).zip(&*pivots) {
-            let mut block = [0.0; D];
-            block.copy_from_slice(values);
-            pivot.solve(&mut block);
-            values.copy_from_slice(&block);
+        if SYMMETRIC {
+            for (values, pivot) in permuted.chunks_exact_mut(D).zip(&*pivots) {
+                let mut block = [0.0; D];
+                block.copy_from_slice(values);
+                pivot.solve(&mut block);
+                values.copy_from_slice(&block);
+            }
         }
         for front in symbolic.fronts.iter().rev() {
-            backward::<D>(symbolic, front, columns, permuted, gathered);
+            let (columns, pivots) = match SYMMETRIC {
+                true => (&lower.columns, None),
+                false => (&upper.columns, Some(&pivots[front.first..])),
+            };
+            backward::<D>(symbolic, front, columns, pivots, [permuted, gathered]);
         }
         for (source, block) in permuted.chunks_exact(D).zip(&symbolic.order) {
             values[*block as usize * D..][..D].copy_from_slice(source);
@@ -586,14 +688,14 @@ fn forward<const D: usize>(
     }
 }
 
-/// Solves with the transposed columns of `L` of one front.
+/// Solves with the transposed columns of one front: with those of `L`, or, with `pivots`, with those of `B U`.
 #[inline(always)]
 fn backward<const D: usize>(
     symbolic: &SymbolicFactor,
     front: &Front,
     columns: &[f64],
-    permuted: &mut [f64],
-    gathered: &mut [f64],
+    pivots: Option<&[PivotBlock<D>]>,
+    [permuted, gathered]: [&mut Vec<f64>; 2],
 ) {
     let height = front.height() * D;
     let n_columns = front.n_pivots * D;
@@ -609,6 +711,12 @@ fn backward<const D: usize>(
         let (done, below) = gathered.split_at_mut((pivot + 1) * D);
         for (j, x) in done[pivot * D..].iter_mut().enumerate() {
             *x -= dot(&columns[j * height + (pivot + 1) * D..][..below.len()], below);
+        }
+        if let Some(pivots) = pivots {
+            let mut block = [0.0; D];
+            block.copy_from_slice(&done[pivot * D..]);
+            pivots[pivot].solve_transposed(&mut block);
+            done[pivot * D..].copy_from_slice(&block);
         }
     }
     permuted[own..][..n_columns].copy_from_slice(&gathered[..n_columns]);

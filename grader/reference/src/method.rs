@@ -132,7 +132,8 @@ fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 }
 
 /// The stable steps `h ω` of the oscillator, by Jury's criterion `|det A| ≤ 1`, `|tr A| ≤ 1 + det A`. Steps are stable up
-/// to the first number, and again from the second number on. Without an upper range, the second number is infinite.
+/// to the first number, and again from the second number on. If the lower range is empty, the first number is 0; if the upper
+/// range is empty, the second is infinite.
 ///
 /// ```text
 /// explicit     det = 1 − 2ζa + a²  tr = 2 − 2ζa     a ≤ 2ζ  (ζ ≤ 1)     a ≤ 2/(ζ + √(ζ² − 1))  (ζ > 1)

@@ -17,7 +17,6 @@
 //!
 //! Cost: four simulator steps for each state; for about a dozen wrong steps also the law's Jacobians and some fifty
 //! candidates. Memory is that of a few states.
-//! candidates. Memory is that of a few states.
 
 mod candidates;
 mod explain;

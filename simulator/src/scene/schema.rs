@@ -1,4 +1,4 @@
-//! What a scene may say of forces and integrators, as data.
+//! Schemas of forces and integrators: the facts that the rest of the program derives from.
 //!
 //! Each force and each integrator states its facts here, once, in its registry entry. No fact has a default:
 //! an entry that leaves one out does not compile. The parser, the help text, the grader's checks and the tables of
@@ -9,7 +9,7 @@ use super::ForceElement;
 /// The most parameters a force element has.
 pub const MAX_PARAMETERS: usize = 4;
 
-/// What the parser is told of the forces and integrators that exist.
+/// All forces and integrators, for the parser.
 #[derive(Debug, Clone)]
 pub struct Vocabulary {
     /// The forces.
@@ -33,7 +33,7 @@ impl Vocabulary {
     }
 }
 
-/// A force, as a scene file may mention it. Two are equal if they have the same tag.
+/// Facts about a force. Two schemas are equal if they have the same tag.
 #[derive(Debug)]
 pub struct ForceSchema {
     /// The element's tag.
@@ -60,7 +60,7 @@ impl ForceSchema {
     /// The number of the parameter `name` in [`ForceElement::parameters`].
     ///
     /// # Panics
-    /// Where the force has no such parameter.
+    /// If the force has no such parameter.
     pub fn parameter_idx(&self, name: &str) -> usize {
         let found = self.parameters.iter().position(|parameter| parameter.name == name);
         found.unwrap_or_else(|| panic!("<{}> has no parameter {name}", self.tag))
@@ -74,7 +74,7 @@ impl ForceSchema {
     /// The parameters of an element: those given by name, and for the others their defaults, or 0.
     ///
     /// # Panics
-    /// Where the force has no parameter of a given name.
+    /// If the force has no parameter of a given name.
     pub fn values(&self, given: &[(&str, f64)]) -> [f64; MAX_PARAMETERS] {
         let mut values = [0.0; MAX_PARAMETERS];
         for (value, parameter) in values.iter_mut().zip(self.parameters) {
@@ -89,7 +89,7 @@ impl ForceSchema {
     /// The part `name`.
     ///
     /// # Panics
-    /// Where the force has no such part.
+    /// If the force has no such part.
     pub fn part(&self, name: &str) -> &'static PartSchema {
         let found = self.parts.iter().find(|part| part.name == name);
         found.unwrap_or_else(|| panic!("<{}> has no part {name}", self.tag))
@@ -112,17 +112,16 @@ impl ForceSchema {
     }
 }
 
-/// A part of a force. Parts come in order: each may need those before it, unless it
-/// [stands alone](Self::stands_alone).
+/// A part of a force. Each part may need those before it, unless it [stands alone](Self::stands_alone).
 #[derive(Debug, PartialEq)]
 pub struct PartSchema {
     /// Its name; `all` where it is the only one.
     pub name: &'static str,
     /// Its name in prose, after that of the force; empty where it is the only one.
     pub title: &'static str,
-    /// What it is, in a report on this part alone.
+    /// Description, in a report on this part alone.
     pub meaning: &'static str,
-    /// The parameters without which it vanishes: it is zero where all of them are.
+    /// The parameters that scale it: it is zero if all of them are.
     pub scaled_by: &'static [&'static str],
     /// The other parameters that it depends on.
     pub shaped_by: &'static [&'static str],
@@ -223,11 +222,11 @@ pub enum ActsOn {
 pub struct ParameterSchema {
     /// The attribute.
     pub name: &'static str,
-    /// What it is, in the field's terms.
+    /// Description, in the field's terms.
     pub meaning: &'static str,
-    /// Which values it may have.
+    /// The accepted values.
     pub domain: Domain,
-    /// Its value where the attribute is missing; `None` if it may not be.
+    /// Its value if the attribute is missing; `None` if the attribute is required.
     pub default: Option<f64>,
     /// Whether it belongs to three dimensions only.
     pub three_dimensional: bool,
@@ -282,7 +281,7 @@ impl ParameterSchema {
     }
 }
 
-/// Which numbers an attribute takes. All of them are finite.
+/// The numbers that an attribute accepts. All of them are finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Domain {
     /// Any.
@@ -307,7 +306,7 @@ impl Domain {
             }
     }
 
-    /// What it takes, in words that follow "must be".
+    /// Description of the accepted numbers; follows "must be".
     pub fn describe(self) -> &'static str {
         match self {
             Self::Finite => "a finite number",
@@ -318,7 +317,7 @@ impl Domain {
     }
 }
 
-/// An integrator, as a scene file may mention it. Two are equal if they have the same name.
+/// Facts about an integrator. Two schemas are equal if they have the same name.
 #[derive(Debug)]
 pub struct IntegratorSchema {
     /// Its name: the spelling that this project writes.
@@ -335,13 +334,13 @@ pub struct IntegratorSchema {
     pub family: Family,
     /// The matrix that it factorises.
     pub matrix: Matrix,
-    /// Where its iteration ends.
+    /// Its stopping criterion.
     pub convergence: Convergence,
     /// Its order.
     pub order: Order,
-    /// What else may be set, as further attributes of its element.
+    /// Its options: further attributes of its element.
     pub options: &'static [OptionSchema],
-    /// Why it cannot simulate a force, where it cannot.
+    /// The reason if it cannot simulate a force.
     pub refuses: fn(&ForceElement) -> Option<Refusal>,
 }
 
@@ -363,18 +362,18 @@ pub enum StepEquation {
     LinearizedImplicitEuler,
     /// `M (v' − v) = h F(x', v', t + h)`, `x' = x + h v'`.
     ImplicitEuler,
-    /// Rounds of local and global steps, springs towards their rest lengths, other forces as of `(x, v, t)`. Only
-    /// `x' = x + h v'` holds whatever their number.
+    /// Rounds of local and global steps: springs towards their rest lengths, other forces at `(x, v, t)`. Only
+    /// `x' = x + h v'` holds for any number of rounds.
     LocalGlobal,
 }
 
-/// Integrators that treat a step alike.
+/// Families of integrators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
-    /// Forces at known states alone.
+    /// Forces are evaluated only at known states.
     Explicit,
-    /// The same, and a symplectic map where forces depend on positions alone: momentum and angular momentum are
-    /// conserved to rounding.
+    /// The same, and the step is a symplectic map if forces depend only on positions: momentum and angular momentum are
+    /// conserved up to rounding.
     Symplectic,
     /// The new velocities are the solution of an equation.
     Implicit,
@@ -387,27 +386,27 @@ pub enum Family {
 pub enum Matrix {
     /// None.
     None,
-    /// `M − h² ∂F/∂x − h ∂F/∂v`, anew at every iterate.
+    /// `M − h² ∂F/∂x − h ∂F/∂v`, recomputed at every iterate.
     Jacobians,
-    /// One that is the same in every step.
+    /// A matrix that is constant over a run.
     Constant,
 }
 
-/// Where the iteration of a step ends.
+/// Stopping criterion of the iteration in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Convergence {
-    /// There is none: the step is explicit, or solves one linear system.
+    /// No iteration: the step is explicit, or solves one linear system.
     Direct,
-    /// At an update of the velocities whose l2 norm is below this.
+    /// The l2 norm of an update of the velocities is below this number.
     Update(f64),
-    /// At an update of the velocities whose largest component is at most the value of this option.
+    /// The largest component of an update of the velocities is at most the value of this option.
     UpdateOption(&'static str),
-    /// After as many rounds as this option says.
+    /// The number of rounds is the value of this option.
     Rounds(&'static str),
 }
 
 impl Convergence {
-    /// The largest update of the velocities that a step of `scene` may end at; 0 where it has no such bound.
+    /// The largest last update of the velocities in a step of `scene`; 0 if it has no such bound.
     pub fn tolerance(self, scene: &super::Scene) -> f64 {
         match self {
             Self::Direct | Self::Rounds(_) => 0.0,
@@ -417,17 +416,17 @@ impl Convergence {
     }
 }
 
-/// The power of the time step that the error of a smooth motion falls with.
+/// Order of accuracy: for a smooth motion, the error is proportional to this power of the time step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Order {
-    /// Where no force depends on velocities.
+    /// If no force depends on velocities.
     pub without_velocity: u32,
-    /// Where one does.
+    /// If a force does.
     pub with_velocity: u32,
 }
 
 impl Order {
-    /// The same whatever forces depend on.
+    /// The same order for all forces.
     pub const fn always(order: u32) -> Self {
         Self { without_velocity: order, with_velocity: order }
     }
@@ -436,7 +435,7 @@ impl Order {
 /// Why an integrator does not simulate a force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refusal {
-    /// What the force lacks, in words that follow "because it".
+    /// What the force lacks; follows "because it".
     pub because: &'static str,
     /// What to do about it.
     pub remedy: &'static str,
@@ -452,9 +451,9 @@ pub fn refuses_nothing(_: &ForceElement) -> Option<Refusal> {
 pub struct OptionSchema {
     /// The attribute.
     pub name: &'static str,
-    /// What it is, in the field's terms.
+    /// Description, in the field's terms.
     pub meaning: &'static str,
-    /// The values it may have, and the one it has where the attribute is missing.
+    /// The accepted values, and the default.
     pub kind: OptionKind,
     /// The same values and meaning in Markdown, as docs/formats.md shows them.
     pub formats: OptionText,
@@ -474,7 +473,7 @@ pub struct OptionText {
 /// A value of an option under which accuracy is measured.
 #[derive(Debug, PartialEq)]
 pub struct AccuracySetting {
-    /// The value, as a file says it.
+    /// The value, as written in a file.
     pub value: &'static str,
     /// Whether the error vanishes with the time step.
     pub converges: bool,
@@ -487,12 +486,12 @@ pub enum OptionKind {
     Number {
         /// Which numbers.
         domain: Domain,
-        /// Its value where the attribute is missing.
+        /// Its value if the attribute is missing.
         default: f64,
     },
     /// A whole number, 1 or more.
     Count {
-        /// Its value where the attribute is missing.
+        /// Its value if the attribute is missing.
         default: u64,
     },
     /// One of several words.
@@ -503,7 +502,7 @@ pub enum OptionKind {
 }
 
 impl OptionKind {
-    /// The value where the attribute is missing.
+    /// The value if the attribute is missing.
     pub fn default(self) -> OptionValue {
         match self {
             Self::Number { default, .. } => OptionValue::Number(default),
@@ -512,10 +511,10 @@ impl OptionKind {
         }
     }
 
-    /// The value that `text` stands for.
+    /// Parses a value.
     ///
     /// # Errors
-    /// Where it stands for none: what it must be, in words that follow "must be".
+    /// If the text is not accepted: a description that follows "must be".
     pub fn parse(self, text: &str) -> Result<OptionValue, String> {
         let text = text.trim();
         match self {
@@ -567,10 +566,10 @@ impl IntegratorOptions {
         self.integrator == integrator.name
     }
 
-    /// Sets the option `name` to what `text` stands for.
+    /// Sets the option `name`.
     ///
     /// # Errors
-    /// Where there is no such option, or it cannot have that value.
+    /// If there is no such option, or it cannot have that value.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), OptionError> {
         let Some(place) = self.schema.iter().position(|option| option.name == name) else {
             return Err(OptionError::Unknown);
@@ -588,7 +587,7 @@ impl IntegratorOptions {
     /// The value of a number.
     ///
     /// # Panics
-    /// Where the schema has no such number.
+    /// If the schema has no such number.
     pub fn number(&self, name: &str) -> f64 {
         match self.value(name) {
             OptionValue::Number(value) => value,
@@ -599,7 +598,7 @@ impl IntegratorOptions {
     /// The value of a count.
     ///
     /// # Panics
-    /// Where the schema has no such count.
+    /// If the schema has no such count.
     pub fn count(&self, name: &str) -> u64 {
         match self.value(name) {
             OptionValue::Count(value) => value,
@@ -610,7 +609,7 @@ impl IntegratorOptions {
     /// The word chosen.
     ///
     /// # Panics
-    /// Where the schema has no such choice.
+    /// If the schema has no such choice.
     pub fn choice(&self, name: &str) -> &'static str {
         match self.value(name) {
             OptionValue::Choice(word) => word,
@@ -631,7 +630,7 @@ pub enum OptionError {
     Unknown,
     /// The option cannot have that value.
     Value {
-        /// What it must be, in words that follow "must be".
+        /// Description of the accepted values; follows "must be".
         must_be: String,
     },
 }

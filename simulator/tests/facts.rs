@@ -4,7 +4,7 @@ use std::path::Path;
 
 use simulator::force::{Force, Numbered, REGISTRY as FORCES, State};
 use simulator::integrator::REGISTRY as INTEGRATORS;
-use simulator::scene::schema::{ActsOn, Dependence, ForceSchema, PartSchema, Potential};
+use simulator::scene::schema::{ActsOn, Dependence, ForceSchema, Masses, PartSchema, Potential};
 use simulator::scene::{
     Dimension, ForceElement, Location, ParseOptions, Scene, find_scene_files, json, load, xml,
 };
@@ -107,6 +107,54 @@ fn each_part_of_each_force_depends_on_what_it_says_and_derives_from_what_it_says
             let is_named = schema.parts.iter().any(|part| part.names(parameter.name));
             assert!(is_named, "{}: no part names {}", schema.tag, parameter.name);
         }
+    }
+}
+
+/// The force of a scene's elements on these masses.
+fn on_masses(scene: &Scene, masses: [f64; 2]) -> Vec<f64> {
+    let mut scene = scene.clone();
+    for (particle, mass) in scene.particles.iter_mut().zip(masses) {
+        particle.mass = mass;
+    }
+    let schema = scene.forces[0].schema;
+    let kind = FORCES.iter().find(|kind| kind.schema == *schema).unwrap();
+    let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+    let mut sum = vec![0.0; 4];
+    let state = State { masses: &masses, ..state(&POSITIONS, &VELOCITIES) };
+    (kind.build_2d)(&scene, &elements).add_force(state, &mut sum).unwrap();
+    sum
+}
+
+#[test]
+fn a_force_depends_on_masses_as_it_says() {
+    for kind in FORCES {
+        let scene = scene(&kind.schema, kind.schema.parts.len() - 1);
+        let here = on_masses(&scene, MASSES);
+        let heavier = on_masses(&scene, [2.0 * MASSES[0], MASSES[1]]);
+        let grows = |factors: [f64; 2]| {
+            let expected = |place: usize| factors[place / 2] * here[place];
+            (0..4).all(|place| (heavier[place] - expected(place)).abs() < 1e-12)
+        };
+        let found = match () {
+            () if grows([1.0, 1.0]) => Some(Masses::None),
+            () if grows([2.0, 1.0]) => Some(Masses::Own),
+            () if grows([2.0, 2.0]) => Some(Masses::Product),
+            () => None,
+        };
+        assert_eq!(found, Some(kind.schema.masses), "{}", kind.schema.tag);
+    }
+}
+
+#[test]
+fn a_force_without_its_parts_is_zero() {
+    for kind in FORCES {
+        let mut scene = scene(&kind.schema, kind.schema.parts.len() - 1);
+        assert_ne!(on_masses(&scene, MASSES), [0.0; 4], "{}", kind.schema.tag);
+        for part in kind.schema.parts {
+            scene.forces[0].remove_part(part);
+        }
+        let left = on_masses(&scene, MASSES);
+        assert!(left.iter().all(|component| *component == 0.0), "{}: {left:?}", kind.schema.tag);
     }
 }
 

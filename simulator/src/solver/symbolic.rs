@@ -270,8 +270,12 @@ fn minimum_degree(neighbours: &[Vec<u32>]) -> Vec<u32> {
         return (0..n_blocks as u32).collect();
     }
     let (mut starts, mut rows) = (vec![0], Vec::new());
-    for list in neighbours {
-        rows.extend(list.iter().map(|row| *row as usize));
+    for (block, list) in neighbours.iter().enumerate() {
+        let below = list.partition_point(|row| (*row as usize) < block);
+        rows.extend(list[..below].iter().map(|row| *row as usize));
+        // Of no account for the order; the crate counts on it.
+        rows.push(block);
+        rows.extend(list[below..].iter().map(|row| *row as usize));
         starts.push(rows.len());
     }
     let found = amd::order(n_blocks, &starts, &rows, &amd::Control::default());

@@ -303,6 +303,8 @@ pub struct Parsed {
     pub warnings: Vec<SceneError>,
     /// The number of all warnings.
     pub n_warnings: usize,
+    /// The integrator as the file spells it: its name or one of its aliases.
+    pub integrator_spelling: String,
     /// The mesh that a scene in JSON names; `None` for a scene in XML.
     pub mesh: Option<MeshFile>,
 }

@@ -7,6 +7,8 @@
 //!
 //! A header, then a row a state, the initial state first. Numbers are the shortest decimals that read
 //! back to the same f64. The time of a row is its step times the time step.
+//!
+//! A reader may also accept rows of positions alone: `step,time,x0,y0,z0,x1,…`.
 
 use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
@@ -22,9 +24,16 @@ const MAX_FIELD: usize = 64;
 
 /// The columns of a trace of this shape.
 pub fn header(shape: Shape) -> impl Iterator<Item = String> {
-    let axes: &'static [&'static str] = match shape.dimension {
-        Dimension::Two => &["x", "y", "vx", "vy"],
-        Dimension::Three => &["x", "y", "z", "vx", "vy", "vz"],
+    columns(shape, true)
+}
+
+/// The columns of a trace, with or without velocities.
+fn columns(shape: Shape, velocities: bool) -> impl Iterator<Item = String> {
+    let axes: &'static [&'static str] = match (shape.dimension, velocities) {
+        (Dimension::Two, true) => &["x", "y", "vx", "vy"],
+        (Dimension::Two, false) => &["x", "y"],
+        (Dimension::Three, true) => &["x", "y", "z", "vx", "vy", "vz"],
+        (Dimension::Three, false) => &["x", "y", "z"],
     };
     let of_particle =
         move |particle: usize| axes.iter().map(move |axis| format!("{axis}{particle}"));
@@ -82,6 +91,8 @@ pub struct CsvReader<R: Read> {
     path: PathBuf,
     shape: Shape,
     next_step: u64,
+    /// Whether rows hold velocities.
+    velocities: bool,
 }
 
 impl<R: Read> CsvReader<R> {
@@ -90,6 +101,26 @@ impl<R: Read> CsvReader<R> {
     /// # Errors
     /// If the header is not the one of a trace of this shape.
     pub fn new(input: R, path: &Path, shape: Shape) -> Result<Self, TraceError> {
+        let mut this = Self::unread(input, path, shape);
+        this.read_header(false)?;
+        Ok(this)
+    }
+
+    /// The same; the rows may hold positions alone. Their velocities are then read as 0.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_optional_velocities(
+        input: R,
+        path: &Path,
+        shape: Shape,
+    ) -> Result<Self, TraceError> {
+        let mut this = Self::unread(input, path, shape);
+        this.read_header(true)?;
+        Ok(this)
+    }
+
+    fn unread(input: R, path: &Path, shape: Shape) -> Self {
         let limit = MAX_FIELD * (2 + 2 * shape.n_coordinates());
         let input = LimitedLines::new(BufReader::with_capacity(1 << 16, input), limit);
         let reader = csv::ReaderBuilder::new()
@@ -98,18 +129,22 @@ impl<R: Read> CsvReader<R> {
             .quoting(false)
             .from_reader(input);
         let path = path.to_path_buf();
-        let mut this = Self { reader, record: ByteRecord::new(), path, shape, next_step: 0 };
-        this.read_header()?;
-        Ok(this)
+        let record = ByteRecord::new();
+        Self { reader, record, path, shape, next_step: 0, velocities: true }
     }
 
-    fn read_header(&mut self) -> Result<(), TraceError> {
+    fn read_header(&mut self, optional: bool) -> Result<(), TraceError> {
         let expected: Vec<String> = header(self.shape).collect();
         if !self.read_record()? {
             let columns = expected[..expected.len().min(8)].join(",");
             return Err(self.at_line(1, TraceFault::NoHeader { expected: columns }));
         }
         let fields = || self.record.iter().map(<[u8]>::trim_ascii);
+        let of_positions = || columns(self.shape, false);
+        if optional && fields().eq(of_positions().map(String::into_bytes)) {
+            self.velocities = false;
+            return Ok(());
+        }
         let differ = |(found, expected): (&[u8], &String)| found != expected.as_bytes();
         let fault = match fields().zip(&expected).position(differ) {
             Some(column) => TraceFault::Header {
@@ -162,7 +197,7 @@ impl<R: Read> CsvReader<R> {
     fn number(&self, column: usize) -> Result<f64, TraceError> {
         let field = self.record.get(column).unwrap_or_default().trim_ascii();
         parse_number(field).ok_or_else(|| {
-            let column = header(self.shape).nth(column).unwrap_or_default();
+            let column = columns(self.shape, self.velocities).nth(column).unwrap_or_default();
             self.at_line(self.line(), TraceFault::NotANumber { column, text: excerpt(field) })
         })
     }
@@ -173,7 +208,8 @@ impl<R: Read + Send> TraceReader for CsvReader<R> {
         if !self.read_record()? {
             return Ok(false);
         }
-        let expected = 2 + 2 * self.shape.n_coordinates();
+        let quantities = 1 + usize::from(self.velocities);
+        let expected = 2 + quantities * self.shape.n_coordinates();
         if self.record.len() != expected {
             let found = self.record.len();
             return Err(self.at_line(self.line(), TraceFault::RowLength { expected, found }));
@@ -189,11 +225,18 @@ impl<R: Read + Send> TraceReader for CsvReader<R> {
         let dimension = self.shape.dimension.count();
         for coordinate in 0..self.shape.n_coordinates() {
             let (particle, axis) = (coordinate / dimension, coordinate % dimension);
-            let column = 2 + particle * 2 * dimension + axis;
+            let column = 2 + particle * quantities * dimension + axis;
             state.positions[coordinate] = self.number(column)?;
-            state.velocities[coordinate] = self.number(column + dimension)?;
+            state.velocities[coordinate] = match self.velocities {
+                true => self.number(column + dimension)?,
+                false => 0.0,
+            };
         }
         Ok(true)
+    }
+
+    fn has_velocities(&self) -> bool {
+        self.velocities
     }
 }
 

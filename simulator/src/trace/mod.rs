@@ -6,9 +6,12 @@ pub mod csv;
 pub mod energy;
 pub mod fosssim;
 
+mod derived;
+
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::scene::schema::StepEquation;
 use crate::scene::{Dimension, Scene};
 use crate::state::StateView;
 
@@ -97,6 +100,11 @@ pub trait TraceReader: Send {
     /// # Errors
     /// If the trace cannot be read, or does not continue with a state of the expected shape.
     fn read(&mut self, state: &mut State) -> Result<bool, TraceError>;
+
+    /// Whether the trace holds velocities. Otherwise they are derived from positions, if the reader does so, or 0.
+    fn has_velocities(&self) -> bool {
+        true
+    }
 }
 
 /// Opens the trace at `path` for reading.
@@ -113,6 +121,30 @@ pub fn open(
     Ok(match format {
         TraceFormat::Csv => Box::new(csv::CsvReader::new(file, path, shape)?),
         TraceFormat::Fosssim => Box::new(fosssim::FosssimReader::new(file, path, shape)),
+    })
+}
+
+/// Opens the trace of `scene` at `path`. If the scene's method has no velocities of its own, as the local-global
+/// solver, rows of a CSV file may hold positions alone; velocities are then differences of positions.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_of_scene(
+    path: &Path,
+    format: TraceFormat,
+    scene: &Scene,
+) -> Result<Box<dyn TraceReader>, TraceError> {
+    let shape = Shape::of(scene);
+    let is_optional = scene.integrator.equation == StepEquation::LocalGlobal;
+    if format != TraceFormat::Csv || !is_optional {
+        return open(path, format, shape);
+    }
+    let file = crate::input::open(path)
+        .map_err(|source| TraceError::Unreadable { path: path.to_path_buf(), source })?;
+    let reader = csv::CsvReader::with_optional_velocities(file, path, shape)?;
+    Ok(match reader.has_velocities() {
+        true => Box::new(reader),
+        false => Box::new(derived::DerivedVelocities::new(reader, scene)),
     })
 }
 

@@ -145,8 +145,13 @@ pub fn parse(
         forces,
         ..Scene::new(name.clone(), Dimension::Three, integrator)
     };
-    let mesh = Some(MeshFile { path: mesh_path, bytes });
-    Ok(Parsed { scene, warnings: warnings.kept, n_warnings: warnings.count, mesh })
+    Ok(Parsed {
+        integrator_spelling: integrator.name.to_owned(),
+        scene,
+        warnings: warnings.kept,
+        n_warnings: warnings.count,
+        mesh: Some(MeshFile { path: mesh_path, bytes }),
+    })
 }
 
 /// Settings from the JSON file.

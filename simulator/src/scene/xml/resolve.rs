@@ -65,6 +65,7 @@ impl Parser<'_> {
             let example = "<particle m=\"1\" px=\"0\" py=\"0\" vx=\"0\" vy=\"0\" fixed=\"0\"/>";
             return Err(self.missing("particle", example));
         }
+        let integrator_spelling = integrator.spelling.clone();
         let overrides = &self.options.overrides;
         let duration = overrides.duration.unwrap_or(duration);
         let time_step = overrides.time_step.unwrap_or(integrator.time_step);
@@ -101,7 +102,13 @@ impl Parser<'_> {
             forces,
             rendering,
         };
-        Ok(Parsed { scene, warnings: self.warnings, n_warnings: self.n_warnings, mesh: None })
+        Ok(Parsed {
+            scene,
+            warnings: self.warnings,
+            n_warnings: self.n_warnings,
+            integrator_spelling,
+            mesh: None,
+        })
     }
 
     fn integrator(

@@ -230,6 +230,8 @@ struct Comparer {
     first_wrong: Option<FirstWrong>,
     /// The last states, until the first wrong one is found.
     recent: VecDeque<(State, State)>,
+    /// Whether the velocities of the graded trace are compared.
+    compares_velocities: bool,
 }
 
 impl Comparer {
@@ -249,6 +251,7 @@ impl Comparer {
             velocity: Residuals::default(),
             first_wrong: None,
             recent: VecDeque::with_capacity(CONTEXT + 1),
+            compares_velocities: true,
         }
     }
 
@@ -261,6 +264,7 @@ impl Comparer {
         let Expectation { shape, n_states, .. } = self.expectation;
         let broken = |detail: String| Verdict::GraderFault(Fault::BrokenOracle { detail });
         let (mut expected, mut got) = (State::zeros(shape), State::zeros(shape));
+        self.compares_velocities = actual.has_velocities();
         while self.states < n_states {
             match oracle.read(&mut expected) {
                 Ok(true) => {}
@@ -373,7 +377,8 @@ impl Comparer {
             (Quantity::Position, &expected.positions, &got.positions),
             (Quantity::Velocity, &expected.velocities, &got.velocities),
         ];
-        for (quantity, expected, got) in quantities {
+        let n_compared = 1 + usize::from(self.compares_velocities);
+        for (quantity, expected, got) in quantities.into_iter().take(n_compared) {
             let residuals = match quantity {
                 Quantity::Position => &mut self.position,
                 Quantity::Velocity => &mut self.velocity,

@@ -4,6 +4,7 @@
 //! trace -> Comparison -> Verdict -> Report
 //! ```
 //!
+//! - [`assignment`]: the part of the suite that an assignment grades.
 //! - [`suite`]: the scenes that are graded, and their features.
 //! - [`selection`]: scenes chosen by patterns.
 //! - [`submission`]: submissions; a simulator, built-in or foreign, is seen only through its states.
@@ -22,6 +23,7 @@
 //! - [`oracle`]: regeneration and verification of the stored traces.
 //! - [`init`]: skeletons of submissions.
 
+pub mod assignment;
 pub mod selection;
 pub mod suite;
 

@@ -1,6 +1,8 @@
 //! The rubric: tolerances and points, read from one TOML file.
 //!
 //! ```toml
+//! assignment = "t1m3"    # the assignment that is graded; default: every scene
+//!
 //! [default]
 //! largest = 1e-10        # each residual stays below this
 //! accumulated = 1e-6     # and their sum over particles and states below this
@@ -31,6 +33,10 @@
 //! [build-limits]         # for its build
 //! cpu = 300
 //!
+//! [breaker]              # a feature is not run to its end after as many
+//! timeouts = 3           # time-outs; 0: no limit
+//! crashes = 5            # crashes with the same message; 0: no limit
+//!
 //! [faults]               # points of scenes that could not be judged
 //! points = "apart"       # show judged points, and the others apart; or "withheld": show none
 //!
@@ -49,8 +55,9 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::assignment::Assignment;
 use crate::compare::{Calibrated, Criteria, Tolerances};
-use crate::suite::{Case, Feature, Section, Suite, read_text};
+use crate::suite::{Case, Feature, Section, Suite, line_and_column, read_text};
 use crate::verdict::number;
 use sandbox::{Limits, Protection};
 
@@ -63,6 +70,10 @@ const MOST: f64 = 1e9;
 /// A rubric.
 #[derive(Debug, Clone, Default)]
 pub struct Rubric {
+    /// The name of the assignment in the file.
+    assignment_name: Option<String>,
+    /// The assignment that sets points.
+    assignment: Option<Assignment>,
     default: Defaults,
     features: Vec<FeatureRule>,
     scenes: Vec<SceneRule>,
@@ -70,6 +81,7 @@ pub struct Rubric {
     build_limits: Vec<(String, f64)>,
     hidden: Option<HiddenRule>,
     faults: FaultPoints,
+    breaker: Breaker,
     /// `None` where the rubric does not set it.
     protections: Option<Vec<Protection>>,
 }
@@ -120,6 +132,7 @@ pub enum RubricError {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RubricFile {
+    assignment: Option<String>,
     #[serde(default)]
     default: Defaults,
     #[serde(default)]
@@ -134,7 +147,25 @@ struct RubricFile {
     #[serde(default)]
     faults: FaultsTable,
     #[serde(default)]
+    breaker: Breaker,
+    #[serde(default)]
     protection: ProtectionTable,
+}
+
+/// Failures of a feature after which its other scenes are not run; 0: no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Breaker {
+    /// Time-outs.
+    pub timeouts: usize,
+    /// Crashes with the same message.
+    pub crashes: usize,
+}
+
+impl Default for Breaker {
+    fn default() -> Self {
+        Self { timeouts: 3, crashes: 5 }
+    }
 }
 
 /// Display of points if something could not be judged.
@@ -300,10 +331,7 @@ impl Rubric {
     /// As [`load`](Self::load), except for reading the file.
     pub fn parse(text: &str, path: &Path) -> Result<Self, RubricError> {
         let invalid = |start: usize, message: String| {
-            let before = &text[..start.min(text.len())];
-            let column =
-                before.chars().rev().take_while(|character| *character != '\n').count() + 1;
-            let line = before.matches('\n').count() + 1;
+            let (line, column) = line_and_column(text, start);
             RubricError::Invalid { path: path.to_path_buf(), line, column, message }
         };
         let file: RubricFile = toml::from_str(text).map_err(|error| {
@@ -358,9 +386,12 @@ impl Rubric {
             *folder = path.parent().unwrap_or(Path::new("")).join(&folder);
         }
         Ok(Self {
+            assignment_name: file.assignment,
+            assignment: None,
             default,
             hidden,
             faults: file.faults.points,
+            breaker: file.breaker,
             protections,
             limits: plain(limits),
             build_limits: plain(build_limits),
@@ -455,13 +486,32 @@ impl Rubric {
         self.faults
     }
 
+    /// Failures of a feature after which its other scenes are not run.
+    pub fn breaker(&self) -> Breaker {
+        self.breaker
+    }
+
     /// The protections without which no program is run.
     pub fn required_protections(&self) -> &[Protection] {
         self.protections.as_deref().unwrap_or(&[Protection::Files])
     }
 
-    /// The points of a feature.
+    /// The name of the assignment that the rubric is for; `None` if it names none.
+    pub fn assignment(&self) -> Option<&str> {
+        self.assignment_name.as_deref()
+    }
+
+    /// Lets an assignment set the points of its features.
+    pub fn assign(&mut self, assignment: Assignment) {
+        self.assignment = Some(assignment);
+    }
+
+    /// The points of a feature: the assignment's if it sets any, else those of the last entry that fits.
     pub fn points(&self, feature: &Feature) -> f64 {
+        let assigned = self.assignment.as_ref().and_then(|assignment| assignment.points(feature));
+        if let Some(points) = assigned {
+            return points;
+        }
         let rules = self.features.iter().filter(|rule| rule.fits(feature));
         rules.filter_map(|rule| rule.points).next_back().unwrap_or(self.default.points).0
     }

@@ -10,9 +10,11 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use rayon::prelude::*;
+use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use simulator::input;
 use simulator::scene::error::SceneError;
+use simulator::scene::json::is_json;
 use simulator::scene::{self, ParseOptions, Scene};
 use simulator::trace::TraceFormat;
 use simulator::vocabulary;
@@ -24,17 +26,20 @@ pub enum Section {
     Required,
     /// Extra credit.
     ExtraCredit,
+    /// Shown, without points and without effect on the outcome.
+    Unscored,
 }
 
 impl Section {
-    /// Both, in the order of the reports.
-    pub const ALL: [Self; 2] = [Self::Required, Self::ExtraCredit];
+    /// All, in the order of the reports.
+    pub const ALL: [Self; 3] = [Self::Required, Self::ExtraCredit, Self::Unscored];
 
     /// The machine-readable name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Required => "required",
             Self::ExtraCredit => "extra-credit",
+            Self::Unscored => "unscored",
         }
     }
 }
@@ -65,10 +70,43 @@ pub struct Case {
     pub feature: Feature,
     /// The scene.
     pub scene: Scene,
+    /// The integrator as the scene file spells it: its name or one of its aliases.
+    pub integrator_spelling: String,
+    /// The linear solver that a program with several is asked to use.
+    pub solver: SolverName,
     /// The files of the scene: the scene file, and its mesh if it names one.
     pub files: Vec<SceneFile>,
     /// SHA-256 of the scene file followed by its mesh, if any, in hexadecimal.
     pub scene_hash: String,
+}
+
+/// A linear solver that an assignment may ask a program to use.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SolverName {
+    /// With dense matrices.
+    Dense,
+    /// With sparse matrices.
+    #[default]
+    Sparse,
+}
+
+impl SolverName {
+    /// Its name in commands.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dense => "dense",
+            Self::Sparse => "sparse",
+        }
+    }
+}
+
+impl Case {
+    /// The format of its scene file: `json` or `xml`.
+    pub fn format(&self) -> &'static str {
+        let is_json = self.files.first().is_some_and(|file| is_json(&file.path));
+        if is_json { "json" } else { "xml" }
+    }
 }
 
 /// A file of a scene.
@@ -160,8 +198,25 @@ impl Suite {
                 return Err(SuiteError::SameName { id: case.id.clone() });
             }
         }
-        cases.sort_by(|a, b| (a.feature.section, &a.id).cmp(&(b.feature.section, &b.id)));
-        Ok(Self { cases, sections: present, warnings })
+        let mut suite = Self { cases, sections: present, warnings };
+        suite.sort();
+        Ok(suite)
+    }
+
+    /// Keeps the scenes for which `place` returns a section and a solver, and sets both.
+    pub(crate) fn reassign(&mut self, place: impl Fn(&Case) -> Option<(Section, SolverName)>) {
+        self.cases.retain_mut(|case| match place(case) {
+            Some((section, solver)) => {
+                (case.feature.section, case.solver) = (section, solver);
+                true
+            }
+            None => false,
+        });
+        self.sort();
+    }
+
+    fn sort(&mut self) {
+        self.cases.sort_by(|a, b| (a.feature.section, &a.id).cmp(&(b.feature.section, &b.id)));
     }
 }
 
@@ -186,7 +241,15 @@ fn load_case(
     files.extend(parsed.mesh.as_ref().map(|mesh| SceneFile::new(&mesh.path, home)));
     let mesh = parsed.mesh.as_ref().map_or(&[][..], |mesh| &mesh.bytes);
     let scene_hash = hash([&bytes, mesh]);
-    let case = Case { id: parts.join("/"), feature, scene: parsed.scene, files, scene_hash };
+    let case = Case {
+        id: parts.join("/"),
+        feature,
+        scene: parsed.scene,
+        integrator_spelling: parsed.integrator_spelling,
+        solver: SolverName::default(),
+        files,
+        scene_hash,
+    };
     Ok((case, parsed.warnings))
 }
 
@@ -226,6 +289,13 @@ pub(crate) fn hash_bytes(bytes: &[u8]) -> String {
 
 pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Line and column of a byte of a text, both from 1; columns count characters.
+pub(crate) fn line_and_column(text: &str, start: usize) -> (usize, usize) {
+    let before = text.get(..start).unwrap_or(text);
+    let column = before.chars().rev().take_while(|character| *character != '\n').count() + 1;
+    (before.matches('\n').count() + 1, column)
 }
 
 /// The text of a file of at most `limit` MiB. Stops reading a larger file at the limit.

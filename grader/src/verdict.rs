@@ -197,6 +197,19 @@ pub enum Fault {
     },
 }
 
+impl Fault {
+    /// Whether the oracle's trace is the reason, which is the same for every submission.
+    pub fn is_of_oracle(&self) -> bool {
+        matches!(
+            self,
+            Self::NoOracle { .. }
+                | Self::StaleOracle
+                | Self::AlteredOracle { .. }
+                | Self::BrokenOracle { .. }
+        )
+    }
+}
+
 /// `location` as a prefix of a message.
 pub(crate) fn prefix(location: Option<&String>) -> String {
     location.map(|location| format!("{location}: ")).unwrap_or_default()

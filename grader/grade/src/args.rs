@@ -1,6 +1,6 @@
 //! The command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -36,6 +36,15 @@ pub(super) enum Command {
                       not be judged or written; 130 interrupted (Ctrl-C); continue with --resume."
     )]
     Class(ClassArgs),
+    /// List the assignments with their features and points, or show one
+    Assignments {
+        /// Name of the assignment to show
+        #[arg(value_name = "NAME")]
+        name: Option<String>,
+
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
     /// Check the Jacobians of each force, block by block: correct, wrong or inconclusive
     Jacobians(JacobianArgs),
     /// Measure error against computing time for every integrator, over a ladder of time steps
@@ -49,6 +58,15 @@ pub(super) enum Command {
         /// Folder for the skeleton, created if missing
         #[arg(value_name = "DIR", default_value = "my-simulator")]
         folder: PathBuf,
+
+        /// The assignment that it is for; `grade assignments` lists them [default: every scene]
+        #[arg(long, value_name = "NAME")]
+        assignment: Option<String>,
+
+        /// Folder with assets/, where the assignments are [default: the current folder or the nearest parent with
+        /// assets/]
+        #[arg(long, value_name = "DIR")]
+        root: Option<PathBuf>,
     },
     /// Run hard cases and compare with the expected outcomes; compare stability boundaries with theory
     Stability(StabilityArgs),
@@ -106,6 +124,11 @@ pub(super) struct GradeArgs {
 /// How a submission is graded, alone or in a class.
 #[derive(Args)]
 pub(super) struct JudgeArgs {
+    /// Grade only what this assignment asks for; `grade assignments` lists them [default: the rubric's assignment,
+    /// else that of submission.toml, else all]
+    #[arg(long, value_name = "NAME")]
+    pub(super) assignment: Option<String>,
+
     /// Folder of hidden scenes: assets/ or extracreditassets/, and expected/. Hidden scenes count for points; reports
     /// show only their verdicts [default: the rubric's folder]
     #[arg(long, value_name = "DIR")]
@@ -126,6 +149,31 @@ pub(super) struct JudgeArgs {
     /// Hide the progress line (shown only if standard error is a terminal and CI is not set)
     #[arg(long)]
     pub(super) no_progress: bool,
+}
+
+/// What is graded, and how, as far as the command line says so.
+#[derive(Default)]
+pub(super) struct Judging<'a> {
+    /// The folder of the hidden scenes.
+    pub(super) hidden: Option<&'a Path>,
+    /// The criteria for scenes for which the rubric sets no tolerance.
+    pub(super) criteria: Option<CriteriaArg>,
+    /// The name of the assignment.
+    pub(super) assignment: Option<&'a str>,
+    /// The name of the assignment in submission.toml, which counts if nothing else names one.
+    pub(super) of_submission: Option<&'a str>,
+}
+
+impl JudgeArgs {
+    /// What is graded, and how.
+    pub(super) fn judging(&self) -> Judging<'_> {
+        Judging {
+            hidden: self.hidden.as_deref(),
+            criteria: self.criteria,
+            assignment: self.assignment.as_deref(),
+            of_submission: None,
+        }
+    }
 }
 
 #[derive(Args)]
@@ -241,6 +289,18 @@ pub(super) struct JacobianArgs {
     /// Check only this force
     #[arg(long, value_name = "TAG", value_parser = force::REGISTRY.iter().map(|kind| kind.schema.tag).collect::<Vec<_>>())]
     pub(super) force: Option<String>,
+
+    /// Forces that the program must offer, separated by commas [default: those of its assignment, if any]
+    #[arg(long, value_name = "TAG", value_delimiter = ',', requires = "submission", value_parser = force::REGISTRY.iter().map(|kind| kind.schema.tag).collect::<Vec<_>>())]
+    pub(super) require: Vec<String>,
+
+    /// Measure only the forces and dimensions of this assignment [default: that of submission.toml, else all]
+    #[arg(long, value_name = "NAME", requires = "submission")]
+    pub(super) assignment: Option<String>,
+
+    /// Folder with assets/, where the assignments are [default: the current folder or the nearest parent with assets/]
+    #[arg(long, value_name = "DIR")]
+    pub(super) root: Option<PathBuf>,
 
     /// Format of the report
     #[arg(long, value_enum, default_value_t = Format::Text)]

@@ -8,6 +8,7 @@ use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
+use grader::assignment::ALL;
 use grader::class::Row;
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
@@ -17,9 +18,10 @@ use grader::grading::{Checks, Grading, panic_message};
 use grader::oracle::Oracle;
 
 use grader::submission::Submission;
+use grader::submission::folder;
 use grader::submission::program::Runner;
 use grader::suite::hash_file;
-use grader::verdict::Failure;
+use grader::verdict::{Failure, Fault};
 use sandbox::Protection;
 
 use crate::args::{ClassArgs, Format};
@@ -69,11 +71,15 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     let not_graded: Vec<&str> = entries[rows.len()..].iter().map(|entry| &*entry.name).collect();
     let output = args.output.clone();
     let protections = class.protections.clone();
+    let cases = &class.inputs.suite.cases;
+    let unjudged =
+        cases.iter().filter_map(|case| Some((case.id.clone(), class.oracle.fault(case)?)));
+    let unjudged: Vec<(String, Fault)> = unjudged.collect();
     drop(class);
     let csv = report::class::csv(&rows, &not_graded).map_err(Stop::fault)?;
     save(&output.join("summary.csv"), &csv)?;
     let mut text = Vec::new();
-    report::class::write(&mut text, &rows, &not_graded, &passed_over, &protections)
+    report::class::write(&mut text, &rows, &unjudged, &not_graded, &passed_over, &protections)
         .map_err(Stop::fault)?;
     save(&output.join("summary.txt"), &text)?;
     print(&text)?;
@@ -84,12 +90,13 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
             format!("{done} of {total} submissions graded\n  help: continue with --resume"),
         ));
     }
-    Ok(if rows.iter().any(Row::is_fault) { Exit::GraderFault } else { Exit::Passed })
+    let has_faults = !unjudged.is_empty() || rows.iter().any(Row::is_fault);
+    Ok(if has_faults { Exit::GraderFault } else { Exit::Passed })
 }
 
 impl<'a> Class<'a> {
     fn open(args: &'a ClassArgs) -> Result<Self, Stop> {
-        let inputs = args.suite.read_with(args.judge.hidden.as_deref(), args.judge.criteria)?;
+        let inputs = args.suite.read_for(&args.judge.judging())?;
         let oracle = open_oracle(&inputs.expected)?;
         let [reports, records] = ["reports", "resume"].map(|name| args.output.join(name));
         for folder in [&reports, &records] {
@@ -143,7 +150,18 @@ impl<'a> Class<'a> {
         let graded = self.graded(entry, || match &files {
             Ok(()) => {
                 self.progress.notice(Event::Task(Task::Opening));
-                open_entry(&entry.path, &entry.name, self.runner.clone(), &self.inputs.rubric)
+                match self.other_assignment(&entry.path) {
+                    Some(detail) => {
+                        let failure = Failure::BadHandIn { detail };
+                        Submission::Unusable { name: entry.name.clone(), failure }
+                    }
+                    None => open_entry(
+                        &entry.path,
+                        &entry.name,
+                        self.runner.clone(),
+                        &self.inputs.rubric,
+                    ),
+                }
             }
             Err(error) => refused(entry.name.clone(), error),
         });
@@ -166,6 +184,22 @@ impl<'a> Class<'a> {
             save(&record_path, record.render().map_err(Stop::fault)?.as_bytes())?;
         }
         Ok(Some(row))
+    }
+
+    /// A message, if a submission names another assignment than the class.
+    fn other_assignment(&self, submission: &Path) -> Option<String> {
+        if !submission.is_dir() || !folder::is_submission(submission) {
+            return None;
+        }
+        let own = folder::assignment_of(submission).ok()??;
+        let of_class = self.inputs.assignment.as_ref();
+        let of_class = of_class.map_or(ALL, |assignment| &assignment.name);
+        (own != of_class).then(|| {
+            format!(
+                "submission.toml names the assignment {own:?}, but the class is graded as {of_class}\n  help: change it \
+                 there, or grade the class with --assignment"
+            )
+        })
     }
 
     /// The row of a submission, and its reports by file name.
@@ -261,6 +295,10 @@ fn fingerprint(
         args.judge.criteria,
     );
     fingerprint.part(how.as_bytes());
+    match &inputs.assignment {
+        Some(assignment) => fingerprint.file(assignment.path())?,
+        None => fingerprint.part(b""),
+    }
     match &inputs.rubric_path {
         Some(path) => fingerprint.file(path)?,
         None => fingerprint.part(b""),

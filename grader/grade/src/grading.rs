@@ -1,11 +1,13 @@
 //! `grade`: grades one submission on the suite.
 
 use std::io::{self, Write};
+use std::path::Path;
 
 use grader::events::{Event, Observer, Task};
 use grader::grading::{Checks, Grading, GradingOutcome};
+use grader::submission::folder;
 
-use crate::args::{Format, GradeArgs};
+use crate::args::{Format, GradeArgs, Judging};
 use crate::inputs::open_oracle;
 use crate::interrupt::Interrupt;
 use crate::output::put;
@@ -14,7 +16,9 @@ use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_submission;
 
 pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
-    let mut inputs = args.suite.read_with(args.judge.hidden.as_deref(), args.judge.criteria)?;
+    let of_submission = args.submission.as_deref().and_then(named_assignment);
+    let judging = Judging { of_submission: of_submission.as_deref(), ..args.judge.judging() };
+    let mut inputs = args.suite.read_for(&judging)?;
     let is_whole = args.only.is_empty();
     if !is_whole {
         let total = inputs.suite.cases.len();
@@ -35,8 +39,11 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         altered: is_whole,
         hidden: is_whole,
     };
-    let grading = inputs.grader(&oracle, checks, &progress).grade(&submission, protection);
+    let mut grading = inputs.grader(&oracle, checks, &progress).grade(&submission, protection);
     drop(progress);
+    if is_whole && !grading.is_own && grading.interrupted.is_none() {
+        grading.fitting = inputs.fitting(&grading);
+    }
     if let Some(interrupted) = grading.interrupted {
         // A program could mistake a partial JSON or JUnit report for a complete one.
         if args.format == Format::Text {
@@ -51,6 +58,13 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         GradingOutcome::Failed => Exit::Failed,
         GradingOutcome::GraderFault => Exit::GraderFault,
     })
+}
+
+/// The assignment that the submission names; `None` if it names none, or cannot be read, which is reported when it is
+/// opened.
+pub(super) fn named_assignment(submission: &Path) -> Option<String> {
+    let is_folder = submission.is_dir() && folder::is_submission(submission);
+    is_folder.then(|| folder::assignment_of(submission).ok().flatten()).flatten()
 }
 
 /// Writes the report to the requested output.

@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use grader::assignment::{self, ALL, Assignment, AssignmentError};
 use grader::events::Observer;
 use grader::grading::hidden::HiddenSuite;
-use grader::grading::{Checks, Grader};
+use grader::grading::{AssignmentName, Checks, Grader, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Section, Suite};
 use simulator::scene::ParseOptions;
 
-use crate::args::{CriteriaArg, SuiteArgs};
+use crate::args::{Judging, SuiteArgs};
 use crate::stop::{Stop, complain};
 
 /// The inputs of a run.
@@ -22,6 +23,10 @@ pub(super) struct Inputs {
     pub(super) rubric_path: Option<PathBuf>,
     /// The hidden scenes, if available, and their folder.
     pub(super) hidden: Option<(HiddenSuite, PathBuf)>,
+    /// The folder of the assignments.
+    pub(super) assignments: PathBuf,
+    /// The assignment that the scenes were narrowed to; `None` if every scene is graded.
+    pub(super) assignment: Option<Assignment>,
 }
 
 impl Inputs {
@@ -33,7 +38,27 @@ impl Inputs {
         observer: &'a dyn Observer,
     ) -> Grader<'a> {
         let hidden = self.hidden.as_ref().map(|(hidden, _)| hidden);
-        Grader { suite: &self.suite, oracle, rubric: &self.rubric, hidden, checks, observer }
+        let assignment = self.assignment.as_ref();
+        Grader {
+            suite: &self.suite,
+            oracle,
+            rubric: &self.rubric,
+            assignment,
+            hidden,
+            checks,
+            observer,
+        }
+    }
+
+    /// The assignment that a submission fits, if every scene was graded and it fits exactly one.
+    pub(super) fn fitting(&self, grading: &Grading) -> Option<AssignmentName> {
+        if self.assignment.is_some() {
+            return None;
+        }
+        // Only a suggestion depends on assignments that nobody named.
+        let assignments = Assignment::list(&self.assignments).unwrap_or_default();
+        let fitting = assignment::fitting(&assignments, &self.suite, &grading.passed());
+        fitting.map(AssignmentName::of)
     }
 
     /// The folders that submissions must not read.
@@ -43,19 +68,31 @@ impl Inputs {
     }
 }
 
+/// How the scenes are read.
+struct Reading {
+    /// Whether to keep only those of an assignment.
+    narrows: bool,
+    /// Whether unknown elements and attributes are errors.
+    strict: bool,
+}
+
 impl SuiteArgs {
-    /// Reads all inputs; hidden scenes only if the rubric names their folder.
+    /// Reads all inputs for every scene; hidden scenes only if the rubric names their folder.
     pub(super) fn read(&self) -> Result<Inputs, Stop> {
-        self.read_with(None, None)
+        self.load(&Judging::default(), Reading { narrows: false, strict: self.strict })
     }
 
-    /// Reads all inputs with the hidden scenes of this folder. The criteria apply to scenes for which the rubric sets
-    /// no tolerance.
-    pub(super) fn read_with(
-        &self,
-        hidden: Option<&Path>,
-        criteria: Option<CriteriaArg>,
-    ) -> Result<Inputs, Stop> {
+    /// The same; unknown elements and attributes of scenes are errors.
+    pub(super) fn read_strictly(&self) -> Result<Inputs, Stop> {
+        self.load(&Judging::default(), Reading { narrows: false, strict: true })
+    }
+
+    /// Reads the inputs of a grading, narrowed to its assignment.
+    pub(super) fn read_for(&self, judging: &Judging<'_>) -> Result<Inputs, Stop> {
+        self.load(judging, Reading { narrows: true, strict: self.strict })
+    }
+
+    fn load(&self, judging: &Judging<'_>, reading: Reading) -> Result<Inputs, Stop> {
         if let Some(threads) = self.threads {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
             pool.build_global().map_err(Stop::fault)?;
@@ -63,8 +100,8 @@ impl SuiteArgs {
         let Folders { assets, extra_credit, expected } = self.folders()?;
         let mut sections = vec![(Section::Required, assets.clone())];
         sections.extend(extra_credit.map(|folder| (Section::ExtraCredit, folder)));
-        let options = ParseOptions { strict: self.strict, ..ParseOptions::default() };
-        let suite = Suite::load(&sections, &options).map_err(Stop::bad_input)?;
+        let options = ParseOptions { strict: reading.strict, ..ParseOptions::default() };
+        let mut suite = Suite::load(&sections, &options).map_err(Stop::bad_input)?;
         for warning in &suite.warnings {
             complain("warning", warning);
         }
@@ -74,15 +111,30 @@ impl SuiteArgs {
             Some(path) => Rubric::load(path).map_err(Stop::bad_input)?,
             None => Rubric::default(),
         };
-        let hidden = read_hidden(hidden, &suite, &rubric, &options)?;
-        if let Some(path) = &rubric_path {
+        let assignments = assets.join(assignment::FOLDER);
+        let mut assignment = match reading.narrows {
+            true => choose_assignment(&assignments, judging, &rubric)?,
+            false => None,
+        };
+        let is_part = assignment.as_ref().is_some_and(|assignment| !assignment.is_all());
+        // Entries of the rubric may be about scenes of other assignments.
+        if let (Some(path), true) = (&rubric_path, is_part) {
+            rubric.check(&suite, None, path).map_err(Stop::bad_input)?;
+        }
+        if let Some(assignment) = &mut assignment {
+            assignment.narrow(&mut suite).map_err(Stop::bad_input)?;
+            rubric.assign(assignment.clone());
+        }
+        let hidden = read_hidden(judging.hidden, &suite, &rubric, (assignment.as_ref(), &options))?;
+        if let (Some(path), false) = (&rubric_path, is_part) {
             let hidden = hidden.as_ref().map(|(hidden, _)| hidden.cases());
             rubric.check(&suite, hidden, path).map_err(Stop::bad_input)?;
         }
-        if let Some(criteria) = criteria {
+        if let Some(criteria) = judging.criteria {
             rubric.judge_by(criteria.name());
         }
-        Ok(Inputs { suite, expected, rubric, rubric_path, hidden })
+        let assignment = assignment.filter(|_| is_part);
+        Ok(Inputs { suite, expected, rubric, rubric_path, hidden, assignments, assignment })
     }
 
     fn folders(&self) -> Result<Folders, Stop> {
@@ -113,18 +165,36 @@ pub(super) struct Folders {
     pub(super) expected: PathBuf,
 }
 
+/// The assignment of a grading: that of the command line, else of the rubric, else of the submission, else that of
+/// every scene. `None` if nothing names one and the folder has none.
+fn choose_assignment(
+    folder: &Path,
+    judging: &Judging<'_>,
+    rubric: &Rubric,
+) -> Result<Option<Assignment>, Stop> {
+    let named = judging.assignment.or(rubric.assignment()).or(judging.of_submission);
+    let name = named.unwrap_or(ALL);
+    match Assignment::load(folder, name) {
+        Ok(assignment) => Ok(Some(assignment)),
+        // Scenes of other folders need no assignments.
+        Err(AssignmentError::Unknown { .. }) if name == ALL => Ok(None),
+        Err(error) => Err(Stop::bad_input(error)),
+    }
+}
+
 /// The hidden scenes of the named folder, or else of the rubric's folder if it exists.
 fn read_hidden(
     named: Option<&Path>,
     shipped: &Suite,
     rubric: &Rubric,
-    options: &ParseOptions,
+    (assignment, options): (Option<&Assignment>, &ParseOptions),
 ) -> Result<Option<(HiddenSuite, PathBuf)>, Stop> {
     let rule = rubric.hidden();
     let of_rubric = rule.and_then(|rule| rule.folder.as_deref()).filter(|folder| folder.is_dir());
     let Some(folder) = named.or(of_rubric) else { return Ok(None) };
-    let hidden = HiddenSuite::load(folder, shipped, options).map_err(Stop::bad_input)?;
-    let (found, promised) = (hidden.n_scenes(), rule.and_then(|rule| rule.scenes));
+    let hidden =
+        HiddenSuite::load(folder, shipped, assignment, options).map_err(Stop::bad_input)?;
+    let (found, promised) = (hidden.n_found(), rule.and_then(|rule| rule.scenes));
     if let Some(promised) = promised.filter(|promised| promised.get() != found) {
         return Err(Stop::bad_input(format!(
             "{}: found {found} hidden scenes, but the rubric states {promised}",
@@ -142,6 +212,13 @@ fn read_hidden(
         );
     }
     Ok(Some((hidden, folder.to_path_buf())))
+}
+
+/// The assignment of this name, in the folder of the root, which is searched for if it is not given.
+pub(super) fn find_assignment(name: &str, root: Option<&Path>) -> Result<Assignment, Stop> {
+    let root = root.map_or_else(find_root, |root| Ok(root.to_path_buf()))?;
+    let folder = root.join("assets").join(assignment::FOLDER);
+    Assignment::load(&folder, name).map_err(Stop::bad_input)
 }
 
 /// The nearest folder with assets/ in it: the current one (as the empty path) or a parent.

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::Path;
 
+use grader::assignment::{ALL, Assignment};
 use grader::grading::Grading;
 use grader::grading::Hidden;
 use grader::jacobian::{self, JacobianReport};
@@ -13,7 +14,8 @@ use grader::submission::Submission;
 use simulator::solver::linear::LinearSolver;
 
 use crate::args::{Format, JacobianArgs};
-use crate::grading::render;
+use crate::grading::{named_assignment, render};
+use crate::inputs::find_assignment;
 use crate::output::{put, write_file};
 use crate::stop::{Exit, Stop};
 use crate::submission::open_program;
@@ -32,6 +34,9 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
     };
     let grading = Grading {
         submission: Submission::BuiltIn(LinearSolver::Auto).name(),
+        assignment: None,
+        fitting: None,
+        is_own: true,
         features: Vec::new(),
         jacobians,
         protection: None,
@@ -71,6 +76,11 @@ pub(super) fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop
 
 /// Black-box check of a program, from its traces alone.
 pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, Stop> {
+    let named = args.assignment.clone().or_else(|| named_assignment(path));
+    let assignment = named.filter(|name| name != ALL);
+    let assignment =
+        assignment.map(|name| find_assignment(&name, args.root.as_deref())).transpose()?;
+    let scope = assignment.as_ref().map(Assignment::scope);
     // This command needs no suite and no rubric.
     let rubric = Rubric::default();
     let program = match open_program(path, &args.run, &rubric, &[])? {
@@ -80,8 +90,15 @@ pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, St
         }
         _ => return Err(Stop::bad_input(format!("{}: not a program", path.display()))),
     };
-    let selected = |tag: &str| args.force.as_ref().is_none_or(|force| force == tag);
-    let probing = probe::probe(&program, selected);
+    let is_chosen = |tag: &str| args.force.as_ref().is_none_or(|force| force == tag);
+    let selected = |tag: &str, dimension| {
+        is_chosen(tag) && scope.is_none_or(|scope| scope.offers(tag, dimension))
+    };
+    let mut probing = probe::probe(&program, selected);
+    let of_assignment = scope.filter(|scope| scope.has_jacobians());
+    let of_assignment = of_assignment.and_then(|scope| scope.forces.clone()).unwrap_or_default();
+    probing.required = if args.require.is_empty() { of_assignment } else { args.require.clone() };
+    probing.required.retain(|tag| is_chosen(tag));
     let bytes = match args.format {
         Format::Text => {
             let config = report::probe::text::ProbeTextOptions { details: args.details };
@@ -93,10 +110,5 @@ pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, St
         Format::Junit => report::probe::junit::render(&probing).map_err(Stop::fault)?.into_bytes(),
     };
     put(&bytes, args.output.as_deref())?;
-    Ok(match probing.verdict() {
-        probe::Verdict::Wrong => Exit::Failed,
-        probe::Verdict::Correct | probe::Verdict::NotOffered | probe::Verdict::Inconclusive => {
-            Exit::Passed
-        }
-    })
+    Ok(if probing.is_pass() { Exit::Passed } else { Exit::Failed })
 }

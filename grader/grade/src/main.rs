@@ -9,6 +9,7 @@ mod inputs;
 mod submission;
 
 mod accuracy;
+mod assignments;
 mod class;
 mod grading;
 mod init;
@@ -24,6 +25,7 @@ mod progress;
 mod stop;
 
 use args::{Cli, Command, OracleCommand};
+use inputs::find_assignment;
 use stop::{Exit, Stop, complain};
 
 fn main() -> ExitCode {
@@ -53,11 +55,16 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
     match &cli.command {
         None => grading::grade(&cli.grade),
         Some(Command::Class(args)) => class::grade(args),
+        Some(Command::Assignments { name, suite }) => assignments::show(name.as_deref(), suite),
         Some(Command::Jacobians(args)) => jacobians::check(args),
         Some(Command::Accuracy(args)) => accuracy::measure(args),
         Some(Command::Stability(args)) => stability::run(args),
         Some(Command::Needs { only, suite }) => needs::run(suite, only),
-        Some(Command::Init { language, folder }) => init::init(language, folder),
+        Some(Command::Init { language, folder, assignment, root }) => {
+            let assignment = assignment.as_deref();
+            let assignment = assignment.map(|name| find_assignment(name, root.as_deref()));
+            init::init(language, folder, assignment.transpose()?.as_ref())
+        }
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
             oracle::regenerate(*accept, suite)

@@ -11,7 +11,8 @@ use crate::output::print;
 use crate::stop::{Exit, Stop, complain};
 
 pub(super) fn regenerate(accept: bool, args: &SuiteArgs) -> Result<Exit, Stop> {
-    let Inputs { suite, expected, rubric, .. } = args.read()?;
+    // An element that is not understood would be missing from the trace.
+    let Inputs { suite, expected, rubric, .. } = args.read_strictly()?;
     let regeneration =
         oracle::regenerate(&suite, &expected, &rubric, accept).map_err(Stop::bad_input)?;
     print(describe(&regeneration, &expected).as_bytes())?;

@@ -7,6 +7,7 @@ use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};
 use grader::submission::hand_in::HandInError;
 use grader::submission::program::{Identified, Program, Runner};
+use grader::suite::find_traces;
 use grader::verdict::Failure;
 use sandbox::{self, Protection, Sandbox};
 use simulator::solver::linear::LinearSolver;
@@ -72,7 +73,7 @@ pub(super) fn open_submission(
 ) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
     if let Some(folder) = &args.traces {
         return match folder.is_dir() {
-            true => Ok((Submission::Traces(folder.clone()), None)),
+            true => open_traces(folder, inputs),
             false => Err(Stop::bad_input(format!("{}: folder not found", folder.display()))),
         };
     }
@@ -80,7 +81,7 @@ pub(super) fn open_submission(
         return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
     };
     if path.is_dir() && !folder::is_submission(path) {
-        return Ok((Submission::Traces(path.clone()), None));
+        return open_traces(path, inputs);
     }
     let (submission, protections) =
         open_program(path, &args.run, &inputs.rubric, &inputs.secrets())?;
@@ -88,6 +89,40 @@ pub(super) fn open_submission(
     let is_run =
         !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });
     Ok((submission, is_run.then_some(protections)))
+}
+
+/// A folder of traces, with at least one of a scene of the whole suite.
+fn open_traces(
+    folder: &Path,
+    inputs: &Inputs,
+) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+    let cases = || inputs.suite.cases.iter();
+    if cases().any(|case| !find_traces(folder, &case.id).is_empty()) {
+        return Ok((Submission::Traces(folder.to_path_buf()), None));
+    }
+    let example = cases().next().map_or("GROUP/SCENE", |case| &case.id);
+    Err(Stop::bad_input(format!(
+        "{0}: no submission: there is no submission.toml in this folder, and no trace of a scene\n  help: name a \
+         program, a folder with submission.toml, or a folder of traces such as {example}.csv; `grade init` writes a \
+         skeleton",
+        folder.display()
+    )))
+}
+
+/// Checks that a file can be a program.
+fn check_executable(path: &Path) -> Result<(), Stop> {
+    #[cfg(unix)]
+    if let Ok(metadata) = path.metadata() {
+        use std::os::unix::fs::PermissionsExt;
+        if metadata.is_file() && metadata.permissions().mode() & 0o111 == 0 {
+            return Err(Stop::bad_input(format!(
+                "{0}: no submission: the file is not executable\n  help: name a program, a folder with \
+                 submission.toml, or a folder of traces; `chmod +x {0}` makes a script executable",
+                path.display()
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The program of a file or of a folder with a manifest, and the protections in force.
@@ -108,6 +143,7 @@ pub(super) fn open_program(
         let path = path.display();
         return Err(Stop::bad_input(format!("{path}: no submission.toml in this folder")));
     }
+    check_executable(path)?;
     let (runner, protections) = run.runner(rubric)?;
     let mut readable = runner.readable.clone();
     readable.extend(std::fs::canonicalize(path));

@@ -6,7 +6,11 @@ use super::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use super::text::write_unprotected;
 use grader::class::Row;
 use grader::class::entry::PassedOver;
+use grader::verdict::Fault;
 use sandbox::Protection;
+
+/// Number of scenes that are named if no submission could be judged on them.
+const UNJUDGED_SHOWN: usize = 5;
 
 /// Column names of the CSV file.
 const COLUMNS: [&str; 14] = [
@@ -26,13 +30,19 @@ const COLUMNS: [&str; 14] = [
     "jacobians",
 ];
 
-/// Writes the summary as text. `not_graded` are the submissions that an interrupted run did not reach.
+/// Whether some of its points were not judged.
+fn has_unjudged(row: &Row) -> bool {
+    row.not_judged != "0"
+}
+
+/// Writes the summary as text. `unjudged` are the scenes without a usable oracle trace, with the reason. `not_graded` are the submissions that an interrupted run did not reach.
 ///
 /// # Errors
 /// If writing fails.
 pub fn write(
     out: &mut dyn Write,
     rows: &[Row],
+    unjudged: &[(String, Fault)],
     not_graded: &[&str],
     passed_over: &[PassedOver],
     protections: &[Protection],
@@ -63,7 +73,7 @@ pub fn write(
             Cell::right(of((&row.required.0, &row.required.1))),
             Cell::right(of((&row.extra_credit.0, &row.extra_credit.1))),
             Cell::right(row.points.clone()),
-            Cell::right(if row.is_fault() { row.not_judged.clone() } else { String::new() }),
+            Cell::right(if has_unjudged(row) { row.not_judged.clone() } else { String::new() }),
             Cell::right(pair(row.scenes)),
             Cell::right(row.hidden.map_or_else(nothing, pair)),
             Cell::right(row.jacobians.map_or_else(nothing, pair)),
@@ -73,7 +83,7 @@ pub fn write(
     if rows.iter().all(|row| row.hidden.is_none()) {
         cells.iter_mut().for_each(|row| drop(row.remove(6)));
     }
-    if !rows.iter().any(Row::is_fault) {
+    if !rows.iter().any(has_unjudged) {
         cells.iter_mut().for_each(|row| drop(row.remove(4)));
     }
     table::write(out, &cells)?;
@@ -82,6 +92,13 @@ pub fn write(
         if let Some(copied) = &row.copied {
             writeln!(out, "  {ODD}{}: {copied}.{ODD:#}", row.name)?;
         }
+    }
+    for (scene, fault) in unjudged.iter().take(UNJUDGED_SHOWN) {
+        writeln!(out, "  {ODD}not judged for any submission: {scene}: {fault}{ODD:#}")?;
+    }
+    if unjudged.len() > UNJUDGED_SHOWN {
+        let more = unjudged.len() - UNJUDGED_SHOWN;
+        writeln!(out, "  {ODD}nor {more} more scenes; `grade oracle verify` lists them{ODD:#}")?;
     }
     for PassedOver { name, reason } in passed_over {
         writeln!(out, "  {DIM}skipped: {name}: {reason}{DIM:#}")?;

@@ -49,6 +49,10 @@ struct Report {
     grader_version: &'static str,
     /// Name of the submission.
     submission: String,
+    /// Name of the assignment that was graded; null if every scene was graded.
+    assignment: Option<String>,
+    /// Name of the assignment that the submission fits; null unless every scene was graded and it fits exactly one.
+    fitting_assignment: Option<String>,
     /// Overall outcome.
     outcome: JsonOutcome,
     /// The protections under which the program was run ("files", "network", "signals", "processes",
@@ -70,6 +74,8 @@ struct Report {
     required: JsonTotals,
     /// Sums over the extra-credit features.
     extra_credit: JsonTotals,
+    /// Sums over the features without points.
+    unscored: JsonTotals,
     /// Whether hidden scenes exist and were run; null if none are known.
     hidden: Option<JsonHidden>,
     /// Sums over the features of each group.
@@ -121,7 +127,7 @@ struct JsonHidden {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonGroup {
-    /// "required" or "extra-credit".
+    /// "required", "extra-credit" or "unscored".
     section: &'static str,
     group: String,
     #[serde(flatten)]
@@ -160,11 +166,11 @@ struct JsonSuspect {
 #[derive(Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum JsonOutcome {
-    /// Everything passed, and all known hidden scenes were run.
+    /// Every required feature passed, and all known hidden scenes were run.
     Passed,
-    /// Everything that was run passed; hidden scenes exist but were not run.
+    /// Every required feature passed; hidden scenes exist but were not run.
     PassedShipped,
-    /// Something failed.
+    /// A required feature failed.
     Failed,
     /// Something could not be judged.
     GraderFault,
@@ -199,7 +205,7 @@ struct JsonCredit {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonFeature {
-    /// "required" or "extra-credit".
+    /// "required", "extra-credit" or "unscored".
     section: &'static str,
     group: String,
     integrator: &'static str,
@@ -345,6 +351,8 @@ impl Report {
             schema_version: SCHEMA_VERSION,
             grader_version: env!("CARGO_PKG_VERSION"),
             submission: grading.submission.clone(),
+            assignment: grading.assignment.as_ref().map(|assignment| assignment.name.clone()),
+            fitting_assignment: grading.fitting.as_ref().map(|fitting| fitting.name.clone()),
             outcome: match grading.outcome() {
                 GradingOutcome::Passed => JsonOutcome::Passed,
                 GradingOutcome::PassedShipped => JsonOutcome::PassedShipped,
@@ -364,6 +372,7 @@ impl Report {
             blame: grading.blame.as_ref().map(JsonFinding::all).unwrap_or_default(),
             required: JsonTotals::of(grading.totals(Section::Required), grading.faults),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit), grading.faults),
+            unscored: JsonTotals::of(grading.totals(Section::Unscored), grading.faults),
             hidden: JsonHidden::of(grading),
             groups: JsonGroup::all_of(grading),
             features: grading

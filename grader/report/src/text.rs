@@ -15,8 +15,8 @@ use grader::compare::{Criteria, FirstWrong, Tolerances};
 use grader::diagnosis::Diagnosis;
 use grader::grading::points;
 use grader::grading::{
-    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, Repetition, SceneResult,
-    Totals,
+    AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
+    Repetition, SceneResult, Totals,
 };
 use grader::suite::Section;
 use grader::verdict::{Verdict, number};
@@ -88,10 +88,12 @@ pub(super) fn verdicts(tally: &HiddenTally) -> String {
     others.collect::<Vec<_>>().join(", ")
 }
 
-fn title(section: Section) -> &'static str {
+/// The heading of a section.
+pub fn title(section: Section) -> &'static str {
     match section {
         Section::Required => "Required",
         Section::ExtraCredit => "Extra credit",
+        Section::Unscored => "Without points",
     }
 }
 
@@ -157,6 +159,10 @@ fn write_features(
     }
     if !groups.iter().copied().flatten().any(FeatureResult::has_faults) {
         rows.iter_mut().for_each(|row| drop(row.remove(7)));
+    }
+    let is_unscored = |result: &FeatureResult| result.feature.section == Section::Unscored;
+    if groups.iter().copied().flatten().all(is_unscored) {
+        rows.iter_mut().for_each(|row| drop(row.remove(6)));
     }
     if grading.hidden != Hidden::Run {
         rows.iter_mut().for_each(|row| drop(row.remove(3)));
@@ -439,12 +445,16 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     for section in Section::ALL {
         let totals = grading.totals(section);
         if totals.scenes + totals.hidden > 0 {
-            rows.push(vec![
+            let mut row = vec![
                 Cell::left(title(section)),
                 Cell::right(format!("{}/{} scenes", totals.passed, totals.scenes)),
                 Cell::right(format!("{}/{} features", totals.features_passed, totals.features)),
-                Cell::right(format!("{} points", points::of(&totals.credit, grading.faults))),
-            ]);
+            ];
+            if section != Section::Unscored {
+                let points = points::of(&totals.credit, grading.faults);
+                row.push(Cell::right(format!("{points} points")));
+            }
+            rows.push(row);
             if totals.hidden > 0 {
                 rows.push(vec![
                     Cell::left("  hidden"),
@@ -463,7 +473,11 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         let text = format!("{correct}/{offered} findings");
         rows.push(vec![Cell::left("Jacobians"), Cell::right(text)]);
     }
-    writeln!(out, "{BOLD}Summary{BOLD:#} for {}", grading.submission)?;
+    let graded_as = grading.assignment.as_ref().map(|AssignmentName { name, title }| {
+        format!(", assignment {BOLD}{name}{BOLD:#}: {title}")
+    });
+    let graded_as = graded_as.unwrap_or_default();
+    writeln!(out, "{BOLD}Summary{BOLD:#} for {}{graded_as}", grading.submission)?;
     table::write_unnamed(out, &rows)?;
     write_criteria(out, grading)?;
     if let Some(protection) = &grading.protection {
@@ -482,8 +496,12 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
     }
     let (style, text) = match grading.outcome() {
-        GradingOutcome::Passed => (GOOD, "All passed."),
-        GradingOutcome::PassedShipped => (GOOD, "All shipped scenes passed."),
+        GradingOutcome::Passed if grading.is_flawless() => (GOOD, "All passed."),
+        GradingOutcome::Passed => (GOOD, "All required features passed."),
+        GradingOutcome::PassedShipped if grading.is_flawless() => {
+            (GOOD, "All shipped scenes passed.")
+        }
+        GradingOutcome::PassedShipped => (GOOD, "All required features passed."),
         GradingOutcome::Failed => (BAD, "Something failed."),
         GradingOutcome::GraderFault => {
             (ODD, "Something could not be judged; its points are neither earned nor lost.")
@@ -492,9 +510,17 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     write_score(out, grading)?;
     match grading.hidden {
         Hidden::NotRun { scenes } => {
-            writeln!(out, "  {style}{text}{style:#} {ODD}{}{ODD:#}", not_run(scenes))
+            writeln!(out, "  {style}{text}{style:#} {ODD}{}{ODD:#}", not_run(scenes))?;
         }
-        Hidden::None | Hidden::Run => writeln!(out, "  {style}{text}{style:#}"),
+        Hidden::None | Hidden::Run => writeln!(out, "  {style}{text}{style:#}")?,
+    }
+    match &grading.fitting {
+        Some(AssignmentName { name, title }) => writeln!(
+            out,
+            "  This program offers what the assignment {BOLD}{name}{BOLD:#} asks for ({title}).\n  Grade it as that: \
+             --assignment {name}, or assignment = {name:?} in submission.toml."
+        ),
+        None => Ok(()),
     }
 }
 
@@ -509,7 +535,8 @@ pub(super) fn not_run(scenes: Option<usize>) -> String {
 
 /// Writes the points, with extra credit separate.
 fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
-    let [required, extra] = Section::ALL.map(|section| grading.totals(section));
+    let [required, extra] =
+        [Section::Required, Section::ExtraCredit].map(|section| grading.totals(section));
     if required.features + extra.features == 0 {
         return Ok(());
     }

@@ -50,7 +50,8 @@ pub struct Row {
 impl Row {
     /// The row of a grading.
     pub fn of(grading: &Grading) -> Self {
-        let [required, extra] = Section::ALL.map(|section| grading.totals(section));
+        let [required, extra] =
+            [Section::Required, Section::ExtraCredit].map(|section| grading.totals(section));
         let both = [required, extra];
         let sum = |of: fn(&crate::grading::Totals) -> usize| both.iter().map(of).sum::<usize>();
         let shown = |totals: crate::grading::Totals| {
@@ -82,7 +83,7 @@ impl Row {
 const FAULT: &str = "grader-fault";
 
 fn verdict(grading: &Grading) -> String {
-    let outcome = match grading.outcome() {
+    let outcome = match grading.outcome_in_class() {
         GradingOutcome::Passed => "passed",
         GradingOutcome::PassedShipped => "passed-shipped",
         GradingOutcome::GraderFault => FAULT,

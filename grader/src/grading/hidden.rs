@@ -16,13 +16,16 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use simulator::scene::ParseOptions;
 
-use super::judge::judge_case;
+use super::judge::{judge_case, of_case};
 use super::result::{FeatureResult, Grading, Hidden, HiddenTally, SceneResult};
+use crate::assignment::Assignment;
+use crate::compare::Comparison;
 use crate::events::{Event, Observer, Task};
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
 use crate::submission::Submission;
 use crate::suite::{Case, Feature, Section, Suite};
+use crate::verdict::{Failure, Verdict};
 
 /// Group name of hidden scenes whose own group has no shipped scene: that name is hidden as well.
 pub const HIDDEN_GROUP: &str = "hidden";
@@ -32,6 +35,8 @@ pub const HIDDEN_GROUP: &str = "hidden";
 pub struct HiddenSuite {
     suite: Suite,
     oracle: Oracle,
+    /// Number of hidden scenes in the folder.
+    n_found: usize,
 }
 
 /// Hidden scenes that cannot be used. The messages contain no scene name.
@@ -51,11 +56,17 @@ pub enum HiddenError {
 }
 
 impl HiddenSuite {
-    /// Reads the hidden scenes below `root`. Group names without scenes in `shipped` are replaced by [`HIDDEN_GROUP`].
+    /// Reads the hidden scenes below `root`, and keeps those of the assignment, if any. Group names without scenes in
+    /// `shipped` are replaced by [`HIDDEN_GROUP`].
     ///
     /// # Errors
     /// If there are none, or one cannot be read.
-    pub fn load(root: &Path, shipped: &Suite, options: &ParseOptions) -> Result<Self, HiddenError> {
+    pub fn load(
+        root: &Path,
+        shipped: &Suite,
+        assignment: Option<&Assignment>,
+        options: &ParseOptions,
+    ) -> Result<Self, HiddenError> {
         let sections = [
             (Section::Required, root.join("assets")),
             (Section::ExtraCredit, root.join("extracreditassets")),
@@ -70,6 +81,10 @@ impl HiddenSuite {
         }
         let mut suite = Suite::load(&sections, options).map_err(|_| unusable())?;
         let oracle = Oracle::open(&expected).map_err(|_| unusable())?;
+        let n_found = suite.cases.len();
+        if let Some(assignment) = assignment {
+            suite.reassign(|case| assignment.place(case));
+        }
         for case in &mut suite.cases {
             let is_known = |known: &Case| {
                 known.feature.section == case.feature.section
@@ -79,10 +94,15 @@ impl HiddenSuite {
                 HIDDEN_GROUP.clone_into(&mut case.feature.group);
             }
         }
-        Ok(Self { suite, oracle })
+        Ok(Self { suite, oracle, n_found })
     }
 
-    /// Number of hidden scenes.
+    /// Number of hidden scenes in the folder, whether they belong to the assignment or not.
+    pub fn n_found(&self) -> usize {
+        self.n_found
+    }
+
+    /// Number of hidden scenes that are graded.
     pub fn n_scenes(&self) -> usize {
         self.suite.cases.len()
     }
@@ -102,11 +122,12 @@ impl HiddenSuite {
         &self.oracle
     }
 
-    /// Runs `submission` on them and adds the counts to its grading.
+    /// Runs `submission` on them and adds the counts to its grading. With a failure, they have that failure and are not
+    /// run.
     pub fn grade(
         &self,
         submission: &Submission,
-        rubric: &Rubric,
+        (rubric, skipped): (&Rubric, Option<&Failure>),
         grading: &mut Grading,
         observer: &dyn Observer,
     ) {
@@ -116,7 +137,12 @@ impl HiddenSuite {
                 return None;
             }
             observer.notice(Event::SceneStarted { name: None });
-            let result = judge_case(case, &self.oracle, rubric, submission);
+            let result = match skipped {
+                None => judge_case(case, &self.oracle, rubric, submission),
+                Some(failure) => of_case(case, &self.oracle, rubric, |_| {
+                    Comparison::without_states(Verdict::Fail(failure.clone()))
+                }),
+            };
             let passed = result.comparison.verdict.is_pass();
             observer.notice(Event::SceneFinished { name: None, passed });
             (!observer.is_stopped()).then_some(result)

@@ -84,8 +84,11 @@ pub(super) fn look_into(
         return None;
     }
     // An error or a panic here loses the diagnosis, but not the verdict.
-    let found =
-        catch_unwind(AssertUnwindSafe(|| diagnose(case, submission.states(case).ok()?.as_mut())));
+    let found = catch_unwind(AssertUnwindSafe(|| {
+        let mut states = submission.states(case).ok()?;
+        // A step follows from its own state only if that is whole.
+        states.has_velocities().then(|| diagnose(case, states.as_mut()))?
+    }));
     found.ok().flatten()
 }
 

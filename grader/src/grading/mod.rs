@@ -10,6 +10,7 @@
 pub mod hidden;
 pub mod points;
 
+mod breaker;
 mod judge;
 mod result;
 
@@ -18,6 +19,7 @@ use std::collections::HashSet;
 use rayon::prelude::*;
 
 use crate::altered;
+use crate::assignment::Assignment;
 use crate::compare::{Comparison, Criteria};
 use crate::events::{Event, Observer, Task};
 use crate::jacobian::{self, JacobianReport};
@@ -27,6 +29,8 @@ use crate::rubric::Rubric;
 use crate::submission::Submission;
 use crate::submission::program::Program;
 use crate::suite::{Case, Suite};
+use crate::verdict::{Failure, Verdict};
+use breaker::{Failures, PILOTS};
 use hidden::HiddenSuite;
 use sandbox::Protection;
 
@@ -34,8 +38,8 @@ pub use judge::{judge, panic_message};
 use judge::{judge_case, look_into, of_case, restart_some};
 use result::gather;
 pub use result::{
-    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, Interrupted, Repetition,
-    SceneResult, Totals,
+    AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
+    Interrupted, Repetition, SceneResult, Totals,
 };
 
 /// Maximum number of scenes that are run twice.
@@ -60,12 +64,14 @@ impl Repetition {
 /// Settings of a grading: the suite, the oracle and the checks.
 #[derive(Clone, Copy)]
 pub struct Grader<'a> {
-    /// The shipped scenes.
+    /// The shipped scenes that are graded.
     pub suite: &'a Suite,
     /// Their traces.
     pub oracle: &'a Oracle,
     /// Tolerances and points.
     pub rubric: &'a Rubric,
+    /// The assignment that the suite was narrowed to; `None` if it contains every scene.
+    pub assignment: Option<&'a Assignment>,
     /// The hidden scenes, where they are available.
     pub hidden: Option<&'a HiddenSuite>,
     /// Checks beside the shipped scenes.
@@ -91,7 +97,7 @@ impl<'a> Grader<'a> {
     /// Grades the shipped scenes only, without an observer.
     pub fn new(suite: &'a Suite, oracle: &'a Oracle, rubric: &'a Rubric) -> Self {
         let checks = Checks::default();
-        Self { suite, oracle, rubric, hidden: None, checks, observer: &() }
+        Self { suite, oracle, rubric, assignment: None, hidden: None, checks, observer: &() }
     }
 
     /// Grades a submission. Its programs, if any, run under `protection`. If the observer ends the run early, the
@@ -104,10 +110,12 @@ impl<'a> Grader<'a> {
         } else {
             JacobianReport::default()
         };
-        let mut results = self.scenes(submission);
-        // A program that was killed with the run has no further results.
+        let (mut results, broken) = self.scenes(submission);
+        // A program that was killed with the run, or that only times out, has no further results.
         let program = || match submission {
-            Submission::Program(program) if !observer.is_stopped() => Some(program),
+            Submission::Program(program) if !observer.is_stopped() && broken.is_none() => {
+                Some(program)
+            }
             _ => None,
         };
         if let Some(program) = program() {
@@ -115,14 +123,20 @@ impl<'a> Grader<'a> {
         }
         let mut grading = gather(submission.name(), rubric, results);
         (grading.jacobians, grading.protection) = (jacobians, protection);
+        grading.assignment = self.assignment.map(AssignmentName::of);
+        grading.is_own = matches!(submission, Submission::BuiltIn(_));
         grading.hidden = self.hidden_not_run();
         if let Some(program) = program() {
             observer.notice(Event::Task(Task::Repetition));
             grading.repetition = Some(Repetition::of(suite, program));
         }
-        if let Some(program) = program().filter(|_| checks.probe) {
+        let measures = self.assignment.is_none_or(|assignment| assignment.scope().has_jacobians());
+        if let Some(program) = program().filter(|_| checks.probe && measures) {
             observer.notice(Event::Task(Task::Probe));
-            grading.probing = Some(probe::probe(program, |_| true));
+            let offers = |tag: &str, dimension| {
+                self.assignment.is_none_or(|assignment| assignment.scope().offers(tag, dimension))
+            };
+            grading.probing = Some(probe::probe(program, offers));
         }
         if let Some(program) = program().filter(|_| checks.altered) {
             observer.notice(Event::Task(Task::Altered));
@@ -132,7 +146,8 @@ impl<'a> Grader<'a> {
         // A folder of traces cannot contain traces of hidden scenes.
         let hidden = self.hidden.filter(|_| !matches!(submission, Submission::Traces(_)));
         if let Some(hidden) = hidden.filter(|_| checks.hidden && !observer.is_stopped()) {
-            hidden.grade(submission, rubric, &mut grading, observer);
+            let skipped = broken.as_ref();
+            hidden.grade(submission, (rubric, skipped), &mut grading, observer);
         }
         if observer.is_stopped() {
             grading.interrupt(suite);
@@ -149,24 +164,78 @@ impl<'a> Grader<'a> {
         }
     }
 
-    /// Judges the scenes of the suite in parallel; those that ended.
-    fn scenes(&self, submission: &Submission) -> Vec<(&'a Case, SceneResult)> {
-        let Self { suite, oracle, rubric, observer, .. } = *self;
+    /// Judges the scenes of the suite, features in parallel; those that ended, in the order of the suite. The failure
+    /// is that of a program that is not run further.
+    fn scenes(&self, submission: &Submission) -> (Vec<(&'a Case, SceneResult)>, Option<Failure>) {
+        let Self { suite, rubric, observer, .. } = *self;
         observer.notice(Event::Task(Task::Scenes(suite.cases.len())));
-        let judge = |case: &'a Case| {
-            if observer.is_stopped() {
-                return None;
-            }
-            let name = Some(case.id.as_str());
-            observer.notice(Event::SceneStarted { name });
-            let mut result = judge_case(case, oracle, rubric, submission);
-            result.diagnosis = look_into(case, submission, &result.comparison);
-            let passed = result.comparison.verdict.is_pass();
-            observer.notice(Event::SceneFinished { name, passed });
-            (!observer.is_stopped()).then_some((case, result))
+        let features = breaker::by_feature(&suite.cases);
+        let is_pilot = matches!(submission, Submission::Program(_));
+        let (first, rest) =
+            features.split_at(if is_pilot { PILOTS.min(features.len()) } else { 0 });
+        let judge_first = |cases: &Vec<&'a Case>| {
+            let mut failures = Failures::default();
+            let result = self.scene(cases[0], submission, None)?;
+            failures.add(&result.comparison.verdict);
+            Some((cases[0], result, failures))
         };
-        let results: Vec<_> = suite.cases.par_iter().map(judge).collect();
-        results.into_iter().flatten().collect()
+        let pilots: Vec<_> = first.par_iter().filter_map(judge_first).collect();
+        let verdicts = pilots.iter().map(|(_, result, _)| &result.comparison.verdict);
+        let broken = breaker::after_pilots(verdicts, rubric.breaker());
+        let begun = pilots.iter().map(|(_, _, failures)| (1, failures.clone()));
+        let begun = begun.chain(rest.iter().map(|_| (0, Failures::default())));
+        let begun: Vec<(usize, Failures)> = begun.collect();
+        let judge = |(cases, (done, failures)): (&Vec<&'a Case>, &(usize, Failures))| {
+            let mut failures = failures.clone();
+            let mut results = Vec::with_capacity(cases.len());
+            for case in &cases[*done..] {
+                let skipped = broken.clone().or_else(|| failures.next(rubric.breaker()));
+                let is_run = skipped.is_none();
+                let Some(result) = self.scene(case, submission, skipped) else { break };
+                if is_run {
+                    failures.add(&result.comparison.verdict);
+                }
+                results.push((*case, result));
+            }
+            results
+        };
+        let others: Vec<_> = match observer.is_stopped() {
+            true => Vec::new(),
+            false => features.par_iter().zip(&begun).flat_map_iter(judge).collect(),
+        };
+        let pilots = pilots.iter().map(|(case, result, _)| (*case, result.clone()));
+        let mut results: Vec<_> = pilots.chain(others).collect();
+        results
+            .sort_by(|(a, _), (b, _)| (a.feature.section, &a.id).cmp(&(b.feature.section, &b.id)));
+        (results, broken)
+    }
+
+    /// Judges one scene, or gives it the failure of scenes that are not run. `None` if the run was ended.
+    fn scene(
+        &self,
+        case: &'a Case,
+        submission: &Submission,
+        skipped: Option<Failure>,
+    ) -> Option<SceneResult> {
+        let Self { oracle, rubric, observer, .. } = *self;
+        if observer.is_stopped() {
+            return None;
+        }
+        let name = Some(case.id.as_str());
+        observer.notice(Event::SceneStarted { name });
+        let result = match skipped {
+            None => {
+                let mut result = judge_case(case, oracle, rubric, submission);
+                result.diagnosis = look_into(case, submission, &result.comparison);
+                result
+            }
+            Some(failure) => of_case(case, oracle, rubric, |_| {
+                Comparison::without_states(Verdict::Fail(failure))
+            }),
+        };
+        let passed = result.comparison.verdict.is_pass();
+        observer.notice(Event::SceneFinished { name, passed });
+        (!observer.is_stopped()).then_some(result)
     }
 }
 

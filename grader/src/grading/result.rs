@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 
 use crate::altered::Copied;
+use crate::assignment::Assignment;
 use crate::blame::Blame;
 use crate::compare::{Comparison, Criteria};
 use crate::diagnosis::Diagnosis;
 use crate::jacobian::JacobianReport;
 use crate::printed;
-use crate::probe::{self, Probing};
+use crate::probe::Probing;
 use crate::rubric::{FaultPoints, Rubric};
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Fault, Verdict};
@@ -20,6 +21,12 @@ use sandbox::Protection;
 pub struct Grading {
     /// The submission's name.
     pub submission: String,
+    /// The assignment that was graded; `None` if every scene was.
+    pub assignment: Option<AssignmentName>,
+    /// The assignment that the submission fits, if every scene was graded and it fits exactly one.
+    pub fitting: Option<AssignmentName>,
+    /// Whether it is the built-in simulator, which passes only if every feature does.
+    pub is_own: bool,
     /// Features in the order of the report: by section, group, integrator.
     pub features: Vec<FeatureResult>,
     /// Protection under which its programs ran; `None` where it has none.
@@ -40,6 +47,22 @@ pub struct Grading {
     pub faults: FaultPoints,
     /// Progress of a run that was ended early.
     pub interrupted: Option<Interrupted>,
+}
+
+/// An assignment in reports.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AssignmentName {
+    /// Its name on the command line.
+    pub name: String,
+    /// Its title.
+    pub title: String,
+}
+
+impl AssignmentName {
+    /// The name of an assignment.
+    pub fn of(assignment: &Assignment) -> Self {
+        Self { name: assignment.name.clone(), title: assignment.title.clone() }
+    }
 }
 
 /// Progress of a run that was ended early.
@@ -253,11 +276,11 @@ impl Totals {
 /// Overall result of a grading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GradingOutcome {
-    /// Everything passed.
+    /// Every required feature passed.
     Passed,
-    /// Everything that was run passed, but hidden scenes were not run.
+    /// Every required feature passed, but hidden scenes were not run.
     PassedShipped,
-    /// Something failed.
+    /// A required feature failed; in a grading without required features, any feature.
     Failed,
     /// Something could not be judged.
     GraderFault,
@@ -283,6 +306,7 @@ impl Grading {
         let graded = self.features.iter().map(|result| result.scenes.len()).sum();
         self.interrupted = Some(Interrupted { graded, scenes: suite.cases.len() });
         (self.repetition, self.probing, self.copied, self.blame) = (None, None, None, None);
+        self.fitting = None;
     }
 
     /// The names of the scenes that passed.
@@ -292,17 +316,48 @@ impl Grading {
         passed.map(|scene| scene.id.as_str()).collect()
     }
 
-    /// The overall result. A fault of the grader outweighs a failure.
+    /// Whether every feature passed, whether it is required or not.
+    pub fn is_flawless(&self) -> bool {
+        self.features.iter().all(FeatureResult::is_pass) && self.jacobians.is_pass()
+    }
+
+    /// The overall result. A fault of the grader outweighs a failure. Extra credit decides only where nothing is
+    /// required, as with `--only`; measured Jacobians do not decide, since the scenes show what is wrong.
     pub fn outcome(&self) -> GradingOutcome {
         if self.features.iter().any(FeatureResult::has_faults) {
-            GradingOutcome::GraderFault
-        } else if !self.features.iter().all(FeatureResult::is_pass)
-            || !self.jacobians.is_pass()
-            || self
-                .probing
-                .as_ref()
-                .is_some_and(|probing| probing.verdict() == probe::Verdict::Wrong)
-        {
+            return GradingOutcome::GraderFault;
+        }
+        self.outcome_of_judged(FeatureResult::is_pass)
+    }
+
+    /// The result as one of a class: scenes whose oracle traces cannot be used count for no submission, and do not
+    /// decide.
+    pub fn outcome_in_class(&self) -> GradingOutcome {
+        let scenes = self.features.iter().flat_map(|feature| &feature.scenes);
+        let mut faults = scenes.filter_map(|scene| match &scene.comparison.verdict {
+            Verdict::GraderFault(fault) => Some(fault),
+            _ => None,
+        });
+        let scenes = self.features.iter().map(|feature| feature.scenes.len()).sum::<usize>();
+        let n_faults = self.features.iter().map(FeatureResult::n_faults).sum::<usize>();
+        let has_hidden = self.features.iter().any(|feature| feature.hidden.n_faults() > 0);
+        if has_hidden || n_faults > 0 && n_faults == scenes || !faults.all(Fault::is_of_oracle) {
+            return GradingOutcome::GraderFault;
+        }
+        self.outcome_of_judged(|feature| {
+            let all = feature.n_passed() + feature.n_faults() == feature.scenes.len();
+            all && feature.hidden.n_passed() == feature.hidden.n_scenes()
+        })
+    }
+
+    fn outcome_of_judged(&self, is_pass: impl Fn(&FeatureResult) -> bool) -> GradingOutcome {
+        let is_required = |result: &&FeatureResult| result.feature.section == Section::Required;
+        let mut required = self.features.iter().filter(is_required).peekable();
+        let has_passed = match self.is_own || required.peek().is_none() {
+            true => self.features.iter().all(&is_pass) && self.jacobians.is_pass(),
+            false => required.all(&is_pass),
+        };
+        if !has_passed {
             GradingOutcome::Failed
         } else if matches!(self.hidden, Hidden::NotRun { .. }) {
             GradingOutcome::PassedShipped
@@ -395,6 +450,9 @@ pub(super) fn gather(
     features.sort_by(|a, b| a.feature.cmp(&b.feature));
     Grading {
         submission: printed::text(&submission),
+        assignment: None,
+        fitting: None,
+        is_own: false,
         features,
         protection: None,
         repetition: None,

@@ -88,7 +88,7 @@ Scene read_scene(const std::string& path) {
                 scene.v.push_back(element.number(std::string("v") + axis));
             }
         }
-        // To do: <simplegravity fx fy/>, <edge i j/>, <springforce edge k l0 b/>, ...
+        // To do: ELEMENTS.
     }
     return scene;
 }
@@ -96,13 +96,13 @@ Scene read_scene(const std::string& path) {
 // The force on each particle at the current state, laid out as x is.
 std::vector<double> forces(const Scene& scene) {
     std::vector<double> total(scene.x.size(), 0.0);
-    // To do: add gravity, springs, drag, ...
+    // To do: add FORCES.
     return total;
 }
 
 // Explicit Euler: positions with the old velocities, velocities with the forces of the old state.
 void step(Scene& scene) {
-    // To do: the other methods, by scene.method.
+    // To do: METHODS.
     const std::vector<double> force = forces(scene);
     for (std::size_t k = 0; k < scene.x.size(); ++k) {
         // A fixed particle keeps its velocity, and moves by it.

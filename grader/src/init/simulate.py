@@ -28,19 +28,19 @@ class Scene:
         self.fixed = [p.get("fixed") == "1" for p in particles]
         self.x = [[float(p.get("px")), float(p.get("py"))] for p in particles]
         self.v = [[float(p.get("vx")), float(p.get("vy"))] for p in particles]
-        # To do: read <simplegravity fx fy/>, <edge i j/>, <springforce edge k l0 b/>, ...
+        # To do: read ELEMENTS.
 
 
 def forces(scene):
     """The force on each particle at the current state."""
     total = [[0.0, 0.0] for _ in scene.x]
-    # To do: add gravity, springs, drag, ...
+    # To do: add FORCES.
     return total
 
 
 def step(scene):
     """Explicit Euler: positions with the old velocities, velocities with the forces of the old state."""
-    # To do: the other methods, by scene.method.
+    # To do: METHODS.
     force = forces(scene)
     for i in range(len(scene.x)):
         for axis in range(2):

@@ -80,7 +80,7 @@ fn read(text: &str) -> Result<Scene, Box<dyn Error>> {
                 scene.x.push([element.number("px")?, element.number("py")?]);
                 scene.v.push([element.number("vx")?, element.number("vy")?]);
             }
-            // To do: <simplegravity fx fy/>, <edge i j/>, <springforce edge k l0 b/>, ...
+            // To do: ELEMENTS.
             _ => {}
         }
     }
@@ -90,13 +90,13 @@ fn read(text: &str) -> Result<Scene, Box<dyn Error>> {
 /// The force on each particle at the current state.
 fn forces(scene: &Scene) -> Vec<[f64; 2]> {
     let total = vec![[0.0; 2]; scene.x.len()];
-    // To do: add gravity, springs, drag, ...
+    // To do: add FORCES.
     total
 }
 
 /// Explicit Euler: positions with the old velocities, velocities with the forces of the old state.
 fn step(scene: &mut Scene) {
-    // To do: the other methods, by scene.method.
+    // To do: METHODS.
     let force = forces(scene);
     for i in 0..scene.x.len() {
         for axis in 0..2 {

@@ -92,6 +92,11 @@ impl Oracle {
         })
     }
 
+    /// Why the trace of a scene cannot be used; `None` if it can.
+    pub fn fault(&self, case: &Case) -> Option<Fault> {
+        self.find(case).and_then(|(path, _)| self.check(case, &path)).err()
+    }
+
     /// Checks that the trace at `path` was made from the current scene and has not been altered since.
     ///
     /// # Errors

@@ -56,6 +56,8 @@ pub struct Probing {
     pub spaces: Vec<Space>,
     /// One entry for each part and dimension.
     pub parts: Vec<PartReport>,
+    /// Tags of the forces that the simulator must offer.
+    pub required: Vec<String>,
 }
 
 /// A simulator's methods in the plane or in space.
@@ -76,6 +78,34 @@ impl Probing {
         verdicts.max().unwrap_or(Verdict::NotOffered)
     }
 
+    /// The required forces that were not measured: in no dimension does the simulator offer all their parts, with
+    /// Jacobians if they have any.
+    pub fn missing(&self) -> Vec<&str> {
+        let vocabulary = simulator::vocabulary();
+        let is_measured = |tag: &str| {
+            let schema = vocabulary.force(tag);
+            let has_jacobian = schema.is_some_and(|schema| schema.depends_on().has_jacobian());
+            let is_offered = |part: &PartReport| {
+                let blocks = part.blocks.iter().filter(|_| has_jacobian);
+                let mut findings = blocks.chain([&part.force_finding]);
+                findings.all(|finding| finding.verdict != Verdict::NotOffered)
+            };
+            [Dimension::Two, Dimension::Three].into_iter().any(|dimension| {
+                let of_force =
+                    |part: &&PartReport| part.force == tag && part.dimension == dimension;
+                let mut parts = self.parts.iter().filter(of_force).peekable();
+                parts.peek().is_some() && parts.all(is_offered)
+            })
+        };
+        self.required.iter().map(String::as_str).filter(|tag| !is_measured(tag)).collect()
+    }
+
+    /// Whether something was measured, nothing is wrong, and no required force is missing.
+    pub fn is_pass(&self) -> bool {
+        let (_, offered) = self.counts();
+        self.verdict() != Verdict::Wrong && offered > 0 && self.missing().is_empty()
+    }
+
     /// Number of correct findings, and number of findings that the simulator offers.
     pub fn counts(&self) -> (usize, usize) {
         let count = |wanted: fn(Verdict) -> bool| {
@@ -87,12 +117,17 @@ impl Probing {
     }
 }
 
-/// Probes a simulator with every force whose tag `select` accepts. Runs are parallel; the result does not depend on
-/// their order.
-pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str) -> bool) -> Probing {
+/// Probes a simulator with every force that `select` accepts by its tag and dimension. Runs are parallel; the result
+/// does not depend on their order.
+pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str, Dimension) -> bool) -> Probing {
     let mut spaces: Vec<Space> = Vec::new();
     let mut parts = Vec::new();
     for dimension in [Dimension::Two, Dimension::Three] {
+        let wanted = scenes::parts().iter().filter(|part| select(part.force, dimension));
+        let wanted: Vec<_> = wanted.collect();
+        if wanted.is_empty() {
+            continue;
+        }
         let blank = Offer { stepper, dimension, explicit: "", implicit: None };
         // A name that was accepted in 2D is used in 3D as well.
         let known = spaces.first();
@@ -108,12 +143,11 @@ pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str) -> bool) -> Probing {
         if let Ok(explicit) = &explicit {
             let implicit = implicit.as_ref().ok().copied();
             let mut session = Session::new(Offer { stepper, dimension, explicit, implicit });
-            let wanted = scenes::parts().iter().filter(|part| select(part.force));
-            parts.extend(wanted.map(|part| session.report(part)));
+            parts.extend(wanted.into_iter().map(|part| session.report(part)));
         }
         spaces.push(Space { dimension, explicit, implicit });
     }
-    Probing { name: stepper.name(), spaces, parts }
+    Probing { name: stepper.name(), spaces, parts, required: Vec::new() }
 }
 
 /// The first accepted name, or the first failure.
@@ -151,7 +185,7 @@ mod tests {
 
     #[test]
     fn the_built_in_simulator_is_correct_in_every_part() {
-        let probing = probe(&BuiltIn, |_| true);
+        let probing = probe(&BuiltIn, |_, _| true);
         assert_eq!(probing.parts.len(), 2 * scenes::parts().len());
         for part in &probing.parts {
             for (name, finding) in part.findings() {

@@ -5,9 +5,11 @@
 //! build = ["make"]
 //! run = ["./simulate", "{scene}", "-o", "{trace}"]
 //! format = "csv"                                     # or "fosssim", the course's binary
+//! assignment = "t1m3"                                # optional; the assignment to grade
 //! ```
 //!
-//! `{scene}` and `{trace}` are the files of a run, `{folder}` is the submission's own. A program name with a `/` is
+//! `{scene}` and `{trace}` are the files of a run, `{folder}` is the submission's own. `{solver}` is `dense` or `sparse`, as
+//! the assignment says. A program name with a `/` is
 //! relative to that folder; any other is searched in the system's folders. The submission itself is never written to:
 //! a build runs in a copy.
 
@@ -43,6 +45,7 @@ struct SubmissionManifest {
     run: Vec<String>,
     #[serde(default)]
     format: ManifestFormat,
+    assignment: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
@@ -142,6 +145,16 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
     Ok(Built::Program(Program { name, path: program, arguments, format, runner, copy }))
 }
 
+/// The assignment that the manifest names; `None` if it names none.
+///
+/// # Errors
+/// If the manifest cannot be read, or is not valid.
+pub fn assignment_of(folder: &Path) -> Result<Option<String>, FolderError> {
+    let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
+    let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
+    Ok(SubmissionManifest::parse(&text, &folder.join(MANIFEST))?.assignment)
+}
+
 fn home_of(folder: &Path) -> PathBuf {
     fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf())
 }
@@ -213,7 +226,7 @@ fn run_build(
     let outcome = runner.sandbox.run(&job)?;
     let failed = |detail: String| Ok(Err(Failure::BuildFailed { detail }));
     if outcome.end != End::Exited(0) {
-        return failed(format!("the build {}", failure_of_run(&outcome, &job)));
+        return failed(format!("the build {}", failure_of_run(&outcome, &job, &runner.sandbox)));
     }
     if let Err(reason) = &outcome.kept {
         return failed(format!("the built folder {reason}"));

@@ -80,6 +80,11 @@ pub trait StateSource {
     /// If the next state is invalid.
     fn read(&mut self, state: &mut State) -> Result<bool, Failure>;
 
+    /// Whether the velocities are the submission's own. Otherwise only positions are compared.
+    fn has_velocities(&self) -> bool {
+        true
+    }
+
     /// The location of the last state: a file and a place in it. `None` if it is not in a file.
     fn location(&self) -> Option<String> {
         None
@@ -89,6 +94,10 @@ pub trait StateSource {
 impl StateSource for Box<dyn TraceReader> {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         self.as_mut().read(state).map_err(failure_of)
+    }
+
+    fn has_velocities(&self) -> bool {
+        self.as_ref().has_velocities()
     }
 }
 

@@ -23,10 +23,12 @@ use super::folder::Copy;
 use super::hand_in::HandIn;
 use super::{StateSource, failure_of};
 use crate::printed;
-use crate::suite::{Case, hash_file};
+use crate::suite::{Case, SolverName, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
 use sandbox::scratch::{Scratch, scratch_folder};
-use sandbox::{End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Sandbox, SandboxError};
+use sandbox::{
+    End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Protection, Sandbox, SandboxError,
+};
 
 /// A minimal scene for probing the calling convention: one free particle, one step.
 const GREETING: &str = r#"<scene>
@@ -48,6 +50,9 @@ const SCENE: &str = "{scene}";
 
 /// Placeholder in arguments for the trace's file.
 const TRACE: &str = "{trace}";
+
+/// Placeholder in commands for the linear solver that the scene asks for.
+const SOLVER: &str = "{solver}";
 
 /// Settings for running programs.
 #[derive(Debug, Clone)]
@@ -117,6 +122,14 @@ impl SceneSource<'_> {
         match self {
             Self::Case(case) if is_json(case) => "scene.json",
             _ => "scene.xml",
+        }
+    }
+
+    /// The linear solver that the scene asks for: `sparse` unless its assignment says otherwise.
+    fn solver(self) -> &'static str {
+        match self {
+            Self::Case(case) => case.solver.name(),
+            Self::Xml(_) => SolverName::default().name(),
         }
     }
 }
@@ -241,6 +254,14 @@ impl Program {
         })
     }
 
+    /// The program's file, whose name may depend on the solver.
+    fn path_for(&self, solver: &str) -> PathBuf {
+        match self.path.to_str() {
+            Some(path) if path.contains(SOLVER) => path.replace(SOLVER, solver).into(),
+            _ => self.path.clone(),
+        }
+    }
+
     fn greet(&self, scene: &str) -> Result<(), RunError> {
         let shape = Shape { dimension: Dimension::Two, n_particles: 1 };
         let mut run = self.try_run(SceneSource::Xml(scene), shape)?;
@@ -265,11 +286,13 @@ impl Program {
             TraceFormat::Csv => "trace.csv",
             TraceFormat::Fosssim => "trace.bin",
         };
-        let argument =
-            |argument: &String| argument.replace(SCENE, scene.name()).replace(TRACE, trace).into();
+        let argument = |argument: &String| {
+            let named = argument.replace(SCENE, scene.name()).replace(TRACE, trace);
+            named.replace(SOLVER, scene.solver()).into()
+        };
         let path = workspace.trace();
         let job = Job {
-            program: self.path.clone(),
+            program: self.path_for(scene.solver()),
             arguments: self.arguments.iter().map(argument).collect(),
             folder: workspace.folder(),
             keep: Keep::File(trace.to_owned(), path.clone()),
@@ -278,12 +301,20 @@ impl Program {
         };
         let outcome = self.runner.sandbox.run(&job)?;
         if outcome.end != End::Exited(0) {
-            return Err(RunError::Failed(failure_of_run(&outcome, &job)));
+            return Err(RunError::Failed(failure_of_run(&outcome, &job, &self.runner.sandbox)));
         }
         if let Err(reason) = &outcome.kept {
-            return Err(RunError::Failed(no_trace(trace, reason, &outcome)));
+            return Err(RunError::Failed(no_trace(
+                trace,
+                reason,
+                complaint(&outcome, &self.runner.sandbox),
+            )));
         }
-        let reader = trace::open(&path, self.format, shape).map_err(failure_of)?;
+        let reader = match scene {
+            SceneSource::Case(case) => trace::open_of_scene(&path, self.format, &case.scene),
+            SceneSource::Xml(_) => trace::open(&path, self.format, shape),
+        };
+        let reader = reader.map_err(failure_of)?;
         Ok(ProgramRun { reader, path, _workspace: workspace, _copy: self.copy.clone() })
     }
 }
@@ -320,8 +351,7 @@ fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
 }
 
 /// The failure of a program that exited with status 0 and left no readable trace.
-fn no_trace(name: &str, reason: &NotKept, outcome: &Outcome) -> Failure {
-    let said = complaint(outcome);
+fn no_trace(name: &str, reason: &NotKept, said: String) -> Failure {
     match reason {
         NotKept::Missing => Failure::NoOutput {
             detail: format!("ended with exit status 0, but wrote no trace{said}"),
@@ -383,8 +413,8 @@ impl Workspace {
 }
 
 /// The failure that the end of a run amounts to.
-pub(super) fn failure_of_run(outcome: &Outcome, job: &Job) -> Failure {
-    let said = complaint(outcome);
+pub(super) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) -> Failure {
+    let said = complaint(outcome, sandbox);
     let limits = &job.limits;
     let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let exceeded = match &outcome.end {
@@ -431,13 +461,32 @@ pub(super) fn failure_of_run(outcome: &Outcome, job: &Job) -> Failure {
     }
 }
 
-/// The program's own error output, as a suffix of a message.
-fn complaint(outcome: &Outcome) -> String {
+/// The program's own error output, as a suffix of a message, with a hint if the sandbox may hide what it misses.
+fn complaint(outcome: &Outcome, sandbox: &Sandbox) -> String {
     let said = [&outcome.stdout, &outcome.stderr].map(printed::tail);
     // Standard output counts only if standard error is empty.
-    let said = said.into_iter().rev().find(|said| !said.is_empty());
-    said.map_or_else(String::new, |said| format!("; it printed:\n{said}"))
+    let Some(said) = said.into_iter().rev().find(|said| !said.is_empty()) else {
+        return String::new();
+    };
+    let is_hidden = sandbox.protections().contains(&Protection::Files);
+    let hint = match is_hidden && MISSING.iter().any(|words| said.contains(words)) {
+        true => {
+            "\n  help: programs see the system's folders and their own; if the missing file is elsewhere, name its \
+             folder with --readable"
+        }
+        false => "",
+    };
+    format!("; it printed:\n{said}{hint}")
 }
+
+/// How interpreters and loaders say that a module, a library or a file is missing.
+const MISSING: [&str; 5] = [
+    "No module named",
+    "Cannot find module",
+    "error while loading shared libraries",
+    "can't open file",
+    "No such file or directory",
+];
 
 /// Why a run yields no states.
 enum RunError {
@@ -468,5 +517,9 @@ pub struct ProgramRun {
 impl StateSource for ProgramRun {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         StateSource::read(&mut self.reader, state)
+    }
+
+    fn has_velocities(&self) -> bool {
+        self.reader.has_velocities()
     }
 }

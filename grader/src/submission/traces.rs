@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
+use simulator::trace::{self, State, TraceFormat, TraceReader};
 
 use super::{StateSource, failure_of};
 use crate::suite::{Case, NoTrace, find_trace};
@@ -25,7 +25,7 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
         );
         return Err(Failure::NoOutput { detail });
     }
-    let reader = trace::open(&path, format, Shape::of(&case.scene)).map_err(failure_of)?;
+    let reader = trace::open_of_scene(&path, format, &case.scene).map_err(failure_of)?;
     Ok(Box::new(TraceFile { reader, path, format, states: 0 }))
 }
 
@@ -51,6 +51,10 @@ impl StateSource for TraceFile {
         let is_state = StateSource::read(&mut self.reader, state)?;
         self.states += u64::from(is_state);
         Ok(is_state)
+    }
+
+    fn has_velocities(&self) -> bool {
+        self.reader.has_velocities()
     }
 
     fn location(&self) -> Option<String> {

@@ -365,20 +365,19 @@ fn only_what_changed_is_graded_again() {
     mark("ada");
     project.class(&["--format", "json"]);
     assert!(!marked("ada"), "graded anew where resuming was not asked for");
-    // A submission that could not be judged is graded again.
+    // A scene without a trace is not judged, and decides for no submission.
     let trace = project.read("expected/Free/near.csv");
     fs::remove_file(project.path("expected/Free/near.csv")).unwrap();
     assert_eq!(resume().code, 3);
     assert!(
-        project.row("ada").starts_with("ada,grader-fault,4.5,6,0,0,4.5,1.5,"),
+        project.row("ada").starts_with("ada,passed,4.5,6,0,0,4.5,1.5,"),
         "{}",
         project.row("ada")
     );
     mark("ada");
-    resume();
-    assert!(!marked("ada"));
     project.write("expected/Free/near.csv", &trace);
     assert_eq!(resume().code, 0);
+    assert!(!marked("ada"));
     assert!(project.row("ada").starts_with("ada,passed,6,6,"));
 }
 
@@ -563,20 +562,17 @@ fn points_that_were_not_judged_stand_apart_or_withhold_the_score() {
     project.program("class/bob", "#!/bin/sh\nexit 1\n");
     fs::remove_file(project.path("expected/Free/near.csv")).unwrap();
     assert_eq!(project.class(&[]).code, 3);
-    assert!(project.row("ada").starts_with("ada,grader-fault,1.5,2,0,0,1.5,0.5,"));
-    assert!(project.row("bob").starts_with("bob,grader-fault,0,2,0,0,0,0.5,"));
+    assert!(project.row("ada").starts_with("ada,passed,1.5,2,0,0,1.5,0.5,"));
+    assert!(project.row("bob").starts_with("bob,failed,0,2,0,0,0,0.5,"), "{}", project.row("bob"));
     let summary = project.read("out/summary.txt");
+    assert!(summary.contains("not judged for any submission: Free/near: there is no"), "{summary}");
     assert!(summary.contains("points  not judged"), "{summary}");
     let report = project.read("out/reports/ada.txt");
     assert!(report.contains("Score 1.5 of 2 points, 0.5 not judged\n"), "{report}");
 
     project.write("assets/rubric.toml", "[faults]\npoints = \"withheld\"\n");
     project.class(&[]);
-    assert!(
-        project.row("ada").starts_with("ada,grader-fault,–,2,0,0,–,0.5,"),
-        "{}",
-        project.row("ada")
-    );
+    assert!(project.row("ada").starts_with("ada,passed,–,2,0,0,–,0.5,"), "{}", project.row("ada"));
     let report = project.json(&["class/ada"]);
     assert_eq!(report["required"]["points_earned"], Value::Null);
     assert_eq!(report["required"]["points_not_judged"], 0.5);

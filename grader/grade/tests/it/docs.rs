@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use test_support::root;
 
+use grader::assignment::{self, Assignment};
 use grader::rubric::Rubric;
 use grader::suite::{Feature, Section, Suite};
 use simulator::force::ForceKind;
@@ -179,8 +180,11 @@ fn links_in_the_documents_lead_somewhere() {
 fn the_counts_in_the_documents_are_those_of_the_suite() {
     let sections = [(Section::Required, "assets"), (Section::ExtraCredit, "extracreditassets")]
         .map(|(section, folder)| (section, root().join(folder)));
-    let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
-    let rubric = Rubric::load(&root().join("assets/rubric.toml")).unwrap();
+    let mut suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
+    let mut rubric = Rubric::load(&root().join("assets/rubric.toml")).unwrap();
+    let mut all = Assignment::load(&root().join("assets/assignments"), assignment::ALL).unwrap();
+    all.narrow(&mut suite).unwrap();
+    rubric.assign(all);
     let counts = [Section::Required, Section::ExtraCredit].map(|section| {
         let of_section = suite.cases.iter().filter(|case| case.feature.section == section);
         let scenes = of_section.clone().count();

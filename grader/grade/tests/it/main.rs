@@ -4,6 +4,8 @@ mod accuracy;
 #[cfg(target_os = "linux")]
 mod altered;
 #[cfg(target_os = "linux")]
+mod assignments;
+#[cfg(target_os = "linux")]
 mod class;
 mod cli;
 mod docs;

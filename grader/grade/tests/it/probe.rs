@@ -31,7 +31,7 @@ fn the_documented_schema_is_the_one_in_force() {
 fn the_report_of_the_built_in_simulator() {
     let mut bytes = Vec::new();
     let config = report::probe::text::ProbeTextOptions { details: false };
-    report::probe::text::write(&mut bytes, &probe(&BuiltIn, |_| true), config).unwrap();
+    report::probe::text::write(&mut bytes, &probe(&BuiltIn, |_, _| true), config).unwrap();
     insta::assert_snapshot!(anstream::adapter::strip_str(text(&bytes)));
 }
 

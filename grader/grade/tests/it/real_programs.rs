@@ -200,7 +200,7 @@ fn skeletons() {
             }
             _ => String::new(),
         };
-        grader::init::write(language, &folder).unwrap();
+        grader::init::write(language, None, &folder).unwrap();
         let readable = ["--readable", &rust];
         suite.pass_folder(language.name(), &folder, if rust.is_empty() { &[] } else { &readable });
     }

@@ -40,6 +40,8 @@ pub(crate) struct JsonProbing {
     verdict: &'static str,
     /// The methods that the submission offers in two and in three dimensions.
     spaces: Vec<JsonSpace>,
+    /// Required forces that could not be measured.
+    missing: Vec<String>,
     /// One entry per part of a force and dimension.
     parts: Vec<JsonPart>,
 }
@@ -134,6 +136,7 @@ impl JsonProbing {
             submission: probing.name.clone(),
             verdict: probing.verdict().name(),
             spaces: probing.spaces.iter().map(JsonSpace::of).collect(),
+            missing: probing.missing().into_iter().map(str::to_owned).collect(),
             parts: probing.parts.iter().map(JsonPart::of).collect(),
         }
     }

@@ -239,10 +239,17 @@ fn write_summary(out: &mut dyn Write, probing: &Probing) -> io::Result<()> {
     };
     let (correct, wrong) = (count(Verdict::Correct), count(Verdict::Wrong));
     let (unsure, missing) = (count(Verdict::Inconclusive), count(Verdict::NotOffered));
+    let lacking = probing.missing().join(", ");
     let (style, text) = match probing.verdict() {
-        Verdict::Wrong => (BAD, "Something is wrong."),
-        Verdict::Inconclusive => (ODD, "No mistake found; some results are inconclusive."),
-        Verdict::Correct | Verdict::NotOffered => (GOOD, "All that is offered is correct."),
+        Verdict::Wrong => (BAD, "Something is wrong.".to_owned()),
+        _ if probing.counts().1 == 0 => (BAD, "Nothing could be measured.".to_owned()),
+        _ if !lacking.is_empty() => (BAD, format!("Required, but not offered: {lacking}.")),
+        Verdict::Inconclusive => {
+            (ODD, "No mistake found; some results are inconclusive.".to_owned())
+        }
+        Verdict::Correct | Verdict::NotOffered => {
+            (GOOD, "All that is offered is correct.".to_owned())
+        }
     };
     writeln!(
         out,

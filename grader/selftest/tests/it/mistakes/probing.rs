@@ -66,7 +66,7 @@ pub(crate) fn tag(subject: &str) -> &'static str {
 
 #[test]
 fn the_second_implementation_is_correct_wherever_it_is_probed() {
-    let probing = probe(&Steps(Student::faultless()), |_| true);
+    let probing = probe(&Steps(Student::faultless()), |_, _| true);
     assert_eq!(with(&probing, Verdict::Wrong), []);
     assert_eq!(with(&probing, Verdict::Inconclusive), []);
     // Nine parts of the supported forces, six findings each.
@@ -76,7 +76,7 @@ fn the_second_implementation_is_correct_wherever_it_is_probed() {
 #[test]
 fn every_mistake_in_a_jacobian_is_called_wrong_in_that_force_alone() {
     let escapes = |mistake: &mistake::Mistake| {
-        let probing = probe(&Steps(mistake.student()), |_| true);
+        let probing = probe(&Steps(mistake.student()), |_, _| true);
         let wrong = with(&probing, Verdict::Wrong);
         let here =
             |(force, name): &(&str, &str)| *force == tag(mistake.subject) && *name != "force";
@@ -92,7 +92,7 @@ fn every_mistake_in_a_jacobian_is_called_wrong_in_that_force_alone() {
 #[test]
 fn every_mistake_in_an_implicit_step_is_called_wrong_and_no_force_is() {
     let escapes = |mistake: &mistake::Mistake| {
-        let probing = probe(&Steps(mistake.student()), |_| true);
+        let probing = probe(&Steps(mistake.student()), |_, _| true);
         let wrong = with(&probing, Verdict::Wrong);
         let is_well = !wrong.is_empty() && wrong.iter().all(|(_, name)| *name != "force");
         (!is_well).then(|| format!("{}: {wrong:?}", mistake.description))

@@ -161,7 +161,7 @@ fn mistakes_are_called_wrong_where_they_are_and_right_programs_never() {
             complete = false;
             continue;
         };
-        let probing = probe(&identify(path), |force| force == mistake.force);
+        let probing = probe(&identify(path), |force, _| force == mistake.force);
         let found = wrong(&probing);
         if found != mistake.wrong {
             missed.push(format!(
@@ -178,7 +178,7 @@ fn mistakes_are_called_wrong_where_they_are_and_right_programs_never() {
             complete = false;
             continue;
         };
-        let probing = probe(&identify(path), |_| true);
+        let probing = probe(&identify(path), |_, _| true);
         let count = |verdict: Verdict| {
             let findings = probing.parts.iter().flat_map(PartReport::findings);
             findings.filter(|(_, finding)| finding.verdict == verdict).count()
@@ -210,7 +210,7 @@ fn what_is_not_there_is_not_offered_and_not_wrong() {
     };
     if let Some(path) = workshop.program(0) {
         let program = identify(path);
-        let probing = probe(&program, |force| ["vortexforce", "dragdamping"].contains(&force));
+        let probing = probe(&program, |force, _| ["vortexforce", "dragdamping"].contains(&force));
         assert_eq!(probing.spaces[0].explicit, Ok("forward-backward-euler"));
         assert!(probing.spaces[1].explicit.is_err(), "it knows no third dimension");
         assert_eq!(verdicts(&probing)["vortexforce"], Verdict::NotOffered);
@@ -220,7 +220,7 @@ fn what_is_not_there_is_not_offered_and_not_wrong() {
     }
     if let Some(path) = workshop.program(1) {
         let program = identify(path);
-        let probing = probe(&program, |force| force == "constantforce");
+        let probing = probe(&program, |force, _| force == "constantforce");
         assert!(probing.spaces.iter().all(|space| space.implicit.is_ok()));
         assert_eq!(verdicts(&probing)["constantforce"], Verdict::NotOffered);
         let reason = &probing.parts[0].force_finding.reason;

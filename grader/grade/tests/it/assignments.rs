@@ -1,0 +1,195 @@
+//! Correct programs of exactly one assignment earn all its points; a mistake costs points only where it shows.
+//!
+//! The programs are students of the self-test, reduced by a script to what the assignment asks for.
+
+#![expect(clippy::print_stderr, reason = "a test that is skipped says why")]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use test_support::{root, write};
+
+const GRADE: &str = env!("CARGO_BIN_EXE_grade");
+
+/// Compiles a source to `folder/name`. False, with a printed reason, if there is no compiler.
+fn compile(source: &Path, folder: &Path, name: &str, flags: &[&str]) -> bool {
+    fs::create_dir_all(folder).unwrap();
+    let mut compiler = Command::new("c++");
+    compiler.args(["-O2", "-o"]).arg(folder.join(name)).args(flags).arg(source);
+    match compiler.output() {
+        Ok(output) => {
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            true
+        }
+        Err(error) => {
+            eprintln!("skipped: c++: {error}");
+            false
+        }
+    }
+}
+
+/// A submission that reads these integrators and refuses these forces. Like the course's starter code, it passes over
+/// constant forces. False if there is no compiler.
+fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str) -> bool {
+    let source = root().join("grader/selftest/src/programs/student.cpp");
+    if !compile(&source, folder, "student", &[]) {
+        return false;
+    }
+    let script = format!(
+        "#!/bin/sh\n\
+         grep -Eq '<integrator type=\"({})\"' \"$1\" || {{ echo 'unknown integrator' >&2; exit 1; }}\n\
+         grep -Eq '<({})' \"$1\" && {{ echo 'unknown force' >&2; exit 1; }}\n\
+         grep -v '<constantforce' \"$1\" > reduced.xml\n\
+         exec \"$3\" -s reduced.xml -d 0 -o \"$2\" -e 'MISTAKE={mistake}'\n",
+        integrators.join("|"),
+        refused.join("|"),
+    );
+    let path = folder.join("reduced");
+    write(&path, &script);
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    let run = r#"["./reduced", "{scene}", "{trace}", "{folder}/student"]"#;
+    write(&folder.join("submission.toml"), &format!("run = {run}\nformat = \"fosssim\"\n"));
+    true
+}
+
+fn grade(submission: &Path, arguments: &[&str]) -> (Option<i32>, Value) {
+    let mut command = Command::new(GRADE);
+    command.arg(submission).args(arguments).args(["--format", "json", "--root"]).arg(root());
+    let Output { status, stdout, stderr } = command.output().unwrap();
+    let report = serde_json::from_slice(&stdout);
+    let report = report.unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&stderr)));
+    (status.code(), report)
+}
+
+/// Points earned and points of a section.
+fn points(report: &Value, section: &str) -> (f64, f64) {
+    let credit = &report[section]["credit"];
+    (credit["points_earned"].as_f64().unwrap(), credit["points"].as_f64().unwrap())
+}
+
+/// The groups of a section with a feature that does not have all its points.
+fn lost(report: &Value, section: &str) -> BTreeSet<String> {
+    let features = report["features"].as_array().unwrap().iter();
+    let lost = features.filter(|feature| {
+        let credit = &feature["credit"];
+        feature["section"] == section && credit["points_earned"] != credit["points"]
+    });
+    lost.map(|feature| feature["group"].as_str().unwrap().to_owned()).collect()
+}
+
+const METHODS: [&str; 4] =
+    ["explicit-euler", "symplectic-euler", "linearized-implicit-euler", "implicit-euler"];
+const PAIRS: [&str; 3] = ["springforce", "gravitationalforce", "dragdamping"];
+
+#[test]
+fn a_correct_program_of_a_milestone_earns_all_its_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let first: Vec<&str> = PAIRS.into_iter().chain(["vortexforce"]).collect();
+    for (name, integrators, refused, extra) in [
+        ("t1m1", &METHODS[..1], &first[..], false),
+        ("t1m2", &METHODS[..2], &["vortexforce"], false),
+        ("t1m3", &METHODS[..3], &["vortexforce"], false),
+        // The vortex comes with the starter code.
+        ("t1m3", &METHODS[..], &["nothing"], true),
+    ] {
+        let submission = folder.path().join(format!("{name}-{}", integrators.len()));
+        if !student(&submission, integrators, refused, "") {
+            return;
+        }
+        let (code, report) = grade(&submission, &["--assignment", name]);
+        assert_eq!(code, Some(0), "{name}");
+        assert_eq!(report["assignment"], name);
+        let (earned, all) = points(&report, "required");
+        assert_eq!(earned, all, "{name}");
+        let (earned, all) = points(&report, "extra_credit");
+        assert_eq!(earned == all, extra || all == 0.0, "{name}: {earned} of {all}");
+
+        let (code, report) = grade(&submission, &["--no-jacobians"]);
+        assert_eq!((code, &report["fitting_assignment"]), (Some(1), &Value::from(name)));
+    }
+}
+
+#[test]
+fn a_wrong_jacobian_costs_points_only_where_it_shows() {
+    let folder = tempfile::tempdir().unwrap();
+    let submission = folder.path().join("submission");
+    let mistake = "damping: dF/dx has the wrong sign";
+    if !student(&submission, &METHODS, &["nothing"], mistake) {
+        return;
+    }
+    let (code, report) = grade(&submission, &["--assignment", "t1m3", "--no-jacobians"]);
+    assert_eq!(code, Some(1));
+    let damped: BTreeSet<String> =
+        ["Combined", "FixedParticles", "SpringDamping"].map(str::to_owned).into();
+    assert_eq!(lost(&report, "required"), damped);
+    assert!(lost(&report, "extra-credit").is_subset(&damped));
+    let (_, report) = grade(&submission, &["--no-jacobians"]);
+    assert_eq!(report["fitting_assignment"], "t1m3", "the mistake does not hide what is offered");
+}
+
+#[test]
+fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = root().join("grader/grade/tests/it/programs/fast_mass_springs.cpp");
+    for (refuses, extra) in [("1", 0.0), ("0", 4.0)] {
+        let submission = folder.path().join(refuses);
+        // The dense program is not called for large scenes.
+        for (name, largest) in [("springs_dense", "20"), ("springs_sparse", "1000")] {
+            let flags = [format!("-DREFUSES_WIND={refuses}"), format!("-DLARGEST={largest}")];
+            if !compile(&source, &submission, name, &flags.each_ref().map(String::as_str)) {
+                return;
+            }
+        }
+        let manifest = "run = [\"./springs_{solver}\", \"{scene}\", \"{trace}\"]\n\
+                        assignment = \"fast-mass-spring\"\n";
+        write(&submission.join("submission.toml"), manifest);
+        let (code, report) = grade(&submission, &[]);
+        assert_eq!(code, Some(0));
+        assert_eq!(points(&report, "required"), (10.0, 10.0));
+        assert_eq!(points(&report, "extra_credit"), (extra, 4.0));
+    }
+}
+
+#[test]
+fn a_class_refuses_a_submission_of_another_assignment() {
+    let folder = tempfile::tempdir().unwrap();
+    let class = folder.path().join("class");
+    for (name, assignment) in [("ada", "t1m2"), ("bob", "t1m1")] {
+        let init = Command::new(GRADE)
+            .args(["init", "python", "--assignment", assignment, "--root"])
+            .arg(root())
+            .arg(class.join(name))
+            .output()
+            .unwrap();
+        assert!(init.status.success(), "{init:?}");
+    }
+    let graded = Command::new(GRADE)
+        .args(["class", "--assignment", "t1m1", "--no-jacobians", "--root"])
+        .arg(root())
+        .arg(&class)
+        .arg("-o")
+        .arg(folder.path().join("out"))
+        .output()
+        .unwrap();
+    assert_eq!(graded.status.code(), Some(0), "{graded:?}");
+    let csv = fs::read_to_string(folder.path().join("out/summary.csv")).unwrap();
+    let verdicts: Vec<&str> =
+        csv.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();
+    assert_eq!(verdicts, ["bad-hand-in", "failed"], "{csv}");
+    let report = fs::read_to_string(folder.path().join("out/reports/ada.txt")).unwrap();
+    assert!(report.contains("submission.toml names the assignment \"t1m2\""), "{report}");
+}
+
+#[test]
+fn an_unknown_assignment_is_an_error_that_names_the_others() {
+    let graded =
+        Command::new(GRADE).args(["--assignment", "t1m4", "--root"]).arg(root()).output().unwrap();
+    assert_eq!(graded.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&graded.stderr).into_owned();
+    let known = "all, elastodynamics, fast-mass-spring, t1m1, t1m2, t1m3";
+    assert!(message.contains("no assignment \"t1m4\"") && message.contains(known), "{message}");
+}

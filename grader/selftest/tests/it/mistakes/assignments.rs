@@ -1,0 +1,88 @@
+//! Tests that the scenes of each assignment, by themselves, catch every mistake that is possible in it.
+
+use std::collections::BTreeMap;
+
+use grader::assignment::Assignment;
+use grader::suite::{Case, Section};
+use selftest::mistake::Mistake;
+use test_support::root;
+
+use super::{ENOUGH, TABLE, own_suite};
+
+/// Mistakes that cannot show in an assignment, although their code runs: under uniform gravity alone, the force is the
+/// same at every position, and acts on no neighbour.
+const INVISIBLE: [(&str, &str); 2] =
+    [("t1m1", "force at q + h v"), ("t1m1", "exerts no force on the particles it is joined to")];
+
+/// Mistakes in one assignment: possible ones, and those that too few of its scenes catch.
+pub(crate) struct Catch {
+    pub(crate) assignment: Assignment,
+    /// Mistakes that can have an effect on a required scene, then those that can on extra credit only.
+    pub(crate) possible: [usize; 2],
+    /// Mistakes that fewer than [`ENOUGH`] scenes catch, in words.
+    pub(crate) escaped: Vec<String>,
+}
+
+/// Every assignment that has scenes which the second simulator supports.
+pub(crate) fn catches() -> Vec<Catch> {
+    let suite = own_suite();
+    let assignments = Assignment::list(&root().join("assets/assignments")).expect("assignments");
+    let catch = |assignment: Assignment| {
+        let scenes: BTreeMap<&str, (&Case, Section)> = suite
+            .cases
+            .iter()
+            .filter_map(|case| Some((case.id.as_str(), (case, assignment.section(case)?))))
+            .collect();
+        let mut possible = [0; 2];
+        let mut escaped = Vec::new();
+        for row in &TABLE.rows {
+            let Mistake { subject, description, .. } = &row.mistake;
+            let matters = |section| {
+                let of_section = scenes.values().filter(|(_, own)| *own == section);
+                of_section.clone().any(|(case, _)| row.mistake.can_matter_on(&case.scene))
+            };
+            // A mistake that shows in required scenes costs points there.
+            let section = [Section::Required, Section::ExtraCredit]
+                .into_iter()
+                .find(|section| matters(*section));
+            let Some(section) = section else { continue };
+            if INVISIBLE.contains(&(&assignment.name, description)) {
+                continue;
+            }
+            possible[usize::from(section == Section::ExtraCredit)] += 1;
+            let caught = row
+                .caught_by
+                .iter()
+                .filter(|id| scenes.get(id.as_str()).is_some_and(|(_, own)| *own == section));
+            let caught = caught.count();
+            if caught < ENOUGH {
+                escaped.push(format!("{}: {subject}, {description}: {caught}", assignment.name));
+            }
+        }
+        Catch { assignment, possible, escaped }
+    };
+    let catches = assignments.into_iter().map(catch);
+    catches.filter(|catch| catch.possible != [0; 2]).collect()
+}
+
+/// The part of `docs/mistakes.md` about assignments.
+pub(crate) fn markdown() -> String {
+    let mut text = "\n## Assignments\n\n\
+        Each assignment is held by itself: every mistake that can have an effect on one of its required scenes is caught by\n\
+        two of them at least, and every other one by two of its extra-credit scenes.\n\n\
+        | assignment | mistakes in required scenes | in extra credit only |\n| --- | ---: | ---: |\n"
+        .to_owned();
+    for Catch { assignment, possible: [required, extra], .. } in catches() {
+        text += &format!("| `{}` | {required} | {extra} |\n", assignment.name);
+    }
+    text
+}
+
+#[test]
+fn the_scenes_of_each_assignment_catch_its_mistakes() {
+    let catches = catches();
+    let names: Vec<&str> = catches.iter().map(|catch| &*catch.assignment.name).collect();
+    assert_eq!(names, ["all", "t1m1", "t1m2", "t1m3"]);
+    let escaped: Vec<String> = catches.into_iter().flat_map(|catch| catch.escaped).collect();
+    assert!(escaped.is_empty(), "caught by fewer than {ENOUGH} scenes:\n{}", escaped.join("\n"));
+}

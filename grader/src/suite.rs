@@ -283,7 +283,7 @@ pub(crate) fn hash_reader(mut file: impl Read) -> io::Result<String> {
 }
 
 /// SHA-256 of bytes, in hexadecimal.
-pub(crate) fn hash_bytes(bytes: &[u8]) -> String {
+pub fn hash_bytes(bytes: &[u8]) -> String {
     hash([bytes, &[]])
 }
 

@@ -106,6 +106,22 @@ pub(super) struct GradeArgs {
     #[arg(long, value_name = "PATTERN")]
     pub(super) only: Vec<String>,
 
+    /// Grade only the scenes that did not pass the last time
+    #[arg(long, conflicts_with = "only")]
+    pub(super) last_failed: bool,
+
+    /// End the run after this many scenes that did not pass (text only)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) fail_fast: Option<u32>,
+
+    /// Show the slowest scenes with their times on standard error
+    #[arg(long, value_name = "N")]
+    pub(super) durations: Option<usize>,
+
+    /// Grade again whenever the program, or a file of the submission's folder, changes
+    #[arg(long, requires = "submission", conflicts_with_all = ["threads", "output"])]
+    pub(super) watch: bool,
+
     /// Format of the report
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(super) format: Format,

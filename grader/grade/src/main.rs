@@ -20,9 +20,12 @@ mod selftest;
 mod stability;
 
 mod interrupt;
+mod last_failed;
 mod output;
 mod progress;
+mod scenes;
 mod stop;
+mod watch;
 
 use args::{Cli, Command, OracleCommand};
 use inputs::find_assignment;

@@ -7,14 +7,15 @@ use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};
 use grader::submission::hand_in::HandInError;
 use grader::submission::program::{Identified, Program, Runner};
-use grader::suite::find_traces;
 use grader::verdict::Failure;
 use sandbox::{self, Protection, Sandbox};
 use simulator::solver::linear::LinearSolver;
+use simulator::trace::TraceFormat;
 
 use crate::args::{GradeArgs, RunArgs};
 use crate::inputs::Inputs;
 use crate::stop::{Stop, complain};
+use crate::watch;
 
 impl RunArgs {
     /// The runner for programs, and the protections in force.
@@ -91,18 +92,17 @@ pub(super) fn open_submission(
     Ok((submission, is_run.then_some(protections)))
 }
 
-/// A folder of traces, with at least one of a scene of the whole suite.
+/// A folder with at least one trace, of whatever scene.
 fn open_traces(
     folder: &Path,
     inputs: &Inputs,
 ) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
-    let cases = || inputs.suite.cases.iter();
-    if cases().any(|case| !find_traces(folder, &case.id).is_empty()) {
+    if watch::files(folder).iter().any(|(path, ..)| TraceFormat::of_path(path).is_some()) {
         return Ok((Submission::Traces(folder.to_path_buf()), None));
     }
-    let example = cases().next().map_or("GROUP/SCENE", |case| &case.id);
+    let example = inputs.suite.cases.first().map_or("GROUP/SCENE", |case| &case.id);
     Err(Stop::bad_input(format!(
-        "{0}: no submission: there is no submission.toml in this folder, and no trace of a scene\n  help: name a \
+        "{0}: no submission: there is no submission.toml in this folder, and no trace\n  help: name a \
          program, a folder with submission.toml, or a folder of traces such as {example}.csv; `grade init` writes a \
          skeleton",
         folder.display()

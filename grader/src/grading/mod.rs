@@ -233,9 +233,11 @@ impl<'a> Grader<'a> {
                 Comparison::without_states(Verdict::Fail(failure))
             }),
         };
+        // The program may have been killed with the run. A stop that follows from this result keeps it.
+        let is_killed = observer.is_stopped();
         let passed = result.comparison.verdict.is_pass();
         observer.notice(Event::SceneFinished { name, passed });
-        (!observer.is_stopped()).then_some(result)
+        (!is_killed).then_some(result)
     }
 }
 

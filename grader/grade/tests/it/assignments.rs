@@ -67,16 +67,15 @@ fn grade(submission: &Path, arguments: &[&str]) -> (Option<i32>, Value) {
 
 /// Points earned and points of a section.
 fn points(report: &Value, section: &str) -> (f64, f64) {
-    let credit = &report[section]["credit"];
-    (credit["points_earned"].as_f64().unwrap(), credit["points"].as_f64().unwrap())
+    let totals = &report[section];
+    (totals["points_earned"].as_f64().unwrap(), totals["points"].as_f64().unwrap())
 }
 
 /// The groups of a section with a feature that does not have all its points.
 fn lost(report: &Value, section: &str) -> BTreeSet<String> {
     let features = report["features"].as_array().unwrap().iter();
     let lost = features.filter(|feature| {
-        let credit = &feature["credit"];
-        feature["section"] == section && credit["points_earned"] != credit["points"]
+        feature["section"] == section && feature["points_earned"] != feature["points"]
     });
     lost.map(|feature| feature["group"].as_str().unwrap().to_owned()).collect()
 }
@@ -182,6 +181,88 @@ fn a_class_refuses_a_submission_of_another_assignment() {
     assert_eq!(verdicts, ["bad-hand-in", "failed"], "{csv}");
     let report = fs::read_to_string(folder.path().join("out/reports/ada.txt")).unwrap();
     assert!(report.contains("submission.toml names the assignment \"t1m2\""), "{report}");
+}
+
+/// Copies the oracle's traces of these groups to a folder.
+fn traces(folder: &Path, groups: &[&str]) {
+    for group in groups {
+        let target = folder.join(group);
+        fs::create_dir_all(&target).unwrap();
+        for entry in fs::read_dir(root().join("expected").join(group)).unwrap() {
+            let path = entry.unwrap().path();
+            fs::copy(&path, target.join(path.file_name().unwrap())).unwrap();
+        }
+    }
+}
+
+#[test]
+fn the_scenes_that_failed_are_graded_again_and_a_run_may_end_early() {
+    let folder = tempfile::tempdir().unwrap();
+    let submission = folder.path().join("traces");
+    traces(&submission, &["Inertia", "SimpleGravity"]);
+    let grade = |arguments: &[&str]| {
+        let mut command = Command::new(GRADE);
+        command.arg(&submission).args(["--assignment", "t1m1", "--root"]).arg(root());
+        let output = command.args(arguments).env("XDG_CACHE_HOME", folder.path()).output().unwrap();
+        let [text, notes] = [output.stdout, output.stderr]
+            .map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+        (output.status.code(), text, notes)
+    };
+    let (code, text, notes) = grade(&["--last-failed", "--durations", "2"]);
+    assert_eq!(code, Some(1), "{text}");
+    assert!(notes.contains("no failed scene is known"), "{notes}");
+    assert_eq!(notes.matches(" s  ").count(), 2, "{notes}");
+    let (code, text, notes) = grade(&["--last-failed"]);
+    assert!(notes.contains("2 of 6 scenes are graded"), "{notes}");
+    assert!(code == Some(1) && text.contains("0/2 scenes"), "{text}");
+    let (code, text, notes) = grade(&["--fail-fast", "1"]);
+    assert!(code == Some(1) && text.contains("no score"), "{text}");
+    assert!(notes.contains("ended by --fail-fast"), "{notes}");
+    traces(&submission, &["FixedParticles"]);
+    assert_eq!(grade(&["--last-failed"]).0, Some(0));
+    let (_, _, notes) = grade(&["--last-failed"]);
+    assert!(notes.contains("no failed scene is known"), "{notes}");
+}
+
+#[test]
+fn what_is_no_submission_is_one_message() {
+    let folder = tempfile::tempdir().unwrap();
+    write(&folder.path().join("empty/notes.txt"), "nothing");
+    for (submission, reason) in [
+        (root().join("README.md"), "the file is not executable"),
+        (folder.path().join("empty"), "no submission.toml in this folder, and no trace"),
+    ] {
+        let graded =
+            Command::new(GRADE).arg(&submission).arg("--root").arg(root()).output().unwrap();
+        assert_eq!(graded.status.code(), Some(2));
+        assert!(graded.stdout.is_empty());
+        let message = String::from_utf8_lossy(&graded.stderr).into_owned();
+        assert!(message.contains(reason) && message.lines().count() == 2, "{message}");
+    }
+}
+
+#[test]
+fn jacobians_that_cannot_be_measured_are_no_success() {
+    let folder = tempfile::tempdir().unwrap();
+    let measure = |name: &str, arguments: &[&str]| {
+        let mut command = Command::new(GRADE);
+        command.arg("jacobians").arg(folder.path().join(name)).args(arguments);
+        let output = command.arg("--root").arg(root()).output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let submission = folder.path().join("explicit");
+    if !student(&submission, &METHODS[..1], &["dragdamping", "vortexforce"], "") {
+        return;
+    }
+    let (code, text) = measure("explicit", &["--force", "springforce"]);
+    assert!(code == Some(0), "{text}");
+    let (code, text) = measure("explicit", &["--require", "springforce,dragdamping"]);
+    assert!(code == Some(1) && text.contains("not offered: springforce, dragdamping."), "{text}");
+    let (code, text) = measure("explicit", &["--force", "dragdamping"]);
+    assert!(code == Some(1) && text.contains("Nothing could be measured."), "{text}");
+    assert!(student(&folder.path().join("whole"), &METHODS, &["vortexforce"], ""));
+    let (code, text) = measure("whole", &["--assignment", "t1m3"]);
+    assert!(code == Some(0), "{text}");
 }
 
 #[test]

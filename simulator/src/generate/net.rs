@@ -25,6 +25,9 @@ use crate::scene::{Dimension, Scene};
 /// A square net.
 #[derive(Debug, Clone, PartialEq, Args)]
 pub struct Net {
+    /// The net of the lecture, with its springs, integrator and time step: 4 segments, stretched.
+    #[arg(long, conflicts_with_all = ["segments", "pinned", "stretch", "density", "stiffness", "damping", "law", "integrator", "options", "time_step", "duration", "steps"])]
+    pub lecture: bool,
     /// Segments along a side.
     #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Net::default().segments)]
     pub segments: u64,
@@ -51,6 +54,7 @@ pub struct Net {
 impl Default for Net {
     fn default() -> Self {
         Self {
+            lecture: false,
             segments: 8,
             pinned: false,
             stretch: 1.4,
@@ -65,13 +69,31 @@ impl Default for Net {
 /// The slides' time step.
 const TIME_STEP: f64 = 0.004;
 
+impl Net {
+    /// The net of the lecture: 20 steps of projected Newton, to its tolerance of 1e-2, on springs of squared length.
+    pub fn of_the_lecture() -> Self {
+        let springs = Springs { law: SpringLaw::Green, ..Self::default().springs };
+        let timeline = Timeline {
+            time_step: Some(TIME_STEP),
+            ..Timeline::of("projected-newton", 20.0 * TIME_STEP)
+        };
+        Self { segments: 4, springs, timeline, ..Self::default() }
+    }
+}
+
 impl Generator for Net {
     fn size(&self) -> Result<Size, GenerateError> {
+        if self.lecture {
+            return Self::of_the_lecture().size();
+        }
         let n = count("segments", self.segments, 1)?;
         Ok(Size { particles: (n + 1) * (n + 1), pairs: 4 * n * n + 2 * n })
     }
 
     fn scene(&self) -> Result<Scene, GenerateError> {
+        if self.lecture {
+            return Self::of_the_lecture().scene();
+        }
         let mut builder = SceneBuilder::new("net", self.size()?, Dimension::Two, &self.timeline)?;
         check("stretch", self.stretch, Domain::Positive)?;
         check("density", self.density, Domain::Positive)?;

@@ -433,3 +433,25 @@ fn help_lists_every_kind_and_its_defaults() {
     }
     assert!(help(&["--help"]).contains("generate"));
 }
+
+#[test]
+fn the_net_of_the_lecture_is_the_shipped_scene() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../extracreditassets/ProjectedNewton/stretched-square-of-four.xml");
+    let shipped = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
+    let net = Net { lecture: true, ..Net::default() };
+    assert_eq!(net.size().unwrap().particles, 25);
+    let made = anywhere(net.scene().unwrap());
+    assert_eq!((made.duration, made.time_step), (shipped.duration, shipped.time_step));
+    assert_eq!(made.integrator.name, shipped.integrator.name);
+    assert_eq!(made.integrator_options, shipped.integrator_options);
+    assert_eq!((made.positions(), made.velocities()), (shipped.positions(), shipped.velocities()));
+    let masses = |scene: &Scene| scene.particles.iter().map(|p| p.mass).collect::<Vec<_>>();
+    assert_eq!(masses(&made), masses(&shipped));
+    let springs = |scene: &Scene| {
+        let springs =
+            scene.forces.iter().map(|force| (force.schema.tag, force.pair, force.parameters));
+        springs.collect::<Vec<_>>()
+    };
+    assert_eq!(springs(&made), springs(&shipped));
+}

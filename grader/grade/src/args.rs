@@ -17,7 +17,7 @@ use simulator::force;
 #[derive(Parser)]
 #[command(name = "grade", version, args_conflicts_with_subcommands = true)]
 #[command(
-    after_help = "Exit codes: 0 all passed, 1 something failed, 2 bad usage or input, 3 grader fault or a full \
+    after_help = "Exit codes: 0 all required features passed, 1 one failed, 2 bad usage or input, 3 grader fault or a full \
                   standard output, 130 interrupted (Ctrl-C)."
 )]
 pub(super) struct Cli {

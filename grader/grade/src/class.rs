@@ -69,6 +69,10 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
         rows.push(row);
     }
     let not_graded: Vec<&str> = entries[rows.len()..].iter().map(|entry| &*entry.name).collect();
+    let assignment = class.inputs.assignment.as_ref();
+    let heading = assignment.map_or_else(String::new, |assignment| {
+        format!("Assignment {}: {}\n", assignment.name, assignment.title)
+    });
     let output = args.output.clone();
     let protections = class.protections.clone();
     let cases = &class.inputs.suite.cases;
@@ -78,7 +82,7 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     drop(class);
     let csv = report::class::csv(&rows, &not_graded).map_err(Stop::fault)?;
     save(&output.join("summary.csv"), &csv)?;
-    let mut text = Vec::new();
+    let mut text = heading.into_bytes();
     report::class::write(&mut text, &rows, &unjudged, &not_graded, &passed_over, &protections)
         .map_err(Stop::fault)?;
     save(&output.join("summary.txt"), &text)?;

@@ -96,6 +96,10 @@ pub(super) struct GradeArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
+    /// Write the report as pages to this folder too, with the motion of every scene; open DIR/index.html in a browser
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
+
     #[command(flatten)]
     pub(super) judge: JudgeArgs,
 
@@ -141,6 +145,10 @@ pub(super) struct ClassArgs {
     /// Formats of the reports
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Format::Text, Format::Json])]
     pub(super) format: Vec<Format>,
+
+    /// Write pages to this folder too: one for the class, and those of each submission
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
 
     /// Reuse reports of an earlier run from the output folder if submission, suite and grader are unchanged
     #[arg(long)]
@@ -250,6 +258,10 @@ pub(super) struct JacobianArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
+    /// Write the report as a page to this folder too, with the blocks as heat maps
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
+
     /// Show the blocks and the state for every verdict, not only for those that are not correct (text only)
     #[arg(long)]
     pub(super) details: bool,
@@ -296,6 +308,10 @@ pub(super) struct AccuracyArgs {
     /// Write the report to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
+
+    /// Write the report as a page to this folder too, with one diagram per scene
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
 
     /// Show every point of every curve (text only)
     #[arg(long)]

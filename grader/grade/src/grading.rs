@@ -9,6 +9,7 @@ use crate::args::{Format, GradeArgs};
 use crate::inputs::open_oracle;
 use crate::interrupt::Interrupt;
 use crate::output::put;
+use crate::pages::Pages;
 use crate::progress::Progress;
 use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_submission;
@@ -22,6 +23,7 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         complain("note", format!("{} of {total} scenes are graded", inputs.suite.cases.len()));
     }
     let oracle = open_oracle(&inputs.expected)?;
+    let pages = args.html.as_deref().map(Pages::open).transpose()?;
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
@@ -34,6 +36,7 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         probe: !args.judge.no_jacobians && is_whole,
         altered: is_whole,
         hidden: is_whole,
+        recordings: args.html.is_some(),
     };
     let grading = inputs.grader(&oracle, checks, &progress).grade(&submission, protection);
     drop(progress);
@@ -45,6 +48,10 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
         return Err(Stop(Exit::Interrupted, interrupted.to_string()));
     }
     deliver(args, &grading)?;
+    if let Some(pages) = pages {
+        pages.write("", |sink| report::html::submission(&grading, &inputs.suite, &[], sink))?;
+        pages.announce();
+    }
     Ok(match grading.outcome() {
         // Without the hidden scenes, this is the best result possible.
         GradingOutcome::Passed | GradingOutcome::PassedShipped => Exit::Passed,

@@ -10,17 +10,20 @@ use grader::probe;
 
 use grader::rubric::{FaultPoints, Rubric};
 use grader::submission::Submission;
+use report::html;
 use simulator::solver::linear::LinearSolver;
 
 use crate::args::{Format, JacobianArgs};
 use crate::grading::render;
 use crate::output::{put, write_file};
+use crate::pages::Pages;
 use crate::stop::{Exit, Stop};
 use crate::submission::open_program;
 
 pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
+    let pages = args.html.as_deref().map(Pages::open).transpose()?;
     if let Some(submission) = &args.submission {
-        return probe_program(submission, args);
+        return probe_program(submission, args, pages);
     }
     let config = jacobian::Config { states: args.states, seed: args.seed };
     let jacobians = match &args.force {
@@ -48,6 +51,10 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         report::jacobians::text::write(out, &grading.jacobians, config)
     })?;
     put(&bytes, args.output.as_deref())?;
+    if let Some(pages) = pages {
+        pages.write("", |sink| html::single(&html::jacobians(&grading.jacobians, &[])?, sink))?;
+        pages.announce();
+    }
     if let Some(folder) = &args.plot {
         plot(folder, &grading.jacobians)?;
     }
@@ -70,7 +77,7 @@ pub(super) fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop
 }
 
 /// Black-box check of a program, from its traces alone.
-pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, Stop> {
+fn probe_program(path: &Path, args: &JacobianArgs, pages: Option<Pages>) -> Result<Exit, Stop> {
     // This command needs no suite and no rubric.
     let rubric = Rubric::default();
     let program = match open_program(path, &args.run, &rubric, &[])? {
@@ -93,6 +100,10 @@ pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, St
         Format::Junit => report::probe::junit::render(&probing).map_err(Stop::fault)?.into_bytes(),
     };
     put(&bytes, args.output.as_deref())?;
+    if let Some(pages) = pages {
+        pages.write("", |sink| html::single(&html::probing(&probing, &probing.name, &[]), sink))?;
+        pages.announce();
+    }
     Ok(match probing.verdict() {
         probe::Verdict::Wrong => Exit::Failed,
         probe::Verdict::Correct | probe::Verdict::NotOffered | probe::Verdict::Inconclusive => {

@@ -20,6 +20,7 @@ mod stability;
 
 mod interrupt;
 mod output;
+mod pages;
 mod progress;
 mod stop;
 

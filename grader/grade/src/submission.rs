@@ -82,8 +82,9 @@ pub(super) fn open_submission(
     if path.is_dir() && !folder::is_submission(path) {
         return Ok((Submission::Traces(path.clone()), None));
     }
-    let (submission, protections) =
-        open_program(path, &args.run, &inputs.rubric, &inputs.secrets())?;
+    let mut secrets = inputs.secrets();
+    secrets.extend(args.html.clone());
+    let (submission, protections) = open_program(path, &args.run, &inputs.rubric, &secrets)?;
     // A hand-in that cannot be graded does not run.
     let is_run =
         !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });

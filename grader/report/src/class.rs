@@ -185,6 +185,7 @@ mod tests {
             hidden: None,
             jacobians: None,
             copied: None,
+            findings: Vec::new(),
         }
     }
 

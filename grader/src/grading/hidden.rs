@@ -116,7 +116,8 @@ impl HiddenSuite {
                 return None;
             }
             observer.notice(Event::SceneStarted { name: None });
-            let result = judge_case(case, &self.oracle, rubric, submission);
+            // Nothing is recorded: no report may show it.
+            let result = judge_case(case, &self.oracle, rubric, submission, false);
             let passed = result.comparison.verdict.is_pass();
             observer.notice(Event::SceneFinished { name: None, passed });
             (!observer.is_stopped()).then_some(result)

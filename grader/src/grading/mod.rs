@@ -74,7 +74,7 @@ pub struct Grader<'a> {
     pub observer: &'a dyn Observer,
 }
 
-/// Checks beside the shipped scenes.
+/// Checks beside the shipped scenes, and recordings.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Checks {
     /// Check of the built-in simulator's Jacobians.
@@ -85,6 +85,8 @@ pub struct Checks {
     pub altered: bool,
     /// Hidden scenes.
     pub hidden: bool,
+    /// Recordings of the comparisons of shipped scenes, for display.
+    pub recordings: bool,
 }
 
 impl<'a> Grader<'a> {
@@ -151,7 +153,7 @@ impl<'a> Grader<'a> {
 
     /// Judges the scenes of the suite in parallel; those that ended.
     fn scenes(&self, submission: &Submission) -> Vec<(&'a Case, SceneResult)> {
-        let Self { suite, oracle, rubric, observer, .. } = *self;
+        let Self { suite, oracle, rubric, checks, observer, .. } = *self;
         observer.notice(Event::Task(Task::Scenes(suite.cases.len())));
         let judge = |case: &'a Case| {
             if observer.is_stopped() {
@@ -159,7 +161,7 @@ impl<'a> Grader<'a> {
             }
             let name = Some(case.id.as_str());
             observer.notice(Event::SceneStarted { name });
-            let mut result = judge_case(case, oracle, rubric, submission);
+            let mut result = judge_case(case, oracle, rubric, submission, checks.recordings);
             result.diagnosis = look_into(case, submission, &result.comparison);
             let passed = result.comparison.verdict.is_pass();
             observer.notice(Event::SceneFinished { name, passed });

@@ -183,6 +183,9 @@ async function main() {
   const accuracy = path.join(work, "accuracy");
   grade("accuracy", "--scene", "free-fall", "--quick", "--rungs", "3", "--html", accuracy);
 
+  const stability = path.join(work, "stability");
+  grade("stability", "--quick", "--html", stability);
+
   const browser = await chromium.launch({ executablePath: process.argv[2], args: ["--no-sandbox", "--disable-gpu", "--disable-quic"] });
   const origin = pathToFileURL(work).href;
   const url = (folder, name) => pathToFileURL(path.join(folder, name)).href;
@@ -194,6 +197,7 @@ async function main() {
     ["class", url(pages, "index.html")],
     ["jacobians", url(jacobians, "index.html")],
     ["accuracy", url(accuracy, "index.html")],
+    ["stability", url(stability, "index.html")],
   ];
   const looks = [
     ["", {}],

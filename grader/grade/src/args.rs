@@ -365,6 +365,10 @@ pub(super) struct StabilityArgs {
     #[arg(long, value_name = "DIR")]
     pub(super) plot: Option<PathBuf>,
 
+    /// Write the report as a page to this folder too, with the maps
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
+
     /// Format of the report
     #[arg(long, value_enum, default_value_t = TableFormat::Text)]
     pub(super) format: TableFormat,

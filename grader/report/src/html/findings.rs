@@ -21,8 +21,8 @@ pub(super) fn write(html: &mut Html, grading: &Grading) -> io::Result<()> {
         items.lines(|out| text::write_blame(out, blame))?;
     }
     for (words, scenes) in explained(grading) {
-        items.markup("<li><strong>").text(&words).markup("</strong>: put into the simulator, it ");
-        items.markup("reproduces every wrong step of ").text(&counted(scenes.len(), "scene"));
+        items.markup("<li><strong>").text(&words).markup("</strong>: reproduces the examined ");
+        items.markup("wrong steps of ").text(&counted(scenes.len(), "scene"));
         items.markup(" up to rounding: ");
         link_scenes(&mut items, &scenes);
         items.markup("</li>");

@@ -71,7 +71,9 @@ fn heading(html: &mut Html, case: &Case, result: &SceneResult) {
         }
         match findings::cause(result) {
             Some(cause) => {
-                html.markup("<p>Cause, which reproduces the wrong steps up to rounding: <strong>");
+                html.markup(
+                    "<p>Cause, which reproduces the examined wrong steps up to rounding: <strong>",
+                );
                 html.text(&cause).markup("</strong>.</p>");
             }
             None if diagnosis.steps.wrong > 0 => {

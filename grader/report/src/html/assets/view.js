@@ -77,7 +77,7 @@ Report.View = class {
       high[axis] = Math.min(Math.max(b, d), b + near / 2);
     }
     this.center = low.map((value, axis) => (value + high[axis]) / 2);
-    const radius = Math.max(...this.data.radii);
+    const radius = this.data.radii.reduce((most, each) => Math.max(most, each), 0);
     this.size = low.map((value, axis) => Math.max(high[axis] - value + 2 * radius, 1e-9));
     this.extent = Math.max(...this.size);
     this.zoom = 1;

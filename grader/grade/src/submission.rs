@@ -140,8 +140,8 @@ pub(super) fn check_secrets(secrets: &[PathBuf], readable: &[PathBuf]) -> Result
     for secret in secrets.iter().filter_map(|secret| std::fs::canonicalize(secret).ok()) {
         if let Some(folder) = sandbox::revealed_by(&secret, readable) {
             return Err(Stop::bad_input(format!(
-                "{}: the submission may read {}, which contains it\n  help: move one of them, or name the \
-                 oracle's folder with --expected",
+                "{}: the submission may read {}, which contains it\n  help: move one of them, or name \
+                 another folder with --expected, --hidden or --html",
                 secret.display(),
                 folder.display(),
             )));

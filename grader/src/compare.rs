@@ -189,6 +189,21 @@ pub struct ContextRow {
     pub got: Vec<f64>,
 }
 
+/// Two states that were compared.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair<'a> {
+    /// Number of the state: 0 is the initial one.
+    pub step: u64,
+    /// The oracle's state.
+    pub expected: &'a State,
+    /// The trace's state.
+    pub got: &'a State,
+    /// Bounds of positions and velocities; `None` beyond the horizon. The envelope is 0 where tolerances are fixed.
+    pub bounds: Option<[Bound; 2]>,
+    /// Whether this state or an earlier one is out of tolerance.
+    pub is_wrong: bool,
+}
+
 /// Compares `actual` with the oracle's trace.
 pub fn compare(
     oracle: &mut dyn TraceReader,
@@ -196,8 +211,19 @@ pub fn compare(
     expectation: Expectation,
     criteria: impl Into<Criteria>,
 ) -> Comparison {
+    compare_watched(oracle, actual, expectation, criteria, &mut |_| {})
+}
+
+/// The same; `watch` sees every pair of states.
+pub fn compare_watched(
+    oracle: &mut dyn TraceReader,
+    actual: &mut dyn StateSource,
+    expectation: Expectation,
+    criteria: impl Into<Criteria>,
+    watch: &mut dyn FnMut(Pair<'_>),
+) -> Comparison {
     let mut comparer = Comparer::new(expectation, criteria.into());
-    let verdict = match comparer.run(oracle, actual) {
+    let verdict = match comparer.run(oracle, actual, watch) {
         Err(verdict) => verdict,
         Ok(()) if comparer.first_wrong.is_some() => Verdict::Fail(Failure::Differs),
         Ok(()) if comparer.beyond.as_ref().is_some_and(|beyond| beyond.drift.is_some()) => {
@@ -260,6 +286,7 @@ impl Comparer {
         &mut self,
         oracle: &mut dyn TraceReader,
         actual: &mut dyn StateSource,
+        watch: &mut dyn FnMut(Pair<'_>),
     ) -> Result<(), Verdict> {
         let Expectation { shape, n_states, .. } = self.expectation;
         let broken = |detail: String| Verdict::GraderFault(Fault::BrokenOracle { detail });
@@ -289,6 +316,7 @@ impl Comparer {
                 }
                 _ => self.measure(&expected, &got),
             }
+            watch(self.pair(&expected, &got));
             self.states += 1;
 
             // Keeps the pair read last. The next pair is read into the buffers of the one that drops out.
@@ -308,6 +336,21 @@ impl Comparer {
             return Err(Verdict::Fail(Failure::TooLong { expected: n_states }));
         }
         Ok(())
+    }
+
+    /// The current pair of states, after it was compared.
+    fn pair<'a>(&self, expected: &'a State, got: &'a State) -> Pair<'a> {
+        let drifts = |beyond: &Beyond| beyond.drift.is_some();
+        let is_beyond = |beyond: &Beyond| self.states >= beyond.horizon.step;
+        let bounds = match (&self.criteria, self.allowed) {
+            _ if self.beyond.as_ref().is_some_and(is_beyond) => None,
+            (Criteria::Fixed(Tolerances { largest, .. }), _) => {
+                Some([Bound { envelope: 0.0, tolerance: *largest }; 2])
+            }
+            (_, allowed) => allowed.map(|allowed| [allowed.position, allowed.velocity]),
+        };
+        let is_wrong = self.first_wrong.is_some() || self.beyond.as_ref().is_some_and(drifts);
+        Pair { step: self.states, expected, got, bounds, is_wrong }
     }
 
     fn check_form(&self, got: &State, source: &dyn StateSource) -> Result<(), Failure> {

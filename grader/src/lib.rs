@@ -15,6 +15,7 @@
 //! - [`rubric`]: tolerances and points.
 //! - [`events`]: events of a run, sent to an observer.
 //! - [`stepping`]: single steps of the built-in simulator.
+//! - [`recording`]: a comparison reduced for display.
 //! - [`grading`]: grading of one submission over a suite.
 //! - [`class`]: grading of a folder of submissions.
 //! - [`altered`]: detection of programs that look traces up.
@@ -36,6 +37,8 @@ pub mod diagnosis;
 pub mod rubric;
 
 pub mod stepping;
+
+pub mod recording;
 
 pub mod altered;
 pub mod blame;

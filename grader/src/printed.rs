@@ -64,7 +64,7 @@ pub(super) fn line(text: &str) -> String {
 }
 
 /// Whether a terminal interprets the character, or XML forbids it.
-pub(crate) fn steers(character: char) -> bool {
+pub fn steers(character: char) -> bool {
     character.is_control()
         || matches!(
             character,

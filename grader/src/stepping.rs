@@ -5,7 +5,7 @@
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
-use simulator::state::StateView;
+use simulator::state::{Energies, StateView};
 
 /// The physics and the integrator of a scene.
 pub struct Stepper {
@@ -42,10 +42,15 @@ impl Stepper {
         done
     }
 
+    /// Energies and momentum of the state at the beginning of step `step`.
+    pub fn energies(&self, step: u64, positions: &[f64], velocities: &[f64]) -> Energies {
+        let time = step as f64 * self.time_step;
+        self.simulation.energies_of(StateView { step, time, positions, velocities })
+    }
+
     /// Energy and momentum of the state at the beginning of step `step`.
     pub fn invariants(&self, step: u64, positions: &[f64], velocities: &[f64]) -> Invariants {
-        let time = step as f64 * self.time_step;
-        let energies = self.simulation.energies_of(StateView { step, time, positions, velocities });
+        let energies = self.energies(step, positions, velocities);
         let mut momentum = [0.0; 3];
         momentum[..energies.momentum.len()].copy_from_slice(&energies.momentum);
         Invariants { energy: energies.kinetic + energies.potential, momentum }

@@ -12,6 +12,7 @@
 //! - [`fallback`]: optional fallbacks for steps that fail.
 //! - [`simulation`]: runs a scene step by step.
 //! - [`trace`]: reads and writes traces.
+//! - [`frames`]: pictures of a motion.
 //! - [`generate`]: procedural scenes of any size.
 //!
 //! # Example
@@ -49,6 +50,7 @@ pub mod output;
 pub mod spelling;
 pub mod trace;
 
+pub mod frames;
 pub mod generate;
 
 use scene::schema::Vocabulary;

@@ -12,11 +12,12 @@ use simulator::scene::{self, ParseOptions};
 use simulator::vocabulary;
 use studies::accuracy::problem::PROBLEMS;
 use studies::accuracy::{self, AccuracyConfig, Store, Study, Target};
-use studies::report::accuracy::{csv, json, plot, text};
+use studies::report::accuracy::{csv, html, json, plot, text};
 
 use crate::args::{AccuracyArgs, AccuracyFormat};
 use crate::inputs::find_root;
-use crate::output::{print, put, write_file};
+use crate::output::{print, put, write_bytes, write_file};
+use crate::pages::Pages;
 use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_program;
 
@@ -25,6 +26,7 @@ pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
         list()?;
         return Ok(Exit::Passed);
     }
+    let pages = args.html.as_deref().map(Pages::open).transpose()?;
     let targets = targets(args)?;
     let submission = args.submission.as_deref().map(|path| open(path, args)).transpose()?;
     let mut config = if args.quick { AccuracyConfig::QUICK } else { AccuracyConfig::FULL };
@@ -57,6 +59,10 @@ pub(super) fn measure(args: &AccuracyArgs) -> Result<Exit, Stop> {
         AccuracyFormat::Json => json::render(&study).map_err(Stop::fault)?.into_bytes(),
     };
     put(&bytes, args.output.as_deref())?;
+    if let Some(pages) = pages {
+        pages.write("", |sink| html::write(&study, sink))?;
+        pages.announce();
+    }
     Ok(if study.agreement().differ == 0 { Exit::Passed } else { Exit::Failed })
 }
 
@@ -197,13 +203,6 @@ fn write_results(folder: &Path, study: &Study) -> Result<(), Stop> {
         written.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
     }
     Ok(())
-}
-
-/// Writes bytes unchanged, without stripping colour codes as for text.
-fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = simulator::output::OutputFile::create(path)?;
-    io::Write::write_all(&mut file, bytes)?;
-    file.commit()
 }
 
 /// A progress bar on standard error, if that is a terminal.

@@ -130,6 +130,10 @@ pub(super) struct GradeArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
+    /// Write the report as pages to this folder too, with the motion of every scene; open DIR/index.html in a browser
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
+
     #[command(flatten)]
     pub(super) judge: JudgeArgs,
 
@@ -205,6 +209,10 @@ pub(super) struct ClassArgs {
     /// Formats of the reports
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Format::Text, Format::Json])]
     pub(super) format: Vec<Format>,
+
+    /// Write pages to this folder too: one for the class, and those of each submission
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
 
     /// Reuse reports of an earlier run from the output folder if submission, suite and grader are unchanged
     #[arg(long)]
@@ -326,6 +334,10 @@ pub(super) struct JacobianArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
+    /// Write the report as a page to this folder too, with the blocks as heat maps
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
+
     /// Show the blocks and the state for every verdict, not only for those that are not correct (text only)
     #[arg(long)]
     pub(super) details: bool,
@@ -372,6 +384,10 @@ pub(super) struct AccuracyArgs {
     /// Write the report to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
+
+    /// Write the report as a page to this folder too, with one diagram per scene
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
 
     /// Show every point of every curve (text only)
     #[arg(long)]
@@ -424,6 +440,10 @@ pub(super) struct StabilityArgs {
     /// Write one map per method (SVG and PNG) to this folder: where it is stable, and how much it damps
     #[arg(long, value_name = "DIR")]
     pub(super) plot: Option<PathBuf>,
+
+    /// Write the report as a page to this folder too, with the maps
+    #[arg(long, value_name = "DIR")]
+    pub(super) html: Option<PathBuf>,
 
     /// Format of the report
     #[arg(long, value_enum, default_value_t = TableFormat::Text)]

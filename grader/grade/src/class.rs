@@ -22,6 +22,7 @@ use grader::submission::folder;
 use grader::submission::program::Runner;
 use grader::suite::hash_file;
 use grader::verdict::{Failure, Fault};
+use report::html::{self, ClassResult};
 use sandbox::Protection;
 
 use crate::args::{ClassArgs, Format};
@@ -29,6 +30,7 @@ use crate::grading::render;
 use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::output::{print, replace_file};
+use crate::pages::Pages;
 use crate::progress::Progress;
 use crate::stop::{Exit, Stop};
 use crate::submission::{check_secrets, open_entry, refused};
@@ -47,6 +49,7 @@ struct Class<'a> {
     fingerprint: Fingerprint,
     reports: PathBuf,
     records: PathBuf,
+    pages: Option<Pages>,
     progress: Progress,
 }
 
@@ -79,6 +82,7 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     let unjudged =
         cases.iter().filter_map(|case| Some((case.id.clone(), class.oracle.fault(case)?)));
     let unjudged: Vec<(String, Fault)> = unjudged.collect();
+    let pages = class.pages.clone();
     drop(class);
     let csv = report::class::csv(&rows, &not_graded).map_err(Stop::fault)?;
     save(&output.join("summary.csv"), &csv)?;
@@ -87,6 +91,18 @@ pub(super) fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
         .map_err(Stop::fault)?;
     save(&output.join("summary.txt"), &text)?;
     print(&text)?;
+    if let Some(pages) = pages {
+        let named: Vec<_> =
+            rows.iter().zip(&entries).map(|(row, entry)| (row, &*entry.report)).collect();
+        let result = ClassResult {
+            rows: &named,
+            not_graded: &not_graded,
+            passed_over: &passed_over,
+            protections: &protections,
+        };
+        pages.write("", |sink| html::class(&result, sink))?;
+        pages.announce();
+    }
     if !not_graded.is_empty() {
         let done = rows.len();
         return Err(Stop(
@@ -115,6 +131,7 @@ impl<'a> Class<'a> {
                 )));
             }
         }
+        let pages = args.html.as_deref().map(Pages::open).transpose()?;
         keep_apart(args, &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
         let fingerprint = fingerprint(args, &inputs, &oracle, &runner).map_err(Stop::fault)?;
@@ -129,6 +146,7 @@ impl<'a> Class<'a> {
             fingerprint,
             reports,
             records,
+            pages,
             progress,
         })
     }
@@ -146,7 +164,8 @@ impl<'a> Class<'a> {
         // A submission that cannot be read has no fingerprint; it is graded again each time.
         let fingerprint = files.is_ok().then(|| fingerprint.finish());
         let record_path = self.records.join(format!("{}.json", entry.report));
-        if let (Some(fingerprint), true) = (&fingerprint, self.args.resume)
+        let has_pages = self.pages.as_ref().is_none_or(|pages| pages.is_written(&entry.report));
+        if let (Some(fingerprint), true) = (&fingerprint, self.args.resume && has_pages)
             && let Some(record) = Record::read(&record_path, fingerprint, &self.reports)
         {
             return Ok(Some(record.row));
@@ -176,7 +195,14 @@ impl<'a> Class<'a> {
         if self.progress.is_stopped() {
             return Ok(None);
         }
-        let (row, rendered) = graded.map_err(Stop::fault)?;
+        let (grading, rendered) = graded.map_err(Stop::fault)?;
+        let row = Row::of(&grading);
+        if let Some(pages) = &self.pages {
+            let above = [("../index.html".to_owned(), "Class".to_owned())];
+            pages.write(&entry.report, |sink| {
+                html::submission(&grading, &self.inputs.suite, &above, sink)
+            })?;
+        }
         let mut reports = BTreeMap::new();
         for (file, bytes) in rendered {
             let path = self.reports.join(&file);
@@ -206,7 +232,7 @@ impl<'a> Class<'a> {
         })
     }
 
-    /// The row of a submission, and its reports by file name.
+    /// The grading of a submission, and its reports by file name.
     ///
     /// # Errors
     /// A message, if the grader panics or a report cannot be rendered.
@@ -214,7 +240,7 @@ impl<'a> Class<'a> {
         &self,
         entry: &ClassEntry,
         open: impl FnOnce() -> Submission,
-    ) -> Result<(Row, Reports), String> {
+    ) -> Result<(Grading, Reports), String> {
         let graded = catch_unwind(AssertUnwindSafe(|| {
             let mut grading = self.grade(&open());
             // Names in submission.toml need not be unique.
@@ -228,7 +254,7 @@ impl<'a> Class<'a> {
                 Ok((format!("{}.{}", entry.report, extension(*format)), bytes))
             };
             let reports = self.args.format.iter().map(render).collect::<Result<_, String>>()?;
-            Ok((Row::of(&grading), reports))
+            Ok((grading, reports))
         }));
         graded.unwrap_or_else(|panic| {
             Err(format!("the grader panicked: {}", panic_message(panic.as_ref())))
@@ -243,7 +269,13 @@ impl<'a> Class<'a> {
         };
         let protection = is_run.then(|| self.protections.clone());
         let measured = !self.args.judge.no_jacobians;
-        let checks = Checks { jacobians: measured, probe: measured, altered: true, hidden: true };
+        let checks = Checks {
+            jacobians: measured,
+            probe: measured,
+            altered: true,
+            hidden: true,
+            recordings: self.pages.is_some(),
+        };
         self.inputs.grader(&self.oracle, checks, &self.progress).grade(submission, protection)
     }
 }
@@ -257,6 +289,7 @@ fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
     let folder = real(&args.folder)?;
     let mut secrets = inputs.secrets();
     secrets.push(args.output.clone());
+    secrets.extend(args.html.clone());
     for secret in &secrets {
         if real(secret)?.starts_with(&folder) {
             return Err(Stop::bad_input(format!(
@@ -289,7 +322,7 @@ fn fingerprint(
         fingerprint.part(extension(format).as_bytes());
     }
     let how = format!(
-        "{:?} {:?} {} {} {} {} {:?}",
+        "{:?} {:?} {} {} {} {} {:?} {:?}",
         runner.limits,
         runner.readable,
         args.folder.display(),
@@ -297,6 +330,7 @@ fn fingerprint(
         args.judge.no_jacobians,
         args.judge.details,
         args.judge.criteria,
+        args.html,
     );
     fingerprint.part(how.as_bytes());
     match &inputs.assignment {

@@ -12,6 +12,7 @@ use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::last_failed;
 use crate::output::put;
+use crate::pages::Pages;
 use crate::progress::Progress;
 use crate::scenes::Scenes;
 use crate::stop::{Exit, Stop, complain};
@@ -59,6 +60,7 @@ fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
         complain("note", format!("{} of {total} scenes are graded", inputs.suite.cases.len()));
     }
     let oracle = open_oracle(&inputs.expected)?;
+    let pages = args.html.as_deref().map(Pages::open).transpose()?;
     let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
     let opened = open_submission(args, &inputs);
@@ -70,6 +72,7 @@ fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
         probe: !args.judge.no_jacobians && is_whole,
         altered: is_whole,
         hidden: is_whole,
+        recordings: args.html.is_some(),
     };
     let scenes = Scenes::new(&progress, args.fail_fast.map(|count| count as usize));
     let mut grading = inputs.grader(&oracle, checks, &scenes).grade(&submission, protection);
@@ -95,6 +98,10 @@ fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
     deliver(args, &grading)?;
     for (time, scene) in slowest {
         complain("note", format!("{:8.3} s  {scene}", time.as_secs_f64()));
+    }
+    if let Some(pages) = pages {
+        pages.write("", |sink| report::html::submission(&grading, &inputs.suite, &[], sink))?;
+        pages.announce();
     }
     Ok(match grading.outcome() {
         // Without the hidden scenes, this is the best result possible.

@@ -11,18 +11,21 @@ use grader::probe;
 
 use grader::rubric::{FaultPoints, Rubric};
 use grader::submission::Submission;
+use report::html;
 use simulator::solver::linear::LinearSolver;
 
 use crate::args::{Format, JacobianArgs};
 use crate::grading::{named_assignment, render};
 use crate::inputs::find_assignment;
 use crate::output::{put, write_file};
+use crate::pages::Pages;
 use crate::stop::{Exit, Stop};
 use crate::submission::open_program;
 
 pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
+    let pages = args.html.as_deref().map(Pages::open).transpose()?;
     if let Some(submission) = &args.submission {
-        return probe_program(submission, args);
+        return probe_program(submission, args, pages);
     }
     let config = jacobian::Config { states: args.states, seed: args.seed };
     let jacobians = match &args.force {
@@ -53,6 +56,10 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         report::jacobians::text::write(out, &grading.jacobians, config)
     })?;
     put(&bytes, args.output.as_deref())?;
+    if let Some(pages) = pages {
+        pages.write("", |sink| html::single(&html::jacobians(&grading.jacobians, &[])?, sink))?;
+        pages.announce();
+    }
     if let Some(folder) = &args.plot {
         plot(folder, &grading.jacobians)?;
     }
@@ -75,7 +82,11 @@ pub(super) fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop
 }
 
 /// Black-box check of a program, from its traces alone.
-pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, Stop> {
+pub(super) fn probe_program(
+    path: &Path,
+    args: &JacobianArgs,
+    pages: Option<Pages>,
+) -> Result<Exit, Stop> {
     let named = args.assignment.clone().or_else(|| named_assignment(path));
     let assignment = named.filter(|name| name != ALL);
     let assignment =
@@ -110,5 +121,9 @@ pub(super) fn probe_program(path: &Path, args: &JacobianArgs) -> Result<Exit, St
         Format::Junit => report::probe::junit::render(&probing).map_err(Stop::fault)?.into_bytes(),
     };
     put(&bytes, args.output.as_deref())?;
+    if let Some(pages) = pages {
+        pages.write("", |sink| html::single(&html::probing(&probing, &probing.name, &[]), sink))?;
+        pages.announce();
+    }
     Ok(if probing.is_pass() { Exit::Passed } else { Exit::Failed })
 }

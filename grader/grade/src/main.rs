@@ -22,6 +22,7 @@ mod stability;
 mod interrupt;
 mod last_failed;
 mod output;
+mod pages;
 mod progress;
 mod scenes;
 mod stop;

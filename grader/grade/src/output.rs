@@ -25,6 +25,13 @@ pub(super) fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_plain(OutputFile::replace(path)?, bytes)
 }
 
+/// Writes bytes unchanged, without removing colour codes as from text. Replaces a link at `path`.
+pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = OutputFile::replace(path)?;
+    file.write_all(bytes)?;
+    file.commit()
+}
+
 fn write_plain(mut file: OutputFile, bytes: &[u8]) -> io::Result<()> {
     // Files get no colours.
     anstream::StripStream::new(&mut file as &mut dyn Write).write_all(bytes)?;

@@ -16,9 +16,11 @@ use studies::stability::{self, Config, StabilityReport};
 use crate::args::{StabilityArgs, TableFormat};
 use crate::inputs::find_root;
 use crate::output::{put, write_file};
+use crate::pages::Pages;
 use crate::stop::{Exit, Stop, complain};
 
 pub(super) fn run(args: &StabilityArgs) -> Result<Exit, Stop> {
+    let pages = args.html.as_deref().map(Pages::open).transpose()?;
     let path = expected_path(args)?;
     let mut expectations = Expectations::load(&path).map_err(Stop::bad_input)?;
     let store = match &args.resume {
@@ -57,6 +59,10 @@ pub(super) fn run(args: &StabilityArgs) -> Result<Exit, Stop> {
         TableFormat::Csv => report::csv::render(&report).map_err(Stop::fault)?,
     };
     put(&bytes, args.output.as_deref())?;
+    if let Some(pages) = pages {
+        pages.write("", |sink| report::html::write(&report, sink))?;
+        pages.announce();
+    }
     if let Some(folder) = &args.plot {
         plot(folder, &report.maps)?;
     }

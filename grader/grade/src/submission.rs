@@ -84,8 +84,9 @@ pub(super) fn open_submission(
     if path.is_dir() && !folder::is_submission(path) {
         return open_traces(path, inputs);
     }
-    let (submission, protections) =
-        open_program(path, &args.run, &inputs.rubric, &inputs.secrets())?;
+    let mut secrets = inputs.secrets();
+    secrets.extend(args.html.clone());
+    let (submission, protections) = open_program(path, &args.run, &inputs.rubric, &secrets)?;
     // A hand-in that cannot be graded does not run.
     let is_run =
         !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });
@@ -175,8 +176,8 @@ pub(super) fn check_secrets(secrets: &[PathBuf], readable: &[PathBuf]) -> Result
     for secret in secrets.iter().filter_map(|secret| std::fs::canonicalize(secret).ok()) {
         if let Some(folder) = sandbox::revealed_by(&secret, readable) {
             return Err(Stop::bad_input(format!(
-                "{}: the submission may read {}, which contains it\n  help: move one of them, or name the \
-                 oracle's folder with --expected",
+                "{}: the submission may read {}, which contains it\n  help: move one of them, or name \
+                 another folder with --expected, --hidden or --html",
                 secret.display(),
                 folder.display(),
             )));

@@ -202,6 +202,7 @@ mod tests {
             hidden: None,
             jacobians: None,
             copied: None,
+            findings: Vec::new(),
         }
     }
 

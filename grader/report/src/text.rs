@@ -171,7 +171,7 @@ fn write_features(
 }
 
 /// `2/3`, or `-` if there are none.
-fn count(passed: usize, all: usize) -> String {
+pub(super) fn count(passed: usize, all: usize) -> String {
     if all == 0 { "-".to_owned() } else { format!("{passed}/{all}") }
 }
 
@@ -183,7 +183,7 @@ fn bad(text: &str) -> Cell {
     Cell::left(text).styled(BAD)
 }
 
-fn residual(value: f64) -> String {
+pub(super) fn residual(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
 }
 
@@ -314,6 +314,21 @@ fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> 
     Ok(())
 }
 
+/// Writes how it was judged and run, and remarks on its programs.
+pub(super) fn write_circumstances(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    write_criteria(out, grading)?;
+    if let Some(protection) = &grading.protection {
+        write_protection(out, protection)?;
+    }
+    if let Some(repetition) = &grading.repetition {
+        write_repetition(out, repetition)?;
+    }
+    if let Some(copied) = &grading.copied {
+        write_copied(out, copied)?;
+    }
+    Ok(())
+}
+
 /// Writes the protections that were in force, and those that were missing.
 fn write_protection(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
     if !in_force.is_empty() {
@@ -409,7 +424,7 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
 }
 
 /// Writes the likely causes of the failures, if any.
-fn write_blame(out: &mut dyn Write, blame: &Blame) -> io::Result<()> {
+pub(super) fn write_blame(out: &mut dyn Write, blame: &Blame) -> io::Result<()> {
     for finding in &blame.findings {
         let Finding { symptom, failing, .. } = finding;
         let (lead, failures) = match symptom {
@@ -479,34 +494,19 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let graded_as = graded_as.unwrap_or_default();
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}{graded_as}", grading.submission)?;
     table::write_unnamed(out, &rows)?;
-    write_criteria(out, grading)?;
-    if let Some(protection) = &grading.protection {
-        write_protection(out, protection)?;
-    }
-    if let Some(repetition) = &grading.repetition {
-        write_repetition(out, repetition)?;
-    }
-    if let Some(copied) = &grading.copied {
-        write_copied(out, copied)?;
-    }
+    write_circumstances(out, grading)?;
     if let Some(blame) = &grading.blame {
         write_blame(out, blame)?;
     }
     if let Some(interrupted) = grading.interrupted {
         return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
     }
-    let (style, text) = match grading.outcome() {
-        GradingOutcome::Passed if grading.is_flawless() => (GOOD, "All passed."),
-        GradingOutcome::Passed => (GOOD, "All required features passed."),
-        GradingOutcome::PassedShipped if grading.is_flawless() => {
-            (GOOD, "All shipped scenes passed.")
-        }
-        GradingOutcome::PassedShipped => (GOOD, "All required features passed."),
-        GradingOutcome::Failed => (BAD, "Something failed."),
-        GradingOutcome::GraderFault => {
-            (ODD, "Something could not be judged; its points are neither earned nor lost.")
-        }
+    let style = match grading.outcome() {
+        GradingOutcome::Passed | GradingOutcome::PassedShipped => GOOD,
+        GradingOutcome::Failed => BAD,
+        GradingOutcome::GraderFault => ODD,
     };
+    let text = outcome(grading);
     write_score(out, grading)?;
     match grading.hidden {
         Hidden::NotRun { scenes } => {
@@ -524,6 +524,19 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     }
 }
 
+/// The overall result in a sentence.
+pub(super) fn outcome(grading: &Grading) -> &'static str {
+    match grading.outcome() {
+        GradingOutcome::Passed if grading.is_flawless() => "All passed.",
+        GradingOutcome::PassedShipped if grading.is_flawless() => "All shipped scenes passed.",
+        GradingOutcome::Passed | GradingOutcome::PassedShipped => "All required features passed.",
+        GradingOutcome::Failed => "Something failed.",
+        GradingOutcome::GraderFault => {
+            "Something could not be judged; its points are neither earned nor lost."
+        }
+    }
+}
+
 /// A sentence that hidden scenes were not run.
 pub(super) fn not_run(scenes: Option<usize>) -> String {
     match scenes {
@@ -534,7 +547,7 @@ pub(super) fn not_run(scenes: Option<usize>) -> String {
 }
 
 /// Writes the points, with extra credit separate.
-fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+pub(super) fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let [required, extra] =
         [Section::Required, Section::ExtraCredit].map(|section| grading.totals(section));
     if required.features + extra.features == 0 {

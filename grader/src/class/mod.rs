@@ -45,6 +45,8 @@ pub struct Row {
     pub jacobians: Option<(usize, usize)>,
     /// Evidence of copied answers, in words; `None` where there is none.
     pub copied: Option<String>,
+    /// The likely causes of its failures, in words.
+    pub findings: Vec<String>,
 }
 
 impl Row {
@@ -70,6 +72,7 @@ impl Row {
                 .then(|| (sum(|totals| totals.hidden_passed), sum(|totals| totals.hidden))),
             jacobians: grading.probing.as_ref().map(Probing::counts),
             copied: grading.copied.as_ref().map(ToString::to_string),
+            findings: findings(grading),
         }
     }
 
@@ -77,6 +80,12 @@ impl Row {
     pub fn is_fault(&self) -> bool {
         self.verdict == FAULT
     }
+}
+
+/// The causes that the report names.
+fn findings(grading: &Grading) -> Vec<String> {
+    let findings = grading.blame.iter().flat_map(|blame| &blame.findings);
+    findings.flat_map(|finding| finding.named()).map(ToString::to_string).collect()
 }
 
 /// Verdict of rows in which something could not be judged.

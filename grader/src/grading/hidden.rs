@@ -138,7 +138,8 @@ impl HiddenSuite {
             }
             observer.notice(Event::SceneStarted { name: None });
             let result = match skipped {
-                None => judge_case(case, &self.oracle, rubric, submission),
+                // Nothing is recorded: no report may show it.
+                None => judge_case(case, &self.oracle, rubric, submission, false),
                 Some(failure) => of_case(case, &self.oracle, rubric, |_| {
                     Comparison::without_states(Verdict::Fail(failure.clone()))
                 }),

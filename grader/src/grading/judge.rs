@@ -4,12 +4,13 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
-use simulator::trace::{self, Shape};
+use simulator::trace::{self, Shape, State};
 
 use super::result::SceneResult;
-use crate::compare::{Comparison, Criteria, Expectation, compare};
+use crate::compare::{Comparison, Criteria, Expectation, Pair, compare_watched};
 use crate::diagnosis::{Diagnosis, diagnose, restart};
 use crate::oracle::Oracle;
+use crate::recording::Recorder;
 use crate::rubric::Rubric;
 use crate::submission::program::Program;
 use crate::submission::{StateSource, Submission};
@@ -19,16 +20,48 @@ use crate::verdict::{Failure, Fault, Verdict};
 /// Maximum number of scenes for which a program is restarted from the oracle's states.
 const RESTARTED: usize = 5;
 
-/// Judges a submission on one scene.
+/// Judges a submission on one scene, and records the comparison if asked for.
 pub(super) fn judge_case(
     case: &Case,
     oracle: &Oracle,
     rubric: &Rubric,
     submission: &Submission,
+    is_recorded: bool,
 ) -> SceneResult {
-    of_case(case, oracle, rubric, |criteria| {
-        judge(case, oracle, criteria, || submission.states(case))
-    })
+    let mut recorder = is_recorded.then(|| Recorder::new(&case.scene));
+    let mut result = of_case(case, oracle, rubric, |criteria| {
+        judge_watched(case, oracle, criteria, || submission.states(case), &mut |pair| {
+            if let Some(recorder) = &mut recorder {
+                recorder.add(pair);
+            }
+        })
+    });
+    // A fault may be a panic that left the recorder in the middle of a state.
+    let is_judged = !matches!(result.comparison.verdict, Verdict::GraderFault(_));
+    result.recording = recorder.filter(|_| is_judged).map(|mut recorder| {
+        record_rest(case, oracle, &mut recorder);
+        recorder.finish()
+    });
+    result
+}
+
+/// Records the oracle's states after the end of the submission's trace.
+fn record_rest(case: &Case, oracle: &Oracle, recorder: &mut Recorder) {
+    let Expectation { shape, n_states, .. } = Expectation::of(&case.scene);
+    if recorder.n_pairs() == n_states {
+        return;
+    }
+    // The verdict is known; without the oracle, the recording ends with the trace.
+    let Ok(mut states) = open_oracle(case, oracle, shape) else { return };
+    let mut state = State::zeros(shape);
+    for step in 0..n_states {
+        if !matches!(states.read(&mut state), Ok(true)) {
+            return;
+        }
+        if step >= recorder.n_pairs() {
+            recorder.add_expected(step, &state);
+        }
+    }
 }
 
 /// Judges one scene by its criteria.
@@ -46,6 +79,7 @@ pub(super) fn of_case(
         criteria,
         weight: rubric.weight(case),
         diagnosis: None,
+        recording: None,
     }
 }
 
@@ -56,6 +90,17 @@ pub fn judge(
     criteria: Criteria,
     start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
 ) -> Comparison {
+    judge_watched(case, oracle, criteria, start, &mut |_| {})
+}
+
+/// The same; `watch` sees every pair of states.
+fn judge_watched(
+    case: &Case,
+    oracle: &Oracle,
+    criteria: Criteria,
+    start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
+    watch: &mut dyn FnMut(Pair<'_>),
+) -> Comparison {
     // State that a panic leaves inconsistent is dropped with the closure.
     let judged = catch_unwind(AssertUnwindSafe(|| {
         let expectation = Expectation::of(&case.scene);
@@ -64,7 +109,9 @@ pub fn judge(
             Err(fault) => return Comparison::without_states(Verdict::GraderFault(fault)),
         };
         match start() {
-            Ok(mut actual) => compare(expected.as_mut(), actual.as_mut(), expectation, criteria),
+            Ok(mut actual) => {
+                compare_watched(expected.as_mut(), actual.as_mut(), expectation, criteria, watch)
+            }
             Err(verdict) => Comparison::without_states(verdict),
         }
     }));
@@ -133,7 +180,6 @@ fn open_oracle(
 mod tests {
     use simulator::scene::ParseOptions;
     use simulator::solver::linear::LinearSolver;
-    use simulator::trace::State;
 
     use super::*;
     use crate::compare::Tolerances;

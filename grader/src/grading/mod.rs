@@ -80,7 +80,7 @@ pub struct Grader<'a> {
     pub observer: &'a dyn Observer,
 }
 
-/// Checks beside the shipped scenes.
+/// Checks beside the shipped scenes, and recordings.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Checks {
     /// Check of the built-in simulator's Jacobians.
@@ -91,6 +91,8 @@ pub struct Checks {
     pub altered: bool,
     /// Hidden scenes.
     pub hidden: bool,
+    /// Recordings of the comparisons of shipped scenes, for display.
+    pub recordings: bool,
 }
 
 impl<'a> Grader<'a> {
@@ -217,7 +219,7 @@ impl<'a> Grader<'a> {
         submission: &Submission,
         skipped: Option<Failure>,
     ) -> Option<SceneResult> {
-        let Self { oracle, rubric, observer, .. } = *self;
+        let Self { oracle, rubric, checks, observer, .. } = *self;
         if observer.is_stopped() {
             return None;
         }
@@ -225,7 +227,7 @@ impl<'a> Grader<'a> {
         observer.notice(Event::SceneStarted { name });
         let result = match skipped {
             None => {
-                let mut result = judge_case(case, oracle, rubric, submission);
+                let mut result = judge_case(case, oracle, rubric, submission, checks.recordings);
                 result.diagnosis = look_into(case, submission, &result.comparison);
                 result
             }

@@ -11,6 +11,7 @@ use crate::diagnosis::Diagnosis;
 use crate::jacobian::JacobianReport;
 use crate::printed;
 use crate::probe::Probing;
+use crate::recording::Recording;
 use crate::rubric::{FaultPoints, Rubric};
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Fault, Verdict};
@@ -119,6 +120,8 @@ pub struct SceneResult {
     pub comparison: Comparison,
     /// The reason of a difference; `None` where there is no difference or no reason is found.
     pub diagnosis: Option<Diagnosis>,
+    /// The comparison, reduced for display; `None` where it was not asked for.
+    pub recording: Option<Recording>,
 }
 
 impl FeatureResult {
@@ -486,6 +489,7 @@ mod tests {
                 _ => Verdict::GraderFault(Fault::StaleOracle),
             }),
             diagnosis: None,
+            recording: None,
         };
         FeatureResult {
             feature: Feature {

@@ -243,6 +243,7 @@ impl<'a> Session<'a> {
                 let matrices = [
                     &separated[*state].matrices[which].value,
                     &derivatives[*state].own[which].value,
+                    &derivatives[*state].ours[which],
                 ];
                 *block = Some(matrices.map(|matrix| part_of(matrix, row.0, column.0, count)));
             }

@@ -69,8 +69,8 @@ pub struct Entry {
     pub ours: f64,
     /// Bound on the difference that noise alone may cause.
     pub bound: f64,
-    /// The block that holds it, `D × D`, row by row: measured, then expected; `None` for a force.
-    pub block: Option<[Vec<f64>; 2]>,
+    /// The block that holds it, `D × D`, row by row: measured, expected, ours; `None` for a force.
+    pub block: Option<[Vec<f64>; 3]>,
 }
 
 impl Finding {

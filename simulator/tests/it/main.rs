@@ -7,6 +7,7 @@ mod assignment;
 mod bad_input;
 mod cli;
 mod fast_mass_spring;
+mod film;
 mod fuzz_seeds;
 mod generate;
 mod issue_006_rest;

@@ -11,6 +11,8 @@ mod cli;
 mod docs;
 #[cfg(target_os = "linux")]
 mod init;
+#[cfg(target_os = "linux")]
+mod pages;
 mod probe;
 #[cfg(target_os = "linux")]
 mod real_programs;

@@ -8,7 +8,7 @@ pub mod text;
 use grader::jacobian::{Estimate, Verdict};
 
 /// An error with its uncertainty, such as `2.1e-13 ± 8e-13`.
-fn measured(Estimate { value, uncertainty }: Estimate) -> String {
+pub(super) fn measured(Estimate { value, uncertainty }: Estimate) -> String {
     let value = if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") };
     let uncertainty =
         if uncertainty == 0.0 { "0".to_owned() } else { format!("{uncertainty:.0e}") };
@@ -16,7 +16,7 @@ fn measured(Estimate { value, uncertainty }: Estimate) -> String {
 }
 
 /// A verdict as text reports spell it.
-fn words(verdict: Verdict) -> String {
+pub(super) fn words(verdict: Verdict) -> String {
     match verdict {
         Verdict::Correct => "correct".to_owned(),
         Verdict::CorrectZero => "correct (zero)".to_owned(),
@@ -29,6 +29,6 @@ fn words(verdict: Verdict) -> String {
 }
 
 /// `x`, `y` or `z`.
-fn axis(number: usize) -> &'static str {
+pub(super) fn axis(number: usize) -> &'static str {
     ["x", "y", "z"][number]
 }

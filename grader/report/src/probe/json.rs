@@ -196,7 +196,7 @@ impl JsonEntry {
             expected: finite(entry.expected),
             ours: finite(entry.ours),
             bound: finite(entry.bound),
-            block: entry.block.clone(),
+            block: entry.block.as_ref().map(|[used, own, _]| [used.clone(), own.clone()]),
         }
     }
 }

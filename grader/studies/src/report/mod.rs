@@ -5,6 +5,6 @@ pub mod jacobians;
 pub mod needs;
 pub mod stability;
 
-mod canvas;
 mod font;
 mod picture;
+mod text;

@@ -11,7 +11,10 @@ use plotters_backend::{
     BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind, FontTransform,
 };
 
-use super::canvas::{Canvas, Paint, TextPlacement};
+use picture::canvas::{Canvas, Paint};
+
+use super::font::Font;
+use super::text::{self, TextPlacement};
 
 /// The drawing area.
 pub(super) type Area<'a> = DrawingArea<Surface<'a>, Shift>;
@@ -50,8 +53,9 @@ pub(super) fn png(
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> Result<Vec<u8>, PictureError> {
     let pixels = |length: u32| (length as f32 * scale).round() as u32;
-    let mut canvas = Canvas::new(pixels(size.0), pixels(size.1)).map_err(PictureError::new)?;
-    paint(Surface::Pixels { canvas: &mut canvas, size, scale }, draw)?;
+    let mut canvas = Canvas::new(pixels(size.0), pixels(size.1), [255; 3]);
+    let font = text::font().map_err(PictureError::new)?;
+    paint(Surface::Pixels { canvas: &mut canvas, font, size, scale }, draw)?;
     Ok(canvas.png())
 }
 
@@ -66,6 +70,7 @@ pub(super) enum Surface<'a> {
     Svg(SVGBackend<'a>),
     Pixels {
         canvas: &'a mut Canvas,
+        font: Font,
         size: (u32, u32),
         /// Pixels per unit of the drawing.
         scale: f32,
@@ -74,11 +79,10 @@ pub(super) enum Surface<'a> {
 
 type Done = Result<(), DrawingErrorKind<io::Error>>;
 
-impl From<BackendColor> for Paint {
-    fn from(color: BackendColor) -> Self {
-        let (red, green, blue) = color.rgb;
-        Self { rgb: [red, green, blue], opacity: color.alpha }
-    }
+/// A colour on a canvas.
+fn paint_of(color: BackendColor) -> Paint {
+    let (red, green, blue) = color.rgb;
+    Paint { rgb: [red, green, blue], opacity: color.alpha }
 }
 
 /// A point of a drawing on a canvas of this scale.
@@ -143,8 +147,8 @@ impl DrawingBackend for Surface<'_> {
                 let corners = [(left, top), (right, top), (right, bottom), (left, bottom)]
                     .map(|corner| point(corner, *scale));
                 match fill {
-                    true => canvas.polygon(&corners, style.color().into()),
-                    false => canvas.line(&corners, true, *scale, style.color().into()),
+                    true => canvas.polygon(&corners, paint_of(style.color())),
+                    false => canvas.line(&corners, true, *scale, paint_of(style.color())),
                 }
                 Ok(())
             }
@@ -161,7 +165,7 @@ impl DrawingBackend for Surface<'_> {
             Self::Pixels { canvas, scale, .. } => {
                 let points: Vec<_> = path.into_iter().map(|at| point(at, *scale)).collect();
                 let width = style.stroke_width() as f32 * *scale;
-                canvas.line(&points, false, width, style.color().into());
+                canvas.line(&points, false, width, paint_of(style.color()));
                 Ok(())
             }
         }
@@ -180,8 +184,8 @@ impl DrawingBackend for Surface<'_> {
                 let (center, radius) = (point(center, *scale), radius as f32 * *scale);
                 let width = style.stroke_width() as f32 * *scale;
                 match fill {
-                    true => canvas.disc(center, radius, style.color().into()),
-                    false => canvas.circle(center, radius, width, style.color().into()),
+                    true => canvas.disc(center, radius, paint_of(style.color())),
+                    false => canvas.circle(center, radius, width, paint_of(style.color())),
                 }
                 Ok(())
             }
@@ -197,7 +201,7 @@ impl DrawingBackend for Surface<'_> {
             Self::Svg(svg) => svg.fill_polygon(corners, style),
             Self::Pixels { canvas, scale, .. } => {
                 let corners: Vec<_> = corners.into_iter().map(|at| point(at, *scale)).collect();
-                canvas.polygon(&corners, style.color().into());
+                canvas.polygon(&corners, paint_of(style.color()));
                 Ok(())
             }
         }
@@ -206,7 +210,7 @@ impl DrawingBackend for Surface<'_> {
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
         match self {
             Self::Svg(svg) => svg.draw_text(text, style, at),
-            Self::Pixels { canvas, scale, .. } => {
+            Self::Pixels { canvas, font, scale, .. } => {
                 // Font sizes and baselines match the SVG.
                 let size = (style.size() / 1.24) as f32 * *scale;
                 let below = match style.anchor().v_pos {
@@ -226,7 +230,7 @@ impl DrawingBackend for Surface<'_> {
                     FontTransform::Rotate270 => 3,
                 };
                 let place = TextPlacement { at: point(at, *scale), below, left, quarters };
-                canvas.text(text, size, place, style.color().into());
+                font.draw(canvas, text, size, place, paint_of(style.color()));
                 Ok(())
             }
         }

@@ -1,5 +1,6 @@
 //! `simulate`: steps a scene and writes its trace. `simulate generate`: writes a scene.
 
+mod film;
 mod generate;
 
 use std::fmt::Display;
@@ -9,6 +10,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use film::{Film, FilmArgs};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulator::fallback::FallbackStatistics;
 use simulator::force::PARALLEL;
@@ -85,6 +87,9 @@ struct Cli {
     /// Unknown elements and attributes of the scene are errors, not warnings
     #[arg(long)]
     strict: bool,
+
+    #[command(flatten)]
+    film: FilmArgs,
 
     /// Scene file, as FOSSSim spells it; the trace is then FOSSSim binary unless it is a .csv
     #[arg(
@@ -211,6 +216,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
 fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure> {
     let config = SimulationOptions { solver: cli.solver, robust: cli.robust };
     let mut simulation = Simulation::with_options(scene, config);
+    let mut film = Film::open(&cli.film, scene, config)?;
 
     let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(scene))?;
     let mut energy = match &cli.energy {
@@ -226,6 +232,9 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     let mut progress = Progress::new(&scene.name, simulation.n_steps());
     loop {
         trace.write(&simulation)?;
+        if let Some(film) = &mut film {
+            film.state(simulation.state())?;
+        }
         if let Some((writer, path)) = &mut energy {
             let written = writer.write(simulation.state(), &simulation.energies()?);
             written.map_err(|error| Failure::at(path, error))?;
@@ -238,6 +247,9 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     let elapsed = started.elapsed();
     drop(progress);
 
+    if let Some(film) = film {
+        film.finish()?;
+    }
     // All are safe on disk before the first takes its name.
     let mut sealed = Vec::new();
     if let Some((file, path)) = trace.into_file()? {
@@ -263,15 +275,19 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
 fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Failure> {
     let target = |path: &Path| simulator::output::target(path).ok().flatten();
     let input = target(input);
-    let [trace, energy] = [&cli.output, &cli.energy].map(|path| path.as_deref().and_then(target));
+    let outputs = [&cli.output, &cli.energy, &cli.film.film];
+    let [trace, energy, film] = outputs.map(|path| path.as_deref().and_then(target));
     let (first, second) = match () {
+        () if film.is_some() && film == trace => ("the film", "the trace"),
+        () if film.is_some() && film == energy => ("the film", "the energies"),
+        () if film.is_some() && film == input => ("the film", what),
         () if trace.is_some() && trace == energy => ("the trace", "the energies"),
         () if trace.is_some() && trace == input => ("the trace", what),
         () if energy.is_some() && energy == input => ("the energies", what),
         () => return Ok(()),
     };
     Err(Failure::Input(format!(
-        "{first} and {second} cannot be one file\n  help: give --output and --energy names of their own"
+        "{first} and {second} cannot be one file\n  help: give --output, --energy and --film names of their own"
     )))
 }
 

@@ -1,6 +1,7 @@
 //! Reports of errors and costs, one file per format.
 
 pub mod csv;
+pub mod html;
 pub mod json;
 pub mod plot;
 pub mod text;

@@ -13,7 +13,7 @@ const SIZE: (u32, u32) = (900, 640);
 const RED: RGBColor = RGBColor(170, 30, 0);
 
 /// Shades by spectral radius: the least radius, the grey, and its label.
-const SHADES: [(f64, u8, &str); 5] = [
+pub(super) const SHADES: [(f64, u8, &str); 5] = [
     (0.99, 120, "0.99 to 1: kept"),
     (0.9, 150, "0.9 to 0.99"),
     (0.5, 180, "0.5 to 0.9"),
@@ -38,7 +38,7 @@ pub fn png(map: &Map) -> Result<Vec<u8>, PictureError> {
 }
 
 /// The grey of a cell; `None` if the motion grows.
-fn shade(radius: f64) -> Option<u8> {
+pub(super) fn shade(radius: f64) -> Option<u8> {
     let kept = |radius: f64| SHADES.iter().find(|(least, ..)| radius >= *least);
     (radius <= 1.0 + 1e-9).then(|| kept(radius).map_or(255, |(_, grey, _)| *grey))
 }
@@ -97,7 +97,7 @@ fn draw(area: &Area<'_>, map: &Map) -> Drawn {
 }
 
 /// The theoretical boundary within the map, as points in logarithms.
-fn boundary_lines(method: &str) -> Vec<Vec<(f64, f64)>> {
+pub(super) fn boundary_lines(method: &str) -> Vec<Vec<(f64, f64)>> {
     let [[x0, x1], [y0, y1]] = EDGES;
     let zetas = (0..=2000).map(|number| y0 + (y1 - y0) * f64::from(number) / 2000.0);
     let line = |of: &dyn Fn(f64) -> Option<f64>| -> Vec<(f64, f64)> {

@@ -1,101 +1,70 @@
-//! Raster canvas: antialiased shapes and text, written as PNG.
+//! Raster canvas: antialiased shapes, written as PNG.
 
 use miniz_oxide::deflate::compress_to_vec_zlib;
-use zeno::{Command, Mask, PathBuilder, Stroke, Style, Transform, Vector};
-
-use super::font::Font;
+use zeno::{Cap, Command, Mask, PathBuilder, Stroke, Style, Transform, Vector};
 
 /// Compression level of PNG files, from 0 to 10.
 const LEVEL: u8 = 8;
 
-/// A canvas of opaque white pixels. The origin is the top left corner; y points down.
-pub(super) struct Canvas {
+/// A canvas of opaque pixels. The origin is the top left corner; y points down.
+pub struct Canvas {
     width: u32,
     height: u32,
     /// Red, green and blue of each pixel, row by row.
     pixels: Vec<u8>,
-    font: Font,
 }
 
-/// A colour with its opacity, from 0 to 1.
-#[derive(Clone, Copy)]
-pub(super) struct Paint {
-    pub(super) rgb: [u8; 3],
-    pub(super) opacity: f64,
-}
-
-/// Position of text.
-#[derive(Clone, Copy)]
-pub(super) struct TextPlacement {
-    /// Anchor point on the canvas.
-    pub(super) at: [f32; 2],
-    /// Distance of the baseline below the anchor, in the direction of the text.
-    pub(super) below: f32,
-    /// Fraction of the text's width to the left of the anchor.
-    pub(super) left: f32,
-    /// Clockwise rotation about the anchor, in quarter turns.
-    pub(super) quarters: u8,
-}
-
-impl TextPlacement {
-    /// Converts a point of the text to canvas coordinates.
-    fn on_canvas(self, x: f32, y: f32) -> Vector {
-        let (x, y) = match self.quarters % 4 {
-            0 => (x, y),
-            1 => (-y, x),
-            2 => (-x, -y),
-            _ => (y, -x),
-        };
-        Vector::new(self.at[0] + x, self.at[1] + y)
-    }
+/// A colour with its opacity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Paint {
+    /// Red, green and blue.
+    pub rgb: [u8; 3],
+    /// From 0 to 1.
+    pub opacity: f64,
 }
 
 impl Canvas {
-    /// An empty canvas of this size in pixels.
-    ///
-    /// # Errors
-    /// If the built-in font cannot be read.
-    pub(super) fn new(width: u32, height: u32) -> Result<Self, &'static str> {
-        let pixels = vec![255; 3 * width as usize * height as usize];
-        let font =
-            Font::new(epaint_default_fonts::UBUNTU_LIGHT).ok_or("the built-in font is damaged")?;
-        Ok(Self { width, height, pixels, font })
+    /// A canvas of this size in pixels, filled with a colour: red, green and blue.
+    pub fn new(width: u32, height: u32, background: [u8; 3]) -> Self {
+        let pixels = background.repeat(width as usize * height as usize);
+        Self { width, height, pixels }
+    }
+
+    /// Red, green and blue of each pixel, row by row.
+    pub fn pixels(&self) -> &[u8] {
+        &self.pixels
     }
 
     /// Fills a polygon; its edges may cross.
-    pub(super) fn polygon(&mut self, corners: &[[f32; 2]], paint: Paint) {
+    pub fn polygon(&mut self, corners: &[[f32; 2]], paint: Paint) {
         self.draw(&path(corners, true), Style::default(), 0.0, paint);
     }
 
     /// Draws a line through points, with mitred corners; a closed line returns to the first point.
-    pub(super) fn line(&mut self, points: &[[f32; 2]], closed: bool, width: f32, paint: Paint) {
+    pub fn line(&mut self, points: &[[f32; 2]], closed: bool, width: f32, paint: Paint) {
         self.draw(&path(points, closed), Stroke::new(width).into(), width, paint);
     }
 
     /// Fills a circle.
-    pub(super) fn disc(&mut self, centre: [f32; 2], radius: f32, paint: Paint) {
+    pub fn disc(&mut self, centre: [f32; 2], radius: f32, paint: Paint) {
         self.draw(&circle(centre, radius), Style::default(), 0.0, paint);
     }
 
     /// Draws the outline of a circle.
-    pub(super) fn circle(&mut self, centre: [f32; 2], radius: f32, width: f32, paint: Paint) {
+    pub fn circle(&mut self, centre: [f32; 2], radius: f32, width: f32, paint: Paint) {
         self.draw(&circle(centre, radius), Stroke::new(width).into(), width, paint);
     }
 
-    /// Draws a line of text of this size in pixels. Characters that the font lacks are drawn as its empty box.
-    pub(super) fn text(&mut self, text: &str, size: f32, place: TextPlacement, paint: Paint) {
-        let scale = size / f32::from(self.font.units);
-        let glyphs: Vec<_> = text.chars().map(|character| self.font.glyph(character)).collect();
-        let width = |glyph| f32::from(self.font.width(glyph)) * scale;
-        let mut left = -place.left * glyphs.iter().copied().map(width).sum::<f32>();
-        let mut path = Vec::new();
-        for glyph in glyphs {
-            let on_canvas = |x, y| place.on_canvas(left + x * scale, place.below - y * scale);
-            // An unreadable glyph leaves a gap.
-            let _ = self.font.outline(glyph, &mut path, &on_canvas);
-            left += width(glyph);
-        }
-        self.draw(&path, Style::default(), 0.0, paint);
+    /// Draws a line with round ends.
+    pub fn round_line(&mut self, ends: [[f32; 2]; 2], width: f32, paint: Paint) {
+        let mut stroke = Stroke::new(width);
+        stroke.cap(Cap::Round);
+        self.draw(&path(&ends, false), stroke.into(), width, paint);
+    }
+
+    /// Fills a path.
+    pub fn fill(&mut self, path: &[Command], paint: Paint) {
+        self.draw(path, Style::default(), 0.0, paint);
     }
 
     /// Fills a path, or strokes it with this width.
@@ -137,7 +106,7 @@ impl Canvas {
     }
 
     /// The picture as a PNG file.
-    pub(super) fn png(&self) -> Vec<u8> {
+    pub fn png(&self) -> Vec<u8> {
         // Each row starts with the number of its filter: none.
         let rows = self.pixels.chunks_exact(3 * self.width as usize);
         let rows: Vec<u8> = rows.flat_map(|row| [&[0], row].concat()).collect();
@@ -214,7 +183,7 @@ mod tests {
     #[test]
     fn shapes_cover_their_areas() {
         let drawn = |draw: &dyn Fn(&mut Canvas)| {
-            let mut canvas = Canvas::new(40, 30).unwrap();
+            let mut canvas = Canvas::new(40, 30, [255; 3]);
             draw(&mut canvas);
             ink(&canvas)
         };
@@ -241,30 +210,9 @@ mod tests {
     }
 
     #[test]
-    fn text_is_drawn_at_its_place_in_every_direction() {
-        for (quarters, corner) in [(0, [25, 5]), (1, [25, 25]), (2, [5, 25]), (3, [5, 5])] {
-            let mut canvas = Canvas::new(50, 50).unwrap();
-            let place = TextPlacement { at: [25.0, 25.0], below: 0.0, left: 0.0, quarters };
-            canvas.text("H", 20.0, place, BLACK);
-            let mut turned = Canvas::new(50, 50).unwrap();
-            turned.text("H", 20.0, TextPlacement { quarters: 0, ..place }, BLACK);
-            assert!((ink(&canvas) - ink(&turned)).abs() < 0.5);
-            let dark = |x: usize, y: usize| canvas.pixels[3 * (y * 50 + x)] < 128;
-            let places = (0..2500).map(|place| (place % 50, place / 50));
-            let inked: Vec<_> = places.filter(|(x, y)| dark(*x, *y)).collect();
-            assert!(!inked.is_empty());
-            let [left, top] = corner;
-            let is_within = |(x, y): &(usize, usize)| {
-                (left..left + 20).contains(x) && (top..top + 20).contains(y)
-            };
-            assert!(inked.iter().all(is_within), "{quarters}: {inked:?}");
-        }
-    }
-
-    #[test]
     fn a_png_holds_the_pixels_that_were_drawn() {
         assert_eq!(crc32(b"IEND"), 0xae42_6082);
-        let mut canvas = Canvas::new(7, 5).unwrap();
+        let mut canvas = Canvas::new(7, 5, [255; 3]);
         canvas.disc([3.0, 2.0], 2.0, Paint { rgb: [200, 100, 0], opacity: 0.7 });
         let file = canvas.png();
         assert_eq!(file[16..24], [0, 0, 0, 7, 0, 0, 0, 5]);

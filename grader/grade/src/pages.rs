@@ -1,0 +1,81 @@
+//! Folders of pages (`--html DIR`).
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use report::html::{self, Sink};
+
+use crate::output::write_bytes;
+use crate::stop::{Stop, complain};
+
+/// A folder for pages.
+#[derive(Clone)]
+pub(super) struct Pages {
+    folder: PathBuf,
+}
+
+impl Pages {
+    /// Opens the folder, and creates it if it is missing.
+    ///
+    /// # Errors
+    /// If it holds anything but pages of an earlier run: a page must not replace a file of the user's.
+    pub(super) fn open(folder: &Path) -> Result<Self, Stop> {
+        let unusable = |error: io::Error| Stop::bad_input(format!("{}: {error}", folder.display()));
+        fs::create_dir_all(folder).map_err(unusable)?;
+        let is_empty = fs::read_dir(folder).map_err(unusable)?.next().is_none();
+        let pages = Self { folder: folder.to_path_buf() };
+        if is_empty || pages.is_written("") {
+            return Ok(pages);
+        }
+        Err(Stop::bad_input(format!(
+            "{}: holds files other than pages of grade\n  help: name an empty folder, or one that does not exist, \
+             with --html",
+            folder.display()
+        )))
+    }
+
+    /// Whether the folder below it holds pages of this program.
+    pub(super) fn is_written(&self, below: &str) -> bool {
+        let index = fs::read_to_string(self.folder.join(below).join("index.html"));
+        index.is_ok_and(|text| text.contains(&format!("content=\"{}\"", html::GENERATOR)))
+    }
+
+    /// Writes pages to the folder below it.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub(super) fn write(
+        &self,
+        below: &str,
+        write: impl FnOnce(Sink<'_>) -> io::Result<()>,
+    ) -> Result<(), Stop> {
+        let folder = self.folder.join(below);
+        let unwritable =
+            |path: &Path, error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
+        // Scenes of an earlier run may not be in this one.
+        if self.is_written(below) {
+            let scenes = folder.join("scenes");
+            match fs::remove_dir_all(&scenes) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(unwritable(&scenes, error));
+                }
+                _ => {}
+            }
+        }
+        let mut last = folder.clone();
+        let written = write(&mut |name, bytes| {
+            last = folder.join(name);
+            if let Some(parent) = last.parent() {
+                fs::create_dir_all(parent)?;
+            }
+            write_bytes(&last, bytes)
+        });
+        written.map_err(|error| unwritable(&last, error))
+    }
+
+    /// Says where the pages are.
+    pub(super) fn announce(&self) {
+        complain("note", format!("open {} in a browser", self.folder.join("index.html").display()));
+    }
+}

@@ -1,0 +1,13 @@
+//! Pictures as PNG and SVG, and animations as GIF.
+//!
+//! ```text
+//! Drawing: background, discs, lines, areas ──> SVG
+//!                                          └─> Canvas (pixels) ──> PNG
+//!                                                              └─> a frame of a GIF, or of a film
+//! ```
+//!
+//! The same drawing gives the same bytes on every system. Coordinates are pixels from the top left corner.
+
+pub mod canvas;
+pub mod drawing;
+pub mod gif;

@@ -1,0 +1,365 @@
+//! Frames of a motion, drawn as the scene says: radii, colours, edges, trails, background, viewport.
+//!
+//! `<viewport cx cy size>` shows the point (cx, cy) in the middle, and `size` metres from there to the upper edge. Without
+//! a viewport, a frame shows the bounds it is given. Scenes in 3D are seen in perspective from the front, the right and
+//! above; what is further away is paler and covered by what is nearer.
+//!
+//! A trail (`<particlepath>`) fades over its duration. Memory is bounded: a trail keeps at most 2,000 points.
+
+use std::collections::VecDeque;
+
+use picture::canvas::Paint;
+use picture::drawing::{Drawing, Shape};
+
+use crate::scene::{Color, Dimension, Scene};
+
+/// Maximum number of points of a trail.
+const TRAIL: u64 = 2_000;
+
+/// Colour of particles that have none.
+const PARTICLE: Color = Color { r: 0.65, g: 0.29, b: 0.0 };
+
+/// Colour of edges that have none.
+const EDGE: Color = Color { r: 0.0, g: 0.39, b: 0.39 };
+
+/// Colour of the background if the scene has none.
+const BACKGROUND: Color = Color { r: 1.0, g: 1.0, b: 1.0 };
+
+/// Share of a frame that the bounds fill.
+const ROOM: f64 = 0.9;
+
+/// The smallest bounds, as a multiple of the largest radius: a particle at rest does not fill the frame.
+const LEAST: f64 = 10.0;
+
+/// Angles of the camera in 3D, in radians: about the vertical axis, and above the horizon.
+const TURN: [f64; 2] = [0.6, 0.35];
+
+/// Distance of the camera from the middle, as a multiple of the size of the bounds.
+const DISTANCE: f64 = 3.0;
+
+/// Share of the background in the colour of the furthest point.
+const FADE: f64 = 0.55;
+
+/// The smallest box that holds a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] }
+    }
+}
+
+impl Bounds {
+    /// Includes these positions of the particles of `scene`, with their radii.
+    pub fn include(&mut self, scene: &Scene, positions: &[f64]) {
+        let dimension = scene.dimension.count();
+        for (at, particle) in positions.chunks_exact(dimension).zip(&scene.particles) {
+            for axis in 0..3 {
+                let value = at.get(axis).copied().unwrap_or(0.0);
+                self.low[axis] = self.low[axis].min(value - particle.radius);
+                self.high[axis] = self.high[axis].max(value + particle.radius);
+            }
+        }
+    }
+}
+
+/// Draws the frames of a scene.
+pub struct Painter<'a> {
+    scene: &'a Scene,
+    size: [u32; 2],
+    camera: Camera,
+    particles: Vec<Color>,
+    edges: Vec<Color>,
+    background: Color,
+    trails: Vec<Trail>,
+}
+
+/// A trail: times and points, the oldest first.
+struct Trail {
+    points: VecDeque<(f64, [f64; 3])>,
+    /// Steps between two points.
+    stride: u64,
+}
+
+/// A point on the screen, its factor of perspective, and its depth from 0, far, to 1, near.
+#[derive(Clone, Copy)]
+struct Projected {
+    at: [f32; 2],
+    scale: f64,
+    depth: f64,
+}
+
+impl<'a> Painter<'a> {
+    /// A painter of frames of this size in pixels. `bounds` count where the scene has no viewport.
+    pub fn new(scene: &'a Scene, size: [u32; 2], bounds: Bounds) -> Self {
+        let rendering = &scene.rendering;
+        let mut particles = vec![PARTICLE; scene.particles.len()];
+        for (particle, color) in &rendering.particle_colors {
+            particles[*particle] = *color;
+        }
+        let mut edges = vec![EDGE; scene.edges.len()];
+        for (edge, color) in &rendering.edge_colors {
+            edges[*edge] = *color;
+        }
+        let trail = |duration: f64| Trail {
+            points: VecDeque::new(),
+            stride: ((duration / scene.time_step) as u64).div_ceil(TRAIL).max(1),
+        };
+        Self {
+            scene,
+            size,
+            camera: Camera::of(scene, size, bounds),
+            particles,
+            edges,
+            background: rendering.background.unwrap_or(BACKGROUND),
+            trails: rendering.particle_paths.iter().map(|path| trail(path.duration)).collect(),
+        }
+    }
+
+    /// Adds a state to the trails. To be called for every state, in order.
+    pub fn follow(&mut self, step: u64, time: f64, positions: &[f64]) {
+        let dimension = self.scene.dimension.count();
+        for (trail, path) in self.trails.iter_mut().zip(&self.scene.rendering.particle_paths) {
+            if step.is_multiple_of(trail.stride) {
+                trail.points.push_back((time, point(positions, path.particle, dimension)));
+            }
+            while trail.points.front().is_some_and(|(then, _)| time - then > path.duration) {
+                trail.points.pop_front();
+            }
+        }
+    }
+
+    /// The frame of a state.
+    pub fn draw(&self, time: f64, positions: &[f64]) -> Drawing {
+        let dimension = self.scene.dimension.count();
+        let n_particles = self.scene.particles.len();
+        let projected: Vec<Projected> = (0..n_particles)
+            .map(|particle| self.camera.project(point(positions, particle, dimension)))
+            .collect();
+        // Depth and shape: in two dimensions trails lie below edges, and edges below particles.
+        let mut shapes: Vec<(f64, Shape)> = Vec::new();
+        self.draw_trails(time, positions, &mut shapes);
+        for (edge, color) in self.scene.edges.iter().zip(&self.edges) {
+            let ends = edge.particles.map(|particle| projected[particle]);
+            shapes.push(self.line(ends, edge.radius, *color));
+        }
+        for ((particle, color), at) in
+            self.scene.particles.iter().zip(&self.particles).zip(&projected)
+        {
+            let radius = (particle.radius * at.scale).max(0.75) as f32;
+            let paint = Paint { rgb: self.faded(*color, at.depth), opacity: 1.0 };
+            shapes.push((at.depth, Shape::Disc { at: at.at, radius, paint }));
+        }
+        if self.scene.dimension == Dimension::Three {
+            // Stable: equal depths keep their order.
+            shapes.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        }
+        Drawing {
+            size: self.size,
+            background: rgb(self.background),
+            shapes: shapes.into_iter().map(|(_, shape)| shape).collect(),
+        }
+    }
+
+    fn draw_trails(&self, time: f64, positions: &[f64], shapes: &mut Vec<(f64, Shape)>) {
+        let dimension = self.scene.dimension.count();
+        for (trail, path) in self.trails.iter().zip(&self.scene.rendering.particle_paths) {
+            let radius = 0.3 * self.scene.particles[path.particle].radius;
+            let now = (time, point(positions, path.particle, dimension));
+            let ends = trail.points.iter().skip(1).chain([&now]);
+            for ((then, from), (_, to)) in trail.points.iter().zip(ends) {
+                // Mixed, not transparent: the pieces of a trail overlap.
+                let age = ((time - then) / path.duration).clamp(0.0, 1.0);
+                let ends = [*from, *to].map(|at| self.camera.project(at));
+                shapes.push(self.line(ends, radius, mixed(path.color, self.background, age)));
+            }
+        }
+    }
+
+    fn line(&self, ends: [Projected; 2], radius: f64, color: Color) -> (f64, Shape) {
+        let middle = |of: fn(&Projected) -> f64| 0.5 * (of(&ends[0]) + of(&ends[1]));
+        let depth = middle(|end| end.depth);
+        let width = (2.0 * radius * middle(|end| end.scale)).max(1.0) as f32;
+        let paint = Paint { rgb: self.faded(color, depth), opacity: 1.0 };
+        (depth, Shape::Line { ends: ends.map(|end| end.at), width, paint })
+    }
+
+    /// A colour, mixed with the background by its depth.
+    fn faded(&self, color: Color, depth: f64) -> [u8; 3] {
+        rgb(mixed(color, self.background, FADE * (1.0 - depth)))
+    }
+}
+
+/// A colour with this share of another one.
+fn mixed(color: Color, other: Color, share: f64) -> Color {
+    let mix = |a: f64, b: f64| a * (1.0 - share) + b * share;
+    Color { r: mix(color.r, other.r), g: mix(color.g, other.g), b: mix(color.b, other.b) }
+}
+
+/// The position of a particle; z is 0 in two dimensions.
+fn point(positions: &[f64], particle: usize, dimension: usize) -> [f64; 3] {
+    let mut point = [0.0; 3];
+    point[..dimension].copy_from_slice(&positions[particle * dimension..][..dimension]);
+    point
+}
+
+fn rgb(Color { r, g, b }: Color) -> [u8; 3] {
+    [r, g, b].map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8)
+}
+
+/// Where the scene is seen from.
+struct Camera {
+    center: [f64; 3],
+    /// Pixels a metre at the centre.
+    scale: f64,
+    /// The middle of the frame.
+    middle: [f64; 2],
+    /// Size of the bounds in 3D; `None` in two dimensions.
+    extent: Option<f64>,
+}
+
+impl Camera {
+    fn of(scene: &Scene, size: [u32; 2], Bounds { low, high }: Bounds) -> Self {
+        let [width, height] = size.map(f64::from);
+        let radius = scene.particles.iter().map(|particle| particle.radius).fold(0.0, f64::max);
+        let least = (LEAST * radius).max(f64::MIN_POSITIVE);
+        let mut center = [0.0; 3];
+        let mut extents = [1.0; 3];
+        for axis in 0..3 {
+            // A scene without particles has no bounds.
+            if low[axis] <= high[axis] {
+                center[axis] = 0.5 * (low[axis] + high[axis]);
+                extents[axis] = (high[axis] - low[axis]).max(least);
+            }
+        }
+        let across = extents.iter().map(|extent| extent * extent).sum::<f64>().sqrt();
+        let extent = (scene.dimension == Dimension::Three).then_some(across);
+        let mut scale = match extent {
+            Some(across) => ROOM * width.min(height) / across,
+            None => ROOM * (width / extents[0]).min(height / extents[1]),
+        };
+        if let Some(viewport) = scene.rendering.viewport {
+            center[..2].copy_from_slice(&viewport.center);
+            scale = 0.5 * height / viewport.size;
+        }
+        Self { center, scale, middle: [0.5 * width, 0.5 * height], extent }
+    }
+
+    fn project(&self, point: [f64; 3]) -> Projected {
+        let mut at = [0, 1, 2].map(|axis| point[axis] - self.center[axis]);
+        let (mut perspective, mut depth) = (1.0, 1.0);
+        if let Some(extent) = self.extent {
+            let [(sy, cy), (sp, cp)] = TURN.map(f64::sin_cos);
+            let [x, y, z] = at;
+            let (x, z) = (cy * x + sy * z, cy * z - sy * x);
+            let (y, z) = (cp * y - sp * z, cp * z + sp * y);
+            at = [x, y, z];
+            perspective = DISTANCE / (DISTANCE - z / extent).max(0.1 * DISTANCE);
+            depth = (z / extent + 0.5).clamp(0.0, 1.0);
+        }
+        let scale = self.scale * perspective;
+        let [x, y] = [self.middle[0] + at[0] * scale, self.middle[1] - at[1] * scale];
+        Projected { at: [x as f32, y as f32], scale, depth }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{ParseOptions, xml};
+    use crate::vocabulary;
+
+    fn scene(text: &str) -> Scene {
+        let text = format!(
+            "<scene><duration time=\"1\"/><integrator type=\"explicit-euler\" dt=\"0.1\"/>{text}</scene>"
+        );
+        xml::parse(&text, "scene.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
+    }
+
+    #[test]
+    fn a_frame_shows_what_the_scene_asks_for() {
+        let scene = scene(
+            r#"<viewport cx="1" cy="2" size="4"/> <backgroundcolor r="0" g="0" b="1"/>
+            <particle m="1" px="1" py="2" vx="0" vy="0" fixed="0" radius="0.5"/>
+            <particle m="1" px="3" py="4" vx="0" vy="0" fixed="0" radius="0.25"/>
+            <edge i="0" j="1" radius="0.1"/> <edgecolor i="0" r="0" g="1" b="0"/>
+            <particlecolor i="1" r="1" g="0" b="0"/>"#,
+        );
+        let painter = Painter::new(&scene, [160, 80], Bounds::default());
+        let drawing = painter.draw(0.0, &scene.positions());
+        assert_eq!(drawing.background, [0, 0, 255]);
+        // 10 pixels a metre: the viewport is 8 metres high.
+        let paint = |rgb| Paint { rgb, opacity: 1.0 };
+        let [edge, first, second] = drawing.shapes.as_slice() else { panic!("{drawing:?}") };
+        let ends = [[80.0, 40.0], [100.0, 20.0]];
+        assert_eq!(*edge, Shape::Line { ends, width: 2.0, paint: paint([0, 255, 0]) });
+        assert_eq!(*first, Shape::Disc { at: ends[0], radius: 5.0, paint: paint([166, 74, 0]) });
+        assert_eq!(*second, Shape::Disc { at: ends[1], radius: 2.5, paint: paint([255, 0, 0]) });
+    }
+
+    #[test]
+    fn a_trail_fades_over_its_duration() {
+        let scene = scene(
+            r#"<particle m="1" px="0" py="0" vx="1" vy="0" fixed="0"/>
+            <particlepath i="0" duration="0.4" r="1" g="0" b="0"/>"#,
+        );
+        let mut painter = Painter::new(&scene, [100, 100], Bounds::default());
+        for step in 0..=8 {
+            let time = 0.1 * step as f64;
+            painter.follow(step, time, &[time, 0.0]);
+        }
+        let drawing = painter.draw(0.8, &[0.8, 0.0]);
+        // Red over white: what is left of white fades the trail.
+        let shares: Vec<f64> = drawing
+            .shapes
+            .iter()
+            .filter_map(|shape| match shape {
+                Shape::Line { paint, .. } => Some(1.0 - f64::from(paint.rgb[1]) / 255.0),
+                Shape::Disc { .. } => None,
+            })
+            .collect();
+        assert_eq!(shares.last(), Some(&1.0));
+        assert!(shares.is_sorted() && shares.len() <= 6, "{shares:?}");
+        assert!(shares[0] <= 0.3, "{shares:?}");
+    }
+
+    #[test]
+    fn without_a_viewport_a_frame_shows_the_bounds() {
+        let scene =
+            scene(r#"<particle m="1" px="0" py="0" vx="1" vy="0" fixed="0" radius="0.5"/>"#);
+        let mut bounds = Bounds::default();
+        bounds.include(&scene, &[0.0, 0.0]);
+        bounds.include(&scene, &[9.0, 0.0]);
+        let painter = Painter::new(&scene, [100, 100], bounds);
+        let at = |x: f64| match painter.draw(0.0, &[x, 0.0]).shapes[0] {
+            Shape::Disc { at, radius, .. } => (at, radius),
+            Shape::Line { .. } => panic!("a disc"),
+        };
+        assert_eq!(at(0.0), ([9.5, 50.0], 4.5));
+        assert_eq!(at(9.0).0, [90.5, 50.0]);
+    }
+
+    #[test]
+    fn nearer_particles_cover_further_ones_and_are_larger() {
+        let scene = scene(
+            r#"<particle m="1" px="0" py="0" pz="1" vx="0" vy="0" vz="0" fixed="0"/>
+            <particle m="1" px="0" py="0" pz="-1" vx="0" vy="0" vz="0" fixed="0"/>"#,
+        );
+        let mut bounds = Bounds::default();
+        bounds.include(&scene, &scene.positions());
+        let drawing = Painter::new(&scene, [100, 100], bounds).draw(0.0, &scene.positions());
+        let radii: Vec<f32> = drawing
+            .shapes
+            .iter()
+            .map(|shape| match shape {
+                Shape::Disc { radius, .. } => *radius,
+                Shape::Line { .. } => panic!("no edge"),
+            })
+            .collect();
+        assert!(radii[0] < radii[1], "{radii:?}");
+    }
+}

@@ -308,6 +308,8 @@ impl Stage<'_> {
             command.arg(format!("--limit={limit}"));
         }
         command.env("ATTACK_SECRET", "secret").env("HOME", self.path("home"));
+        // The grader stores the failed scenes for `--last-failed`.
+        command.env("XDG_CACHE_HOME", self.path("reports"));
         command.env("TMPDIR", self.path("scratch")).current_dir(&self.folder);
         command.stdin(Stdio::null()).stdout(Stdio::null());
         command

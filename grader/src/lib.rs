@@ -10,7 +10,7 @@
 //! - [`submission`]: submissions; a simulator, built-in or foreign, is seen only through its states.
 //! - [`calibration`]: envelopes of the differences between correct programs.
 //! - [`compare`]: comparison of a trace with the oracle's.
-//! - [`diagnosis`]: the reason why a trace is wrong.
+//! - [`diagnosis`]: the steps of a trace that are wrong by themselves.
 //! - [`verdict`]: a pass, or a named failure.
 //! - [`rubric`]: tolerances and points.
 //! - [`events`]: events of a run, sent to an observer.
@@ -19,7 +19,7 @@
 //! - [`grading`]: grading of one submission over a suite.
 //! - [`class`]: grading of a folder of submissions.
 //! - [`altered`]: detection of programs that look traces up.
-//! - [`blame`]: likely causes of a submission's failures.
+//! - [`findings`]: what is wrong in a submission, proven by replay.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
 //! - [`oracle`]: regeneration and verification of the stored traces.
 //! - [`init`]: skeletons of submissions.
@@ -41,9 +41,9 @@ pub mod stepping;
 pub mod recording;
 
 pub mod altered;
-pub mod blame;
 pub mod class;
 pub mod events;
+pub mod findings;
 pub mod grading;
 pub mod jacobian;
 

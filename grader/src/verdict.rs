@@ -50,6 +50,20 @@ pub enum Failure {
         /// Which, and why.
         detail: String,
     },
+    /// The program lacks a feature of the scene: it says so, or its trace is what follows without it.
+    #[error("{}", printed::text(detail))]
+    NotImplemented {
+        /// What the program said, or what is left out.
+        detail: String,
+        /// The integrator, force or format that the program named; `None` if it named none.
+        lacks: Option<String>,
+    },
+    /// A folder of traces has none of this scene.
+    #[error("{}", printed::text(detail))]
+    Missing {
+        /// The expected path.
+        detail: String,
+    },
     /// The trace is missing, or there are several.
     #[error("{}", printed::text(detail))]
     NoOutput {
@@ -138,6 +152,8 @@ impl Failure {
     pub fn name(&self) -> &'static str {
         match self {
             Self::BadHandIn { .. } => "bad-hand-in",
+            Self::NotImplemented { .. } => "not-implemented",
+            Self::Missing { .. } => "missing",
             Self::NoOutput { .. } => "no-output",
             Self::Crashed { .. } => "crashed",
             Self::BuildFailed { .. } => "build-failed",
@@ -290,6 +306,8 @@ mod tests {
         let expected = "a\u{fffd}[2J\u{fffd}\u{fffd}\nb";
         for failure in [
             Failure::BadHandIn { detail: detail() },
+            Failure::NotImplemented { detail: detail(), lacks: None },
+            Failure::Missing { detail: detail() },
             Failure::NoOutput { detail: detail() },
             Failure::Crashed { detail: detail() },
             Failure::BuildFailed { detail: detail() },

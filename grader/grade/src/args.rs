@@ -530,6 +530,22 @@ pub(super) struct SelfTestArgs {
     #[arg(long)]
     pub(super) in_process: bool,
 
+    /// Instead, draw and grade this many programs: unfinished, with none to three mistakes, in several forms
+    #[arg(long, value_name = "COUNT", conflicts_with_all = ["in_process", "format", "markdown"])]
+    pub(super) drawn: Option<u64>,
+
+    /// Seed of the drawn programs
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, requires = "drawn")]
+    pub(super) seed: u64,
+
+    /// Number of the first drawn program
+    #[arg(long, value_name = "NUMBER", default_value_t = 0, requires = "drawn")]
+    pub(super) first: u64,
+
+    /// List the drawn programs whose mistakes are not all proven
+    #[arg(long, requires = "drawn")]
+    pub(super) details: bool,
+
     #[command(flatten)]
     pub(super) run: RunArgs,
 

@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 
 use grader::assignment::{ALL, Assignment};
+use grader::findings::Findings;
 use grader::grading::Grading;
 use grader::grading::Hidden;
 use grader::jacobian::{self, JacobianReport};
@@ -46,7 +47,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         repetition: None,
         probing: None,
         copied: None,
-        blame: None,
+        findings: Findings::default(),
         hidden: Hidden::None,
         faults: FaultPoints::default(),
         interrupted: None,

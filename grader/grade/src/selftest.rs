@@ -1,6 +1,7 @@
 //! `grade selftest`: tests the grader with planted mistakes and correct variants.
 
-use selftest::{SelfTest, in_process, programs};
+use selftest::report::drawn as report;
+use selftest::{SelfTest, drawn, in_process, programs};
 
 use crate::args::{SelfTestArgs, SelfTestFormat};
 use crate::inputs::{Inputs, open_oracle};
@@ -11,6 +12,21 @@ pub(super) fn run(args: &SelfTestArgs) -> Result<Exit, Stop> {
     let Inputs { mut suite, expected, rubric, .. } = args.suite.read()?;
     let oracle = open_oracle(&expected)?;
     in_process::known(&mut suite);
+    if let Some(count) = args.drawn {
+        let results = drawn::run(
+            &suite,
+            &oracle,
+            &rubric,
+            drawn::Plan { first: args.first, count, seed: args.seed },
+        );
+        let mut text = report::table(&results);
+        if args.details {
+            text += &report::details(&results);
+        }
+        put(text.as_bytes(), args.output.as_deref())?;
+        let is_met = report::rates(&results).iter().all(report::DrawnRate::is_met);
+        return Ok(if is_met { Exit::Passed } else { Exit::Failed });
+    }
     let mut rows = in_process::rows(&suite, &oracle, &rubric);
     if !args.in_process {
         let (runner, _) = args.run.runner(&rubric)?;

@@ -10,10 +10,10 @@ use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
 use super::text;
 use grader::altered::Copied;
-use grader::blame::{Blame, Finding, Suspect};
 use grader::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
-use grader::diagnosis::{Candidate, Culprit, Diagnosis};
+use grader::diagnosis::Diagnosis;
+use grader::findings::{Finding, Progress};
 use grader::grading::{
     Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, SceneResult, Totals,
 };
@@ -21,7 +21,7 @@ use grader::rubric::FaultPoints;
 use grader::suite::Section;
 
 /// Version of the schema.
-pub const SCHEMA_VERSION: u32 = 4;
+pub const SCHEMA_VERSION: u32 = 5;
 
 /// The report as JSON, with a newline at its end.
 ///
@@ -67,9 +67,10 @@ struct Report {
     /// Set if the program passes shipped scenes but takes no correct step in altered ones; otherwise, or if unknown,
     /// null.
     copied: Option<JsonCopied>,
-    /// Likely causes of the failures, one entry per kind of failure, the most frequent first; empty if nothing
-    /// failed.
-    blame: Vec<JsonFinding>,
+    /// What is wrong, in the order in which a student should read it; empty if nothing failed, or nothing is known.
+    findings: Vec<JsonFinding>,
+    /// What an unfinished submission has, and what comes next; null if it lacks nothing.
+    progress: Option<JsonProgress>,
     /// Sums over the required features.
     required: JsonTotals,
     /// Sums over the extra-credit features.
@@ -136,31 +137,43 @@ struct JsonGroup {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonFinding {
-    /// "wrong" (by traces), "crash", "time-out" or "memory".
-    symptom: &'static str,
-    /// Scenes that failed so.
-    failing: usize,
-    /// Number of suspects named: 1 if the cause is clear, 2 if two are close or act together, 0 if there is no clear
-    /// cause.
-    named: usize,
-    /// Whether the two named suspects act together, rather than as alternatives.
-    together: bool,
-    /// The likeliest causes, the likeliest first.
-    suspects: Vec<JsonSuspect>,
+    /// "output", "cause" (a mistake, proven by replay), "feature" (one to look at), "crash", "time-out", "memory",
+    /// "other-root" or "not-implemented".
+    kind: &'static str,
+    /// The finding as a sentence.
+    message: String,
+    /// Its evidence as text.
+    evidence: String,
+    /// The feature at fault, and the mistake as text; several if each explains everything alike.
+    alternatives: Vec<JsonAlternative>,
+    /// Names of the scenes that it explains.
+    scenes: Vec<String>,
+    /// Scenes in which Newton's method does not converge with the mistake: neither for nor against it.
+    open: usize,
 }
 
 #[derive(Serialize, JsonSchema)]
-struct JsonSuspect {
-    /// The faulty feature: a force or a part of it, its Jacobians, an integrator, fixed particles, reading, output, …
+struct JsonAlternative {
+    /// A force or a part of it, its Jacobians, an integrator, fixed particles, reading, output, …
     feature: String,
-    /// Circumstances or kind of the fault; may be empty.
-    detail: String,
-    /// Failing scenes that it explains.
-    explained: usize,
-    /// Passing scenes that contradict it.
-    against: usize,
-    /// Log-likelihood of the verdicts given this cause (natural logarithm), up to a constant.
-    score: f64,
+    /// The mistake.
+    message: String,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonProgress {
+    /// What is implemented.
+    implemented: Vec<String>,
+    /// The simplest thing that is not; null if there is none.
+    next: Option<JsonNext>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonNext {
+    /// The forces and the integrator.
+    feature: String,
+    /// A scene with them.
+    scene: String,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -222,7 +235,7 @@ struct JsonFeature {
 struct JsonScene {
     name: String,
     path: String,
-    /// "pass", "differs", "drifts", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out",
+    /// "pass", "not-implemented", "missing", "differs", "drifts", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out",
     /// "out-of-memory", "too-many-processes", "too-much-output", "build-failed", "bad-hand-in" or "grader-fault".
     verdict: &'static str,
     /// The verdict in a sentence.
@@ -259,20 +272,10 @@ struct JsonDiagnosis {
     restarted: Option<Vec<u64>>,
     /// The wrong ones among them; null as above.
     restarted_wrong: Option<Vec<u64>>,
-    /// Causes that reproduce the wrong steps; if there are several, all do so equally well.
-    explanations: Vec<JsonExplanation>,
-    /// Part of the defect that the explanation leaves, relative to the defect; null if there is no explanation.
-    remainder: Option<f64>,
-}
-
-#[derive(Serialize, JsonSchema)]
-struct JsonExplanation {
-    /// "force", "jacobian", "integrator", "fixed" or "output".
-    place: &'static str,
-    /// The force; null if the fault is elsewhere.
-    force: Option<&'static str>,
-    /// The fault as text.
-    message: String,
+    /// The findings that explain the trace, as text.
+    causes: Vec<String>,
+    /// The first step that solves the right equation and differs, from 1; null if there is none.
+    other_root: Option<u64>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -369,7 +372,8 @@ impl Report {
             }),
             probe: grading.probing.as_ref().map(JsonProbing::of),
             copied: grading.copied.as_ref().map(JsonCopied::of),
-            blame: grading.blame.as_ref().map(JsonFinding::all).unwrap_or_default(),
+            findings: grading.findings.list.iter().map(JsonFinding::of).collect(),
+            progress: grading.findings.progress.as_ref().map(JsonProgress::of),
             required: JsonTotals::of(grading.totals(Section::Required), grading.faults),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit), grading.faults),
             unscored: JsonTotals::of(grading.totals(Section::Unscored), grading.faults),
@@ -430,22 +434,27 @@ impl JsonGroup {
 }
 
 impl JsonFinding {
-    fn all(blame: &Blame) -> Vec<Self> {
-        let suspect = |suspect: &Suspect| JsonSuspect {
-            feature: suspect.feature.to_string(),
-            detail: suspect.detail.clone(),
-            explained: suspect.explained,
-            against: suspect.against,
-            score: suspect.score,
-        };
-        let finding = |finding: &Finding| Self {
-            symptom: finding.symptom.name(),
-            failing: finding.failing,
-            named: finding.named,
-            together: finding.together,
-            suspects: finding.suspects.iter().map(suspect).collect(),
-        };
-        blame.findings.iter().map(finding).collect()
+    fn of(finding: &Finding) -> Self {
+        let alternatives = finding.features.iter().zip(&finding.words);
+        let alternatives = alternatives.map(|(feature, message)| JsonAlternative {
+            feature: feature.to_string(),
+            message: message.clone(),
+        });
+        Self {
+            kind: finding.kind.name(),
+            message: finding.sentence(),
+            evidence: finding.evidence(),
+            alternatives: alternatives.collect(),
+            scenes: finding.scenes.clone(),
+            open: finding.open,
+        }
+    }
+}
+
+impl JsonProgress {
+    fn of(progress: &Progress) -> Self {
+        let next = progress.next.clone().map(|(feature, scene)| JsonNext { feature, scene });
+        Self { implemented: progress.implemented.clone(), next }
     }
 }
 
@@ -540,18 +549,7 @@ impl JsonCalibration {
 
 impl JsonDiagnosis {
     fn of(diagnosis: &Diagnosis) -> Self {
-        let Diagnosis { steps, explanation, restarts } = diagnosis;
-        let candidates = explanation.iter().flat_map(|explanation| &explanation.candidates);
-        let explanation_of = |candidate: &Candidate| {
-            let (place, force) = match candidate.culprit {
-                Culprit::Force(tag) => ("force", Some(tag)),
-                Culprit::Jacobian(tag) => ("jacobian", Some(tag)),
-                Culprit::Integrator => ("integrator", None),
-                Culprit::Fixed => ("fixed", None),
-                Culprit::Output => ("output", None),
-            };
-            JsonExplanation { place, force, message: candidate.words.clone() }
-        };
+        let Diagnosis { steps, causes, other_root, restarts } = diagnosis;
         Self {
             steps: steps.total,
             steps_wrong: steps.wrong,
@@ -559,8 +557,8 @@ impl JsonDiagnosis {
             message: steps.words(),
             restarted: restarts.as_ref().map(|restarts| restarts.made.clone()),
             restarted_wrong: restarts.as_ref().map(|restarts| restarts.wrong.clone()),
-            explanations: candidates.map(explanation_of).collect(),
-            remainder: explanation.as_ref().map(|explanation| explanation.remainder),
+            causes: causes.clone(),
+            other_root: *other_root,
         }
     }
 }

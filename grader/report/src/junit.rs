@@ -1,14 +1,13 @@
 //! Grading as JUnit XML for continuous integration: one suite per feature, one case per scene.
 //!
 //! A scene that could not be judged is an error, a failed one is a failure; the type is the verdict's name. A suite
-//! with a failure has one property `blame` per named cause; every suite of a feature has its points. The hidden scenes
+//! with a failure has a property `finding` for each finding in its scenes; every suite of a feature has its points. The hidden scenes
 //! of a feature are one case, skipped if they were not run.
 
 use std::io;
 
 use super::{jacobians, text};
 use crate::testsuites::{Document, ProblemKind, TestCase, TestSuite};
-use grader::blame::{Blame, Finding, Suspect};
 use grader::grading::points;
 use grader::grading::{Grading, Hidden, HiddenTally, SceneResult};
 use grader::verdict::{Verdict, number};
@@ -38,8 +37,9 @@ pub fn render(grading: &Grading) -> io::Result<String> {
             suite.cases.push(hidden(&result.hidden));
         }
         if result.n_passed() + result.n_faults() < result.scenes.len() {
-            let causes = grading.blame.iter().flat_map(named);
-            suite.properties.extend(causes.map(|suspect| ("blame", suspect.to_string())));
+            let is_here = |name: &String| result.scenes.iter().any(|scene| scene.id == *name);
+            let here = grading.findings.list.iter().filter(|f| f.scenes.iter().any(is_here));
+            suite.properties.extend(here.map(|finding| ("finding", finding.to_string())));
         }
         suites.push(suite);
     }
@@ -74,11 +74,6 @@ fn hidden(tally: &HiddenTally) -> TestCase {
     TestCase::not_passed(HIDDEN, kind, Some(HIDDEN), message)
 }
 
-/// The named causes.
-fn named(blame: &Blame) -> impl Iterator<Item = &Suspect> {
-    blame.findings.iter().flat_map(Finding::named)
-}
-
 fn scene(scene: &SceneResult) -> TestCase {
     let verdict = &scene.comparison.verdict;
     let kind = match verdict {
@@ -92,10 +87,8 @@ fn scene(scene: &SceneResult) -> TestCase {
         message += &format!(": first at {}, expected {expected}, got {got}", first.place);
         message += &format!(", tolerance {:.1e}", first.tolerance);
     }
-    if let Some(explanation) =
-        scene.diagnosis.as_ref().and_then(|diagnosis| diagnosis.explanation.as_ref())
-    {
-        message += &format!("; cause: {}", explanation.words());
+    for cause in scene.diagnosis.iter().flat_map(|diagnosis| &diagnosis.causes) {
+        message += &format!("; cause: {cause}");
     }
     TestCase::not_passed(&scene.id, kind, Some(verdict.name()), message)
 }

@@ -1,4 +1,4 @@
-//! Text report of a grading: a table of features, the failures, then the totals.
+//! Text report of a grading: the findings, a table of features, the failures, then the totals.
 //!
 //! Always writes colours; the output stream strips them if needed.
 
@@ -10,16 +10,16 @@ use super::digits::{self, DiffLine, LineKind};
 use super::jacobians;
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use grader::altered::Copied;
-use grader::blame::{Blame, Finding, Suspect, Symptom};
 use grader::compare::{Criteria, FirstWrong, Tolerances};
 use grader::diagnosis::Diagnosis;
+use grader::findings::{Finding, FindingKind, Findings};
 use grader::grading::points;
 use grader::grading::{
     AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
     Repetition, SceneResult, Totals,
 };
 use grader::suite::Section;
-use grader::verdict::{Verdict, number};
+use grader::verdict::{Failure, Verdict, number};
 use sandbox::Protection;
 
 /// Options of the report.
@@ -34,6 +34,7 @@ pub struct TextOptions {
 /// # Errors
 /// If writing fails.
 pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
+    write_findings(out, &grading.findings)?;
     for section in Section::ALL {
         let groups: Vec<&[FeatureResult]> = grading.groups(section).collect();
         if !groups.is_empty() {
@@ -189,8 +190,11 @@ pub(super) fn residual(value: f64) -> String {
 
 fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
     let scenes = grading.features.iter().flat_map(|result| &result.scenes);
-    let failed: Vec<&SceneResult> =
-        scenes.filter(|scene| !scene.comparison.verdict.is_pass()).collect();
+    let is_lack = |scene: &&SceneResult| {
+        matches!(scene.comparison.verdict, Verdict::Fail(Failure::NotImplemented { .. }))
+    };
+    let not_passed = scenes.filter(|scene| !scene.comparison.verdict.is_pass());
+    let (lacks, failed): (Vec<&SceneResult>, Vec<&SceneResult>) = not_passed.partition(is_lack);
     // Merge scenes with the same message, such as those of a failed build.
     let mut groups: Vec<(&SceneResult, usize)> = Vec::new();
     for scene in &failed {
@@ -209,6 +213,9 @@ fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -
             writeln!(out, "  {DIM}and the same for {} more scenes{DIM:#}", count - 1)?;
         }
         writeln!(out)?;
+    }
+    if !lacks.is_empty() {
+        writeln!(out, "{} scenes need what is not implemented.\n", lacks.len())?;
     }
     let untold: usize = groups.iter().skip(config.details).map(|(_, count)| count).sum();
     if untold > 0 {
@@ -238,29 +245,18 @@ fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
 }
 
 fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()> {
-    let Diagnosis { steps, explanation, restarts } = diagnosis;
+    let Diagnosis { steps, causes, other_root, restarts } = diagnosis;
     writeln!(out, "  Redoing each step from your own previous state: {}", steps.words())?;
     if let Some(restarts) = restarts {
         writeln!(out, "  Running your program from the oracle's states: {}", restarts.words())?;
     }
-    match explanation {
-        Some(explanation) => {
-            let left = match explanation.remainder {
-                left if left > 0.0 => format!("{left:.0e}"),
-                _ => "rounding".to_owned(),
-            };
-            let steps = if steps.wrong == 1 { "step" } else { "steps" };
-            writeln!(
-                out,
-                "  {BOLD}Cause (reproduces your {steps} to {left}): {}{BOLD:#}",
-                explanation.words()
-            )
-        }
-        None if steps.wrong > 0 => {
-            writeln!(out, "  No known single mistake explains this.")
-        }
-        None => Ok(()),
+    if let Some(step) = other_root {
+        writeln!(out, "  Step {step} solves the same equation; another solution")?;
     }
+    for cause in causes {
+        writeln!(out, "  {BOLD}Cause (reproduces your trace): {cause}{BOLD:#}")?;
+    }
+    Ok(())
 }
 
 fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> {
@@ -423,36 +419,30 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes the likely causes of the failures, if any.
-pub(super) fn write_blame(out: &mut dyn Write, blame: &Blame) -> io::Result<()> {
-    for finding in &blame.findings {
-        let Finding { symptom, failing, .. } = finding;
-        let (lead, failures) = match symptom {
-            Symptom::Wrong => ("Likely cause: ", "failures"),
-            Symptom::Crash => ("Likely cause of the crashes: ", "crashes"),
-            Symptom::TimeOut => ("Likely cause of the timeouts: ", "timeouts"),
-            Symptom::Memory => ("Likely cause of running out of memory: ", "such failures"),
-        };
-        for (number, suspect) in finding.named().iter().enumerate() {
-            let lead = match (number, finding.together) {
-                (0, _) => lead,
-                (_, true) => "together with: ",
-                (_, false) => "or: ",
-            };
-            let Suspect { explained, against, .. } = suspect;
-            let against = match against {
-                0 => String::new(),
-                1 => "; contradicted by 1 pass".to_owned(),
-                n => format!("; contradicted by {n} passes"),
-            };
-            writeln!(
-                out,
-                "  {lead}{BOLD}{}{BOLD:#} {DIM}(explains {explained} of {failing} {failures}{against}){DIM:#}",
-                suspect.cause()
-            )?;
+/// Writes what is wrong, in the order in which a student should read it.
+pub fn write_findings(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
+    if findings.list.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "{BOLD}Findings{BOLD:#}")?;
+    let (lacks, wrong): (Vec<&Finding>, Vec<&Finding>) =
+        findings.list.iter().partition(|finding| finding.kind == FindingKind::NotImplemented);
+    for finding in wrong {
+        let (sentence, evidence) = (finding.sentence(), finding.evidence());
+        writeln!(out, "  {BAD}{sentence}{BAD:#} {DIM}({evidence}){DIM:#}")?;
+        if let Some(note) = finding.sign_convention() {
+            writeln!(out, "    {DIM}{note}{DIM:#}")?;
         }
     }
-    Ok(())
+    if !lacks.is_empty() {
+        let words = |finding: &&Finding| finding.words.join(" or ");
+        let all: Vec<String> = lacks.iter().map(words).collect();
+        writeln!(out, "  {ODD}Not implemented:{ODD:#} {}", all.join("; "))?;
+    }
+    if let Some(progress) = &findings.progress {
+        writeln!(out, "  {progress}")?;
+    }
+    writeln!(out)
 }
 
 fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
@@ -495,9 +485,6 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}{graded_as}", grading.submission)?;
     table::write_unnamed(out, &rows)?;
     write_circumstances(out, grading)?;
-    if let Some(blame) = &grading.blame {
-        write_blame(out, blame)?;
-    }
     if let Some(interrupted) = grading.interrupted {
         return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
     }

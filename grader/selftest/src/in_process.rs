@@ -7,12 +7,13 @@ use rayon::prelude::*;
 use super::mistake::{self, Mistake};
 use super::student::{self, Student};
 use super::{Expectation, Graded, Outcome, Row};
-use grader::blame::Symptom;
 use grader::compare::{Comparison, Criteria};
+use grader::findings::Symptom;
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Case, Suite};
+use simulator::trace::State;
 
 /// Rows of the correct student and of every mistake; `suite` must contain only scenes that the student supports.
 pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
@@ -23,9 +24,14 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
     let correct = grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
         judge(&faultless, case, criteria)
     });
-    let scenes = correct.features.iter().flat_map(|feature| &feature.scenes);
-    let known: HashMap<&str, &Comparison> =
-        scenes.map(|scene| (scene.id.as_str(), &scene.comparison)).collect();
+    let known: HashMap<&str, (Comparison, Vec<State>)> = suite
+        .cases
+        .par_iter()
+        .map(|case| {
+            let criteria = rubric.criteria(case, oracle.calibrated(case));
+            (case.id.as_str(), judge(&faultless, case, criteria))
+        })
+        .collect();
     let mut rows = vec![Row {
         subject: "the second simulator".to_owned(),
         description: "as it is".to_owned(),
@@ -38,7 +44,7 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
         let grading = grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
             // On other scenes, the code with the mistake does not run.
             match known.get(case.id.as_str()) {
-                Some(known) if !mistake.can_matter_on(&case.scene) => (*known).clone(),
+                Some(known) if !mistake.can_matter_on(&case.scene) => known.clone(),
                 _ => judge(&student, case, criteria),
             }
         });

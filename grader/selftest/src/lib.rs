@@ -1,26 +1,28 @@
-//! Self-test of the grader: planted mistakes to catch and blame, and correct programs to pass.
+//! Self-test of the grader: planted mistakes to catch and to name, and correct programs to pass.
 //!
 //! ```text
 //! in_process.rs   student.rs spoilt by mistake/    ──┐
-//!                                                    ├─> Row: verdicts, blame, worst residual ─> Rates
+//!                                                    ├─> Row: verdicts, findings, worst residual ─> Rates
 //! programs.rs     programs/ built in several ways  ──┘
 //! ```
 //!
 //! The code that grades submissions grades every row. Rows of the first kind run in this process; those of the second
-//! are programs in other languages, built and run in the sandbox. The feature to blame is stated with each mistake,
+//! are programs in other languages, built and run in the sandbox. [`drawn`] draws thousands of the first kind by a seed:
+//! unfinished, with several mistakes, as partial folders of traces. The feature to blame is stated with each mistake,
 //! from its nature and independent of results.
 
 pub mod mistake;
 pub mod student;
 
+pub mod drawn;
 pub mod in_process;
 pub mod programs;
 pub mod report;
 
 mod library;
 
-use grader::blame::{Feature, Symptom};
 use grader::compare::{Comparison, Criteria, Tolerances};
+use grader::findings::{Feature, Finding, FindingKind, Symptom};
 use grader::grading::Grading;
 
 /// Required fraction of mistakes blamed on the right feature.
@@ -66,16 +68,40 @@ pub struct Graded {
     pub scenes: usize,
     /// Scenes that failed.
     pub failed: usize,
-    /// The named symptoms and features, the likeliest first.
-    pub named: Vec<(Symptom, Feature)>,
-    /// Whether the two named suspects act together, rather than as alternatives.
-    pub together: bool,
-    /// The likeliest causes, named or not, as text.
-    pub suspects: Vec<String>,
+    /// The findings, in the order of the report.
+    pub named: Vec<Named>,
     /// The largest ratio of a residual to its tolerance; `None` if nothing was compared.
     pub worst: Option<f64>,
     /// The first scene that failed, with its verdict.
     pub example: Option<String>,
+}
+
+/// A finding of the report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    /// Its kind.
+    pub kind: FindingKind,
+    /// Its features; several are alternatives.
+    pub features: Vec<Feature>,
+    /// It as a sentence.
+    pub text: String,
+}
+
+impl Named {
+    fn of(finding: &Finding) -> Self {
+        Self { kind: finding.kind, features: finding.features.clone(), text: finding.sentence() }
+    }
+
+    /// Whether it names this feature for failures with this symptom.
+    pub fn is(&self, symptom: Symptom, feature: Feature) -> bool {
+        let is_ended = match self.kind {
+            FindingKind::Ends(found) => found == symptom,
+            // A program that says what it lacks ends with an error.
+            FindingKind::NotImplemented => matches!(symptom, Symptom::Wrong | Symptom::Crash),
+            _ => symptom == Symptom::Wrong,
+        };
+        is_ended && self.features.contains(&feature)
+    }
 }
 
 impl Graded {
@@ -83,16 +109,10 @@ impl Graded {
     pub fn of(grading: &Grading) -> Self {
         let scenes = || grading.features.iter().flat_map(|feature| &feature.scenes);
         let failed = || scenes().filter(|scene| !scene.comparison.verdict.is_pass());
-        // If scenes failed in several ways, use the most frequent.
-        let finding = grading.blame.as_ref().and_then(|blame| blame.findings.first());
-        let named = finding.map_or(&[][..], |finding| finding.named());
-        let suspects = finding.map_or(&[][..], |finding| &finding.suspects);
         Self {
             scenes: scenes().count(),
             failed: failed().count(),
-            named: named.iter().map(|suspect| (suspect.symptom, suspect.feature)).collect(),
-            together: finding.is_some_and(|finding| finding.together),
-            suspects: suspects.iter().map(ToString::to_string).collect(),
+            named: grading.findings.list.iter().map(Named::of).collect(),
             worst: scenes()
                 .filter(|scene| scene.comparison.is_compared())
                 .map(|scene| excess(&scene.comparison, &scene.criteria))
@@ -128,7 +148,18 @@ impl Row {
     pub fn is_blamed_rightly(&self) -> Option<bool> {
         let Expectation::Mistake(symptom, feature) = self.expectation else { return None };
         let Outcome::Graded(graded) = &self.result else { return None };
-        Some(graded.named.first() == Some(&(symptom, feature)))
+        Some(graded.named.first().is_some_and(|named| named.is(symptom, feature)))
+    }
+
+    /// Whether some finding is false: it names only what is not wrong.
+    pub fn is_false(&self) -> Option<bool> {
+        let Outcome::Graded(graded) = &self.result else { return None };
+        Some(match self.expectation {
+            Expectation::Correct => !graded.named.is_empty(),
+            Expectation::Mistake(symptom, feature) => {
+                graded.named.iter().any(|named| !named.is(symptom, feature))
+            }
+        })
     }
 }
 
@@ -185,6 +216,11 @@ impl SelfTest {
         Rate::of(self.mistakes().map(Row::is_blamed_rightly))
     }
 
+    /// Rows with a false finding, of all that were run.
+    pub fn false_findings(&self) -> Rate {
+        Rate::of(self.rows.iter().map(Row::is_false))
+    }
+
     /// Correct variants that passed every scene.
     pub fn passed(&self) -> Rate {
         Rate::of(self.variants().map(Row::is_told))
@@ -208,22 +244,30 @@ mod tests {
     use super::*;
 
     const DAMPING: (Symptom, Feature) =
-        (Symptom::Wrong, Feature::Force(grader::blame::Part::One("springforce", "damping")));
+        (Symptom::Wrong, Feature::Force(grader::findings::Part::One("springforce", "damping")));
     const OUTPUT: (Symptom, Feature) = (Symptom::Wrong, Feature::Output);
 
     fn row(expectation: Expectation, failed: usize, named: &[(Symptom, Feature)]) -> Row {
         let graded = Graded {
             scenes: 10,
             failed,
-            named: named.to_vec(),
-            together: false,
-            suspects: Vec::new(),
+            named: named.iter().map(Named::planted).collect(),
             worst: Some(0.0),
             example: None,
         };
         let text = String::new;
         let result = Outcome::Graded(graded);
         Row { subject: text(), description: text(), language: text(), expectation, result }
+    }
+
+    impl Named {
+        fn planted(&(symptom, feature): &(Symptom, Feature)) -> Self {
+            let kind = match symptom {
+                Symptom::Wrong => FindingKind::Cause,
+                symptom => FindingKind::Ends(symptom),
+            };
+            Self { kind, features: vec![feature], text: String::new() }
+        }
     }
 
     fn mistake(failed: usize, named: &[(Symptom, Feature)]) -> Row {

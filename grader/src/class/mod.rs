@@ -14,6 +14,7 @@ pub mod record;
 
 use serde::{Deserialize, Serialize};
 
+use crate::findings::Finding;
 use crate::grading::points;
 use crate::grading::{Grading, GradingOutcome, Hidden, SceneResult};
 use crate::probe::Probing;
@@ -82,10 +83,9 @@ impl Row {
     }
 }
 
-/// The causes that the report names.
+/// The findings of the report.
 fn findings(grading: &Grading) -> Vec<String> {
-    let findings = grading.blame.iter().flat_map(|blame| &blame.findings);
-    findings.flat_map(|finding| finding.named()).map(ToString::to_string).collect()
+    grading.findings.list.iter().map(Finding::sentence).collect()
 }
 
 /// Verdict of rows in which something could not be judged.

@@ -8,7 +8,7 @@ use std::io;
 use simulator::scene::{Scene, write};
 use simulator::trace::{Shape, State, TraceReader};
 
-use super::steps::SingleSteps;
+use super::steps::Judge;
 use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
 use crate::suite::Case;
@@ -93,21 +93,16 @@ fn one_step(scene: &Scene, state: &State) -> Scene {
 fn is_right(one: &Scene, program: &Program, text: &str, start: &State) -> bool {
     let shape = Shape::of(one);
     let Ok(mut run) = program.run(SceneSource::Xml(text), shape) else { return false };
-    let mut state = State::zeros(shape);
-    let mut single = SingleSteps::new(one);
-    single.add(start);
-    for number in 0..2 {
-        if !run.read(&mut state).is_ok_and(|is_state| is_state) {
+    let mut states = [State::zeros(shape), State::zeros(shape)];
+    for state in &mut states {
+        if !run.read(state).is_ok_and(|is_state| is_state) {
             return false;
-        }
-        let all = || state.positions.iter().chain(&state.velocities);
-        if !all().all(|value| value.is_finite()) {
-            return false;
-        }
-        if number == 1 {
-            single.add(&state);
         }
     }
-    let (found, _) = single.finish();
-    found.total > 0 && found.wrong == 0
+    let mut all = states[1].positions.iter().chain(&states[1].velocities);
+    if !all.all(|value| value.is_finite()) {
+        return false;
+    }
+    let step = Judge::new(one, 0.0).step(0, start, &states[1]);
+    step.is_some_and(|[defect, noise]| defect[0] <= noise[0] && defect[1] <= noise[1])
 }

@@ -4,6 +4,7 @@
 //! of [`calibration`](crate::calibration), plus the error that a linear solver of backward error 1e-12 may leave.
 
 use fastrand::Rng;
+use reference::change::Sample;
 use simulator::scene::Scene;
 use simulator::solver::linear::LinearSolver;
 use simulator::trace::State;
@@ -19,6 +20,9 @@ const SOLVER: f64 = 1e-11;
 
 /// Maximum number of wrong steps that are examined.
 const SAMPLES: usize = 10;
+
+/// Maximum number of right steps that are kept as evidence.
+const RIGHT: usize = 2;
 
 /// Maximum number of reported ranges of wrong steps.
 const RANGES: usize = 6;
@@ -76,87 +80,58 @@ impl WrongSteps {
     }
 }
 
-/// A wrong step.
+/// A step of a trace, with the errors that a right program may have in it.
 #[derive(Debug, Clone)]
-pub(super) struct Sample {
-    /// Number of the state it starts from.
-    pub(super) step: u64,
-    pub(super) before: State,
-    pub(super) after: State,
-    /// Accepted errors of a right step: position, velocity.
-    pub(super) noise: [f64; 2],
+pub struct Evidence {
+    /// The states around it.
+    pub sample: Sample,
+    /// Accepted errors: position, velocity.
+    pub noise: [f64; 2],
     /// Differences from our step: position, velocity.
-    pub(super) defect: [f64; 2],
+    pub defect: [f64; 2],
 }
 
-/// Redoes the steps of a trace while it is read.
-pub(super) struct SingleSteps<'a> {
-    scene: &'a Scene,
+impl Evidence {
+    /// Whether the step is wrong.
+    pub fn is_wrong(&self) -> bool {
+        let within = |kind: usize| self.defect[kind] <= self.noise[kind];
+        !(within(0) && within(1))
+    }
+}
+
+/// Redoes steps of a scene.
+pub struct Judge {
     stepper: Stepper,
     random: Rng,
-    states: u64,
-    before: Option<State>,
-    found: WrongSteps,
-    samples: Vec<Sample>,
+    h: f64,
+    /// Relative error of the numbers of the trace.
+    rounding: f64,
 }
 
-impl<'a> SingleSteps<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Self {
-        let found =
-            WrongSteps { starts_right: true, single_precision: true, ..WrongSteps::default() };
-        Self {
-            scene,
-            stepper: Stepper::new(scene, LinearSolver::Auto),
-            random: Rng::with_seed(0),
-            states: 0,
-            before: None,
-            found,
-            samples: Vec::new(),
-        }
+impl Judge {
+    /// Judges steps of `scene` whose numbers have this relative error.
+    pub fn new(scene: &Scene, rounding: f64) -> Self {
+        let stepper = Stepper::new(scene, LinearSolver::Auto);
+        Self { stepper, random: Rng::with_seed(0), h: scene.time_step, rounding }
     }
 
-    /// Adds the next state.
-    pub(super) fn add(&mut self, state: &State) {
-        match self.before.take() {
-            None => self.found.starts_right = self.is_start(state),
-            Some(before) => {
-                let single = |value: &f64| f64::from(*value as f32) == *value;
-                let values = || state.positions.iter().chain(&state.velocities);
-                self.found.single_precision &= values().all(single);
-                let most = values().map(|value| digits(*value)).max().unwrap_or(0);
-                self.found.digits = self.found.digits.max(most);
-                self.judge(&before, state);
-            }
-        }
-        self.before = Some(state.clone());
-        self.states += 1;
-    }
-
-    fn is_start(&self, state: &State) -> bool {
-        let dimension = self.scene.dimension.count();
-        self.scene.particles.iter().enumerate().all(|(number, particle)| {
-            (0..dimension).all(|axis| {
-                let place = number * dimension + axis;
-                let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b.abs();
-                close(state.positions[place], particle.position[axis])
-                    && close(state.velocities[place], particle.velocity[axis])
-            })
-        })
-    }
-
-    fn judge(&mut self, before: &State, after: &State) {
-        let step = self.states - 1;
-        let Some(ours) = self.step_from(step, before, false) else { return };
-        self.found.total += 1;
+    /// Compares the step from `before` with `after`; `None` if our own step fails.
+    pub fn step(&mut self, step: u64, before: &State, after: &State) -> Option<[[f64; 2]; 2]> {
+        let ours = self.step_from(step, before, false)?;
         let defect = distance(&ours, after);
         // Identical bits need no noise estimate.
         if defect == [0.0; 2] {
-            return;
+            return Some([defect; 2]);
         }
+        Some([defect, self.noise(step, before, &ours)])
+    }
+
+    /// The accepted errors of the step from `before` to `ours`.
+    fn noise(&mut self, step: u64, before: &State, ours: &State) -> [f64; 2] {
         let mut spread = [0.0_f64; 2];
         for _ in 0..PERTURBED {
             if let Some(other) = self.step_from(step, before, true) {
-                let [position, velocity] = distance(&ours, &other);
+                let [position, velocity] = distance(ours, &other);
                 spread = [spread[0].max(position), spread[1].max(velocity)];
             }
         }
@@ -164,17 +139,103 @@ impl<'a> SingleSteps<'a> {
             |values: &[f64]| values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
         let changes = ours.velocities.iter().zip(&before.velocities).map(|(a, b)| a - b);
         let change = changes.fold(0.0, |size: f64, change| size.max(change.abs()));
-        let h = self.scene.time_step;
-        let noise = [
-            Bound::of(spread[0], size(&ours.positions)).tolerance + h * SOLVER * change,
-            Bound::of(spread[1], size(&ours.velocities)).tolerance + SOLVER * change,
-        ];
-        if defect[0] <= noise[0] && defect[1] <= noise[1] {
-            return;
+        [
+            Bound::of(spread[0], size(&ours.positions)).tolerance
+                + self.h * SOLVER * change
+                + self.rounding * size(&ours.positions),
+            Bound::of(spread[1], size(&ours.velocities)).tolerance
+                + SOLVER * change
+                + self.rounding * size(&ours.velocities),
+        ]
+    }
+
+    fn step_from(&mut self, step: u64, before: &State, perturbed: bool) -> Option<State> {
+        let mut state = before.clone();
+        if perturbed {
+            let unit = f64::EPSILON.max(0.1 * self.rounding);
+            for value in state.positions.iter_mut().chain(&mut state.velocities) {
+                *value += unit * f64::from(self.random.i8(-1..=1)) * *value;
+            }
         }
-        let number = step + 1;
-        self.found.wrong += 1;
-        let ranges = &mut self.found.ranges;
+        let done = self.stepper.step(step, &mut state.positions, &mut state.velocities);
+        done.then_some(state)
+    }
+}
+
+/// The rounding of a trace's numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounding {
+    /// Whether all its numbers are in single precision.
+    pub single_precision: bool,
+    /// The largest number of digits of any of its numbers.
+    pub digits: usize,
+}
+
+impl Rounding {
+    /// That of these states.
+    pub fn of(states: &[State]) -> Self {
+        let values =
+            || states.iter().flat_map(|state| state.positions.iter().chain(&state.velocities));
+        let single = |value: &f64| f64::from(*value as f32) == *value;
+        let single_precision = values().all(single);
+        let mut most = 0;
+        for value in values() {
+            most = most.max(digits(*value));
+            if most > FEW_DIGITS {
+                break;
+            }
+        }
+        Self { single_precision, digits: most }
+    }
+
+    /// The relative error of the numbers; 0 if they have all their digits.
+    pub fn unit(self) -> f64 {
+        match self {
+            Self { single_precision: true, .. } => f64::from(f32::EPSILON),
+            Self { digits, .. } if digits <= FEW_DIGITS => 10.0_f64.powi(1 - digits as i32),
+            _ => 0.0,
+        }
+    }
+}
+
+/// Traces with at most this many digits are rounded; an f64 has up to 17.
+const FEW_DIGITS: usize = 15;
+
+/// Redoes all steps of a trace. Returns which are wrong, and evidence from some of them.
+pub fn examine(scene: &Scene, states: &[State]) -> (WrongSteps, Vec<Evidence>) {
+    let rounding = Rounding::of(states);
+    let mut found = WrongSteps {
+        starts_right: states.first().is_some_and(|state| is_start(scene, state)),
+        single_precision: rounding.single_precision,
+        digits: rounding.digits,
+        ..WrongSteps::default()
+    };
+    let mut judge = Judge::new(scene, rounding.unit());
+    let mut kept = Vec::new();
+    let mut n_right = 0;
+    for (step, pair) in states.windows(2).enumerate() {
+        let Some([defect, noise]) = judge.step(step as u64, &pair[0], &pair[1]) else { continue };
+        found.total += 1;
+        let sample = || Sample {
+            step: step as u64,
+            earlier: step.checked_sub(1).map(|earlier| states[earlier].clone()),
+            before: pair[0].clone(),
+            after: pair[1].clone(),
+        };
+        if defect[0] <= noise[0] && defect[1] <= noise[1] {
+            if n_right < RIGHT {
+                let noise = match defect == [0.0; 2] {
+                    true => judge.noise(step as u64, &pair[0], &pair[1]),
+                    false => noise,
+                };
+                kept.push(Evidence { sample: sample(), noise, defect });
+            }
+            n_right += 1;
+            continue;
+        }
+        let number = step as u64 + 1;
+        found.wrong += 1;
+        let ranges = &mut found.ranges;
         let n_ranges = ranges.len();
         match ranges.last_mut() {
             Some(range) if range[1] + 1 == number => range[1] = number,
@@ -182,27 +243,43 @@ impl<'a> SingleSteps<'a> {
             _ => {}
         }
         // The first two, and then fewer and fewer of the later ones.
-        let wanted = self.found.wrong <= 2 || self.found.wrong.is_power_of_two();
-        if wanted && self.samples.len() < SAMPLES {
-            let (before, after) = (before.clone(), after.clone());
-            self.samples.push(Sample { step, before, after, noise, defect });
+        let wanted = found.wrong <= 2 || found.wrong.is_power_of_two();
+        if wanted && kept.len() < SAMPLES {
+            kept.push(Evidence { sample: sample(), noise, defect });
         }
     }
+    (found, kept)
+}
 
-    fn step_from(&mut self, step: u64, before: &State, perturbed: bool) -> Option<State> {
-        let mut state = before.clone();
-        if perturbed {
-            for value in state.positions.iter_mut().chain(&mut state.velocities) {
-                *value += f64::EPSILON * f64::from(self.random.i8(-1..=1)) * *value;
-            }
-        }
-        let done = self.stepper.step(step, &mut state.positions, &mut state.velocities);
-        done.then_some(state)
-    }
+/// Evidence from some steps of a trace that is right.
+pub fn sampled(scene: &Scene, states: &[State]) -> Vec<Evidence> {
+    let last = states.len().saturating_sub(2);
+    let mut steps = vec![0, last / 3, last];
+    steps.dedup();
+    let mut judge = Judge::new(scene, 0.0);
+    let evidence = |step: usize| {
+        let (before, after) = (states.get(step)?, states.get(step + 1)?);
+        let [defect, _] = judge.step(step as u64, before, after)?;
+        let noise = judge.noise(step as u64, before, after);
+        let earlier = step.checked_sub(1).map(|earlier| states[earlier].clone());
+        let (before, after) = (before.clone(), after.clone());
+        let sample = Sample { step: step as u64, earlier, before, after };
+        Some(Evidence { sample, noise, defect })
+    };
+    steps.into_iter().filter_map(evidence).collect()
+}
 
-    pub(super) fn finish(self) -> (WrongSteps, Vec<Sample>) {
-        (self.found, self.samples)
-    }
+/// Whether a state is the scene's initial one.
+fn is_start(scene: &Scene, state: &State) -> bool {
+    let dimension = scene.dimension.count();
+    scene.particles.iter().enumerate().all(|(number, particle)| {
+        (0..dimension).all(|axis| {
+            let place = number * dimension + axis;
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b.abs();
+            close(state.positions[place], particle.position[axis])
+                && close(state.velocities[place], particle.velocity[axis])
+        })
+    })
 }
 
 /// The smallest number of digits that identifies a number.

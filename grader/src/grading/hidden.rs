@@ -16,16 +16,15 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use simulator::scene::ParseOptions;
 
-use super::judge::{judge_case, of_case};
+use super::judge::{Judged, judge_case};
 use super::result::{FeatureResult, Grading, Hidden, HiddenTally, SceneResult};
 use crate::assignment::Assignment;
-use crate::compare::Comparison;
 use crate::events::{Event, Observer, Task};
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
 use crate::submission::Submission;
 use crate::suite::{Case, Feature, Section, Suite};
-use crate::verdict::{Failure, Verdict};
+use crate::verdict::Failure;
 
 /// Group name of hidden scenes whose own group has no shipped scene: that name is hidden as well.
 pub const HIDDEN_GROUP: &str = "hidden";
@@ -137,13 +136,12 @@ impl HiddenSuite {
                 return None;
             }
             observer.notice(Event::SceneStarted { name: None });
-            let result = match skipped {
+            let judged = match skipped {
                 // Nothing is recorded: no report may show it.
                 None => judge_case(case, &self.oracle, rubric, submission, false),
-                Some(failure) => of_case(case, &self.oracle, rubric, |_| {
-                    Comparison::without_states(Verdict::Fail(failure.clone()))
-                }),
+                Some(failure) => Judged::skipped(case, &self.oracle, rubric, failure.clone()),
             };
+            let result = judged.result;
             let passed = result.comparison.verdict.is_pass();
             observer.notice(Event::SceneFinished { name: None, passed });
             (!observer.is_stopped()).then_some(result)

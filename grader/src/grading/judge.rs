@@ -1,4 +1,4 @@
-//! Judges one scene: compares the trace with the oracle's and looks for the reason of a difference.
+//! Judges one scene: compares the trace with the oracle's, and records it for the [findings](crate::findings).
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -8,7 +8,8 @@ use simulator::trace::{self, Shape, State};
 
 use super::result::SceneResult;
 use crate::compare::{Comparison, Criteria, Expectation, Pair, compare_watched};
-use crate::diagnosis::{Diagnosis, diagnose, restart};
+use crate::diagnosis::{Diagnosis, restart};
+use crate::findings::{Findings, JudgedScene, is_recorded, refusal};
 use crate::oracle::Oracle;
 use crate::recording::Recorder;
 use crate::rubric::Rubric;
@@ -20,16 +21,39 @@ use crate::verdict::{Failure, Fault, Verdict};
 /// Maximum number of scenes for which a program is restarted from the oracle's states.
 const RESTARTED: usize = 5;
 
+/// A scene with its result and the states of its trace.
+#[derive(Clone)]
+pub(super) struct Judged<'a> {
+    pub(super) case: &'a Case,
+    pub(super) result: SceneResult,
+    /// The finite states; empty for large scenes, and for traces without velocities.
+    pub(super) states: Vec<State>,
+}
+
+impl<'a> Judged<'a> {
+    /// The result of a scene that is not run.
+    pub(super) fn skipped(
+        case: &'a Case,
+        oracle: &Oracle,
+        rubric: &Rubric,
+        failure: Failure,
+    ) -> Self {
+        of_case(case, oracle, rubric, |_| {
+            (Comparison::without_states(Verdict::Fail(failure)), Vec::new())
+        })
+    }
+}
+
 /// Judges a submission on one scene, and records the comparison if asked for.
-pub(super) fn judge_case(
-    case: &Case,
+pub(super) fn judge_case<'a>(
+    case: &'a Case,
     oracle: &Oracle,
     rubric: &Rubric,
     submission: &Submission,
-    is_recorded: bool,
-) -> SceneResult {
-    let mut recorder = is_recorded.then(|| Recorder::new(&case.scene));
-    let mut result = of_case(case, oracle, rubric, |criteria| {
+    is_shown: bool,
+) -> Judged<'a> {
+    let mut recorder = is_shown.then(|| Recorder::new(&case.scene));
+    let mut judged = of_case(case, oracle, rubric, |criteria| {
         judge_watched(case, oracle, criteria, || submission.states(case), &mut |pair| {
             if let Some(recorder) = &mut recorder {
                 recorder.add(pair);
@@ -37,12 +61,12 @@ pub(super) fn judge_case(
         })
     });
     // A fault may be a panic that left the recorder in the middle of a state.
-    let is_judged = !matches!(result.comparison.verdict, Verdict::GraderFault(_));
-    result.recording = recorder.filter(|_| is_judged).map(|mut recorder| {
+    let is_judged = !matches!(judged.result.comparison.verdict, Verdict::GraderFault(_));
+    judged.result.recording = recorder.filter(|_| is_judged).map(|mut recorder| {
         record_rest(case, oracle, &mut recorder);
         recorder.finish()
     });
-    result
+    judged
 }
 
 /// Records the oracle's states after the end of the submission's trace.
@@ -65,31 +89,34 @@ fn record_rest(case: &Case, oracle: &Oracle, recorder: &mut Recorder) {
 }
 
 /// Judges one scene by its criteria.
-pub(super) fn of_case(
-    case: &Case,
+pub(super) fn of_case<'a>(
+    case: &'a Case,
     oracle: &Oracle,
     rubric: &Rubric,
-    judge: impl FnOnce(Criteria) -> Comparison,
-) -> SceneResult {
+    judge: impl FnOnce(Criteria) -> (Comparison, Vec<State>),
+) -> Judged<'a> {
     let criteria = rubric.criteria(case, oracle.calibrated(case));
-    SceneResult {
+    let (comparison, states) = judge(criteria.clone());
+    let result = SceneResult {
         id: case.id.clone(),
         path: case.scene.name.clone(),
-        comparison: judge(criteria.clone()),
+        comparison,
         criteria,
         weight: rubric.weight(case),
         diagnosis: None,
         recording: None,
-    }
+    };
+    Judged { case, result, states }
 }
 
-/// Judges the states that `start` yields for a scene. A panic, here or in the submission's code, fails this scene only.
+/// Judges the states that `start` yields for a scene, and returns the finite ones. A panic, here or in the submission's
+/// code, fails this scene only.
 pub fn judge(
     case: &Case,
     oracle: &Oracle,
     criteria: Criteria,
     start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
-) -> Comparison {
+) -> (Comparison, Vec<State>) {
     judge_watched(case, oracle, criteria, start, &mut |_| {})
 }
 
@@ -100,54 +127,75 @@ fn judge_watched(
     criteria: Criteria,
     start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
     watch: &mut dyn FnMut(Pair<'_>),
-) -> Comparison {
+) -> (Comparison, Vec<State>) {
     // State that a panic leaves inconsistent is dropped with the closure.
     let judged = catch_unwind(AssertUnwindSafe(|| {
         let expectation = Expectation::of(&case.scene);
         let mut expected = match open_oracle(case, oracle, expectation.shape) {
             Ok(expected) => expected,
-            Err(fault) => return Comparison::without_states(Verdict::GraderFault(fault)),
+            Err(fault) => {
+                return (Comparison::without_states(Verdict::GraderFault(fault)), Vec::new());
+            }
         };
-        match start() {
+        let mut states = Vec::new();
+        let comparison = match start() {
             Ok(mut actual) => {
-                compare_watched(expected.as_mut(), actual.as_mut(), expectation, criteria, watch)
+                let is_recorded = is_recorded(case);
+                let mut watch = |pair: Pair<'_>| {
+                    if is_recorded {
+                        states.push(pair.got.clone());
+                    }
+                    watch(pair);
+                };
+                let compared = compare_watched(
+                    expected.as_mut(),
+                    actual.as_mut(),
+                    expectation,
+                    criteria,
+                    &mut watch,
+                );
+                // A step follows from its own state only if that is whole.
+                if !actual.has_velocities() {
+                    states.clear();
+                }
+                compared
+            }
+            Err(Verdict::Fail(failure)) => {
+                Comparison::without_states(Verdict::Fail(refusal(case, failure)))
             }
             Err(verdict) => Comparison::without_states(verdict),
-        }
+        };
+        (comparison, states)
     }));
     judged.unwrap_or_else(|panic| {
         let fault = Fault::Internal { detail: panic_message(panic.as_ref()) };
-        Comparison::without_states(Verdict::GraderFault(fault))
+        (Comparison::without_states(Verdict::GraderFault(fault)), Vec::new())
     })
 }
 
-/// Diagnoses a trace that differs. The trace is read, or computed, once more.
-pub(super) fn look_into(
-    case: &Case,
-    submission: &Submission,
-    comparison: &Comparison,
-) -> Option<Diagnosis> {
-    if comparison.verdict != Verdict::Fail(Failure::Differs) {
-        return None;
+/// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
+pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
+    if judged.iter().all(|judged| judged.result.comparison.verdict.is_pass()) {
+        return Findings::default();
     }
-    // An error or a panic here loses the diagnosis, but not the verdict.
-    let found = catch_unwind(AssertUnwindSafe(|| {
-        let mut states = submission.states(case).ok()?;
-        // A step follows from its own state only if that is whole.
-        states.has_velocities().then(|| diagnose(case, states.as_mut()))?
-    }));
-    found.ok().flatten()
+    catch_unwind(AssertUnwindSafe(|| {
+        let scenes = judged.iter_mut().map(|Judged { case, result, states }| JudgedScene {
+            case,
+            comparison: &mut result.comparison,
+            criteria: &result.criteria,
+            states,
+            diagnosis: &mut result.diagnosis,
+        });
+        Findings::of(scenes.collect())
+    }))
+    .unwrap_or_default()
 }
 
 /// Restarts the program from the oracle's states in the first scenes that differ.
-pub(super) fn restart_some(
-    program: &Program,
-    oracle: &Oracle,
-    results: &mut [(&Case, SceneResult)],
-) {
-    let differing = results
-        .iter_mut()
-        .filter_map(|(case, result)| result.diagnosis.as_mut().map(|diagnosis| (*case, diagnosis)));
+pub(super) fn restart_some(program: &Program, oracle: &Oracle, judged: &mut [Judged<'_>]) {
+    let differing = judged.iter_mut().filter_map(|Judged { case, result, .. }| {
+        result.diagnosis.as_mut().map(|diagnosis| (*case, diagnosis))
+    });
     let first: Vec<(&Case, &mut Diagnosis)> = differing.take(RESTARTED).collect();
     first.into_par_iter().for_each(|(case, diagnosis)| {
         let steps = || {
@@ -215,9 +263,8 @@ mod tests {
         let [case] = suite.cases.as_slice() else { panic!("one scene") };
 
         let judge = |start: fn(Box<dyn StateSource>) -> Box<dyn StateSource>| {
-            judge(case, &oracle, Tolerances::COURSE.into(), || {
-                Submission::BuiltIn(LinearSolver::Auto).states(case).map(start)
-            })
+            let start = || Submission::BuiltIn(LinearSolver::Auto).states(case).map(start);
+            judge(case, &oracle, Tolerances::COURSE.into(), start).0
         };
         assert_eq!(judge(|source| source).verdict, Verdict::Pass);
         let internal =

@@ -17,6 +17,7 @@ mod result;
 use std::collections::HashSet;
 
 use rayon::prelude::*;
+use simulator::trace::State;
 
 use crate::altered;
 use crate::assignment::Assignment;
@@ -29,13 +30,13 @@ use crate::rubric::Rubric;
 use crate::submission::Submission;
 use crate::submission::program::Program;
 use crate::suite::{Case, Suite};
-use crate::verdict::{Failure, Verdict};
+use crate::verdict::Failure;
 use breaker::{Failures, PILOTS};
 use hidden::HiddenSuite;
 use sandbox::Protection;
 
+use judge::{Judged, judge_case, look_into, of_case, restart_some};
 pub use judge::{judge, panic_message};
-use judge::{judge_case, look_into, of_case, restart_some};
 use result::gather;
 pub use result::{
     AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
@@ -112,7 +113,8 @@ impl<'a> Grader<'a> {
         } else {
             JacobianReport::default()
         };
-        let (mut results, broken) = self.scenes(submission);
+        let (mut judged, broken) = self.scenes(submission);
+        let findings = look_into(&mut judged);
         // A program that was killed with the run, or that only times out, has no further results.
         let program = || match submission {
             Submission::Program(program) if !observer.is_stopped() && broken.is_none() => {
@@ -121,9 +123,10 @@ impl<'a> Grader<'a> {
             _ => None,
         };
         if let Some(program) = program() {
-            restart_some(program, oracle, &mut results);
+            restart_some(program, oracle, &mut judged);
         }
-        let mut grading = gather(submission.name(), rubric, results);
+        let results = judged.into_iter().map(|judged| (judged.case, judged.result));
+        let mut grading = gather(submission.name(), rubric, results.collect(), findings);
         (grading.jacobians, grading.protection) = (jacobians, protection);
         grading.assignment = self.assignment.map(AssignmentName::of);
         grading.is_own = matches!(submission, Submission::BuiltIn(_));
@@ -168,7 +171,7 @@ impl<'a> Grader<'a> {
 
     /// Judges the scenes of the suite, features in parallel; those that ended, in the order of the suite. The failure
     /// is that of a program that is not run further.
-    fn scenes(&self, submission: &Submission) -> (Vec<(&'a Case, SceneResult)>, Option<Failure>) {
+    fn scenes(&self, submission: &Submission) -> (Vec<Judged<'a>>, Option<Failure>) {
         let Self { suite, rubric, observer, .. } = *self;
         observer.notice(Event::Task(Task::Scenes(suite.cases.len())));
         let features = breaker::by_feature(&suite.cases);
@@ -177,14 +180,14 @@ impl<'a> Grader<'a> {
             features.split_at(if is_pilot { PILOTS.min(features.len()) } else { 0 });
         let judge_first = |cases: &Vec<&'a Case>| {
             let mut failures = Failures::default();
-            let result = self.scene(cases[0], submission, None)?;
-            failures.add(&result.comparison.verdict);
-            Some((cases[0], result, failures))
+            let judged = self.scene(cases[0], submission, None)?;
+            failures.add(&judged.result.comparison.verdict);
+            Some((judged, failures))
         };
         let pilots: Vec<_> = first.par_iter().filter_map(judge_first).collect();
-        let verdicts = pilots.iter().map(|(_, result, _)| &result.comparison.verdict);
+        let verdicts = pilots.iter().map(|(judged, _)| &judged.result.comparison.verdict);
         let broken = breaker::after_pilots(verdicts, rubric.breaker());
-        let begun = pilots.iter().map(|(_, _, failures)| (1, failures.clone()));
+        let begun = pilots.iter().map(|(_, failures)| (1, failures.clone()));
         let begun = begun.chain(rest.iter().map(|_| (0, Failures::default())));
         let begun: Vec<(usize, Failures)> = begun.collect();
         let judge = |(cases, (done, failures)): (&Vec<&'a Case>, &(usize, Failures))| {
@@ -193,11 +196,11 @@ impl<'a> Grader<'a> {
             for case in &cases[*done..] {
                 let skipped = broken.clone().or_else(|| failures.next(rubric.breaker()));
                 let is_run = skipped.is_none();
-                let Some(result) = self.scene(case, submission, skipped) else { break };
+                let Some(judged) = self.scene(case, submission, skipped) else { break };
                 if is_run {
-                    failures.add(&result.comparison.verdict);
+                    failures.add(&judged.result.comparison.verdict);
                 }
-                results.push((*case, result));
+                results.push(judged);
             }
             results
         };
@@ -205,10 +208,10 @@ impl<'a> Grader<'a> {
             true => Vec::new(),
             false => features.par_iter().zip(&begun).flat_map_iter(judge).collect(),
         };
-        let pilots = pilots.iter().map(|(case, result, _)| (*case, result.clone()));
-        let mut results: Vec<_> = pilots.chain(others).collect();
-        results
-            .sort_by(|(a, _), (b, _)| (a.feature.section, &a.id).cmp(&(b.feature.section, &b.id)));
+        let pilots = pilots.into_iter().map(|(judged, _)| judged);
+        let mut results: Vec<Judged<'_>> = pilots.chain(others).collect();
+        let place = |judged: &Judged<'a>| (judged.case.feature.section, judged.case.id.as_str());
+        results.sort_by(|a, b| place(a).cmp(&place(b)));
         (results, broken)
     }
 
@@ -218,28 +221,22 @@ impl<'a> Grader<'a> {
         case: &'a Case,
         submission: &Submission,
         skipped: Option<Failure>,
-    ) -> Option<SceneResult> {
+    ) -> Option<Judged<'a>> {
         let Self { oracle, rubric, checks, observer, .. } = *self;
         if observer.is_stopped() {
             return None;
         }
         let name = Some(case.id.as_str());
         observer.notice(Event::SceneStarted { name });
-        let result = match skipped {
-            None => {
-                let mut result = judge_case(case, oracle, rubric, submission, checks.recordings);
-                result.diagnosis = look_into(case, submission, &result.comparison);
-                result
-            }
-            Some(failure) => of_case(case, oracle, rubric, |_| {
-                Comparison::without_states(Verdict::Fail(failure))
-            }),
+        let judged = match skipped {
+            None => judge_case(case, oracle, rubric, submission, checks.recordings),
+            Some(failure) => Judged::skipped(case, oracle, rubric, failure),
         };
         // The program may have been killed with the run. A stop that follows from this result keeps it.
         let is_killed = observer.is_stopped();
-        let passed = result.comparison.verdict.is_pass();
+        let passed = judged.result.comparison.verdict.is_pass();
         observer.notice(Event::SceneFinished { name, passed });
-        (!is_killed).then_some(result)
+        (!is_killed).then_some(judged)
     }
 }
 
@@ -249,9 +246,12 @@ pub fn collect(
     submission: String,
     oracle: &Oracle,
     rubric: &Rubric,
-    judge: impl Fn(&Case, Criteria) -> Comparison + Sync,
+    judge: impl Fn(&Case, Criteria) -> (Comparison, Vec<State>) + Sync,
 ) -> Grading {
     let cases = suite.cases.par_iter();
-    let judged = |case| (case, of_case(case, oracle, rubric, |criteria| judge(case, criteria)));
-    gather(submission, rubric, cases.map(judged).collect())
+    let judged = |case| of_case(case, oracle, rubric, |criteria| judge(case, criteria));
+    let mut judged: Vec<Judged<'_>> = cases.map(judged).collect();
+    let findings = look_into(&mut judged);
+    let results = judged.into_iter().map(|judged| (judged.case, judged.result));
+    gather(submission, rubric, results.collect(), findings)
 }

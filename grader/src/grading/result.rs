@@ -5,9 +5,9 @@ use std::fmt;
 
 use crate::altered::Copied;
 use crate::assignment::Assignment;
-use crate::blame::Blame;
 use crate::compare::{Comparison, Criteria};
 use crate::diagnosis::Diagnosis;
+use crate::findings::Findings;
 use crate::jacobian::JacobianReport;
 use crate::printed;
 use crate::probe::Probing;
@@ -38,8 +38,8 @@ pub struct Grading {
     pub probing: Option<Probing>,
     /// Evidence that its answers are copied; `None` where there is none, or it was not checked.
     pub copied: Option<Copied>,
-    /// Likely causes of its failures; `None` where nothing failed.
-    pub blame: Option<Blame>,
+    /// What is wrong; empty where nothing failed.
+    pub findings: Findings,
     /// Jacobian checks; empty where the submission is not the built-in simulator.
     pub jacobians: JacobianReport,
     /// Whether hidden scenes exist and were run.
@@ -308,7 +308,8 @@ impl Grading {
     pub fn interrupt(&mut self, suite: &Suite) {
         let graded = self.features.iter().map(|result| result.scenes.len()).sum();
         self.interrupted = Some(Interrupted { graded, scenes: suite.cases.len() });
-        (self.repetition, self.probing, self.copied, self.blame) = (None, None, None, None);
+        (self.repetition, self.probing, self.copied) = (None, None, None);
+        self.findings = Findings::default();
         self.fitting = None;
     }
 
@@ -436,9 +437,8 @@ pub(super) fn gather(
     submission: String,
     rubric: &Rubric,
     results: Vec<(&Case, SceneResult)>,
+    findings: Findings,
 ) -> Grading {
-    let blame = Blame::of(results.iter().map(|(case, result)| (*case, &result.comparison)));
-
     let mut features: Vec<FeatureResult> = Vec::new();
     for (case, result) in results {
         match features.iter_mut().find(|known| known.feature == case.feature) {
@@ -461,7 +461,7 @@ pub(super) fn gather(
         repetition: None,
         probing: None,
         copied: None,
-        blame,
+        findings,
         jacobians: JacobianReport::default(),
         hidden: Hidden::None,
         faults: rubric.fault_points(),

@@ -412,6 +412,15 @@ impl Workspace {
     }
 }
 
+/// The beginning of the message of a program that exited with another status than 0.
+const EXITED: &str = "ended with exit status ";
+
+/// The exit status in the message of a crash; `None` if a signal ended the program.
+pub(crate) fn exit_status(detail: &str) -> Option<i32> {
+    let digits = detail.strip_prefix(EXITED)?;
+    digits.split(|c: char| !(c.is_ascii_digit() || c == '-')).next()?.parse().ok()
+}
+
 /// The failure that the end of a run amounts to.
 pub(super) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) -> Failure {
     let said = complaint(outcome, sandbox);
@@ -420,7 +429,7 @@ pub(super) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) ->
     let exceeded = match &outcome.end {
         End::Exceeded(exceeded) => exceeded,
         End::Exited(code) => {
-            return Failure::Crashed { detail: format!("ended with exit status {code}{said}") };
+            return Failure::Crashed { detail: format!("{EXITED}{code}{said}") };
         }
         End::Signalled(number) => {
             let signal = signal_name(*number);

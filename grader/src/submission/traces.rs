@@ -11,12 +11,13 @@ use crate::verdict::Failure;
 
 /// Opens the trace of a scene.
 pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, Failure> {
-    let (path, format) = find_trace(folder, &case.id).map_err(|error| {
-        let detail = match error {
-            NoTrace::Missing { .. } => format!("there is no trace: {error}"),
-            NoTrace::Several { .. } => format!("ambiguous trace: {error}"),
-        };
-        Failure::NoOutput { detail }
+    let (path, format) = find_trace(folder, &case.id).map_err(|error| match error {
+        NoTrace::Missing { .. } => {
+            Failure::Missing { detail: format!("there is no trace: {error}") }
+        }
+        NoTrace::Several { .. } => {
+            Failure::NoOutput { detail: format!("ambiguous trace: {error}") }
+        }
     })?;
     if leads_out(&path, folder) {
         let detail = format!(

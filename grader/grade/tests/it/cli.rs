@@ -244,12 +244,12 @@ fn scene(report: &str, name: &str) -> serde_json::Value {
 }
 
 #[test]
-fn a_missing_trace_is_no_output() {
+fn a_missing_trace_is_missing() {
     let project = Project::new();
     project.traces("Spring/pair", |_| ());
     fs::remove_file(project.path("traces/Spring/pair.csv")).unwrap();
     let run = project.grade(&["--traces", "traces", "--format", "json"]);
-    assert_eq!((run.code, &scene(&run.stdout, "Spring/pair")["verdict"]), (1, &"no-output".into()));
+    assert_eq!((run.code, &scene(&run.stdout, "Spring/pair")["verdict"]), (1, &"missing".into()));
 }
 
 #[cfg(unix)]
@@ -912,7 +912,7 @@ fn an_extension_in_upper_case_is_pointed_at() {
     fs::rename(trace("pair.csv"), trace("pair.CSV")).unwrap();
     let run = project.grade(&["--traces", "traces", "--format", "json"]);
     let told = scene(&run.stdout, "Spring/pair");
-    assert_eq!(told["verdict"], "no-output");
+    assert_eq!(told["verdict"], "missing");
     let message = told["message"].as_str().unwrap();
     assert!(message.starts_with("there is no trace: neither traces/Spring/pair.csv nor"), "{told}");
     assert!(

@@ -9,7 +9,6 @@ use grader::verdict::Verdict;
 
 use super::page::Html;
 use super::scene_address;
-use crate::text;
 
 /// Number of scenes that are linked as the proof of a finding.
 const LINKED: usize = 6;
@@ -17,15 +16,18 @@ const LINKED: usize = 6;
 /// Adds the findings as a list; nothing where there are none.
 pub(super) fn write(html: &mut Html, grading: &Grading) -> io::Result<()> {
     let mut items = Html::default();
-    if let Some(blame) = &grading.blame {
-        items.lines(|out| text::write_blame(out, blame))?;
-    }
-    for (words, scenes) in explained(grading) {
-        items.markup("<li><strong>").text(&words).markup("</strong>: reproduces the examined ");
-        items.markup("wrong steps of ").text(&counted(scenes.len(), "scene"));
-        items.markup(" up to rounding: ");
-        link_scenes(&mut items, &scenes);
+    for finding in &grading.findings.list {
+        items.markup("<li><strong>").text(&finding.sentence()).markup("</strong>: ");
+        items.text(&finding.evidence()).markup(": ");
+        let is_its = |scene: &&SceneResult| finding.scenes.contains(&scene.id);
+        link_scenes(&mut items, &scenes(grading).filter(is_its).collect::<Vec<_>>());
+        if let Some(note) = finding.sign_convention() {
+            items.markup(". ").text(note);
+        }
         items.markup("</li>");
+    }
+    if let Some(progress) = &grading.findings.progress {
+        items.markup("<li>").text(&progress.to_string()).markup("</li>");
     }
     for (name, scenes) in unexplained(grading) {
         let words = format!("{} without a known cause ({name}): ", counted(scenes.len(), "scene"));
@@ -70,26 +72,18 @@ fn scenes(grading: &Grading) -> impl Iterator<Item = &SceneResult> {
     grading.features.iter().flat_map(|feature| &feature.scenes)
 }
 
-/// The scenes whose wrong steps a mistake reproduces, by mistake, the most frequent first.
-pub(super) fn explained(grading: &Grading) -> Vec<(String, Vec<&SceneResult>)> {
-    let mut found: BTreeMap<String, Vec<&SceneResult>> = BTreeMap::new();
-    for scene in scenes(grading) {
-        if let Some(words) = cause(scene) {
-            found.entry(words).or_default().push(scene);
-        }
-    }
-    by_frequency(found)
-}
-
-/// The cause of a scene's wrong steps, where it is known.
+/// The causes of a scene's wrong trace, where they are known.
 pub(super) fn cause(scene: &SceneResult) -> Option<String> {
-    Some(scene.diagnosis.as_ref()?.explanation.as_ref()?.words())
+    let causes = &scene.diagnosis.as_ref()?.causes;
+    (!causes.is_empty()).then(|| causes.join("; "))
 }
 
-/// The scenes without a cause, by verdict.
+/// The scenes that no finding explains, by verdict.
 fn unexplained(grading: &Grading) -> Vec<(String, Vec<&SceneResult>)> {
     let mut found: BTreeMap<String, Vec<&SceneResult>> = BTreeMap::new();
-    for scene in scenes(grading).filter(|scene| cause(scene).is_none()) {
+    let is_explained =
+        |scene: &&SceneResult| grading.findings.list.iter().any(|f| f.scenes.contains(&scene.id));
+    for scene in scenes(grading).filter(|scene| !is_explained(scene)) {
         if !matches!(scene.comparison.verdict, Verdict::Pass) {
             let name = scene.comparison.verdict.name().replace('-', " ");
             found.entry(name).or_default().push(scene);

@@ -71,13 +71,11 @@ fn heading(html: &mut Html, case: &Case, result: &SceneResult) {
         }
         match findings::cause(result) {
             Some(cause) => {
-                html.markup(
-                    "<p>Cause, which reproduces the examined wrong steps up to rounding: <strong>",
-                );
+                html.markup("<p>Cause, which reproduces the trace: <strong>");
                 html.text(&cause).markup("</strong>.</p>");
             }
             None if diagnosis.steps.wrong > 0 => {
-                html.markup("<p>No known single mistake explains this.</p>");
+                html.markup("<p>No single change explains this.</p>");
             }
             None => {}
         }

@@ -1,6 +1,6 @@
 //! Mistakes in the treatment of fixed particles.
 
-use grader::blame::Family;
+use grader::findings::Family;
 use simulator::scene::Scene;
 
 use super::super::student::Vec2;

@@ -1,6 +1,6 @@
 //! Mistakes in forces.
 
-use grader::blame::Part;
+use grader::findings::Part;
 use simulator::scene::Scene;
 
 use super::super::student::{

@@ -12,10 +12,11 @@
 mod derived;
 mod fixed;
 mod force;
+mod foreign;
 mod integrator;
 mod jacobian;
 
-use grader::blame::{Family, Feature, Part};
+use grader::findings::{Family, Feature, Part};
 use simulator::scene::Scene;
 use simulator::scene::schema::Matrix;
 
@@ -120,6 +121,11 @@ impl Mistake {
         self.scope.feature()
     }
 
+    /// Plants it in a student.
+    pub fn plant(&self, student: &mut Student) {
+        (self.plant)(student);
+    }
+
     /// A student who makes this one and another.
     pub fn and(&self, other: &Self) -> Student {
         let mut student = self.student();
@@ -161,6 +167,11 @@ impl Subject {
             plant: Box::new(plant),
         }
     }
+}
+
+/// Mistakes that no operation of the grader makes: thresholds, other formulas, stray indices.
+pub fn foreign() -> Vec<Mistake> {
+    foreign::mistakes()
 }
 
 /// Every mistake, by area and subject.

@@ -9,7 +9,7 @@ use super::{expected, rates, verdict};
 use crate::{Expectation, Graded, Outcome, Row, SelfTest};
 
 /// Version of the schema.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The report as JSON, with a newline at its end.
 ///
@@ -83,12 +83,8 @@ struct JsonGraded {
     scenes: usize,
     /// Scenes that failed.
     failed: usize,
-    /// Number of suspects named.
-    named: usize,
-    /// Whether the two named suspects act together, rather than as alternatives.
-    together: bool,
-    /// The likeliest causes, the likeliest first.
-    suspects: Vec<String>,
+    /// The findings, in the order of the report.
+    findings: Vec<String>,
     /// The largest ratio of a residual to its tolerance; null if nothing was compared.
     worst: Option<f64>,
     /// The first scene that failed, with its verdict.
@@ -139,9 +135,7 @@ impl JsonGraded {
         Self {
             scenes: graded.scenes,
             failed: graded.failed,
-            named: graded.named.len(),
-            together: graded.together,
-            suspects: graded.suspects.clone(),
+            findings: graded.named.iter().map(|named| named.text.clone()).collect(),
             worst: graded.worst.filter(|worst| worst.is_finite()),
             example: graded.example.clone(),
         }

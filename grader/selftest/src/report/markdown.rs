@@ -19,14 +19,12 @@ submission, and says how often the verdicts were right. It exits with 1 where a 
   precision, reading, crashes, Newton's method. They are built and run under protection. What cannot be built
   where the self-test runs is shown as skipped, and counts in no rate.
 
-A mistake is *caught* where a scene fails. It is *blamed rightly* where the cause that the report names first is
-the one that was written down beside the mistake, by what the mistake is, before it was run: the force or the part of
-it, its Jacobians, the integrator, fixed particles (under which methods), the output, … and whether it shows by
-wrong traces, by crashes, or by runs that do not end. Where two causes fit alike, both are named; the first must be
-the right one.
+A mistake is *caught* where a scene fails. It is *named rightly* where the first finding of the report names the feature
+that was written down beside the mistake, by what the mistake is, before it was run: the force or the part of it, its
+Jacobians, the integrator, fixed particles (under which methods), the output, … and whether it shows by wrong traces, by
+crashes, or by runs that do not end. Where several causes fit alike, all are named.
 
-Blame is found from which scenes fail and which pass ([internals.md](internals.md)). What that cannot tell is
-told wrong: damping with its coefficient missing acts in all springs, damped or not, just as a wrong pull does.
+How findings are proven is described in [internals.md](internals.md).
 
 `grade selftest --markdown` writes this file; `ci/selftest.sh` holds it to what comes out. Residuals stand in the text
 and JSON reports, for they depend on the compiler.
@@ -60,7 +58,7 @@ pub fn render(selftest: &SelfTest) -> String {
         let _ = writeln!(text, "| {subject} | {description} | {language} | {scenes} | {verdict} |");
     }
     text.push_str("\n## Mistakes\n\n");
-    text.push_str("| where | mistake | in | scenes failed | blamed on | |\n");
+    text.push_str("| where | mistake | in | scenes failed | findings | |\n");
     text.push_str("| --- | --- | --- | ---: | --- | --- |\n");
     for row in selftest.mistakes() {
         mistake(&mut text, row);

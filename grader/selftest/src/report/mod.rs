@@ -1,5 +1,6 @@
 //! Reports of the self-test: the matrix of mistakes and variants, and three rates.
 
+pub mod drawn;
 pub mod json;
 pub mod markdown;
 pub mod text;
@@ -19,7 +20,7 @@ pub(super) fn rates(selftest: &SelfTest) -> [(&'static str, Rate, f64); 3] {
 pub(super) fn expected(row: &Row) -> String {
     match row.expectation {
         Expectation::Correct => "passes".to_owned(),
-        Expectation::Mistake(grader::blame::Symptom::Wrong, feature) => feature.to_string(),
+        Expectation::Mistake(grader::findings::Symptom::Wrong, feature) => feature.to_string(),
         Expectation::Mistake(symptom, feature) => format!("{symptom}: {feature}"),
     }
 }
@@ -35,10 +36,10 @@ pub(super) fn verdict(row: &Row) -> &'static str {
     }
 }
 
-/// The named causes.
+/// The findings.
 pub(super) fn blamed(graded: &Graded) -> String {
-    match graded.named.len() {
-        0 => "nothing".to_owned(),
-        few => graded.suspects[..few].join(if graded.together { " and " } else { " or " }),
+    match graded.named.as_slice() {
+        [] => "nothing".to_owned(),
+        all => all.iter().map(|named| named.text.as_str()).collect::<Vec<_>>().join("; "),
     }
 }

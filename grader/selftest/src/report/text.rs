@@ -12,7 +12,7 @@ use report::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 /// If writing fails.
 pub fn write(out: &mut dyn Write, selftest: &SelfTest) -> io::Result<()> {
     writeln!(out, "{BOLD}Mistakes{BOLD:#}")?;
-    let names = ["where", "verdict", "scenes", "in", "mistake", "blamed on", ""];
+    let names = ["where", "verdict", "scenes", "in", "mistake", "findings", ""];
     let mut rows = vec![header(&names, 2..3)];
     rows.extend(selftest.mistakes().map(mistake));
     table::write(out, &rows)?;

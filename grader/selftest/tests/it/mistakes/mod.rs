@@ -9,7 +9,6 @@
 
 mod assignments;
 mod calibrated;
-mod explaining;
 mod judging;
 mod probing;
 mod table;

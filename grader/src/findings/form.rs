@@ -1,14 +1,11 @@
-//! Evidence from a single failure.
+//! Faults of the output itself, seen in a single scene. They are settled before physics is suspected.
 //!
 //! - **Form**: no trace, a malformed trace, or a wrong number of states. At the initial state also: the initial state
 //!   is missing, or its bytes or numbers are in another order.
 //! - **Digits**: the numbers are the oracle's, rounded to few digits or to single precision.
-//! - **The position rule**: `x' = x + h v'` (explicit Euler: `x + h v`) holds in the submission's own numbers
-//!   whatever its forces. A trace that violates it has another mistake than a wrong force.
 
 use std::fmt;
 
-use reference::method::Method;
 use simulator::scene::Scene;
 
 use super::feature::{Family, Feature, Symptom};
@@ -17,7 +14,7 @@ use crate::suite::Case;
 use crate::verdict::{Failure, Verdict};
 
 /// Numbers with at most this many digits count as rounded; an f64 has 15 to 17.
-const FEW_DIGITS: usize = 12;
+const FEW_DIGITS: usize = 14;
 
 /// Numbers within this relative distance are equal up to the order of operations.
 const SAME: f64 = 1e-9;
@@ -25,32 +22,15 @@ const SAME: f64 = 1e-9;
 /// Relative error of single precision, accumulated over some steps.
 const NEARLY: f64 = 1e-4;
 
-/// Numbers within this relative distance differ at most by rounding to single precision.
-const CLOSE: f64 = 1e-6;
-
-/// The evidence of one failure.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Clue {
-    pub(super) kind: Kind,
-    pub(super) evidence: Evidence,
-}
-
-/// Evidence on the place of the mistake.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Evidence {
-    /// The first wrong particle is a fixed one.
-    pub(super) fixed_is_wrong: bool,
-    /// Positions do not follow from the velocities by the method's rule.
-    pub(super) rule_is_broken: bool,
-    /// The first wrong number is almost right.
-    pub(super) nearly_right: bool,
-}
-
 /// How a scene failed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Wrong numbers.
     Wrong,
+    /// The program says that it lacks a feature of the scene.
+    Refused,
+    /// There is no trace in a folder of traces.
+    Missing,
     NotBuilt,
     Crash,
     TimeOut,
@@ -76,7 +56,13 @@ pub(super) enum Kind {
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = match self {
-            Self::Wrong | Self::NotBuilt | Self::Crash | Self::TimeOut | Self::Memory => "",
+            Self::Wrong
+            | Self::Refused
+            | Self::Missing
+            | Self::NotBuilt
+            | Self::Crash
+            | Self::TimeOut
+            | Self::Memory => "",
             Self::NoTrace => "no trace where it is expected",
             Self::TooMuch => "output limit exceeded",
             Self::Malformed => "malformed",
@@ -106,9 +92,13 @@ impl Kind {
     /// The feature at fault, if this kind of failure determines it; `None` if that takes several scenes.
     pub(super) fn feature(&self) -> Option<Feature> {
         Some(match self {
-            Self::Wrong | Self::NotBuilt | Self::Crash | Self::TimeOut | Self::Memory => {
-                return None;
-            }
+            Self::Wrong
+            | Self::Refused
+            | Self::Missing
+            | Self::NotBuilt
+            | Self::Crash
+            | Self::TimeOut
+            | Self::Memory => return None,
             Self::OneStateOff => Feature::States,
             Self::Duration | Self::InitialVelocity | Self::InitialState => Feature::Reading,
             Self::FixedStopped => Feature::Fixed(Family::Any),
@@ -124,12 +114,6 @@ impl Kind {
         })
     }
 
-    /// Whether no other cause is possible, whatever the scenes have in common.
-    pub(super) fn is_certain(&self) -> bool {
-        let open = [Self::NoTrace, Self::TooMuch, Self::Malformed, Self::NotFiniteAtLast];
-        self.feature().is_some() && !open.contains(self)
-    }
-
     /// The symptom.
     pub(super) fn symptom(&self) -> Symptom {
         match self {
@@ -141,33 +125,33 @@ impl Kind {
     }
 }
 
-impl Clue {
-    /// The evidence of a scene; `None` if it passed.
+impl Kind {
+    /// How a scene failed; `None` if it passed or was not judged.
     pub(super) fn of(case: &Case, comparison: &Comparison) -> Option<Self> {
         let Verdict::Fail(failure) = &comparison.verdict else { return None };
         let first = comparison.first_wrong.as_ref();
         let told = || first.and_then(|first| in_numbers(&case.scene, first));
-        let kind = match failure {
-            Failure::BuildFailed { .. } | Failure::BadHandIn { .. } => Kind::NotBuilt,
-            Failure::Crashed { .. } | Failure::TooManyProcesses { .. } => Kind::Crash,
-            Failure::TimedOut { .. } => Kind::TimeOut,
-            Failure::OutOfMemory { .. } => Kind::Memory,
-            Failure::NoOutput { .. } => Kind::NoTrace,
-            Failure::TooMuchOutput { .. } => Kind::TooMuch,
-            Failure::Malformed { .. } => told().unwrap_or(Kind::Malformed),
+        Some(match failure {
+            Failure::BuildFailed { .. } | Failure::BadHandIn { .. } => Self::NotBuilt,
+            Failure::NotImplemented { .. } => Self::Refused,
+            Failure::Missing { .. } => Self::Missing,
+            Failure::Crashed { .. } | Failure::TooManyProcesses { .. } => Self::Crash,
+            Failure::TimedOut { .. } => Self::TimeOut,
+            Failure::OutOfMemory { .. } => Self::Memory,
+            Failure::NoOutput { .. } => Self::NoTrace,
+            Failure::TooMuchOutput { .. } => Self::TooMuch,
+            Failure::Malformed { .. } => told().unwrap_or(Self::Malformed),
             Failure::NotFinite { place, .. } => {
                 let at_last = first.is_none() && place.step == case.scene.n_steps();
-                told().unwrap_or(if at_last { Kind::NotFiniteAtLast } else { Kind::Wrong })
+                told().unwrap_or(if at_last { Self::NotFiniteAtLast } else { Self::Wrong })
             }
             Failure::TooShort { .. } | Failure::TooLong { .. } => match (first, told()) {
                 (_, Some(kind)) => kind,
-                (Some(_), None) => Kind::Wrong,
+                (Some(_), None) => Self::Wrong,
                 (None, None) => length(failure),
             },
-            Failure::Differs | Failure::Drifts { .. } => told().unwrap_or(Kind::Wrong),
-        };
-        let evidence = first.map(|first| Evidence::of(&case.scene, first)).unwrap_or_default();
-        Some(Self { kind, evidence })
+            Failure::Differs | Failure::Drifts { .. } => told().unwrap_or(Self::Wrong),
+        })
     }
 }
 
@@ -178,37 +162,6 @@ fn length(failure: &Failure) -> Kind {
         Failure::TooShort { states, expected } if states + 1 < *expected => Kind::Duration,
         _ => Kind::OneStateOff,
     }
-}
-
-impl Evidence {
-    fn of(scene: &Scene, first: &FirstWrong) -> Self {
-        let place = first.place;
-        let row = first.context.iter().find(|row| row.step == place.step);
-        let scale = row.map_or(0.0, |row| largest(&row.expected));
-        Self {
-            fixed_is_wrong: scene.particles.get(place.particle).is_some_and(|p| p.fixed),
-            rule_is_broken: rule_is_broken(scene, &first.context),
-            nearly_right: !first.accumulated && first.residual <= CLOSE * scale,
-        }
-    }
-}
-
-/// Whether the submission's positions do not follow from its own velocities.
-fn rule_is_broken(scene: &Scene, context: &[ContextRow]) -> bool {
-    let (h, axes) = (scene.time_step, scene.dimension.count());
-    let Some([of_old, of_new]) = Method::of(scene.integrator.equation).drift() else {
-        return false;
-    };
-    let steps = context.windows(2).filter(|rows| rows[0].step + 1 == rows[1].step);
-    steps.into_iter().any(|rows| {
-        let (old, new) = (&rows[0].got, &rows[1].got);
-        (0..axes).any(|axis| {
-            let v = of_old * old[axes + axis] + of_new * new[axes + axis];
-            let scale = old[axis].abs() + new[axis].abs() + (h * v).abs();
-            let off = (new[axis] - old[axis] - h * v).abs();
-            off.is_finite() && off > CLOSE * scale
-        })
-    })
 }
 
 /// The kind of failure if the first wrong numbers are right numbers in a wrong form.

@@ -1,4 +1,4 @@
-//! Possible causes, each with the scenes that it makes fail.
+//! Features of a simulator, each with the scenes that fail if it is wrong.
 
 use simulator::integrator::IntegratorKind;
 use simulator::scene::Scene;
@@ -6,7 +6,6 @@ use simulator::scene::schema::{self, Convergence, Masses, StepEquation};
 use simulator::{force, integrator};
 
 use super::feature::{Family, Feature, Part};
-use crate::suite::Case;
 
 /// Prediction for a scene under a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,18 +14,6 @@ pub(super) enum Expected {
     /// May fail: Newton's method, for example, often converges with wrong derivatives.
     May,
     Passes,
-}
-
-impl Expected {
-    /// The probability of a failure. Even a mistake in use sometimes has no visible effect, and scenes rarely fail for
-    /// another reason.
-    pub(super) fn probability(self) -> f64 {
-        match self {
-            Self::Fails => 0.95,
-            Self::May => 0.4,
-            Self::Passes => 1e-3,
-        }
-    }
 }
 
 /// A cause under certain circumstances.
@@ -59,8 +46,13 @@ const OF_FORCES: [Circumstance<Part>; 5] = [
 ];
 
 /// Circumstances under which Jacobians may be wrong.
-const OF_JACOBIANS: [Circumstance<Part>; 3] = [
+const OF_JACOBIANS: [Circumstance<Part>; 4] = [
     ("", |_, _| true),
+    ("between two free particles", |scene, part| {
+        elements(scene, part).any(|(_, pair, _)| {
+            pair.is_some_and(|pair| pair.iter().all(|i| !scene.particles[*i].fixed))
+        })
+    }),
     ("between particles other than the first two", |scene, part| {
         let others = |pair: [usize; 2]| pair.iter().any(|particle| *particle > 1);
         elements(scene, part).any(|(_, pair, _)| pair.map_or(scene.particles.len() > 1, others))
@@ -97,8 +89,70 @@ const OF_FIXED: [Circumstance<()>; 5] = [
     }),
 ];
 
-/// All causes under all circumstances, the unconditional ones first.
-pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypothesis> {
+/// A feature with the circumstances under which it fails, in words, and the failing scenes that use it.
+pub(super) type Guilty = (Feature, String, Vec<usize>);
+
+/// The only feature that is used in every failing scene and in no right one: with the circumstances in words, if it fails
+/// under these alone. `None` if there is none, more than one, or fewer than `few` failing scenes.
+pub(super) fn only(failing: &[&Scene], right: &[&Scene], few: usize) -> Option<Guilty> {
+    if failing.len() < few {
+        return None;
+    }
+    let all = hypotheses();
+    let fits = |hypothesis: &&Hypothesis| {
+        let of = |scene: &&Scene| (hypothesis.expects)(scene);
+        let mut surely = failing.iter().map(of).filter(|expected| *expected == Expected::Fails);
+        failing.iter().all(|scene| of(scene) != Expected::Passes)
+            && right.iter().all(|scene| of(scene) != Expected::Fails)
+            && surely.next().is_some()
+    };
+    for special in [false, true] {
+        let fitting: Vec<&Hypothesis> =
+            all.iter().filter(|one| one.special == special).filter(fits).collect();
+        let Some(first) = fitting.first() else { continue };
+        let is_alone = fitting.iter().all(|one| one.feature == first.feature);
+        let every = (0..failing.len()).collect();
+        return is_alone.then(|| (first.feature, first.detail.clone(), every));
+    }
+    None
+}
+
+/// The features that no right scene uses and of which some failing scenes use one only. Empty unless together they are in
+/// every failing scene.
+pub(super) fn eliminated(failing: &[&Scene], right: &[&Scene], few: usize) -> Vec<Guilty> {
+    let all = hypotheses();
+    let is_plain = |one: &&Hypothesis| {
+        let broad = !one.special || matches!(one.feature, Feature::Integrator(_));
+        broad && !matches!(one.feature, Feature::Everything | Feature::Reading | Feature::Precision)
+    };
+    let open: Vec<&Hypothesis> = all
+        .iter()
+        .filter(is_plain)
+        .filter(|one| right.iter().all(|scene| (one.expects)(scene) != Expected::Fails))
+        .collect();
+    let suspects = |scene: &Scene| {
+        let used = open.iter().filter(|one| (one.expects)(scene) != Expected::Passes);
+        let mut features: Vec<Feature> = used.map(|one| one.feature).collect();
+        features.sort_unstable();
+        features.dedup();
+        features
+    };
+    let of_each: Vec<Vec<Feature>> = failing.iter().map(|scene| suspects(scene)).collect();
+    let mut guilty: Vec<Guilty> = Vec::new();
+    for features in &of_each {
+        let [one] = features.as_slice() else { continue };
+        let alone = of_each.iter().filter(|other| *other == features).count();
+        if alone >= few && guilty.iter().all(|(known, ..)| known != one) {
+            let users = of_each.iter().enumerate().filter(|(_, other)| other.contains(one));
+            guilty.push((*one, String::new(), users.map(|(number, _)| number).collect()));
+        }
+    }
+    let is_covered = |number: usize| guilty.iter().any(|(_, _, scenes)| scenes.contains(&number));
+    if (0..failing.len()).all(is_covered) { guilty } else { Vec::new() }
+}
+
+/// All features under all circumstances, the unconditional ones first.
+fn hypotheses() -> Vec<Hypothesis> {
     let mut all = Vec::new();
     for part in parts() {
         for (detail, holds) in OF_FORCES {
@@ -153,20 +207,6 @@ pub(super) fn hypotheses<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<Hypot
         let feels = |part: Part| part.schema().masses != Masses::Own && acts(scene, part);
         when(unusual_masses(scene) && parts().any(feels))
     }));
-    let mut steps: Vec<f64> = cases.map(|case| case.scene.time_step).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.dedup();
-    for step in steps {
-        let detail = format!("dt always taken as {step}");
-        let expects = move |scene: &Scene| when(scene.time_step != step);
-        all.push(Hypothesis { detail, ..hypothesis(Feature::Reading, "dt", expects) });
-    }
-    all.push(hypothesis(Feature::Precision, "", |_: &Scene| Expected::Fails));
-    for (detail, of_pairs) in [("of forces", false), ("of forces between particles", true)] {
-        all.push(hypothesis(Feature::Precision, detail, move |scene: &Scene| {
-            when(parts().any(|part| acts(scene, part) && (!of_pairs || by_position(part))))
-        }));
-    }
     all.push(hypothesis(Feature::Everything, "", |_: &Scene| Expected::Fails));
     all
 }

@@ -1,0 +1,647 @@
+//! The changes that a step of a scene may have: operations on each of its terms, on its integrator, on fixed particles
+//! and on the reading of the scene. The most usual come first.
+
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock};
+
+use simulator::scene::schema::StepEquation;
+use simulator::scene::{Dimension, Scene};
+
+use super::edit::edits;
+use super::expression::{Expression, Leaf};
+use super::forms::Forms;
+use super::model::{HELD, NEWTON, forms_of};
+use super::{
+    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Place,
+    Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+};
+use crate::method::{Method, OnePoint};
+
+/// A term's changes do not depend on the scene, but for its dimension.
+static OF_TERMS: LazyLock<HashMap<Term, Vec<Change>>> =
+    LazyLock::new(|| Term::all().map(|term| (term, all_of(term))).collect());
+
+/// Every change of a term's force or Jacobians.
+pub fn of_term(term: Term) -> &'static [Change] {
+    OF_TERMS.get(&term).map_or(&[], Vec::as_slice)
+}
+
+/// The term left out, with its Jacobians.
+pub fn omission(term: Term) -> Change {
+    Change {
+        place: Place::Force(term),
+        words: format!("{term} is left out"),
+        effect: Effect::Factor(term, &Quantity::ALL, Factor::number(0.0)),
+        rank: 0,
+    }
+}
+
+const FORCE: &[Quantity] = &[Quantity::Force];
+const BY_POSITION: &[Quantity] = &[Quantity::ByPosition];
+const BY_VELOCITY: &[Quantity] = &[Quantity::ByVelocity];
+const JACOBIANS: &[Quantity] = &[Quantity::ByPosition, Quantity::ByVelocity];
+
+/// `springforce's damping`, `dF/dx of springforce's damping`.
+fn name(term: Term, quantity: Quantity) -> String {
+    match quantity {
+        Quantity::Force => term.to_string(),
+        Quantity::ByPosition => format!("dF/dx of {term}"),
+        Quantity::ByVelocity => format!("dF/dv of {term}"),
+    }
+}
+
+/// A number as a factor, in words.
+pub fn factor_words(number: f64) -> String {
+    if number == 0.0 {
+        "is missing".to_owned()
+    } else if number == -1.0 {
+        "has the wrong sign".to_owned()
+    } else {
+        let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
+        format!("is multiplied by {rounded}").replace('-', "−")
+    }
+}
+
+/// A factor of some quantities of a term.
+pub fn factor(term: Term, quantities: &'static [Quantity], number: f64) -> Change {
+    let (place, what) = match quantities {
+        [Quantity::Force] => (Place::Force(term), term.to_string()),
+        [one] => (Place::Jacobian(term), name(term, *one)),
+        [Quantity::ByPosition, Quantity::ByVelocity] => {
+            (Place::Jacobian(term), format!("each Jacobian of {term}"))
+        }
+        _ if number == 0.0 => return omission(term),
+        _ => (Place::Force(term), format!("{term} with its Jacobians")),
+    };
+    Change {
+        place,
+        words: format!("{what} {}", factor_words(number)),
+        effect: Effect::Factor(term, quantities, Factor::number(number)),
+        rank: match number {
+            0.0 | -1.0 => u8::from(quantities.len() > 1),
+            _ => 2,
+        },
+    }
+}
+
+/// A factor of all forces of an integrator, or of all Jacobians of one kind.
+pub fn integrator_factor(name: &'static str, quantity: Quantity, number: f64) -> Change {
+    let (what, rule) = match quantity {
+        Quantity::Force => ("the sum of all forces", Rule::Forces(Factor::number(number))),
+        Quantity::ByPosition => {
+            ("dF/dx in the matrix", Rule::Matrix(quantity, Factor::number(number)))
+        }
+        Quantity::ByVelocity => {
+            ("dF/dv in the matrix", Rule::Matrix(quantity, Factor::number(number)))
+        }
+    };
+    Change {
+        place: Place::Integrator(name),
+        words: format!("{name}: {what} {}", factor_words(number)),
+        effect: Effect::Method(name, rule),
+        rank: 3,
+    }
+}
+
+/// Groups of quantities that are scaled together.
+pub fn groups(term: Term) -> Vec<&'static [Quantity]> {
+    let depends_on = match term.part {
+        "" => term.schema().depends_on(),
+        part => term.schema().part(part).depends_on,
+    };
+    match (depends_on.position, depends_on.velocity) {
+        (false, false) => vec![FORCE],
+        (true, false) => vec![FORCE, BY_POSITION, &Quantity::ALL],
+        (false, true) => vec![FORCE, BY_VELOCITY, &Quantity::ALL],
+        (true, true) => vec![FORCE, BY_POSITION, BY_VELOCITY, JACOBIANS, &Quantity::ALL],
+    }
+}
+
+fn all_of(term: Term) -> Vec<Change> {
+    let mut all = vec![omission(term)];
+    for quantities in groups(term) {
+        for number in [-1.0, 0.0, 2.0, 0.5] {
+            if number != 0.0 || quantities.len() < 3 {
+                all.push(factor(term, quantities, number));
+            }
+        }
+        all.extend(named_factors(term, quantities));
+    }
+    let is_pair = matches!(
+        term.schema().acts_on,
+        simulator::scene::schema::ActsOn::Pair | simulator::scene::schema::ActsOn::Edge
+    );
+    if let Some(forms) = forms_of(term) {
+        all.extend(of_other_laws(term, forms));
+        all.extend(of_formulas(term, forms));
+        all.extend(of_assembly(term, forms, is_pair));
+    }
+    all.sort_by_key(|change| change.rank);
+    all
+}
+
+/// Powers of the time step and of the mass.
+fn named_factors(term: Term, quantities: &'static [Quantity]) -> Vec<Change> {
+    let what = factor(term, quantities, 2.0);
+    let subject = what.words.strip_suffix(" is multiplied by 2").unwrap_or(&what.words).to_owned();
+    let named = [
+        ("is multiplied by the mass", Factor::mass(1)),
+        ("is divided by the mass", Factor::mass(-1)),
+        ("is not multiplied by h", Factor::h(-1)),
+        ("is multiplied by h once too often", Factor::h(1)),
+    ];
+    let change = |(words, factor): (&str, Factor)| Change {
+        place: what.place,
+        words: format!("{subject} {words}"),
+        effect: Effect::Factor(term, quantities, factor),
+        rank: 1,
+    };
+    named.into_iter().map(change).collect()
+}
+
+/// The quantities that may be a factor too many.
+fn scalars(term: Term) -> Vec<Expression> {
+    let schema = term.schema();
+    let names = schema.parameters.iter().filter(|parameter| !parameter.three_dimensional);
+    let is_vector = ["simplegravity", "constantforce"].contains(&term.tag);
+    let mut all: Vec<Leaf> = names
+        .filter(|_| !is_vector)
+        .map(|parameter| Leaf::Parameter(schema.parameter_idx(parameter.name), parameter.name))
+        .collect();
+    if schema.acts_on == simulator::scene::schema::ActsOn::EveryParticle {
+        if schema.depends_on().velocity {
+            all.push(Leaf::Speed);
+        }
+    } else {
+        all.extend([Leaf::Length, Leaf::Mass(0), Leaf::Mass(1)]);
+    }
+    all.into_iter().map(Expression::Leaf).collect()
+}
+
+fn of_formulas(term: Term, forms: &Forms) -> Vec<Change> {
+    let scalars = scalars(term);
+    let mut all = Vec::new();
+    let quantities = [&forms.force, &forms.by_position, &forms.by_velocity];
+    for (quantity, formulas) in Quantity::ALL.into_iter().zip(quantities) {
+        for formula in formulas {
+            for edit in edits(formula, &scalars) {
+                let place = match quantity {
+                    Quantity::Force => Place::Force(term),
+                    _ => Place::Jacobian(term),
+                };
+                let words = format!("{} {}", name(term, quantity), edit.words);
+                let formula = Arc::new(edit.expression);
+                let rank = edit.rank;
+                if quantity == Quantity::Force && term.schema().depends_on().has_jacobian() {
+                    all.push(Change {
+                        place,
+                        words: format!("{words}, in its Jacobians as well"),
+                        effect: Effect::Derived(term, Arc::clone(&formula)),
+                        rank: rank + 1,
+                    });
+                }
+                let effect = Effect::Formula(term, quantity, formula);
+                all.push(Change { place, words, effect, rank });
+            }
+        }
+    }
+    all
+}
+
+/// The formulas of other forces with parameters of the same names.
+fn of_other_laws(term: Term, forms: &Forms) -> Vec<Change> {
+    let schema = term.schema();
+    let mut all = Vec::new();
+    for other in Term::all().filter(|other| other.tag != term.tag) {
+        let names = |term: Term| match term.part {
+            "" => term.schema().parameters.iter().map(|p| p.name).collect::<Vec<_>>(),
+            part => {
+                let part = term.schema().part(part);
+                part.scaled_by.iter().chain(part.shaped_by).copied().collect()
+            }
+        };
+        let is_like = other.schema().acts_on == schema.acts_on
+            && !names(other).is_empty()
+            && names(other).iter().all(|name| schema.has_parameter(name));
+        let theirs = is_like.then(|| super::forms::of_parameters(other, schema)).flatten();
+        let Some(theirs) = theirs else { continue };
+        let pairs = [
+            (Quantity::Force, &theirs.force, &forms.force),
+            (Quantity::ByPosition, &theirs.by_position, &forms.by_position),
+            (Quantity::ByVelocity, &theirs.by_velocity, &forms.by_velocity),
+        ];
+        for (quantity, theirs, ours) in pairs {
+            if let (Some(formula), false) = (theirs.first(), ours.is_empty()) {
+                let place = match quantity {
+                    Quantity::Force => Place::Force(term),
+                    _ => Place::Jacobian(term),
+                };
+                all.push(Change {
+                    place,
+                    words: format!("{} is that of {other}", name(term, quantity)),
+                    effect: Effect::Formula(term, quantity, Arc::new(formula.clone())),
+                    rank: 2,
+                });
+            }
+        }
+    }
+    all
+}
+
+fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
+    let mut all = Vec::new();
+    let mut add = |quantity: Quantity, words: &str, effect: Effect, rank: u8| {
+        let place = match quantity {
+            Quantity::Force => Place::Force(term),
+            _ => Place::Jacobian(term),
+        };
+        let words = format!("{} {words}", name(term, quantity));
+        all.push(Change { place, words, effect, rank });
+    };
+    let force = Quantity::Force;
+    if is_pair {
+        for (ends, words) in [
+            (Ends::First, "acts on the first of two particles only"),
+            (Ends::Second, "acts on the second of two particles only"),
+            (Ends::Same, "has the same sign on both particles"),
+        ] {
+            add(force, words, Effect::Ends(term, ends), 1);
+        }
+        for exponent in 1..=12 {
+            let e = 10.0_f64.powi(-exponent);
+            for (softening, words) in [
+                (Softening::Added(e), format!("has 1e-{exponent} added to the length")),
+                (Softening::Squared(e), format!("has a length softened by 1e-{exponent}")),
+                (Softening::AtLeast(e), format!("has a length of at least 1e-{exponent}")),
+            ] {
+                add(force, &words, Effect::Length(term, softening), 3);
+            }
+        }
+    } else {
+        let words = "acts on the first particle only";
+        add(force, words, Effect::FirstOnly(term, force), 1);
+    }
+    let axes = [
+        (Axes::Only(0), "has its x component only"),
+        (Axes::Only(1), "has its y component only"),
+        (Axes::Not(0), "lacks its x component"),
+        (Axes::Not(1), "lacks its y component"),
+        (Axes::Swapped, "has x and y swapped"),
+    ];
+    for (axes, words) in axes {
+        add(force, words, Effect::Axes(term, force, axes), 2);
+    }
+    for (quantity, formulas) in
+        [(Quantity::ByPosition, &forms.by_position), (Quantity::ByVelocity, &forms.by_velocity)]
+    {
+        if formulas.is_empty() {
+            continue;
+        }
+        let blocks: &[(Blocks, &str)] = match is_pair {
+            true => &[
+                (Blocks::Transposed, "is transposed"),
+                (Blocks::Own, "lacks its blocks between the two particles"),
+                (Blocks::SameSign, "has the wrong sign in its blocks between the two particles"),
+                (Blocks::FirstRows, "lacks the rows of the second of two particles"),
+                (Blocks::SecondRows, "lacks the rows of the first of two particles"),
+                (Blocks::FirstColumns, "lacks the columns of the second of two particles"),
+                (Blocks::SecondColumns, "lacks the columns of the first of two particles"),
+                (Blocks::Cross, "lacks its blocks of each particle by itself"),
+                (Blocks::CrossTransposed, "has its blocks between the two particles transposed"),
+                (Blocks::Symmetrized, "is made symmetric"),
+                (Blocks::LocalIndices, "is stored for particles 0 and 1, whatever the pair"),
+            ],
+            false => &[(Blocks::LocalIndices, "is stored for particle 0, whatever the particle")],
+        };
+        for (blocks, words) in blocks {
+            add(quantity, words, Effect::Blocks(term, quantity, *blocks), 1);
+        }
+        if !is_pair {
+            let words = "is there for the first particle only";
+            add(quantity, words, Effect::FirstOnly(term, quantity), 1);
+        }
+        for (axes, words) in [
+            (Axes::Only(0), "has its x entry only"),
+            (Axes::Only(1), "has its y entry only"),
+            (Axes::Filled, "fills each row with its diagonal entry"),
+            (Axes::Diagonal, "lacks the entries off the diagonal of its blocks"),
+            (Axes::Swapped, "has x and y swapped"),
+        ] {
+            add(quantity, words, Effect::Axes(term, quantity, axes), 2);
+        }
+    }
+    all
+}
+
+/// Another method in the place of this one; the most usual first.
+pub fn replacements(scene: &Scene) -> Vec<Change> {
+    let name = scene.integrator.name;
+    let right = Method::one_point(scene.integrator);
+    let others = [
+        (OnePoint::Explicit, StepEquation::ExplicitEuler),
+        (OnePoint::Symplectic, StepEquation::SymplecticEuler),
+        (OnePoint::Linearized, StepEquation::LinearizedImplicitEuler),
+        (OnePoint::Implicit, StepEquation::ImplicitEuler),
+    ];
+    let change = |(method, equation): (OnePoint, StepEquation)| {
+        let vocabulary = simulator::vocabulary();
+        let other = vocabulary.integrators.iter().find(|other| other.equation == equation)?;
+        (Some(method) != right).then(|| Change {
+            place: Place::Integrator(name),
+            words: format!("the steps of {name} are those of {}", other.name),
+            effect: Effect::Method(name, Rule::Replaced(method)),
+            rank: 0,
+        })
+    };
+    let idle = Change {
+        place: Place::Integrator(name),
+        words: format!("nothing moves under {name}"),
+        effect: Effect::Method(name, Rule::Idle),
+        rank: 0,
+    };
+    others.into_iter().filter_map(change).chain([idle]).collect()
+}
+
+/// Changes of an integrator that the residual shows.
+pub fn of_integrator(scene: &Scene) -> Vec<Change> {
+    let name = scene.integrator.name;
+    let Some(method) = Method::one_point(scene.integrator) else { return Vec::new() };
+    let mut all = Vec::new();
+    let mut add = |rule: Rule, rank: u8, words: &str| {
+        all.push(Change {
+            place: Place::Integrator(name),
+            words: format!("{name}: {words}"),
+            effect: Effect::Method(name, rule),
+            rank,
+        });
+    };
+    for (factor, words) in [
+        (Factor::number(-1.0), "the sum of all forces has the wrong sign"),
+        (Factor::number(0.0), "the sum of all forces is missing"),
+        (Factor::h(-1), "the forces are not multiplied by h"),
+        (Factor::h(1), "the forces are multiplied by h once too often"),
+        (Factor::number(2.0), "the sum of all forces is multiplied by 2"),
+        (Factor::number(0.5), "the sum of all forces is multiplied by 0.5"),
+    ] {
+        add(Rule::Forces(factor), 1, words);
+    }
+    let inertia = |matrix, right, sign| Rule::Inertia { matrix, right, sign };
+    match method {
+        OnePoint::Explicit | OnePoint::Symplectic => {
+            add(inertia(0, 0, 1.0), 1, "forces are not divided by the mass");
+            add(inertia(-1, -1, 1.0), 1, "forces are multiplied by the mass");
+            add(inertia(2, 2, 1.0), 2, "forces are divided by the mass twice");
+            add(Rule::ForcesAt(1.0), 1, "forces are evaluated at x + h v");
+            add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v/2");
+            add(Rule::ForcesAt(-1.0), 2, "forces are evaluated at x − h v");
+        }
+        OnePoint::Linearized => {
+            add(inertia(0, 0, 1.0), 1, "the matrix has the identity in the place of M");
+            add(inertia(2, 1, 1.0), 2, "the matrix has M² in the place of M");
+            add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v");
+            add(Rule::JacobiansAt(0.0), 1, "Jacobians are evaluated at x, not x + h v");
+            let words = "forces and Jacobians are evaluated at x, not x + h v";
+            add(Rule::AllAt(0.0), 1, words);
+            add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v/2, not x + h v");
+            for (quantity, what) in
+                [(Quantity::ByPosition, "dF/dx"), (Quantity::ByVelocity, "dF/dv")]
+            {
+                for (factor, words) in [
+                    (Factor::number(-1.0), "has the wrong sign"),
+                    (Factor::number(0.0), "is missing"),
+                    (Factor::h(-1), "lacks a factor h"),
+                    (Factor::h(1), "has a factor h too many"),
+                    (Factor::number(2.0), "is multiplied by 2"),
+                    (Factor::number(0.5), "is multiplied by 0.5"),
+                ] {
+                    let words = format!("{what} {words} in the matrix");
+                    add(Rule::Matrix(quantity, factor), 1, &words);
+                }
+            }
+        }
+        OnePoint::Implicit => {
+            add(inertia(0, 0, 1.0), 1, "the identity is in the place of M");
+            add(inertia(1, 1, 0.0), 1, "M (u − v) is missing on the right-hand side");
+            add(inertia(1, 1, -1.0), 1, "M (u − v) has the wrong sign on the right-hand side");
+            add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v'");
+            add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v'/2, not x + h v'");
+        }
+    }
+    add(Rule::Stale, 1, "the forces are those of the step before");
+    let right = if method == OnePoint::Explicit { [1.0, 0.0] } else { [0.0, 1.0] };
+    for (rule, words) in [
+        ([1.0, 0.0, 1.0], "positions move with the old velocity, not the new one"),
+        ([0.0, 1.0, 1.0], "positions move with the new velocity, not the old one"),
+        ([0.0, 0.0, 1.0], "positions do not move"),
+        ([0.5, 0.5, 1.0], "positions move with the mean of the old and the new velocity"),
+        ([1.0, 0.0, 0.0], "positions move by the old velocity without h"),
+        ([0.0, 1.0, 0.0], "positions move by the new velocity without h"),
+        ([-1.0, 0.0, 1.0], "positions move against the old velocity"),
+        ([0.0, -1.0, 1.0], "positions move against the new velocity"),
+        ([1.0, 1.0, 1.0], "positions move with the sum of the old and the new velocity"),
+    ] {
+        let [old, new, h] = rule;
+        if [old, new] != right || h != 1.0 {
+            add(Rule::Position { old, new, h: h as i32 }, 1, words);
+        }
+    }
+    all
+}
+
+/// Changes of the integrator that only whole steps show: where Newton's method ends, and substeps.
+pub fn of_process(scene: &Scene) -> Vec<Change> {
+    let name = scene.integrator.name;
+    let Some(method) = Method::one_point(scene.integrator) else { return Vec::new() };
+    let change = |rule: Rule, rank: u8, words: String| Change {
+        place: Place::Integrator(name),
+        words: format!("{name}: {words}"),
+        effect: Effect::Method(name, rule),
+        rank,
+    };
+    let mut all = Vec::new();
+    if method == OnePoint::Implicit {
+        for iterations in 1..=6 {
+            let times = if iterations == 1 { "iteration" } else { "iterations" };
+            let words = format!("Newton's method ends after {iterations} {times}");
+            all.push(change(Rule::Newton(Newton { iterations, ..NEWTON }), 1, words));
+        }
+        for exponent in 1..=16 {
+            let tolerance = 10.0_f64.powf(-f64::from(exponent) / 2.0);
+            let written = match exponent % 2 {
+                0 => format!("1e-{}", exponent / 2),
+                _ => format!("{tolerance:.1e}"),
+            };
+            let words = format!("Newton's method stops at an update of {written}");
+            all.push(change(Rule::Newton(Newton { tolerance, ..NEWTON }), 2, words));
+        }
+        for (norm, words) in [
+            (Norm::First, "Newton's method looks at the first component of the update only"),
+            (Norm::Sum, "Newton's method adds up the components of the update with their signs"),
+        ] {
+            all.push(change(Rule::Newton(Newton { norm, ..NEWTON }), 2, words.to_owned()));
+        }
+        let words = "the last update of Newton's method is not applied".to_owned();
+        all.push(change(Rule::Newton(Newton { drops_last: true, ..NEWTON }), 2, words));
+        for (guess, words) in [
+            (Guess::Zero, "Newton's method starts from zero velocities"),
+            (Guess::Explicit, "Newton's method starts from a step of explicit Euler"),
+        ] {
+            all.push(change(Rule::Newton(Newton { guess, ..NEWTON }), 3, words.to_owned()));
+            for iterations in 1..=3 {
+                let words = format!("{words} and ends after {iterations}");
+                let newton = Newton { guess, iterations, ..NEWTON };
+                all.push(change(Rule::Newton(newton), 3, words));
+            }
+        }
+    }
+    for count in [2, 3, 4, 5, 10, 20] {
+        let words = format!("each step is made of {count} shorter ones");
+        all.push(change(Rule::Substeps(count), 3, words));
+    }
+    all
+}
+
+/// Changes of the treatment of fixed particles; empty where there are none.
+pub fn of_fixed(scene: &Scene) -> Vec<Change> {
+    if !scene.particles.iter().any(|particle| particle.fixed) {
+        return Vec::new();
+    }
+    let implicit = matches!(
+        Method::one_point(scene.integrator),
+        Some(OnePoint::Linearized | OnePoint::Implicit)
+    );
+    let mut all = Vec::new();
+    let mut add = |family: Option<bool>, effect: Effect, rank: u8, words: &str| {
+        let place = Place::Fixed(family);
+        all.push(Change { place, words: words.to_owned(), effect, rank });
+    };
+    let rule = Effect::Fixed;
+    add(None, Effect::Scene(SceneRule::Unfixed), 0, "fixed particles are treated as free");
+    add(
+        None,
+        rule(FixedRule::Stand),
+        1,
+        "fixed particles stand still, although they have a velocity",
+    );
+    add(None, rule(FixedRule::Stop), 1, "the velocities of fixed particles are set to zero");
+    add(None, rule(FixedRule::Fall), 1, "fixed particles fall under simple gravity");
+    let words = "forces between a fixed and another particle are left out";
+    add(None, Effect::Scene(SceneRule::Unjoined), 1, words);
+    if !implicit {
+        let words = "explicit methods move fixed particles by forces";
+        add(Some(false), rule(FixedRule::Feel(None)), 0, words);
+        for (axis, letter) in ["x", "y"].iter().enumerate() {
+            let words = format!("explicit methods move fixed particles by forces along {letter}");
+            add(Some(false), rule(FixedRule::Feel(Some(axis))), 1, &words);
+        }
+        return all;
+    }
+    let words = "implicit methods evaluate forces at the old positions of fixed particles";
+    add(Some(true), rule(FixedRule::Behind), 1, words);
+    let free = Hold { rows: false, columns: false, right: false, ..HELD };
+    let words = "implicit methods move fixed particles by forces";
+    add(Some(true), rule(FixedRule::Hold(free)), 0, words);
+    let lacks = |what: &str| format!("implicit methods do not clear the {what} of fixed particles");
+    let holds = [
+        (Hold { rows: false, columns: false, ..HELD }, "rows and columns"),
+        (Hold { rows: false, ..HELD }, "rows"),
+        (Hold { right: false, ..HELD }, "right-hand sides"),
+        (Hold { columns: false, right: false, ..HELD }, "columns and right-hand sides"),
+        (Hold { rows: false, right: false, ..HELD }, "rows and right-hand sides"),
+    ];
+    for (hold, what) in holds {
+        add(Some(true), rule(FixedRule::Hold(hold)), 1, &lacks(what));
+    }
+    for (rows, right) in [(true, true), (true, false), (false, true)] {
+        for (axis, letter) in ["x", "y"].iter().enumerate() {
+            let unknowns = Unknowns::Axis(axis);
+            let hold = Hold { rows, columns: rows, right, unknowns, massless: false };
+            let words = format!("implicit methods hold fixed particles along {letter} only");
+            add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
+        }
+        let hold = Hold { rows, columns: rows, right, unknowns: Unknowns::Index, massless: false };
+        let words = "implicit methods clear the unknowns i, i + 1 of fixed particle i";
+        add(Some(true), rule(FixedRule::Hold(hold)), 2, words);
+    }
+    let massless = Hold { rows: false, columns: false, massless: true, ..HELD };
+    let words = "implicit methods leave the mass of fixed particles out of the matrix";
+    add(Some(true), rule(FixedRule::Hold(massless)), 2, words);
+    all
+}
+
+/// Changes of the reading of a scene. `time_steps` are those that may be taken for the scene's own.
+pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
+    let mut all = Vec::new();
+    let mut add = |place: Place, rule: SceneRule, rank: u8, words: String| {
+        all.push(Change { place, words, effect: Effect::Scene(rule), rank });
+    };
+    let reading = Place::Reading;
+    add(reading, SceneRule::Masses(1.0), 1, "every mass is taken as 1".to_owned());
+    add(reading, SceneRule::FirstMass, 2, "every mass is that of the first particle".to_owned());
+    add(reading, SceneRule::Velocities, 1, "initial velocities are taken as 0".to_owned());
+    add(reading, SceneRule::SingleTimeStep, 2, "dt is rounded to single precision".to_owned());
+    for step in time_steps.iter().filter(|step| **step != scene.time_step) {
+        add(reading, SceneRule::TimeStep(*step), 2, format!("dt is always taken as {step}"));
+    }
+    if scene.forces.len() > 1 {
+        for (last, which) in [(false, "first"), (true, "last")] {
+            let words = format!("only the {which} force of a scene is read");
+            add(reading, SceneRule::OneForce { last }, 1, words);
+        }
+    }
+    let mut tags: Vec<&'static str> = Vec::new();
+    for element in &scene.forces {
+        if !tags.contains(&element.schema.tag) {
+            tags.push(element.schema.tag);
+        }
+    }
+    for tag in tags {
+        let of_it = || scene.forces.iter().filter(|element| element.schema.tag == tag);
+        let Some(schema) = of_it().next().map(|element| element.schema) else { continue };
+        let terms = Term::of(schema);
+        let of_parameter = |name: &str| {
+            let is_its = |term: &&Term| !term.part.is_empty() && schema.part(term.part).names(name);
+            Place::Force(*terms.iter().find(is_its).unwrap_or(&terms[0]))
+        };
+        let whole = Place::Force(terms[0]);
+        if of_it().count() > 1 {
+            for (last, which) in [(true, "last"), (false, "first")] {
+                let words = format!("only the {which} of several elements of {tag} has an effect");
+                add(whole, SceneRule::OneElement { tag, last }, 1, words);
+            }
+            if of_it().any(|element| element.edge.is_some()) {
+                let words = format!("only the last {tag} on each edge has an effect");
+                add(whole, SceneRule::OneOnEachEdge(tag), 1, words);
+            }
+            let words = format!("each {tag} has the parameters of the first");
+            add(whole, SceneRule::FirstParameters(tag), 2, words);
+            if of_it().all(|element| element.pair.is_some()) {
+                let words = format!("each {tag} acts on the particles of the one before it");
+                add(whole, SceneRule::PairBefore(tag), 3, words);
+            }
+        }
+        if of_it().any(|element| element.edge.is_some()) {
+            let words = format!("{tag} takes the number of its edge for that of a particle");
+            add(whole, SceneRule::EdgeAsParticle(tag), 2, words);
+        }
+        for parameter in schema.parameters {
+            if parameter.three_dimensional && scene.dimension == Dimension::Two {
+                continue;
+            }
+            let name = parameter.name;
+            let place = of_parameter(name);
+            for value in [0.0, 1.0] {
+                let words = format!("{tag} uses {name} = {value}");
+                add(place, SceneRule::Parameter(tag, name, value), 1, words);
+            }
+            for other in schema.parameters.iter().filter(|other| other.name != name) {
+                if other.three_dimensional && scene.dimension == Dimension::Two {
+                    continue;
+                }
+                let words = format!("{tag} reads {} in the place of {name}", other.name);
+                add(place, SceneRule::ParameterAs(tag, name, other.name), 2, words);
+            }
+        }
+    }
+    all
+}

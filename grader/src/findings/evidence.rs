@@ -1,0 +1,302 @@
+//! What the scenes of a submission show: the steps of its traces, and whether a changed simulator makes the same steps.
+//!
+//! ```text
+//! sample    one step of the trace, redone with a change from the trace's own state before it
+//! replay    the whole scene with a change, from the scene's initial state, against the trace
+//! ```
+//!
+//! A replay agrees if every state does, within ten times the difference to a replay whose last bits differ, plus the scene's
+//! calibrated tolerance and the error of an iterative solver. Once that spread is a thousandth of the motion, or Newton's
+//! method no longer converges, states say nothing more; then the single steps decide.
+
+use reference::change::{Change, Model};
+use simulator::scene::{Rendering, Scene};
+use simulator::trace::State;
+
+use super::form::Kind;
+use crate::calibration::Bound;
+use crate::compare::{Comparison, Criteria};
+use crate::diagnosis::{self, Evidence, Rounding, WrongSteps};
+use crate::suite::Case;
+use crate::verdict::{Failure, Verdict};
+
+/// Multiple of the noise that a single step may be off.
+pub(super) const LEFT: f64 = 3.0;
+
+/// Error of a linear solver relative to the change of the velocities, where a change makes the system worse.
+const SOLVER: f64 = 1e-10;
+
+/// Spread of replays, relative to the motion, at which states are no longer compared.
+const CHAOTIC: f64 = 1e-3;
+
+/// Numbers of fewer digits than this are not called rounded: few numbers have that many.
+const FEWEST: usize = 3;
+
+/// A scene of a submission.
+pub(super) struct SceneEvidence<'a> {
+    pub(super) case: &'a Case,
+    /// The scene without what steps do not need.
+    pub(super) scene: Scene,
+    pub(super) passed: bool,
+    /// How it failed; `None` if it passed.
+    pub(super) kind: Option<Kind>,
+    /// The finite states of its trace; empty if they were not recorded.
+    pub(super) states: &'a [State],
+    pub(super) steps: WrongSteps,
+    pub(super) evidence: Vec<Evidence>,
+    criteria: &'a Criteria,
+    /// Relative error of the numbers of the trace.
+    pub(super) rounding: f64,
+    /// Whether the changes made so far explain it.
+    pub(super) explained: bool,
+    /// Whether Newton's method does not converge with the changes made so far: it shows nothing.
+    pub(super) open: bool,
+    /// What the program says that it lacks, if it names it; `None` if it does not say so.
+    pub(super) refused: Option<Option<String>>,
+}
+
+/// Whether a change makes the trace's steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Agreement {
+    Agrees,
+    Differs,
+    /// Newton's method does not converge with the change: no statement.
+    Open,
+}
+
+impl<'a> SceneEvidence<'a> {
+    pub(super) fn of(
+        case: &'a Case,
+        comparison: &'a Comparison,
+        criteria: &'a Criteria,
+        states: &'a [State],
+    ) -> Self {
+        let passed = comparison.verdict.is_pass();
+        let mut scene = Self {
+            case,
+            scene: stripped(&case.scene),
+            passed,
+            kind: Kind::of(case, comparison),
+            states,
+            steps: WrongSteps::default(),
+            evidence: Vec::new(),
+            criteria,
+            rounding: 0.0,
+            explained: false,
+            open: false,
+            refused: match &comparison.verdict {
+                Verdict::Fail(Failure::NotImplemented { lacks, .. }) => Some(lacks.clone()),
+                _ => None,
+            },
+        };
+        if states.len() < 2 {
+            return scene;
+        }
+        if passed {
+            scene.evidence = diagnosis::sampled(&case.scene, states);
+        } else if !matches!(comparison.verdict, Verdict::GraderFault(_)) {
+            if scene.kind.as_ref().is_some_and(|kind| !is_rounding(kind, comparison, states)) {
+                scene.kind = Some(Kind::Wrong);
+            }
+            scene.rounding = Rounding::of(states).unit();
+            (scene.steps, scene.evidence) = diagnosis::examine(&case.scene, states);
+        }
+        scene
+    }
+
+    /// Whether its steps are evidence of a mistake.
+    pub(super) fn is_suspect(&self) -> bool {
+        self.kind == Some(Kind::Wrong) && self.steps.wrong > 0
+    }
+
+    /// Simplest first: what a student should do first.
+    pub(super) fn simplicity(&self) -> (usize, usize, usize, usize) {
+        super::simplicity(&self.case.scene)
+    }
+
+    /// Whether `model` makes the sampled step.
+    fn agrees(&self, model: &Model, evidence: &Evidence) -> Agreement {
+        let Evidence { sample, noise, .. } = evidence;
+        let Some(made) = model.step(sample.step, sample.earlier.as_ref(), &sample.before) else {
+            return Agreement::Differs;
+        };
+        let [x, v] = distances(&made.state, &sample.after);
+        let [_, change] = distances(&sample.before, &sample.after);
+        let solver = if change.is_finite() { SOLVER * change } else { 0.0 };
+        if x <= LEFT * noise[0] + self.case.scene.time_step * solver
+            && v <= LEFT * noise[1] + solver
+        {
+            return Agreement::Agrees;
+        }
+        if made.converged { Agreement::Differs } else { Agreement::Open }
+    }
+
+    /// Whether `model` makes all sampled steps, or those of the first `most`.
+    pub(super) fn agrees_with(&self, model: &Model, most: usize) -> Agreement {
+        let mut all = Agreement::Agrees;
+        for evidence in self.evidence.iter().take(most) {
+            match self.agrees(model, evidence) {
+                Agreement::Agrees => {}
+                Agreement::Differs => return Agreement::Differs,
+                Agreement::Open => all = Agreement::Open,
+            }
+        }
+        all
+    }
+
+    /// Replays the whole scene with these changes.
+    pub(super) fn replay(&self, changes: &[Change]) -> Agreement {
+        let model = Model::new(&self.scene, changes);
+        if !model.can_step() {
+            return Agreement::Open;
+        }
+        let Some(first) = self.states.first() else { return Agreement::Open };
+        let start = model.start();
+        let mut replay = Replay::new(&start);
+        let Some(expected) = self.expected(&replay, &start, 0) else { return Agreement::Open };
+        if !within(&start, first, expected) {
+            return Agreement::Differs;
+        }
+        for (step, got) in self.states.iter().enumerate().skip(1) {
+            let number = step as u64 - 1;
+            match replay.advance(&model, number) {
+                Advance::Failed => return Agreement::Differs,
+                Advance::NotConverged => return self.single_steps(&model, step),
+                Advance::Made => {}
+            }
+            let Some(tolerance) = self.expected(&replay, got, step as u64) else {
+                return self.single_steps(&model, step);
+            };
+            if !within(&replay.main, got, tolerance) {
+                return Agreement::Differs;
+            }
+        }
+        Agreement::Agrees
+    }
+
+    /// The tolerances at a state; `None` where replays of the same steps differ too much.
+    fn expected(&self, replay: &Replay, got: &State, step: u64) -> Option<[f64; 2]> {
+        let calibrated = match self.criteria {
+            Criteria::Calibrated(calibrated) => {
+                let at = calibrated.envelope.at(step);
+                [at.position, at.velocity]
+            }
+            Criteria::Fixed(_) => [0.0; 2],
+        };
+        let values = [&got.positions, &got.velocities];
+        let mut tolerances = [0.0; 2];
+        for kind in 0..2 {
+            let size = replay.size[kind].max(largest(values[kind]));
+            if replay.spread[kind] > CHAOTIC * size {
+                return None;
+            }
+            let Bound { tolerance, .. } = Bound::of(replay.spread[kind] + calibrated[kind], size);
+            tolerances[kind] = tolerance + (SOLVER + self.rounding) * size;
+        }
+        Some(tolerances)
+    }
+
+    /// Whether every step from this state on is made from the trace's own state before it.
+    fn single_steps(&self, model: &Model, from: usize) -> Agreement {
+        let later = self.evidence.iter().filter(|e| e.sample.step as usize + 1 >= from);
+        let mut all = Agreement::Agrees;
+        for evidence in later {
+            match self.agrees(model, evidence) {
+                Agreement::Agrees => {}
+                Agreement::Differs => return Agreement::Differs,
+                Agreement::Open => all = Agreement::Open,
+            }
+        }
+        all
+    }
+}
+
+/// The scene without its names, edges and drawing.
+fn stripped(scene: &Scene) -> Scene {
+    let mut stripped = scene.clone();
+    (stripped.name, stripped.description, stripped.tag) = (String::new(), None, None);
+    stripped.edges = Vec::new();
+    stripped.rendering = Rendering::default();
+    stripped
+}
+
+/// Whether rounding alone makes the trace differ; true for failures of another kind than rounding.
+fn is_rounding(kind: &Kind, comparison: &Comparison, states: &[State]) -> bool {
+    let size = |of: fn(&State) -> &[f64]| {
+        states.iter().map(|state| largest(of(state))).fold(0.0, f64::max)
+    };
+    let sizes = [size(|state| &state.positions), size(|state| &state.velocities)];
+    let allowed = match kind {
+        Kind::Digits(digits) if *digits < FEWEST => return false,
+        Kind::Digits(digits) => sizes.map(|size| 10.0_f64.powi(1 - *digits as i32) * size),
+        Kind::Decimals(decimals) => [10.0_f64.powi(-(*decimals as i32)); 2],
+        Kind::Single => sizes.map(|size| 1e-4 * size),
+        _ => return true,
+    };
+    comparison.position.largest <= 2.0 * allowed[0]
+        && comparison.velocity.largest <= 2.0 * allowed[1]
+}
+
+/// A replay with another one whose last bits differ.
+struct Replay {
+    main: State,
+    other: State,
+    earlier: Option<[State; 2]>,
+    random: fastrand::Rng,
+    spread: [f64; 2],
+    size: [f64; 2],
+}
+
+enum Advance {
+    Made,
+    NotConverged,
+    Failed,
+}
+
+impl Replay {
+    fn new(start: &State) -> Self {
+        let random = fastrand::Rng::with_seed(0);
+        let (main, other) = (start.clone(), start.clone());
+        Self { main, other, earlier: None, random, spread: [0.0; 2], size: [0.0; 2] }
+    }
+
+    fn advance(&mut self, model: &Model, step: u64) -> Advance {
+        for value in self.other.positions.iter_mut().chain(&mut self.other.velocities) {
+            *value += f64::EPSILON * f64::from(self.random.i8(-1..=1)) * *value;
+        }
+        let earlier = |number: usize| self.earlier.as_ref().map(|states| &states[number]);
+        let Some(made) = model.step(step, earlier(0), &self.main) else { return Advance::Failed };
+        if !made.converged {
+            return Advance::NotConverged;
+        }
+        let Some(other) = model.step(step, earlier(1), &self.other) else {
+            return Advance::NotConverged;
+        };
+        let before = std::mem::replace(&mut self.main, made.state);
+        let before_other = std::mem::replace(&mut self.other, other.state);
+        self.earlier = Some([before, before_other]);
+        let found = distances(&self.main, &self.other);
+        self.spread = [0, 1].map(|kind| self.spread[kind].max(found[kind]));
+        let sizes = [largest(&self.main.positions), largest(&self.main.velocities)];
+        self.size = [0, 1].map(|kind| self.size[kind].max(sizes[kind]));
+        Advance::Made
+    }
+}
+
+fn within(a: &State, b: &State, tolerance: [f64; 2]) -> bool {
+    let [x, v] = distances(a, b);
+    x <= tolerance[0] && v <= tolerance[1]
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |size: f64, value| size.max(value.abs()))
+}
+
+/// The largest differences: position, velocity. A difference that is not a number is infinite.
+fn distances(a: &State, b: &State) -> [f64; 2] {
+    let of = |a: &[f64], b: &[f64]| {
+        let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        differences.fold(0.0, |most: f64, d| if d.is_nan() { f64::INFINITY } else { most.max(d) })
+    };
+    [of(&a.positions, &b.positions), of(&a.velocities, &b.velocities)]
+}

@@ -1,0 +1,520 @@
+//! Findings: what is wrong in a submission, each with its evidence. Every report shows this one list.
+//!
+//! ```text
+//! traces ── form.rs       faults of the output, settled first
+//!        ── evidence.rs   which steps are wrong by themselves; replay of whole scenes with a change
+//!        ── search.rs     changes that make the same steps, proven by replay; up to three mistakes together
+//!        ── scope.rs      what is left: a feature, where exactly its scenes fail
+//! ```
+//!
+//! Better to say less than to say what is not so. A cause is named if whole scenes, stepped with the mistake put in, are
+//! the submission's traces, and the scenes that passed stay as they are. A feature is named without a cause if it is the
+//! only one whose scenes are exactly those that fail. Otherwise nothing is named.
+
+mod evidence;
+mod feature;
+mod form;
+mod refusal;
+mod scope;
+mod search;
+mod trace;
+
+use std::fmt;
+
+use rayon::prelude::*;
+use reference::change::{Place, Term};
+use reference::equation::{self, Equation};
+use simulator::integrator;
+use simulator::scene::Scene;
+use simulator::scene::schema::{Convergence, Matrix};
+use simulator::trace::State;
+
+use crate::compare::{Comparison, Criteria};
+use crate::diagnosis::{Diagnosis, Evidence};
+use crate::suite::Case;
+use crate::verdict::{Failure, Verdict};
+
+use evidence::SceneEvidence;
+pub use feature::{Family, Feature, Part, Symptom};
+use form::Kind;
+pub use refusal::refusal;
+use search::Cause;
+pub use trace::is_recorded;
+
+/// Minimum number of failing scenes from which a feature is inferred.
+const FEW: usize = 2;
+
+/// What was found in a submission.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Findings {
+    /// The findings, in the order in which a student should read them.
+    pub list: Vec<Finding>,
+    /// What is implemented and what to do next; `None` if the submission lacks nothing, or has nothing.
+    pub progress: Option<Progress>,
+}
+
+/// A finding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// Its kind.
+    pub kind: FindingKind,
+    /// The feature at fault; several if each explains everything alike.
+    pub features: Vec<Feature>,
+    /// The mistake as a sentence, one for each feature.
+    pub words: Vec<String>,
+    /// The scenes that it explains, by name.
+    pub scenes: Vec<String>,
+    /// Scenes in which Newton's method does not converge with the mistake: they are neither for nor against it.
+    pub open: usize,
+}
+
+/// How sure a finding is, and of what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FindingKind {
+    /// A fault of the output.
+    Output,
+    /// A mistake, proven by replay.
+    Cause,
+    /// A feature whose scenes are wrong, without a cause.
+    Feature,
+    /// Runs that crash, do not end or take too much memory.
+    Ends(Symptom),
+    /// Implicit steps that satisfy their equation, with another solution.
+    OtherRoot,
+    /// A feature that is not there.
+    NotImplemented,
+}
+
+impl FindingKind {
+    /// The machine-readable name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Output => "output",
+            Self::Cause => "cause",
+            Self::Feature => "feature",
+            Self::Ends(symptom) => symptom.name(),
+            Self::OtherRoot => "other-root",
+            Self::NotImplemented => "not-implemented",
+        }
+    }
+}
+
+impl Finding {
+    /// The finding as a sentence.
+    pub fn sentence(&self) -> String {
+        let all = self.words.join(", or ");
+        match self.kind {
+            FindingKind::Feature => format!("Look at {all}"),
+            FindingKind::NotImplemented => format!("Not implemented: {all}"),
+            FindingKind::Ends(symptom) => format!("{symptom}: {all}"),
+            FindingKind::Output | FindingKind::Cause | FindingKind::OtherRoot => all,
+        }
+    }
+
+    /// A note on the hand-outs' sign convention, where a Jacobian is at fault.
+    pub fn sign_convention(&self) -> Option<&'static str> {
+        let is_jacobian = self.features.iter().all(|f| matches!(f, Feature::Jacobian(_)));
+        (is_jacobian && self.kind == FindingKind::Cause).then_some(
+            "In the starter code, accumulateddUdxdx adds −dF/dx and accumulateddUdxdv adds −dF/dv.",
+        )
+    }
+
+    /// The evidence in words.
+    pub fn evidence(&self) -> String {
+        let count = self.scenes.len();
+        let scenes = |count: usize| {
+            if count == 1 { "1 scene".to_owned() } else { format!("{count} scenes") }
+        };
+        let open = match self.open {
+            0 => String::new(),
+            open => format!("; in {open} more, Newton's method does not converge with it"),
+        };
+        match self.kind {
+            FindingKind::Cause => {
+                format!("proven: reproduces your traces in {count} of {}{open}", scenes(count))
+            }
+            FindingKind::Feature => format!(
+                "differs in all {} where it matters; no single change explains it",
+                scenes(count)
+            ),
+            FindingKind::OtherRoot => {
+                format!("{}: the step solves the same equation; another solution", scenes(count))
+            }
+            FindingKind::Output | FindingKind::Ends(_) | FindingKind::NotImplemented => {
+                scenes(count)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.sentence(), self.evidence())
+    }
+}
+
+/// What an unfinished submission has, and what comes next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// What is implemented.
+    pub implemented: Vec<String>,
+    /// The simplest thing that is not: in words, and a scene.
+    pub next: Option<(String, String)>,
+}
+
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Implemented: {}", self.implemented.join(", "))?;
+        match &self.next {
+            Some((what, scene)) => write!(f, "; next: {what}, scene {scene}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A judged scene.
+pub struct JudgedScene<'a> {
+    /// The scene.
+    pub case: &'a Case,
+    /// The comparison of its trace with the oracle's. A scene that turns out to lack a feature gets that verdict.
+    pub comparison: &'a mut Comparison,
+    /// The criteria.
+    pub criteria: &'a Criteria,
+    /// The recorded states.
+    pub states: &'a [State],
+    /// Is set where the trace differs.
+    pub diagnosis: &'a mut Option<Diagnosis>,
+}
+
+impl From<Place> for Feature {
+    fn from(place: Place) -> Self {
+        let part = |term: Term| match term.part {
+            "" => Part::All(term.tag),
+            part => Part::One(term.tag, part),
+        };
+        match place {
+            Place::Force(term) => Self::Force(part(term)),
+            Place::Jacobian(term) => Self::Jacobian(part(term)),
+            Place::Integrator(name) => Self::Integrator(name),
+            Place::Fixed(None) => Self::Fixed(Family::Any),
+            Place::Fixed(Some(false)) => Self::Fixed(Family::Explicit),
+            Place::Fixed(Some(true)) => Self::Fixed(Family::Implicit),
+            Place::Reading => Self::Reading,
+        }
+    }
+}
+
+/// Simplest first: number of kinds of force, then their elements, then the integrator in the order of the registry.
+fn simplicity(scene: &Scene) -> (usize, usize, usize, usize) {
+    let mut terms: Vec<Term> = Vec::new();
+    for element in &scene.forces {
+        for term in Term::of(element.schema) {
+            let is_there = term.part.is_empty() || element.has_part(element.schema.part(term.part));
+            if is_there && !terms.contains(&term) {
+                terms.push(term);
+            }
+        }
+    }
+    let order = integrator::REGISTRY.iter().position(|k| k.schema.name == scene.integrator.name);
+    (terms.len(), order.unwrap_or(usize::MAX), scene.particles.len(), scene.forces.len())
+}
+
+impl Findings {
+    /// Looks for what is wrong in a submission, from all its scenes together.
+    pub fn of(mut judged: Vec<JudgedScene<'_>>) -> Self {
+        let mut scenes: Vec<SceneEvidence<'_>> = judged
+            .par_iter()
+            .map(|scene| {
+                SceneEvidence::of(scene.case, scene.comparison, scene.criteria, scene.states)
+            })
+            .collect();
+        // A message of the compiler is in the report already.
+        if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
+            return Self::default();
+        }
+        let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
+        let mut list = Vec::new();
+        list.extend(outputs(&mut scenes));
+        let other_roots = other_roots(&mut scenes, &roots);
+        let causes = search::causes(&mut scenes);
+        // A wrong Jacobian leads Newton's method elsewhere.
+        let is_linearized =
+            |scene: &SceneEvidence<'_>| scene.scene.integrator.convergence == Convergence::Direct;
+        let has_wrong_jacobian = scenes.iter().any(|scene| {
+            let is_open = scene.is_suspect() && !scene.explained;
+            is_open && is_linearized(scene) && scene.scene.integrator.matrix == Matrix::Jacobians
+        });
+        let is_known = |cause: &Cause| matches!(cause.change().place, Place::Jacobian(_));
+        if !has_wrong_jacobian && !causes.iter().any(is_known) {
+            list.extend(other_roots);
+        }
+        list.extend(causes.iter().map(|cause| of_cause(cause, &scenes)));
+        list.extend(features(&scenes, &causes));
+        list.extend(ends(&scenes));
+        let mut diagnoses = Vec::new();
+        for (number, (scene, root)) in scenes.iter().zip(&roots).enumerate() {
+            let lacks = causes.iter().find(|c| c.is_lack() && c.scenes.contains(&number));
+            let lacks = lacks.map(|cause| cause.change().words.clone());
+            let is_wrong = !scene.passed && scene.steps.total > 0;
+            let diagnosis = is_wrong.then(|| Diagnosis {
+                steps: scene.steps.clone(),
+                causes: causes
+                    .iter()
+                    .filter(|cause| cause.scenes.contains(&number) && scene.explained)
+                    .filter(|cause| cause.change().acts_in(&scene.case.scene))
+                    .map(|cause| cause.change().words.clone())
+                    .collect(),
+                other_root: *root,
+                restarts: None,
+            });
+            diagnoses.push((diagnosis, lacks));
+        }
+        let unnamed = refused(&scenes, &mut list);
+        drop(scenes);
+        for (scene, (diagnosis, lacks)) in judged.iter_mut().zip(diagnoses) {
+            *scene.diagnosis = diagnosis;
+            if let Some(words) = lacks {
+                scene.comparison.verdict =
+                    Verdict::Fail(Failure::NotImplemented { detail: words, lacks: None });
+            }
+        }
+        list.extend(unnamed);
+        // Stable: causes keep the order in which they were found.
+        list.sort_by_key(|finding| finding.kind);
+        let progress = progress(&judged, &list);
+        Self { list, progress }
+    }
+}
+
+fn of_cause(cause: &Cause, scenes: &[SceneEvidence<'_>]) -> Finding {
+    let kind = if cause.is_lack() { FindingKind::NotImplemented } else { FindingKind::Cause };
+    Finding {
+        kind,
+        features: cause.alternatives.iter().map(|change| change.place.into()).collect(),
+        words: cause.alternatives.iter().map(|change| change.words.clone()).collect(),
+        scenes: names(cause.scenes.iter().map(|number| &scenes[*number])),
+        open: cause.open,
+    }
+}
+
+fn names<'a, 'b: 'a>(scenes: impl Iterator<Item = &'a SceneEvidence<'b>>) -> Vec<String> {
+    scenes.map(|scene| scene.case.id.clone()).collect()
+}
+
+/// The faults of the output; scenes that they spoil are explained.
+fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
+    let mut kinds: Vec<(Kind, Vec<usize>)> = Vec::new();
+    for (number, scene) in scenes.iter_mut().enumerate() {
+        let Some(kind) = scene.kind.clone().filter(|kind| kind.feature().is_some()) else {
+            continue;
+        };
+        scene.explained = true;
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, numbers)) => numbers.push(number),
+            None => kinds.push((kind, vec![number])),
+        }
+    }
+    kinds.sort_by_key(|(_, numbers)| std::cmp::Reverse(numbers.len()));
+    let mut list: Vec<Finding> = Vec::new();
+    for (kind, numbers) in kinds {
+        let Some(feature) = kind.feature() else { continue };
+        let found = names(numbers.iter().map(|number| &scenes[*number]));
+        match list.iter_mut().find(|known| known.features == [feature]) {
+            Some(known) => known.scenes.extend(found),
+            None => list.push(Finding {
+                kind: FindingKind::Output,
+                features: vec![feature],
+                words: vec![format!("{feature}: {kind}")],
+                scenes: found,
+                open: 0,
+            }),
+        }
+    }
+    list
+}
+
+/// The first wrong step of implicit Euler that satisfies its own equation, counted from 1.
+fn other_root(scene: &SceneEvidence<'_>) -> Option<u64> {
+    let inner = &scene.case.scene;
+    let is_newton = matches!(inner.integrator.convergence, Convergence::Update(_));
+    if !is_newton || !scene.is_suspect() {
+        return None;
+    }
+    let equation = Equation::new(inner);
+    let first = scene.evidence.iter().find(|evidence| evidence.is_wrong())?;
+    let Evidence { sample, defect, .. } = first;
+    let of =
+        |state: &State| equation::State { x: state.positions.clone(), v: state.velocities.clone() };
+    let time = sample.step as f64 * inner.time_step;
+    let (excess, _) = equation.excess(&of(&sample.before), &of(&sample.after), time);
+    let size = sample.after.velocities.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    (excess <= 1.0 && defect[1] > 1e-5 * size).then_some(sample.step + 1)
+}
+
+fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Option<Finding> {
+    let mut found = Vec::new();
+    let mut feature = None;
+    for (scene, _) in scenes.iter_mut().zip(roots).filter(|(_, root)| root.is_some()) {
+        scene.explained = true;
+        feature = Some(Feature::Integrator(scene.case.scene.integrator.name));
+        found.push(scene.case.id.clone());
+    }
+    let words = "Newton's method ends at another solution than from the old velocities";
+    Some(Finding {
+        kind: FindingKind::OtherRoot,
+        features: vec![feature?],
+        words: vec![words.to_owned()],
+        scenes: found,
+        open: 0,
+    })
+}
+
+/// The features to look at: the one whose scenes are exactly those that are wrong for no proven reason, or those that
+/// remain when every feature of a right scene is set aside.
+fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
+    // A scene without a wrong step shows nothing, unless it is too large for its steps to be examined.
+    let is_left = |scene: &SceneEvidence<'_>| {
+        let is_wrong =
+            scene.is_suspect() || scene.kind == Some(Kind::Wrong) && !is_recorded(scene.case);
+        is_wrong && !scene.explained && !scene.open
+    };
+    let failing: Vec<&SceneEvidence<'_>> = scenes.iter().filter(|scene| is_left(scene)).collect();
+    let lacks = |number: usize| causes.iter().any(|c| c.is_lack() && c.scenes.contains(&number));
+    let right = scenes.iter().enumerate().filter(|(number, scene)| {
+        scene.passed || (scene.explained && scene.steps.total > 0 && !lacks(*number))
+    });
+    let right: Vec<&Scene> = right.map(|(_, scene)| &scene.case.scene).collect();
+    let wrong: Vec<&Scene> = failing.iter().map(|scene| &scene.case.scene).collect();
+    let found = match scope::only(&wrong, &right, FEW) {
+        Some((Feature::Everything, ..)) => Vec::new(),
+        Some(only) => vec![only],
+        None => scope::eliminated(&wrong, &right, FEW),
+    };
+    let finding = |(feature, detail, numbers): scope::Guilty| Finding {
+        kind: FindingKind::Feature,
+        features: vec![feature],
+        words: vec![in_words(feature, &detail)],
+        scenes: names(numbers.into_iter().map(|number| failing[number])),
+        open: 0,
+    };
+    found.into_iter().map(finding).collect()
+}
+
+fn in_words(feature: Feature, circumstances: &str) -> String {
+    match circumstances {
+        "" => feature.to_string(),
+        circumstances => format!("{feature} ({circumstances})"),
+    }
+}
+
+/// The features whose scenes are exactly those that crash, do not end, or take too much memory.
+fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
+    let of = |symptom: Symptom| {
+        let failing: Vec<&SceneEvidence<'_>> = scenes
+            .iter()
+            .filter(|scene| scene.kind.as_ref().is_some_and(|kind| kind.symptom() == symptom))
+            .collect();
+        let ran = scenes.iter().filter(|scene| scene.passed || scene.states.len() > 1);
+        let right: Vec<&Scene> = ran.map(|scene| &scene.case.scene).collect();
+        let wrong: Vec<&Scene> = failing.iter().map(|scene| &scene.case.scene).collect();
+        let (feature, detail, _) = scope::only(&wrong, &right, FEW)?;
+        Some(Finding {
+            kind: FindingKind::Ends(symptom),
+            features: vec![feature],
+            words: vec![in_words(feature, &detail)],
+            scenes: names(failing.into_iter()),
+            open: 0,
+        })
+    };
+    [Symptom::Crash, Symptom::TimeOut, Symptom::Memory].into_iter().filter_map(of).collect()
+}
+
+/// What the program says that it lacks, one finding for each name.
+fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
+    let mut found: Vec<(Option<String>, Vec<&SceneEvidence<'_>>)> = Vec::new();
+    for scene in scenes {
+        let Some(lacks) = &scene.refused else { continue };
+        match found.iter_mut().find(|(known, _)| known == lacks) {
+            Some((_, scenes)) => scenes.push(scene),
+            None => found.push((lacks.clone(), vec![scene])),
+        }
+    }
+    found.sort_by_key(|(_, scenes)| scenes.iter().map(|scene| scene.simplicity()).min());
+    let finding = |(lacks, scenes): (Option<String>, Vec<&SceneEvidence<'_>>)| {
+        let integrator = simulator::vocabulary();
+        let feature = match &lacks {
+            Some(name) => match integrator.integrator(name) {
+                Some(schema) => Feature::Integrator(schema.name),
+                None => integrator
+                    .force(name)
+                    .map_or(Feature::Everything, |schema| Feature::Force(Part::of(schema)[0])),
+            },
+            None => Feature::Everything,
+        };
+        let words = lacks.unwrap_or_else(|| "the program refuses the scene".to_owned());
+        let scenes = names(scenes.into_iter());
+        let known = list.iter_mut().find(|known| {
+            known.kind == FindingKind::NotImplemented && known.words.first() == Some(&words)
+        });
+        match known {
+            Some(known) => {
+                known.scenes.extend(scenes);
+                None
+            }
+            None => Some(Finding {
+                kind: FindingKind::NotImplemented,
+                features: vec![feature],
+                words: vec![words],
+                scenes,
+                open: 0,
+            }),
+        }
+    };
+    found.into_iter().filter_map(finding).collect()
+}
+
+/// What is implemented, and the simplest scene of what is not.
+fn progress(judged: &[JudgedScene<'_>], list: &[Finding]) -> Option<Progress> {
+    let lacking: Vec<&JudgedScene<'_>> = judged
+        .iter()
+        .filter(|scene| {
+            matches!(scene.comparison.verdict, Verdict::Fail(Failure::NotImplemented { .. }))
+        })
+        .collect();
+    if lacking.is_empty() || !list.iter().any(|f| f.kind == FindingKind::NotImplemented) {
+        return None;
+    }
+    let passed = || judged.iter().filter(|scene| scene.comparison.verdict.is_pass());
+    let mut implemented = Vec::new();
+    if passed().any(|scene| scene.case.scene.forces.is_empty()) {
+        implemented.push("free motion".to_owned());
+    }
+    for kind in simulator::force::REGISTRY {
+        let has = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == kind.schema.tag);
+        if passed().any(|scene| has(&scene.case.scene)) {
+            implemented.push(kind.schema.title.to_owned());
+        }
+    }
+    for kind in integrator::REGISTRY {
+        let is_of =
+            |scene: &Scene| scene.integrator.name == kind.schema.name && !scene.forces.is_empty();
+        if passed().any(|scene| is_of(&scene.case.scene)) {
+            implemented.push(kind.schema.name.to_owned());
+        }
+    }
+    let next = lacking.iter().min_by_key(|scene| simplicity(&scene.case.scene)).map(|scene| {
+        let inner = &scene.case.scene;
+        let mut titles: Vec<&str> = Vec::new();
+        for element in &inner.forces {
+            if !titles.contains(&element.schema.title) {
+                titles.push(element.schema.title);
+            }
+        }
+        let what = if titles.is_empty() { "free motion".to_owned() } else { titles.join(" and ") };
+        (format!("{what} under {}", inner.integrator.name), scene.case.id.clone())
+    });
+    if implemented.is_empty() {
+        implemented.push("nothing yet".to_owned());
+    }
+    Some(Progress { implemented, next })
+}

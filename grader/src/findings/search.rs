@@ -1,0 +1,769 @@
+//! Search for the changes of a right simulator that make a submission's steps.
+//!
+//! ```text
+//! simplest failing scene ── every change of its terms, integrator, … ── those that make its sampled steps
+//!                        ── do they make those of other scenes, and leave alone the scenes that passed?
+//!                        ── the one that explains most; whole scenes replayed ── made; then the scenes that are left
+//! ```
+//!
+//! The residual of a step is a sum over terms, so the effect of a changed term is computed once, and pairs of changes are
+//! found by sorting. Limits: [`ROUNDS`] changes, [`TRIED`] scenes in each round, [`WEIGHED`] changes that are compared with
+//! other scenes, [`REPLAYED`] that are replayed.
+
+use std::collections::{BTreeSet, HashMap};
+
+use rayon::prelude::*;
+use reference::change::candidates;
+use reference::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Term};
+use simulator::scene::Scene;
+use simulator::scene::schema::Convergence;
+
+use super::evidence::{Agreement, LEFT, SceneEvidence};
+use super::form::Kind;
+use crate::diagnosis::Evidence;
+
+/// Maximum number of changes, omissions included.
+const ROUNDS: usize = 16;
+
+/// Maximum number of mistakes: changes other than features that are left out.
+const MISTAKES: usize = 4;
+
+/// In a submission of fewer scenes than this, one scene is proof enough.
+const SMALL: usize = 10;
+
+/// Passed scenes that are replayed with a change.
+const PASSED: usize = 12;
+
+/// Scenes whose changes are enumerated in a round.
+const TRIED: usize = 8;
+
+/// Changes of one scene, and of one place in it, that are compared with one step of [`PROBED`] other scenes; and those
+/// that are compared with all evidence.
+const WEIGHED: usize = 48;
+const WEIGHED_OF_PLACE: usize = 8;
+const PROBED: usize = 24;
+const WEIGHED_FULLY: usize = 6;
+
+/// Changes that are replayed in a round.
+const REPLAYED: usize = 12;
+
+/// Samples of a scene by which changes are chosen first.
+const FIRST: usize = 4;
+
+/// Minimum ratio of a defect to the noise for changes to be distinguishable.
+const CLEAR: f64 = 300.0;
+
+/// Changes that are proven together.
+#[derive(Debug, Clone)]
+pub(super) struct Cause {
+    /// Equally good descriptions, the simplest first.
+    pub(super) alternatives: Vec<Change>,
+    /// Scenes that it explains, with the causes found before it: by number.
+    pub(super) scenes: Vec<usize>,
+    /// Scenes where Newton's method does not converge with it: no statement.
+    pub(super) open: usize,
+}
+
+impl Cause {
+    pub(super) fn change(&self) -> &Change {
+        &self.alternatives[0]
+    }
+
+    /// Whether it is a feature that the program lacks.
+    pub(super) fn is_lack(&self) -> bool {
+        is_lack(self.change())
+    }
+}
+
+/// Whether a change is what a program does that lacks a feature.
+fn is_lack(change: &Change) -> bool {
+    match &change.effect {
+        Effect::Factor(_, quantities, factor) => {
+            quantities.len() == Quantity::ALL.len() && factor.number == 0.0
+        }
+        Effect::Method(_, rule) => match rule {
+            Rule::Idle => true,
+            Rule::Replaced(method) => {
+                use reference::method::OnePoint::{Explicit, Symplectic};
+                matches!(method, Explicit | Symplectic)
+            }
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
+/// A change, or two, with what they explain.
+struct Weighed {
+    changes: Vec<Change>,
+    explained: BTreeSet<usize>,
+    /// Failing scenes in which it acts, and that it does not explain.
+    unexplained: usize,
+    open: usize,
+}
+
+impl Weighed {
+    /// A scene that is not explained counts a quarter: another mistake may be in it.
+    fn score(&self) -> i64 {
+        4 * self.explained.len() as i64 - self.unexplained as i64
+    }
+
+    fn rank(&self) -> u32 {
+        let ranks = self.changes.iter().map(|change| u32::from(change.rank));
+        ranks.sum::<u32>() + 4 * (self.changes.len() as u32 - 1)
+    }
+}
+
+/// Finds the causes of the wrong steps of these scenes, and marks the scenes that they explain.
+pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
+    let mut time_steps: Vec<f64> = scenes.iter().map(|scene| scene.scene.time_step).collect();
+    time_steps.extend([0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 1.0 / 60.0, 1.0 / 30.0, 1.0]);
+    time_steps.sort_by(f64::total_cmp);
+    time_steps.dedup();
+    let mut found: Vec<Cause> = Vec::new();
+    // Scenes that no change explained, with the number of changes that acted in them then.
+    let mut tried: HashMap<(usize, bool), usize> = HashMap::new();
+    for _ in 0..ROUNDS {
+        let made: Vec<Change> = found.iter().map(|cause| cause.change().clone()).collect();
+        let full = found.iter().filter(|cause| !cause.is_lack()).count() >= MISTAKES;
+        let mut next = lacks(scenes, &made);
+        if next.is_empty() {
+            next = round(scenes, &made, &time_steps, &mut tried);
+        }
+        next.retain(|cause| !full || cause.is_lack());
+        if next.is_empty() {
+            break;
+        }
+        for cause in next {
+            for &number in &cause.scenes {
+                scenes[number].explained = true;
+            }
+            found.push(cause);
+        }
+        explain_more(scenes, &mut found);
+    }
+    let made: Vec<Change> = found.iter().map(|cause| cause.change().clone()).collect();
+    scenes
+        .par_iter_mut()
+        .filter(|scene| scene.kind == Some(Kind::Wrong) && !scene.explained)
+        .for_each(|scene| {
+            let acts = |change: &&Change| change.acts_in(&scene.scene);
+            let acting: Vec<&Change> = made.iter().filter(acts).collect();
+            // With a wrong Jacobian, Newton's method ends where it may.
+            let is_newton = matches!(scene.scene.integrator.convergence, Convergence::Update(_));
+            let is_jacobian = |change: &&Change| matches!(change.place, Place::Jacobian(_));
+            let is_astray = is_newton && acting.iter().any(is_jacobian);
+            let model = Model::new(&scene.scene, &made);
+            let agrees = || scene.agrees_with(&model, usize::MAX) != Agreement::Differs;
+            scene.open = is_astray || !acting.is_empty() && model.can_step() && agrees();
+        });
+    found
+}
+
+/// Marks the scenes that the changes made so far explain together.
+fn explain_more(scenes: &mut [SceneEvidence<'_>], found: &mut [Cause]) {
+    let made: Vec<Change> = found.iter().map(|cause| cause.change().clone()).collect();
+    let agrees = |scene: &SceneEvidence<'_>| {
+        let model = Model::new(&scene.scene, &made);
+        let is_changed =
+            made.iter().any(|change| change.acts_in(&scene.scene) && model.is_changed_by(change));
+        is_changed
+            && model.can_step()
+            && scene.agrees_with(&model, usize::MAX) == Agreement::Agrees
+            && scene.replay(&made) == Agreement::Agrees
+    };
+    let more: Vec<usize> = (0..scenes.len())
+        .into_par_iter()
+        .filter(|&number| {
+            let scene = &scenes[number];
+            scene.is_suspect() && !scene.explained && agrees(scene)
+        })
+        .collect();
+    for number in more {
+        scenes[number].explained = true;
+        let scene = &scenes[number].scene;
+        let acting = found.iter_mut().filter(|cause| cause.change().acts_in(scene));
+        acting.for_each(|cause| cause.scenes.push(number));
+    }
+}
+
+/// The best change, or pair of changes, beside those made; none if nothing is proven.
+fn round(
+    scenes: &[SceneEvidence<'_>],
+    made: &[Change],
+    time_steps: &[f64],
+    tried: &mut HashMap<(usize, bool), usize>,
+) -> Vec<Cause> {
+    let mut left: Vec<usize> = (0..scenes.len())
+        .filter(|&number| scenes[number].is_suspect() && !scenes[number].explained)
+        .collect();
+    left.sort_by_key(|&number| scenes[number].simplicity());
+    // Scenes of different kinds: two for each set of forces and integrator.
+    let mut kinds: Vec<(Vec<&str>, &str)> = Vec::new();
+    left.retain(|&number| {
+        let scene = &scenes[number].scene;
+        let mut tags: Vec<&str> = scene.forces.iter().map(|e| e.schema.tag).collect();
+        tags.sort_unstable();
+        tags.dedup();
+        let kind = (tags, scene.integrator.name);
+        let is_new = kinds.iter().filter(|known| **known == kind).count() < 2;
+        kinds.push(kind);
+        is_new
+    });
+    for pairs in [false, true] {
+        let mut weighed: Vec<Weighed> = Vec::new();
+        let mut most = if pairs { TRIED / 2 } else { TRIED };
+        for &number in &left {
+            // What explains an earlier scene need not be found again.
+            if weighed.iter().any(|known| known.explained.contains(&number)) {
+                continue;
+            }
+            let scene = &scenes[number];
+            let acting = made.iter().filter(|change| change.acts_in(&scene.scene)).count();
+            if most == 0 || tried.get(&(number, pairs)) == Some(&acting) {
+                continue;
+            }
+            most -= 1;
+            let survivors: Vec<Vec<Change>> = match pairs {
+                false => {
+                    let found = survivors(scene, made, time_steps);
+                    found.into_iter().map(|change| vec![change]).collect()
+                }
+                true => {
+                    let mut found = with_rules(scene, made);
+                    found.extend(pairs_of(scene, made));
+                    found
+                }
+            };
+            let first = |changes: &Vec<Change>| weigh(scenes, made, changes.clone(), true);
+            let mut found: Vec<Weighed> =
+                few_of_each_place(survivors).par_iter().filter_map(first).collect();
+            found.sort_by_key(|one| (std::cmp::Reverse(one.score()), one.rank()));
+            found.truncate(WEIGHED_FULLY);
+            let fully = |one: Weighed| weigh(scenes, made, one.changes, false);
+            let found: Vec<Weighed> = found.into_par_iter().filter_map(fully).collect();
+            if found.is_empty() {
+                tried.insert((number, pairs), acting);
+            }
+            weighed.extend(found);
+        }
+        let chosen = choose(scenes, made, weighed);
+        if !chosen.is_empty() {
+            return chosen;
+        }
+    }
+    Vec::new()
+}
+
+/// Features that are left out: forces whose own scenes show it, and methods in whose place another one steps.
+fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
+    let suspects = || scenes.iter().filter(|scene| scene.is_suspect() && !scene.explained);
+    let mut terms: Vec<Term> = Vec::new();
+    let mut integrators: Vec<&'static str> = Vec::new();
+    let mut changes: Vec<Change> = Vec::new();
+    let mut silent: Vec<Change> = Vec::new();
+    for scene in suspects() {
+        for term in scene.scene.forces.iter().flat_map(|element| Term::of(element.schema)) {
+            if !terms.contains(&term) {
+                terms.push(term);
+                changes.push(candidates::omission(term));
+            }
+        }
+        let name = scene.scene.integrator.name;
+        if !integrators.contains(&name) {
+            integrators.push(name);
+            changes.extend(candidates::replacements(&scene.scene).into_iter().filter(is_lack));
+            silent.push(candidates::integrator_factor(name, Quantity::Force, 0.0));
+        }
+    }
+    let weighed = |changes: Vec<Change>| -> Vec<Weighed> {
+        let of = |change: Change| weigh(scenes, made, vec![change], false);
+        changes.into_par_iter().filter_map(of).collect()
+    };
+    let silent = weighed(silent);
+    changes.retain(|change| !made.contains(change));
+    let mut found = weighed(changes);
+    found.retain(|one| {
+        let is_integrators = silent.iter().any(|other| {
+            other.explained.is_superset(&one.explained)
+                && one.changes[0].place != other.changes[0].place
+        });
+        !is_integrators && is_convincing(scenes, one)
+    });
+    found.sort_by_key(|one| std::cmp::Reverse(one.score()));
+    let mut places: Vec<Place> = Vec::new();
+    found.retain(|one| {
+        let place = one.changes[0].place;
+        let is_new = !places.contains(&place);
+        places.push(place);
+        is_new
+    });
+    // All together, as one replay shows as much as many.
+    let together = Weighed {
+        changes: found.iter().flat_map(|one| one.changes.clone()).collect(),
+        explained: found.iter().flat_map(|one| one.explained.clone()).collect(),
+        unexplained: 0,
+        open: 0,
+    };
+    if found.len() > 1 {
+        if let Some(Weighed { explained: all, .. }) = prove(scenes, made, together) {
+            let cause = |one: Weighed| Cause {
+                alternatives: one.changes,
+                scenes: one.explained.into_iter().filter(|number| all.contains(number)).collect(),
+                open: one.open,
+            };
+            return found.into_iter().map(cause).collect();
+        }
+    }
+    let mut causes: Vec<Cause> = Vec::new();
+    for one in found {
+        let mut all = made.to_vec();
+        all.extend(causes.iter().map(|cause| cause.change().clone()));
+        if let Some(Weighed { changes, explained, open, .. }) = prove(scenes, &all, one) {
+            let scenes = explained.into_iter().collect();
+            causes.push(Cause { alternatives: changes, scenes, open });
+        }
+    }
+    causes
+}
+
+/// Whether at least two scenes, and nearly all that use no other force, show that a feature is left out.
+fn is_convincing(scenes: &[SceneEvidence<'_>], one: &Weighed) -> bool {
+    let Place::Force(term) = one.changes[0].place else { return one.explained.len() > 2 };
+    let integrators: BTreeSet<&str> =
+        one.explained.iter().map(|&number| scenes[number].scene.integrator.name).collect();
+    let is_own = |scene: &SceneEvidence<'_>| {
+        scene.scene.forces.iter().all(|element| {
+            let parts = element.schema.parts.iter();
+            element.schema.tag == term.tag
+                && parts
+                    .filter(|part| element.has_part(part))
+                    .all(|part| term.part.is_empty() || part.name == term.part)
+        })
+    };
+    let own = (0..scenes.len()).filter(|&number| {
+        let scene = &scenes[number];
+        let is_judged = scene.is_suspect() && !scene.explained;
+        is_judged && is_own(scene) && integrators.contains(scene.scene.integrator.name)
+    });
+    let own: Vec<usize> = own.collect();
+    let shown = own.iter().filter(|number| one.explained.contains(number)).count();
+    one.explained.len() > 1 && 10 * shown >= 9 * own.len()
+}
+
+/// The best of these that whole replays prove, with its alternatives.
+fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighed>) -> Vec<Cause> {
+    // Stable: of equal ones, the first that was enumerated.
+    weighed.sort_by_key(|one| (std::cmp::Reverse(one.score()), one.open, one.rank()));
+    let mut best: Option<(Weighed, Vec<Weighed>)> = None;
+    let mut replayed = 0;
+    for one in weighed {
+        match &mut best {
+            None => {
+                if replayed >= REPLAYED {
+                    break;
+                }
+                replayed += 1;
+                if let Some(one) = prove(scenes, made, one) {
+                    best = Some((one, Vec::new()));
+                }
+            }
+            Some((best, others)) => {
+                // What explains the same scenes, by a change in another place.
+                let is_same = one.explained.is_superset(&best.explained);
+                let is_other = best.changes.len() == 1
+                    && one.changes.len() == 1
+                    && std::iter::once(&*best)
+                        .chain(others.iter())
+                        .all(|known| known.changes[0].place != one.changes[0].place);
+                let is_usual = one.rank() <= best.rank() + 2;
+                if is_same && is_other && others.len() < 3 && is_usual {
+                    if let Some(one) = prove(scenes, made, one) {
+                        if one.explained.is_superset(&best.explained) {
+                            others.push(one);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let Some((best, others)) = best else { return Vec::new() };
+    let scenes: Vec<usize> = best.explained.iter().copied().collect();
+    let (open, lack) = (best.open, is_lack(&best.changes[0]));
+    let mut causes: Vec<Cause> = best
+        .changes
+        .into_iter()
+        .map(|change| Cause { alternatives: vec![change], scenes: scenes.clone(), open })
+        .collect();
+    if let [cause] = causes.as_mut_slice() {
+        if !(lack && scenes.len() > 2) {
+            cause.alternatives.extend(others.into_iter().flat_map(|other| other.changes));
+        }
+    }
+    causes
+}
+
+/// Replays whole scenes: the changes must leave alone what passed, and keeps those scenes that they reproduce.
+fn prove(scenes: &[SceneEvidence<'_>], made: &[Change], weighed: Weighed) -> Option<Weighed> {
+    let all: Vec<Change> = made.iter().chain(&weighed.changes).cloned().collect();
+    let acts = |scene: &Scene| weighed.changes.iter().any(|change| change.acts_in(scene));
+    let mut n_passed = 0;
+    let mut wanted: Vec<usize> = (0..scenes.len())
+        .filter(|&number| {
+            let scene = &scenes[number];
+            let wanted = scene.passed || weighed.explained.contains(&number) || scene.explained;
+            wanted && acts(&scene.scene) && scene.states.len() > 1
+        })
+        .collect();
+    wanted.sort_by_key(|&number| scenes[number].simplicity());
+    wanted.retain(|&number| {
+        let scene = &scenes[number];
+        let is_other = !weighed.explained.contains(&number);
+        n_passed += usize::from(is_other);
+        !(is_other && (scene.passed || scene.explained)) || n_passed <= PASSED
+    });
+    let judged: Vec<(usize, Agreement)> =
+        wanted.into_par_iter().map(|number| (number, scenes[number].replay(&all))).collect();
+    let contradicts = |(number, agreement): &(usize, Agreement)| {
+        let scene = &scenes[*number];
+        *agreement == Agreement::Differs && (scene.passed || scene.explained)
+    };
+    if judged.iter().any(contradicts) {
+        return None;
+    }
+    let explained: BTreeSet<usize> = judged
+        .iter()
+        .filter(|(number, agreement)| {
+            *agreement == Agreement::Agrees && weighed.explained.contains(number)
+        })
+        .map(|(number, _)| *number)
+        .collect();
+    // A replay that fails in most scenes is none.
+    let is_most = 10 * explained.len() >= 9 * weighed.explained.len();
+    let enough = is_most && (explained.len() > 1 || scenes.len() < SMALL && !explained.is_empty());
+    enough.then_some(Weighed { explained, ..weighed })
+}
+
+/// Compares changes with the samples of all scenes; `None` if a scene contradicts them.
+fn weigh(
+    scenes: &[SceneEvidence<'_>],
+    made: &[Change],
+    changes: Vec<Change>,
+    is_probe: bool,
+) -> Option<Weighed> {
+    let all: Vec<Change> = made.iter().chain(&changes).cloned().collect();
+    let mut weighed = Weighed { changes, explained: BTreeSet::new(), unexplained: 0, open: 0 };
+    let concerned = scenes.iter().enumerate().filter(|(_, scene)| {
+        let acts = weighed.changes.iter().any(|change| change.acts_in(&scene.scene));
+        acts && !scene.evidence.is_empty() && (scene.passed || scene.is_suspect())
+    });
+    let concerned: Vec<(usize, &SceneEvidence<'_>)> = concerned.collect();
+    let (stride, samples) = match is_probe {
+        true => (concerned.len().div_ceil(PROBED).max(1), 1),
+        false => (1, usize::MAX),
+    };
+    for (number, scene) in concerned.into_iter().step_by(stride) {
+        let model = Model::new(&scene.scene, &all);
+        if !model.can_step() || !weighed.changes.iter().any(|change| model.is_changed_by(change)) {
+            continue;
+        }
+        match (scene.agrees_with(&model, samples), scene.passed || scene.explained) {
+            (Agreement::Differs, true) => return None,
+            (Agreement::Agrees, false) => {
+                weighed.explained.insert(number);
+            }
+            (Agreement::Open, false) => weighed.open += 1,
+            (Agreement::Differs, false) => weighed.unexplained += 1,
+            _ => {}
+        }
+    }
+    (is_probe || !weighed.explained.is_empty()).then_some(weighed)
+}
+
+/// The first few changes of each place.
+fn few_of_each_place(changes: Vec<Vec<Change>>) -> Vec<Vec<Change>> {
+    let mut counts: HashMap<Vec<Place>, usize> = HashMap::new();
+    let mut kept = changes;
+    kept.retain(|changes| {
+        let places: Vec<Place> = changes.iter().map(|change| change.place).collect();
+        let count = counts.entry(places).or_default();
+        *count += 1;
+        *count <= WEIGHED_OF_PLACE
+    });
+    kept.truncate(WEIGHED);
+    kept
+}
+
+/// The single changes that make the sampled steps of a scene, the most usual first.
+fn survivors(scene: &SceneEvidence<'_>, made: &[Change], time_steps: &[f64]) -> Vec<Change> {
+    let inner = &scene.scene;
+    let model = Model::new(inner, made);
+    let samples = clear_samples(scene);
+    if samples.is_empty() {
+        return Vec::new();
+    }
+    let name = inner.integrator.name;
+    let mut found = in_terms(&model, name, &samples);
+    let mut whole: Vec<Change> = candidates::replacements(inner);
+    whole.extend(candidates::of_integrator(inner));
+    whole.extend(candidates::of_fixed(inner));
+    whole.extend(candidates::of_reading(inner, time_steps));
+    whole.extend(candidates::of_process(inner));
+    let by_steps = whole.par_iter().filter(|change| {
+        let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();
+        let model = Model::new(inner, &all);
+        scene.agrees_with(&model, usize::MAX) == Agreement::Agrees
+    });
+    let by_steps: Vec<Change> = by_steps.cloned().collect();
+    found.extend(by_steps);
+    if found.is_empty() {
+        found = in_jacobians_of_newton(scene, made);
+    }
+    found.sort_by_key(|change| change.rank);
+    found
+}
+
+/// Wrong steps whose defect is far above the noise.
+fn clear_samples<'a>(scene: &'a SceneEvidence<'_>) -> Vec<&'a Evidence> {
+    let clear = scene.evidence.iter().filter(|evidence| {
+        let far = |kind: usize| evidence.defect[kind] > CLEAR * evidence.noise[kind];
+        evidence.is_wrong() && (far(0) || far(1))
+    });
+    clear.take(FIRST).collect()
+}
+
+/// A change of the integrator's rules, or of fixed particles, with one of a term.
+fn with_rules(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+    let inner = &scene.scene;
+    let samples = clear_samples(scene);
+    let mut rules = candidates::of_integrator(inner);
+    rules.extend(candidates::of_fixed(inner));
+    let of = |rule: &Change| -> Vec<Vec<Change>> {
+        let with: Vec<Change> = made.iter().chain([rule]).cloned().collect();
+        let model = Model::new(inner, &with);
+        let found = in_terms(&model, inner.integrator.name, &samples).into_iter();
+        found.map(|change| vec![rule.clone(), change]).collect()
+    };
+    let mut all: Vec<Vec<Change>> = rules.par_iter().flat_map_iter(of).collect();
+    all.sort_by_key(|changes| changes.iter().map(|change| u32::from(change.rank)).sum::<u32>());
+    all
+}
+
+/// Changes of one term's value, or of the sum of all terms, that cancel the residual.
+fn in_terms(model: &Model, integrator: &'static str, samples: &[&Evidence]) -> Vec<Change> {
+    let Some(base) = Base::of(model, samples) else { return Vec::new() };
+    let mut found = Vec::new();
+    for number in 0..model.n_terms() {
+        let term = model.term(number);
+        let fits = candidates::of_term(term).par_iter().filter(|change| base.is_cancelled(change));
+        found.extend(fits.cloned().collect::<Vec<Change>>());
+        for quantities in candidates::groups(term) {
+            let make = |factor: f64| candidates::factor(term, quantities, factor);
+            found.extend(base.factor(&[number], quantities, &make));
+        }
+    }
+    let all: Vec<usize> = (0..model.n_terms()).collect();
+    for quantity in [&[Quantity::Force], &[Quantity::ByPosition], &[Quantity::ByVelocity]] {
+        let make = |factor: f64| candidates::integrator_factor(integrator, quantity[0], factor);
+        found.extend(base.factor(&all, quantity, &make));
+    }
+    found
+}
+
+/// The residuals of sampled steps.
+struct Base<'a> {
+    model: &'a Model,
+    samples: &'a [&'a Evidence],
+    /// For each sample, the residual and its bound.
+    residuals: Vec<(Vec<f64>, f64)>,
+}
+
+impl<'a> Base<'a> {
+    /// `None` where positions or fixed particles are wrong: no term is to blame then.
+    fn of(model: &'a Model, samples: &'a [&'a Evidence]) -> Option<Self> {
+        let mut residuals = Vec::new();
+        for evidence in samples {
+            let residual = model.residual(&evidence.sample)?;
+            let drift = residual.position.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let [x, v] = evidence.noise;
+            if !(drift <= LEFT * x) || model.moves_fixed(&evidence.sample, LEFT * v) {
+                return None;
+            }
+            residuals.push((residual.momentum, LEFT * v * residual.stiffness));
+        }
+        Some(Self { model, samples, residuals })
+    }
+
+    fn is_cancelled(&self, change: &Change) -> bool {
+        self.samples.iter().zip(&self.residuals).all(|(evidence, (residual, bound))| {
+            let Some((_, effect)) = self.model.effect(change, &evidence.sample) else {
+                return false;
+            };
+            effect
+                .iter()
+                .zip(residual)
+                .all(|(effect, residual)| (residual + effect).abs() <= *bound)
+        })
+    }
+
+    /// The factor of some quantities of some terms that cancels the residual, if there is one.
+    fn factor(
+        &self,
+        terms: &[usize],
+        quantities: &[Quantity],
+        make: &dyn Fn(f64) -> Change,
+    ) -> Option<Change> {
+        let value = |evidence: &Evidence| {
+            let mut sum = vec![0.0; self.residuals[0].0.len()];
+            for (term, quantity) in
+                terms.iter().flat_map(|term| quantities.iter().map(move |q| (*term, *q)))
+            {
+                let value = self.model.contribution(term, quantity, &evidence.sample);
+                sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+            }
+            sum
+        };
+        let values: Vec<Vec<f64>> = self.samples.iter().map(|evidence| value(evidence)).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (mut product, mut square) = (0.0, 0.0);
+        for (value, (residual, bound)) in values.iter().zip(&self.residuals) {
+            // Samples weigh by their precision.
+            let weight = 1.0 / (bound * bound);
+            product += weight * dot(value, residual);
+            square += weight * dot(value, value);
+        }
+        if !(square > 0.0) {
+            return None;
+        }
+        let exact = 1.0 - product / square;
+        let fits = |factor: f64| {
+            values.iter().zip(&self.residuals).all(|(value, (residual, bound))| {
+                let pairs = value.iter().zip(residual);
+                pairs.into_iter().all(|(g, r)| (r + (factor - 1.0) * g).abs() <= *bound)
+            })
+        };
+        if !fits(exact) || (exact - 1.0).abs() < 1e-4 {
+            return None;
+        }
+        let number = simplest(exact, &fits);
+        // The others are among the listed changes.
+        let is_unusual = ![0.0, -1.0, 2.0, 0.5].contains(&number);
+        is_unusual.then(|| Change { rank: 3, ..make(number) })
+    }
+}
+
+/// The simplest number near `exact` that fits.
+fn simplest(exact: f64, fits: &dyn Fn(f64) -> bool) -> f64 {
+    for denominator in 1..=6 {
+        let fraction = (exact * f64::from(denominator)).round() / f64::from(denominator);
+        if (fraction - exact).abs() < 1e-6 * exact.abs().max(1.0) && fits(fraction) {
+            return fraction;
+        }
+    }
+    for digits in 1..=9 {
+        let rounded: f64 = format!("{exact:.digits$e}").parse().unwrap_or(exact);
+        if (rounded - exact).abs() < 1e-6 * exact.abs() && fits(rounded) {
+            return rounded;
+        }
+    }
+    exact
+}
+
+/// Jacobians that only the end of Newton's method shows: implicit Euler converges elsewhere with them.
+fn in_jacobians_of_newton(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
+    let inner = &scene.scene;
+    if reference::method::Method::one_point(inner.integrator)
+        != Some(reference::method::OnePoint::Implicit)
+    {
+        return Vec::new();
+    }
+    let model = Model::new(inner, made);
+    let terms = (0..model.n_terms()).map(|number| model.term(number));
+    let all: Vec<&Change> = terms
+        .flat_map(candidates::of_term)
+        .filter(|change| matches!(change.place, Place::Jacobian(_)) && change.rank < 2)
+        .collect();
+    let fits = all.into_par_iter().filter(|change| {
+        let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();
+        scene.agrees_with(&Model::new(inner, &all), usize::MAX) == Agreement::Agrees
+    });
+    fits.cloned().collect()
+}
+
+/// Pairs of changes of different values that together cancel the residual.
+fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+    let inner = &scene.scene;
+    let model = Model::new(inner, made);
+    let samples = clear_samples(scene);
+    let Some(base) = Base::of(&model, &samples) else { return Vec::new() };
+    let all: Vec<&Change> = (0..model.n_terms())
+        .flat_map(|number| candidates::of_term(model.term(number)))
+        .filter(|change| change.rank < 3)
+        .collect();
+    // Effects on all samples, in units of their bounds.
+    let effect = |change: &&'static Change| -> Option<(&'static Change, Vec<f64>)> {
+        let mut whole = Vec::new();
+        for (evidence, (_, bound)) in samples.iter().zip(&base.residuals) {
+            let (_, effect) = model.effect(change, &evidence.sample)?;
+            whole.extend(effect.into_iter().map(|value| value / bound));
+        }
+        let is_there = whole.iter().any(|value| value.abs() > 1.0);
+        (is_there && whole.iter().all(|value| value.is_finite())).then_some((*change, whole))
+    };
+    let effects: Vec<(&Change, Vec<f64>)> = all.par_iter().filter_map(effect).collect();
+    let residual: Vec<f64> = base
+        .residuals
+        .iter()
+        .flat_map(|(residual, bound)| {
+            residual.iter().map(|value| value / *bound).collect::<Vec<_>>()
+        })
+        .collect();
+    if effects.is_empty() || residual.is_empty() {
+        return Vec::new();
+    }
+    // Pairs are found by a projection on one direction, sorted.
+    let mut random = fastrand::Rng::with_seed(1);
+    let direction: Vec<f64> = residual.iter().map(|_| random.f64() + 0.5).collect();
+    let along = |vector: &[f64]| vector.iter().zip(&direction).map(|(a, b)| a * b).sum::<f64>();
+    let width: f64 = direction.iter().sum();
+    let mut sorted: Vec<(f64, usize)> =
+        effects.iter().enumerate().map(|(k, (_, effect))| (along(effect), k)).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let target = -along(&residual);
+    let mut found: Vec<(u32, Vec<Change>)> = Vec::new();
+    for (k, (first, effect)) in effects.iter().enumerate() {
+        let wanted = target - along(effect);
+        let from = sorted.partition_point(|(value, _)| *value < wanted - width);
+        for &(value, other) in &sorted[from..] {
+            if value > wanted + width {
+                break;
+            }
+            let (second, more) = &effects[other];
+            if other <= k || value_of(first) == value_of(second) {
+                continue;
+            }
+            let sums = residual.iter().zip(effect).zip(more);
+            if sums.into_iter().all(|((r, a), b)| (r + a + b).abs() <= 1.0) {
+                let rank = u32::from(first.rank) + u32::from(second.rank);
+                found.push((rank, vec![(*first).clone(), (*second).clone()]));
+            }
+        }
+    }
+    found.sort_by_key(|(rank, _)| *rank);
+    found.into_iter().map(|(_, changes)| changes).collect()
+}
+
+/// The value that a change is made in: two changes of one value do not add up.
+fn value_of(change: &Change) -> Option<(Term, Quantity)> {
+    match &change.effect {
+        Effect::Formula(term, quantity, _)
+        | Effect::Blocks(term, quantity, _)
+        | Effect::Axes(term, quantity, _)
+        | Effect::FirstOnly(term, quantity) => Some((*term, *quantity)),
+        Effect::Factor(term, quantities, Factor { .. }) => Some((*term, quantities[0])),
+        Effect::Derived(term, _) | Effect::Ends(term, _) | Effect::Length(term, _) => {
+            Some((*term, Quantity::Force))
+        }
+        Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) => None,
+    }
+}

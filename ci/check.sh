@@ -25,4 +25,14 @@ if [ "$packages" -gt 160 ] || [ "$crates" -gt 130 ]; then
     echo "check: too many dependencies"
     exit 1
 fi
+# Where tests ask for more features of a dependency, all that stands on it is built twice.
+features() {
+    cargo tree --locked --workspace --edges "$1" --prefix none --format '{p} {f}' | sed 's/ (\*)$//' | sort -u
+}
+twice=$(comm -23 <(features normal,build) <(features normal,build,dev))
+if [ -n "$twice" ]; then
+    echo "$twice"
+    echo "check: tests need other features of these packages than the first build"
+    exit 1
+fi
 echo "check: passed"

@@ -16,6 +16,11 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// Whether the submission lacks what the scene needs.
+    pub fn is_lack(&self) -> bool {
+        matches!(self, Self::Fail(Failure::NotImplemented { .. }))
+    }
+
     /// The stable machine-readable name, in lower case.
     pub fn name(&self) -> &'static str {
         match self {

@@ -45,6 +45,12 @@ pub(super) enum Command {
         #[command(flatten)]
         suite: SuiteArgs,
     },
+    /// Explain one scene that failed: the findings, the first wrong step, and its equation with the numbers put in
+    #[command(
+        after_help = "Exit codes: 0 the scene passed, 1 it failed, 2 bad usage or input, 3 it could not be judged, 130 \
+                      interrupted (Ctrl-C)."
+    )]
+    Explain(ExplainArgs),
     /// Check the Jacobians of each force, block by block: correct, wrong or inconclusive
     Jacobians(JacobianArgs),
     /// Measure error against computing time for every integrator, over a ladder of time steps
@@ -133,6 +139,27 @@ pub(super) struct GradeArgs {
     /// Write the report as pages to this folder too, with the motion of every scene; open DIR/index.html in a browser
     #[arg(long, value_name = "DIR")]
     pub(super) html: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) judge: JudgeArgs,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
+}
+
+#[derive(Args)]
+pub(super) struct ExplainArgs {
+    /// The scene: GROUP/SCENE, as reports name it, or the path of its file
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: String,
+
+    /// Submission: a program, a folder with submission.toml, or a folder of traces. All its scenes are graded, as a
+    /// mistake is proven by many
+    #[arg(value_name = "SUBMISSION")]
+    pub(super) submission: PathBuf,
+
+    #[command(flatten)]
+    pub(super) run: RunArgs,
 
     #[command(flatten)]
     pub(super) judge: JudgeArgs,

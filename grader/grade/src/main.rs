@@ -11,6 +11,7 @@ mod submission;
 mod accuracy;
 mod assignments;
 mod class;
+mod explain;
 mod grading;
 mod init;
 mod jacobians;
@@ -60,6 +61,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         None => grading::grade(&cli.grade),
         Some(Command::Class(args)) => class::grade(args),
         Some(Command::Assignments { name, suite }) => assignments::show(name.as_deref(), suite),
+        Some(Command::Explain(args)) => explain::explain(args),
         Some(Command::Jacobians(args)) => jacobians::check(args),
         Some(Command::Accuracy(args)) => accuracy::measure(args),
         Some(Command::Stability(args)) => stability::run(args),

@@ -78,15 +78,25 @@ pub(super) fn open_submission(
             false => Err(Stop::bad_input(format!("{}: folder not found", folder.display()))),
         };
     }
-    let Some(path) = &args.submission else {
-        return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
-    };
+    match &args.submission {
+        Some(path) => open_path(path, &args.run, inputs, args.html.clone()),
+        None => Ok((Submission::BuiltIn(LinearSolver::Auto), None)),
+    }
+}
+
+/// The submission at `path`, which must not be able to read `secret`.
+pub(super) fn open_path(
+    path: &Path,
+    run: &RunArgs,
+    inputs: &Inputs,
+    secret: Option<PathBuf>,
+) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
     if path.is_dir() && !folder::is_submission(path) {
         return open_traces(path, inputs);
     }
     let mut secrets = inputs.secrets();
-    secrets.extend(args.html.clone());
-    let (submission, protections) = open_program(path, &args.run, &inputs.rubric, &secrets)?;
+    secrets.extend(secret);
+    let (submission, protections) = open_program(path, run, &inputs.rubric, &secrets)?;
     // A hand-in that cannot be graded does not run.
     let is_run =
         !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });

@@ -549,7 +549,7 @@ impl JsonCalibration {
 
 impl JsonDiagnosis {
     fn of(diagnosis: &Diagnosis) -> Self {
-        let Diagnosis { steps, causes, other_root, restarts } = diagnosis;
+        let Diagnosis { steps, causes, other_root, restarts, .. } = diagnosis;
         Self {
             steps: steps.total,
             steps_wrong: steps.wrong,

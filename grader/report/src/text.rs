@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use anstyle::Style;
 
 use super::digits::{self, DiffLine, LineKind};
-use super::jacobians;
+use super::{jacobians, probe};
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use grader::altered::Copied;
 use grader::compare::{Criteria, FirstWrong, Tolerances};
@@ -18,8 +18,9 @@ use grader::grading::{
     AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
     Repetition, SceneResult, Totals,
 };
+use grader::probe::Probing;
 use grader::suite::Section;
-use grader::verdict::{Failure, Verdict, number};
+use grader::verdict::{Verdict, number};
 use sandbox::Protection;
 
 /// Options of the report.
@@ -47,17 +48,18 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io:
         jacobians::text::write_brief(out, &grading.jacobians.forces)?;
         writeln!(out)?;
     }
-    if let Some(probing) = &grading.probing {
-        super::probe::text::write_findings(
-            out,
-            probing,
-            super::probe::text::ProbeTextOptions { details: false },
-        )?;
+    if let Some(probing) = offered(grading) {
+        probe::text::write_brief(out, probing)?;
         writeln!(out)?;
     }
     write_failures(out, grading, config)?;
     write_hidden(out, grading)?;
     write_summary(out, grading)
+}
+
+/// What was measured of a program, if it offers any of it.
+fn offered(grading: &Grading) -> Option<&Probing> {
+    grading.probing.as_ref().filter(|probing| probing.counts().1 > 0)
 }
 
 /// Writes the number of hidden scenes with each verdict, and nothing else about them.
@@ -118,9 +120,26 @@ fn write_features(
         let unjudged = if credit.unjudged > 0.0 { points::unjudged(credit) } else { String::new() };
         [points::of(credit, grading.faults), unjudged].map(Cell::right)
     };
+    let sum = |group: &str, what: &str, totals: Totals| -> Vec<Cell> {
+        let [earned, unjudged] = credits(&totals.credit);
+        let row = [
+            Cell::left(group),
+            Cell::left(what),
+            Cell::right(count(totals.passed, totals.scenes)),
+            Cell::right(count(totals.hidden_passed, totals.hidden)),
+            Cell::right(""),
+            Cell::right(""),
+            earned,
+            unjudged,
+        ];
+        row.map(|cell| cell.styled(DIM)).into()
+    };
     let mut rows = vec![header(&names, 2..8)];
+    let mut lacking: Vec<&FeatureResult> = Vec::new();
     for group in groups {
-        for result in *group {
+        let (lacks, there): (Vec<&FeatureResult>, _) = group.iter().partition(|r| r.is_lacking());
+        lacking.extend(lacks);
+        for result in &there {
             let largest = result.largest_residuals();
             let nothing = || "-".to_owned();
             let [earned, unjudged] = credits(&result.credit());
@@ -142,21 +161,16 @@ fn write_features(
                 },
             ]);
         }
-        if group.len() > 1 {
-            let totals = Totals::of(*group);
-            let [earned, unjudged] = credits(&totals.credit);
-            let row = [
-                Cell::left(""),
-                Cell::left("together"),
-                Cell::right(count(totals.passed, totals.scenes)),
-                Cell::right(count(totals.hidden_passed, totals.hidden)),
-                Cell::right(""),
-                Cell::right(""),
-                earned,
-                unjudged,
-            ];
-            rows.push(row.map(|cell| cell.styled(DIM)).into());
+        if there.len() > 1 {
+            rows.push(sum("", "together", Totals::of(there)));
         }
+    }
+    if !lacking.is_empty() {
+        let features = match lacking.len() {
+            1 => "1 feature".to_owned(),
+            count => format!("{count} features"),
+        };
+        rows.push(sum("not implemented", &features, Totals::of(lacking)));
     }
     if !groups.iter().copied().flatten().any(FeatureResult::has_faults) {
         rows.iter_mut().for_each(|row| drop(row.remove(7)));
@@ -190,11 +204,9 @@ pub(super) fn residual(value: f64) -> String {
 
 fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
     let scenes = grading.features.iter().flat_map(|result| &result.scenes);
-    let is_lack = |scene: &&SceneResult| {
-        matches!(scene.comparison.verdict, Verdict::Fail(Failure::NotImplemented { .. }))
-    };
     let not_passed = scenes.filter(|scene| !scene.comparison.verdict.is_pass());
-    let (lacks, failed): (Vec<&SceneResult>, Vec<&SceneResult>) = not_passed.partition(is_lack);
+    let failed: Vec<&SceneResult> =
+        not_passed.filter(|scene| !scene.comparison.verdict.is_lack()).collect();
     // Merge scenes with the same message, such as those of a failed build.
     let mut groups: Vec<(&SceneResult, usize)> = Vec::new();
     for scene in &failed {
@@ -214,9 +226,6 @@ fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -
         }
         writeln!(out)?;
     }
-    if !lacks.is_empty() {
-        writeln!(out, "{} scenes need what is not implemented.\n", lacks.len())?;
-    }
     let untold: usize = groups.iter().skip(config.details).map(|(_, count)| count).sum();
     if untold > 0 {
         writeln!(
@@ -228,7 +237,7 @@ fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -
     Ok(())
 }
 
-fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
+pub(crate) fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
     let verdict = &scene.comparison.verdict;
     let style = if matches!(verdict, Verdict::GraderFault(_)) { ODD } else { BAD };
     let name = verdict.name().replace('-', " ");
@@ -245,7 +254,7 @@ fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
 }
 
 fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()> {
-    let Diagnosis { steps, causes, other_root, restarts } = diagnosis;
+    let Diagnosis { steps, causes, other_root, restarts, .. } = diagnosis;
     writeln!(out, "  Redoing each step from your own previous state: {}", steps.words())?;
     if let Some(restarts) = restarts {
         writeln!(out, "  Running your program from the oracle's states: {}", restarts.words())?;
@@ -473,7 +482,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         let count = format!("{correct}/{asked} verdicts");
         rows.push(vec![Cell::left("Jacobians"), Cell::right(count)]);
     }
-    if let Some(probing) = &grading.probing {
+    if let Some(probing) = offered(grading) {
         let (correct, offered) = probing.counts();
         let text = format!("{correct}/{offered} findings");
         rows.push(vec![Cell::left("Jacobians"), Cell::right(text)]);
@@ -517,6 +526,9 @@ pub(super) fn outcome(grading: &Grading) -> &'static str {
         GradingOutcome::Passed if grading.is_flawless() => "All passed.",
         GradingOutcome::PassedShipped if grading.is_flawless() => "All shipped scenes passed.",
         GradingOutcome::Passed | GradingOutcome::PassedShipped => "All required features passed.",
+        GradingOutcome::Failed if grading.only_lacks() => {
+            "Unfinished; nothing wrong was found in what is there."
+        }
         GradingOutcome::Failed => "Something failed.",
         GradingOutcome::GraderFault => {
             "Something could not be judged; its points are neither earned nor lost."

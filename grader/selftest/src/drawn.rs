@@ -130,7 +130,7 @@ impl Level {
     }
 
     /// The first name in a scene that the program lacks.
-    fn lacks<'s>(self, scene: &'s Scene) -> Option<&'s str> {
+    fn lacks(self, scene: &Scene) -> Option<&str> {
         let integrator = scene.integrator.name;
         let tags = scene.forces.iter().map(|element| element.schema.tag);
         let force = tags.into_iter().find(|tag| self.lacks_force(tag));
@@ -361,8 +361,8 @@ fn differs(a: &[State], b: &[State]) -> bool {
     let values = |states: &[State]| -> Vec<f64> {
         states.iter().flat_map(|s| [s.positions.clone(), s.velocities.clone()].concat()).collect()
     };
-    let far = |(a, b): (f64, f64)| !((a - b).abs() <= 1e-6 * a.abs().max(b.abs()).max(1e-3));
-    values(a).into_iter().zip(values(b)).any(far)
+    let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-6 * a.abs().max(b.abs()).max(1e-3);
+    !values(a).into_iter().zip(values(b)).all(near)
 }
 
 /// Whether the finding on `named` is that of a mistake in `planted`: fixed particles count under any methods.

@@ -9,9 +9,11 @@
 //!
 //! Cost: four simulator steps for each state.
 
+mod explanation;
 mod restart;
 mod steps;
 
+pub use explanation::{Balance, Contribution, Explanation};
 pub use restart::{Restarts, restart};
 pub use steps::{Evidence, Judge, Rounding, WrongSteps, examine, sampled};
 
@@ -26,4 +28,6 @@ pub struct Diagnosis {
     pub other_root: Option<u64>,
     /// Steps redone from the oracle's states; `None` without a program, or for scenes where it is impossible.
     pub restarts: Option<Restarts>,
+    /// The first wrong step in numbers; `None` if no step is wrong.
+    pub explanation: Option<Explanation>,
 }

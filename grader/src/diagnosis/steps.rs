@@ -172,15 +172,21 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// That of these states.
+    /// That of these states. Numbers that stay as they are count for nothing: those of a scene have few digits.
     pub fn of(states: &[State]) -> Self {
-        let values =
-            || states.iter().flat_map(|state| state.positions.iter().chain(&state.velocities));
-        let single = |value: &f64| f64::from(*value as f32) == *value;
-        let single_precision = values().all(single);
+        fn all(state: &State) -> impl Iterator<Item = f64> {
+            let State { positions, velocities, .. } = state;
+            positions.iter().chain(velocities).copied()
+        }
+        let values = || {
+            let pairs = states.windows(2).flat_map(move |pair| all(&pair[0]).zip(all(&pair[1])));
+            pairs.filter(|(before, after)| before != after).map(|(_, after)| after)
+        };
+        let single = |value: f64| f64::from(value as f32) == value;
+        let single_precision = values().next().is_some() && values().all(single);
         let mut most = 0;
         for value in values() {
-            most = most.max(digits(*value));
+            most = most.max(digits(value));
             if most > FEW_DIGITS {
                 break;
             }
@@ -192,7 +198,9 @@ impl Rounding {
     pub fn unit(self) -> f64 {
         match self {
             Self { single_precision: true, .. } => f64::from(f32::EPSILON),
-            Self { digits, .. } if digits <= FEW_DIGITS => 10.0_f64.powi(1 - digits as i32),
+            Self { digits: FEWEST_DIGITS..=FEW_DIGITS, .. } => {
+                10.0_f64.powi(1 - self.digits as i32)
+            }
             _ => 0.0,
         }
     }
@@ -200,6 +208,9 @@ impl Rounding {
 
 /// Traces with at most this many digits are rounded; an f64 has up to 17.
 const FEW_DIGITS: usize = 15;
+
+/// Traces with fewer digits than this are of simple numbers, not rounded.
+const FEWEST_DIGITS: usize = 4;
 
 /// Redoes all steps of a trace. Returns which are wrong, and evidence from some of them.
 pub fn examine(scene: &Scene, states: &[State]) -> (WrongSteps, Vec<Evidence>) {

@@ -110,7 +110,7 @@ impl<'a> SceneEvidence<'a> {
     }
 
     /// Simplest first: what a student should do first.
-    pub(super) fn simplicity(&self) -> (usize, usize, usize, usize) {
+    pub(super) fn simplicity(&self) -> [usize; 5] {
         super::simplicity(&self.case.scene)
     }
 

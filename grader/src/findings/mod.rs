@@ -22,15 +22,16 @@ mod trace;
 use std::fmt;
 
 use rayon::prelude::*;
-use reference::change::{Place, Term};
+use reference::change::{Change, Place, Term};
 use reference::equation::{self, Equation};
+use simulator::force;
 use simulator::integrator;
 use simulator::scene::Scene;
 use simulator::scene::schema::{Convergence, Matrix};
 use simulator::trace::State;
 
 use crate::compare::{Comparison, Criteria};
-use crate::diagnosis::{Diagnosis, Evidence};
+use crate::diagnosis::{Diagnosis, Evidence, Explanation};
 use crate::suite::Case;
 use crate::verdict::{Failure, Verdict};
 
@@ -108,6 +109,21 @@ impl Finding {
             FindingKind::NotImplemented => format!("Not implemented: {all}"),
             FindingKind::Ends(symptom) => format!("{symptom}: {all}"),
             FindingKind::Output | FindingKind::Cause | FindingKind::OtherRoot => all,
+        }
+    }
+
+    /// The order in which features that are not there should be made: that of the registries.
+    fn in_order_of_work(&self) -> usize {
+        let forces = force::REGISTRY.len();
+        match (self.kind, self.features.first()) {
+            (FindingKind::NotImplemented, Some(Feature::Force(part))) => {
+                force::REGISTRY.iter().position(|kind| kind.schema.tag == part.tag()).unwrap_or(0)
+            }
+            (FindingKind::NotImplemented, Some(Feature::Integrator(name))) => {
+                let place = integrator::REGISTRY.iter().position(|kind| kind.schema.name == *name);
+                forces + place.unwrap_or(0)
+            }
+            _ => 0,
         }
     }
 
@@ -204,8 +220,8 @@ impl From<Place> for Feature {
     }
 }
 
-/// Simplest first: number of kinds of force, then their elements, then the integrator in the order of the registry.
-fn simplicity(scene: &Scene) -> (usize, usize, usize, usize) {
+/// Simplest first: number of terms, then the forces and the integrator in the order of the registries, then the size.
+fn simplicity(scene: &Scene) -> [usize; 5] {
     let mut terms: Vec<Term> = Vec::new();
     for element in &scene.forces {
         for term in Term::of(element.schema) {
@@ -215,8 +231,11 @@ fn simplicity(scene: &Scene) -> (usize, usize, usize, usize) {
             }
         }
     }
+    let of_force = |tag: &str| force::REGISTRY.iter().position(|kind| kind.schema.tag == tag);
+    let last = scene.forces.iter().filter_map(|element| of_force(element.schema.tag)).max();
     let order = integrator::REGISTRY.iter().position(|k| k.schema.name == scene.integrator.name);
-    (terms.len(), order.unwrap_or(usize::MAX), scene.particles.len(), scene.forces.len())
+    let (force, order) = (last.unwrap_or(0), order.unwrap_or(usize::MAX));
+    [terms.len(), force, order, scene.particles.len(), scene.forces.len()]
 }
 
 impl Findings {
@@ -256,16 +275,19 @@ impl Findings {
             let lacks = causes.iter().find(|c| c.is_lack() && c.scenes.contains(&number));
             let lacks = lacks.map(|cause| cause.change().words.clone());
             let is_wrong = !scene.passed && scene.steps.total > 0;
-            let diagnosis = is_wrong.then(|| Diagnosis {
-                steps: scene.steps.clone(),
-                causes: causes
+            let diagnosis = is_wrong.then(|| {
+                let acting = causes
                     .iter()
                     .filter(|cause| cause.scenes.contains(&number) && scene.explained)
-                    .filter(|cause| cause.change().acts_in(&scene.case.scene))
-                    .map(|cause| cause.change().words.clone())
-                    .collect(),
-                other_root: *root,
-                restarts: None,
+                    .filter(|cause| cause.change().acts_in(&scene.case.scene));
+                let changes: Vec<Change> = acting.map(|cause| cause.change().clone()).collect();
+                Diagnosis {
+                    steps: scene.steps.clone(),
+                    causes: changes.iter().map(|change| change.words.clone()).collect(),
+                    other_root: *root,
+                    restarts: None,
+                    explanation: Explanation::of(&scene.case.scene, &scene.evidence, &changes),
+                }
             });
             diagnoses.push((diagnosis, lacks));
         }
@@ -280,7 +302,7 @@ impl Findings {
         }
         list.extend(unnamed);
         // Stable: causes keep the order in which they were found.
-        list.sort_by_key(|finding| finding.kind);
+        list.sort_by_key(|finding| (finding.kind, finding.in_order_of_work()));
         let progress = progress(&judged, &list);
         Self { list, progress }
     }
@@ -489,7 +511,7 @@ fn progress(judged: &[JudgedScene<'_>], list: &[Finding]) -> Option<Progress> {
     if passed().any(|scene| scene.case.scene.forces.is_empty()) {
         implemented.push("free motion".to_owned());
     }
-    for kind in simulator::force::REGISTRY {
+    for kind in force::REGISTRY {
         let has = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == kind.schema.tag);
         if passed().any(|scene| has(&scene.case.scene)) {
             implemented.push(kind.schema.title.to_owned());

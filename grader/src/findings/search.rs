@@ -305,15 +305,15 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
         unexplained: 0,
         open: 0,
     };
-    if found.len() > 1 {
-        if let Some(Weighed { explained: all, .. }) = prove(scenes, made, together) {
-            let cause = |one: Weighed| Cause {
-                alternatives: one.changes,
-                scenes: one.explained.into_iter().filter(|number| all.contains(number)).collect(),
-                open: one.open,
-            };
-            return found.into_iter().map(cause).collect();
-        }
+    if found.len() > 1
+        && let Some(Weighed { explained: all, .. }) = prove(scenes, made, together)
+    {
+        let cause = |one: Weighed| Cause {
+            alternatives: one.changes,
+            scenes: one.explained.into_iter().filter(|number| all.contains(number)).collect(),
+            open: one.open,
+        };
+        return found.into_iter().map(cause).collect();
     }
     let mut causes: Vec<Cause> = Vec::new();
     for one in found {
@@ -327,9 +327,14 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
     causes
 }
 
-/// Whether at least two scenes, and nearly all that use no other force, show that a feature is left out.
+/// Whether at least two scenes, and nearly all that use no other force, show that a feature is left out. Of a method, at
+/// least three; that nothing moves under it, nearly all, since a scene at rest shows the same without a force.
 fn is_convincing(scenes: &[SceneEvidence<'_>], one: &Weighed) -> bool {
-    let Place::Force(term) = one.changes[0].place else { return one.explained.len() > 2 };
+    let Place::Force(term) = one.changes[0].place else {
+        let is_idle = matches!(one.changes[0].effect, Effect::Method(_, Rule::Idle));
+        let is_most = one.explained.len() >= 9 * one.unexplained;
+        return one.explained.len() > 2 && (is_most || !is_idle);
+    };
     let integrators: BTreeSet<&str> =
         one.explained.iter().map(|&number| scenes[number].scene.integrator.name).collect();
     let is_own = |scene: &SceneEvidence<'_>| {
@@ -377,12 +382,14 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
                         .chain(others.iter())
                         .all(|known| known.changes[0].place != one.changes[0].place);
                 let is_usual = one.rank() <= best.rank() + 2;
-                if is_same && is_other && others.len() < 3 && is_usual {
-                    if let Some(one) = prove(scenes, made, one) {
-                        if one.explained.is_superset(&best.explained) {
-                            others.push(one);
-                        }
-                    }
+                if is_same
+                    && is_other
+                    && others.len() < 3
+                    && is_usual
+                    && let Some(one) = prove(scenes, made, one)
+                    && one.explained.is_superset(&best.explained)
+                {
+                    others.push(one);
                 }
             }
         }
@@ -395,10 +402,9 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
         .into_iter()
         .map(|change| Cause { alternatives: vec![change], scenes: scenes.clone(), open })
         .collect();
-    if let [cause] = causes.as_mut_slice() {
-        if !(lack && scenes.len() > 2) {
-            cause.alternatives.extend(others.into_iter().flat_map(|other| other.changes));
-        }
+    let is_clear_lack = lack && scenes.len() > 2;
+    if let ([cause], false) = (causes.as_mut_slice(), is_clear_lack) {
+        cause.alternatives.extend(others.into_iter().flat_map(|other| other.changes));
     }
     causes
 }
@@ -584,9 +590,9 @@ impl<'a> Base<'a> {
         let mut residuals = Vec::new();
         for evidence in samples {
             let residual = model.residual(&evidence.sample)?;
-            let drift = residual.position.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             let [x, v] = evidence.noise;
-            if !(drift <= LEFT * x) || model.moves_fixed(&evidence.sample, LEFT * v) {
+            let is_on_rule = residual.position.iter().all(|left| left.abs() <= LEFT * x);
+            if !is_on_rule || model.moves_fixed(&evidence.sample, LEFT * v) {
                 return None;
             }
             residuals.push((residual.momentum, LEFT * v * residual.stiffness));
@@ -632,7 +638,7 @@ impl<'a> Base<'a> {
             product += weight * dot(value, residual);
             square += weight * dot(value, value);
         }
-        if !(square > 0.0) {
+        if square <= 0.0 || square.is_nan() {
             return None;
         }
         let exact = 1.0 - product / square;

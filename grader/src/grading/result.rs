@@ -141,6 +141,11 @@ impl FeatureResult {
         self.n_passed() == self.scenes.len() && self.hidden.n_passed() == self.hidden.n_scenes()
     }
 
+    /// Whether the submission lacks what every scene needs.
+    pub fn is_lacking(&self) -> bool {
+        !self.scenes.is_empty() && self.scenes.iter().all(|s| s.comparison.verdict.is_lack())
+    }
+
     /// Whether any scene passed, hidden ones included.
     pub fn has_passes(&self) -> bool {
         self.n_passed() + self.hidden.n_passed() > 0
@@ -332,6 +337,16 @@ impl Grading {
             return GradingOutcome::GraderFault;
         }
         self.outcome_of_judged(FeatureResult::is_pass)
+    }
+
+    /// Whether every scene that did not pass lacks something, so that no failure shows a mistake.
+    pub fn only_lacks(&self) -> bool {
+        let mut scenes = self.features.iter().flat_map(|feature| &feature.scenes);
+        let passes_hidden =
+            |feature: &FeatureResult| feature.hidden.n_passed() == feature.hidden.n_scenes();
+        scenes.all(|s| s.comparison.verdict.is_pass() || s.comparison.verdict.is_lack())
+            && self.features.iter().all(passes_hidden)
+            && self.jacobians.is_pass()
     }
 
     /// The result as one of a class: scenes whose oracle traces cannot be used count for no submission, and do not

@@ -6,8 +6,9 @@
 //          springs refer to <edge i j/> by its number. Elements come in any order; ignore unknown ones.
 //   TRACE  CSV: a header `step,time,x0,y0,vx0,vy0,x1,...`, then one row for each state. The first row is the initial
 //          state, and ceil(duration / dt) rows follow. Write all digits: precision 17 does.
-//   Exit with status 0 on success. Your standard error is shown in the report of a failed run. Read no
-//   other file, and write to the working directory only; there is no network.
+//   Exit with status 0 on success, and with 77 for a scene that you do not support. Your standard error
+//   is shown in the report of a failed run. Read no other file, and write to the working directory only;
+//   there is no network.
 
 #include <cmath>
 #include <cstdlib>
@@ -74,7 +75,11 @@ struct Scene {
 
 Scene read_scene(const std::string& path) {
     Scene scene;
+    if (path.size() < 4 || path.substr(path.size() - 4) != ".xml") std::exit(77);
     for (const Element& element : read_elements(path)) {
+        for (const char* axis : {"pz", "vz", "fz"}) {
+            if (element.attributes.count(axis) > 0) std::exit(77);  // three dimensions
+        }
         if (element.name == "duration") {
             scene.duration = element.number("time");
         } else if (element.name == "integrator") {

@@ -6,13 +6,15 @@
 //!          springs refer to <edge i j/> by its number. Elements come in any order; ignore unknown ones.
 //!   TRACE  CSV: a header `step,time,x0,y0,vx0,vy0,x1,...`, then one row for each state. The first row is the initial
 //!          state, and ceil(duration / dt) rows follow. Write all digits: `{}` does.
-//!   Exit with status 0 on success. Your standard error is shown in the report of a failed run. Read no
-//!   other file, and write to the working directory only; there is no network.
+//!   Exit with status 0 on success, and with 77 for a scene that you do not support. Your standard error
+//!   is shown in the report of a failed run. Read no other file, and write to the working directory only;
+//!   there is no network.
 
 use std::collections::HashMap;
 use std::error::Error;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
+use std::process;
 
 struct Element<'a> {
     name: &'a str,
@@ -68,6 +70,9 @@ struct Scene {
 fn read(text: &str) -> Result<Scene, Box<dyn Error>> {
     let mut scene = Scene::default();
     for element in elements(text) {
+        if ["pz", "vz", "fz"].iter().any(|axis| element.attributes.contains_key(axis)) {
+            process::exit(77); // three dimensions
+        }
         match element.name {
             "duration" => scene.duration = element.number("time")?,
             "integrator" => {
@@ -114,6 +119,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [_, scene, trace] = arguments.as_slice() else {
         return Err("called as: simulate SCENE TRACE".into());
     };
+    if !scene.ends_with(".xml") {
+        process::exit(77);
+    }
     let mut scene = read(&fs::read_to_string(scene)?)?;
     let mut trace = BufWriter::new(File::create(trace)?);
     write!(trace, "step,time")?;

@@ -126,8 +126,49 @@ fn a_wrong_jacobian_costs_points_only_where_it_shows() {
         ["Combined", "FixedParticles", "SpringDamping"].map(str::to_owned).into();
     assert_eq!(lost(&report, "required"), damped);
     assert!(lost(&report, "extra-credit").is_subset(&damped));
+    let findings = report["findings"].as_array().unwrap();
+    let said: Vec<&str> = findings.iter().map(|f| f["message"].as_str().unwrap()).collect();
+    assert_eq!(said, ["dF/dx of springforce's damping has the wrong sign"]);
+    assert_eq!(findings[0]["kind"], "cause");
+
+    let output = explain("shearing-triangle-linearized", &submission, "t1m3");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    // The remainder of the first step, and what the mistake makes of it.
+    let rest = said.split_once("sum, 0 up to rounding").expect("an equation").1;
+    let numbers = rest.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
+    let sizes: Vec<f64> = numbers.take(4).map(f64::abs).collect();
+    assert!(sizes[0].min(sizes[1]) > 1e-3 && sizes[2].max(sizes[3]) < 1e-14, "{said}");
+    let output = explain("Spring", &submission, "t1m3");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("name one, such as Spring/"));
+
     let (_, report) = grade(&submission, &["--no-jacobians"]);
     assert_eq!(report["fitting_assignment"], "t1m3", "the mistake does not hide what is offered");
+}
+
+fn explain(scene: &str, submission: &Path, assignment: &str) -> Output {
+    let mut command = Command::new(GRADE);
+    command.args(["explain", scene]).arg(submission).args(["--assignment", assignment, "--root"]);
+    command.arg(root()).output().unwrap()
+}
+
+/// What a skeleton lacks is not wrong, and its report fits a screen. It says what to do first.
+#[test]
+fn a_skeleton_is_told_what_to_do_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let submission = folder.path().join("skeleton");
+    let init = ["init", "python", "--assignment", "t1m2"];
+    let made = Command::new(GRADE).args(init).arg(&submission).arg("--root").arg(root()).output();
+    assert!(made.unwrap().status.success());
+    let mut command = Command::new(GRADE);
+    let output = command.arg(&submission).arg("--root").arg(root()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.lines().count() <= 40, "{said}");
+    assert!(said.starts_with("Findings\n  Not implemented: "), "{said}");
+    assert!(said.contains("Implemented: free motion"), "{said}");
+    assert!(said.contains("; next: simple gravity under explicit-euler, scene "), "{said}");
 }
 
 #[test]

@@ -194,10 +194,10 @@ impl Model {
         };
         // A method in the place of another has the mistakes of both.
         for change in changes {
-            if let Effect::Method(name, rule @ (Rule::Replaced(_) | Rule::Idle)) = change.effect {
-                if name == model.scene.integrator.name {
-                    model.follow(rule);
-                }
+            if let Effect::Method(name, rule @ (Rule::Replaced(_) | Rule::Idle)) = change.effect
+                && name == model.scene.integrator.name
+            {
+                model.follow(rule);
             }
         }
         model.stepped_as = model.method.and_then(name_of);

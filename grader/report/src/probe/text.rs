@@ -28,19 +28,22 @@ pub struct ProbeTextOptions {
 /// # Errors
 /// If writing fails.
 pub fn write(out: &mut dyn Write, probing: &Probing, config: ProbeTextOptions) -> io::Result<()> {
-    write_findings(out, probing, config)?;
+    write_brief(out, probing)?;
+    for part in &probing.parts {
+        let well = matches!(part.verdict(), Verdict::Correct | Verdict::NotOffered);
+        let told = if well { config.details } else { true };
+        if told {
+            write_part(out, part, config)?;
+        }
+    }
     write_summary(out, probing)
 }
 
-/// Writes the report without its last line.
+/// Writes the table alone.
 ///
 /// # Errors
 /// If writing fails.
-pub fn write_findings(
-    out: &mut dyn Write,
-    probing: &Probing,
-    config: ProbeTextOptions,
-) -> io::Result<()> {
+pub fn write_brief(out: &mut dyn Write, probing: &Probing) -> io::Result<()> {
     writeln!(
         out,
         "{BOLD}Forces and Jacobians{BOLD:#} of {}, measured from single steps",
@@ -49,15 +52,7 @@ pub fn write_findings(
     for space in &probing.spaces {
         write_space(out, space)?;
     }
-    write_table(out, probing)?;
-    for part in &probing.parts {
-        let well = matches!(part.verdict(), Verdict::Correct | Verdict::NotOffered);
-        let told = if well { config.details } else { true };
-        if told {
-            write_part(out, part, config)?;
-        }
-    }
-    Ok(())
+    write_table(out, probing)
 }
 
 fn write_space(out: &mut dyn Write, space: &Space) -> io::Result<()> {

@@ -105,6 +105,19 @@ impl Canvas {
         }
     }
 
+    /// Covers a part of the canvas with another canvas, whose top left corner comes to `[x, y]`. What does not fit is
+    /// left out.
+    pub fn paste(&mut self, other: &Self, [x, y]: [u32; 2]) {
+        let columns = other.width.min(self.width.saturating_sub(x)) as usize;
+        let rows = other.height.min(self.height.saturating_sub(y)) as usize;
+        for row in 0..rows {
+            let from = 3 * row * other.width as usize;
+            let to = 3 * ((y as usize + row) * self.width as usize + x as usize);
+            self.pixels[to..to + 3 * columns]
+                .copy_from_slice(&other.pixels[from..from + 3 * columns]);
+        }
+    }
+
     /// The picture as a PNG file.
     pub fn png(&self) -> Vec<u8> {
         // Each row starts with the number of its filter: none.
@@ -207,6 +220,17 @@ mod tests {
         ] {
             assert!((area - expected).abs() <= 0.02 * expected, "{area} {expected}");
         }
+    }
+
+    #[test]
+    fn a_pasted_canvas_covers_its_part_and_is_cut_at_the_edge() {
+        let mut canvas = Canvas::new(5, 4, [255; 3]);
+        canvas.paste(&Canvas::new(2, 2, [0; 3]), [1, 1]);
+        assert_eq!(ink(&canvas), 4.0);
+        canvas.paste(&Canvas::new(3, 3, [0; 3]), [4, 2]);
+        assert_eq!(ink(&canvas), 6.0);
+        canvas.paste(&Canvas::new(3, 3, [0; 3]), [9, 9]);
+        assert_eq!(ink(&canvas), 6.0);
     }
 
     #[test]

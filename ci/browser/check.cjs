@@ -138,6 +138,35 @@ async function playback(page, expected) {
   for (const color of ["10,90,160", "179,71,0", "179,38,30"]) assert.ok(colors.includes(color), `no pixel of ${color}`);
 }
 
+// A scene of the gallery: its picture, its playback, its slider.
+async function playGallery(browser, address, origin) {
+  const { page, faults, close } = await open(browser, address, origin);
+  assert.equal(await page.locator(".card").count(), 3);
+  assert.equal(await page.locator(".card canvas").count(), 2, "a file that is no scene has no picture");
+  const card = page.locator(".card", { hasText: "garland_t1m2.xml" });
+  const frame = () => card.locator("canvas").getAttribute("data-frame").then(Number);
+  await card.locator("[data-action=play]:enabled").waitFor();
+  // The colours of the scene: its background and its star.
+  const colors = await card.locator("canvas").evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const seen = new Set();
+    for (let i = 0; i < data.length; i += 4) seen.add(`${data[i]},${data[i + 1]},${data[i + 2]}`);
+    return [...seen];
+  });
+  for (const color of ["8,5,20", "255,237,179"]) assert.ok(colors.includes(color), `no pixel of ${color}`);
+  await card.locator("input[type=range]").focus();
+  await page.keyboard.press("Home");
+  assert.equal(await frame(), 0);
+  await card.locator("[data-action=play]").press("Enter");
+  await page.waitForFunction((canvas) => Number(canvas.dataset.frame) > 3, await card.locator("canvas").elementHandle());
+  await card.locator("[data-action=play]").press("Enter");
+  const stopped = await frame();
+  await page.waitForTimeout(200);
+  assert.equal(await frame(), stopped, "a pause stops");
+  assert.deepEqual(faults, []);
+  await close();
+}
+
 // Frames a second while the picture plays.
 async function framesPerSecond(page) {
   return page.evaluate(() => new Promise((resolve) => {
@@ -173,8 +202,8 @@ async function main() {
   fs.mkdirSync(screenshots, { recursive: true });
   const html = path.join(work, "one");
   const report = JSON.parse(grade(traces, "--html", html, "--format", "json"));
-  const scenes = report.features.flatMap((feature) => feature.scenes);
-  const expected = scenes.find((scene) => scene.name === SCENE).first_wrong;
+  const graded = report.features.flatMap((feature) => feature.scenes);
+  const expected = graded.find((scene) => scene.name === SCENE).first_wrong;
   assert.deepEqual([expected.step, expected.particle], [17, 1]);
   const pages = path.join(work, "class-pages");
   grade("class", path.join(work, "class"), "-o", path.join(work, "class-results"), "--html", pages, "--no-jacobians");
@@ -185,6 +214,13 @@ async function main() {
 
   const stability = path.join(work, "stability");
   grade("stability", "--quick", "--html", stability);
+
+  const gallery = path.join(work, "gallery");
+  const scenes = path.join(work, "hand-ins/ada");
+  fs.mkdirSync(scenes, { recursive: true });
+  for (const name of ["garland_t1m2.xml", "jellyfish_all.xml"]) fs.copyFileSync(path.join(root, "creative", name), path.join(scenes, name));
+  write("hand-ins/bob/<b>_t1m1.xml", "<scene>");
+  grade("gallery", path.join(work, "hand-ins"), "-o", gallery);
 
   const browser = await chromium.launch({ executablePath: process.argv[2], args: ["--no-sandbox", "--disable-gpu", "--disable-quic"] });
   const origin = pathToFileURL(work).href;
@@ -198,6 +234,7 @@ async function main() {
     ["jacobians", url(jacobians, "index.html")],
     ["accuracy", url(accuracy, "index.html")],
     ["stability", url(stability, "index.html")],
+    ["gallery", url(gallery, "index.html")],
   ];
   const looks = [
     ["", {}],
@@ -225,6 +262,8 @@ async function main() {
   await front.page.locator("input[name=text]").fill("triangle");
   assert.equal(await front.page.locator("[data-filtered] tbody tr:visible").count(), 1);
   await front.close();
+
+  await playGallery(browser, url(gallery, "index.html"), origin);
 
   // Hostile text, in every page of every hostile submission's first scenes, and in the class page.
   for (let number = 0; number < HOSTILE.length; number++) {
@@ -265,7 +304,7 @@ async function main() {
     `2500 particles: ${await load(large)} ms, ${await framesPerSecond(large.page)} frames a second`);
   assert.deepEqual([small.faults, large.faults], [[], []]);
   await browser.close();
-  console.log(`browser: passed; ${size(html)} MB for ${scenes.length} scenes; screenshots in ${path.relative(root, screenshots)}`);
+  console.log(`browser: passed; ${size(html)} MB for ${graded.length} scenes; screenshots in ${path.relative(root, screenshots)}`);
 }
 
 // A swinging net of n by n particles.

@@ -18,6 +18,7 @@
 //! - [`recording`]: a comparison reduced for display.
 //! - [`grading`]: grading of one submission over a suite.
 //! - [`class`]: grading of a folder of submissions.
+//! - [`creative`]: checks of creative scenes.
 //! - [`altered`]: detection of programs that look traces up.
 //! - [`findings`]: what is wrong in a submission, proven by replay.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
@@ -42,6 +43,7 @@ pub mod recording;
 
 pub mod altered;
 pub mod class;
+pub mod creative;
 pub mod events;
 pub mod findings;
 pub mod grading;

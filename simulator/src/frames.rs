@@ -10,8 +10,9 @@ use std::collections::VecDeque;
 
 use picture::canvas::Paint;
 use picture::drawing::{Drawing, Shape};
+use serde::Serialize;
 
-use crate::scene::{Color, Dimension, Scene};
+use crate::scene::{Color, Dimension, ParticlePath, Scene};
 
 /// Maximum number of points of a trail.
 const TRAIL: u64 = 2_000;
@@ -67,6 +68,91 @@ impl Bounds {
     }
 }
 
+/// What the drawing of a scene needs besides positions, for the pages' own drawing code (`stage.js`). Lists of equal
+/// values have one element.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Palette {
+    dimension: usize,
+    /// Particles.
+    count: usize,
+    radii: Vec<f64>,
+    /// Colours are six hexadecimal digits.
+    colors: Vec<String>,
+    edges: Vec<[usize; 2]>,
+    edge_radii: Vec<f64>,
+    edge_colors: Vec<String>,
+    trails: Vec<PaletteTrail>,
+    background: String,
+    /// The point in the middle.
+    center: [f64; 3],
+    /// Size of the bounds along each axis.
+    extents: Vec<f64>,
+    /// Metres from the middle to the upper edge, where the scene has a viewport.
+    viewport: Option<f64>,
+}
+
+/// A trail of a palette.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct PaletteTrail {
+    particle: usize,
+    duration: f64,
+    color: String,
+}
+
+impl Palette {
+    /// The palette of a scene. `bounds` count where the scene has no viewport.
+    pub fn of(scene: &Scene, bounds: Bounds) -> Self {
+        let dimension = scene.dimension.count();
+        let view = View::of(scene, bounds);
+        let hexadecimal = |color: Color| {
+            let [red, green, blue] = rgb(color);
+            format!("{red:02x}{green:02x}{blue:02x}")
+        };
+        let trail = |path: &ParticlePath| PaletteTrail {
+            particle: path.particle,
+            duration: path.duration,
+            color: hexadecimal(path.color),
+        };
+        let (particles, edges) = colors(scene);
+        Self {
+            dimension,
+            count: scene.particles.len(),
+            radii: once(scene.particles.iter().map(|particle| particle.radius).collect()),
+            colors: once(particles.into_iter().map(hexadecimal).collect()),
+            edges: scene.edges.iter().map(|edge| edge.particles).collect(),
+            edge_radii: once(scene.edges.iter().map(|edge| edge.radius).collect()),
+            edge_colors: once(edges.into_iter().map(hexadecimal).collect()),
+            trails: scene.rendering.particle_paths.iter().map(trail).collect(),
+            background: hexadecimal(scene.rendering.background.unwrap_or(BACKGROUND)),
+            center: view.center,
+            extents: view.extents[..dimension].to_vec(),
+            viewport: scene.rendering.viewport.map(|viewport| viewport.size),
+        }
+    }
+}
+
+/// The list; its first element where all are equal.
+fn once<T: PartialEq>(mut list: Vec<T>) -> Vec<T> {
+    if list.windows(2).all(|pair| pair[0] == pair[1]) {
+        list.truncate(1);
+    }
+    list
+}
+
+/// The colour of each particle, and of each edge.
+fn colors(scene: &Scene) -> (Vec<Color>, Vec<Color>) {
+    let mut particles = vec![PARTICLE; scene.particles.len()];
+    for (particle, color) in &scene.rendering.particle_colors {
+        particles[*particle] = *color;
+    }
+    let mut edges = vec![EDGE; scene.edges.len()];
+    for (edge, color) in &scene.rendering.edge_colors {
+        edges[*edge] = *color;
+    }
+    (particles, edges)
+}
+
 /// Draws the frames of a scene.
 pub struct Painter<'a> {
     scene: &'a Scene,
@@ -97,14 +183,7 @@ impl<'a> Painter<'a> {
     /// A painter of frames of this size in pixels. `bounds` count where the scene has no viewport.
     pub fn new(scene: &'a Scene, size: [u32; 2], bounds: Bounds) -> Self {
         let rendering = &scene.rendering;
-        let mut particles = vec![PARTICLE; scene.particles.len()];
-        for (particle, color) in &rendering.particle_colors {
-            particles[*particle] = *color;
-        }
-        let mut edges = vec![EDGE; scene.edges.len()];
-        for (edge, color) in &rendering.edge_colors {
-            edges[*edge] = *color;
-        }
+        let (particles, edges) = colors(scene);
         let trail = |duration: f64| Trail {
             points: VecDeque::new(),
             stride: ((duration / scene.time_step) as u64).div_ceil(TRAIL).max(1),
@@ -211,6 +290,34 @@ fn rgb(Color { r, g, b }: Color) -> [u8; 3] {
     [r, g, b].map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
+/// The part of the world that a frame shows.
+struct View {
+    /// The point in the middle.
+    center: [f64; 3],
+    /// Size of the bounds along each axis.
+    extents: [f64; 3],
+}
+
+impl View {
+    fn of(scene: &Scene, Bounds { low, high }: Bounds) -> Self {
+        let radius = scene.particles.iter().map(|particle| particle.radius).fold(0.0, f64::max);
+        let least = (LEAST * radius).max(f64::MIN_POSITIVE);
+        let mut center = [0.0; 3];
+        let mut extents = [1.0; 3];
+        for axis in 0..3 {
+            // A scene without particles has no bounds.
+            if low[axis] <= high[axis] {
+                center[axis] = 0.5 * (low[axis] + high[axis]);
+                extents[axis] = (high[axis] - low[axis]).max(least);
+            }
+        }
+        if let Some(viewport) = scene.rendering.viewport {
+            center[..2].copy_from_slice(&viewport.center);
+        }
+        Self { center, extents }
+    }
+}
+
 /// Where the scene is seen from.
 struct Camera {
     center: [f64; 3],
@@ -223,19 +330,9 @@ struct Camera {
 }
 
 impl Camera {
-    fn of(scene: &Scene, size: [u32; 2], Bounds { low, high }: Bounds) -> Self {
+    fn of(scene: &Scene, size: [u32; 2], bounds: Bounds) -> Self {
         let [width, height] = size.map(f64::from);
-        let radius = scene.particles.iter().map(|particle| particle.radius).fold(0.0, f64::max);
-        let least = (LEAST * radius).max(f64::MIN_POSITIVE);
-        let mut center = [0.0; 3];
-        let mut extents = [1.0; 3];
-        for axis in 0..3 {
-            // A scene without particles has no bounds.
-            if low[axis] <= high[axis] {
-                center[axis] = 0.5 * (low[axis] + high[axis]);
-                extents[axis] = (high[axis] - low[axis]).max(least);
-            }
-        }
+        let View { center, extents } = View::of(scene, bounds);
         let across = extents.iter().map(|extent| extent * extent).sum::<f64>().sqrt();
         let extent = (scene.dimension == Dimension::Three).then_some(across);
         let mut scale = match extent {
@@ -243,7 +340,6 @@ impl Camera {
             None => ROOM * (width / extents[0]).min(height / extents[1]),
         };
         if let Some(viewport) = scene.rendering.viewport {
-            center[..2].copy_from_slice(&viewport.center);
             scale = 0.5 * height / viewport.size;
         }
         Self { center, scale, middle: [0.5 * width, 0.5 * height], extent }

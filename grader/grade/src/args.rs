@@ -51,6 +51,10 @@ pub(super) enum Command {
                       interrupted (Ctrl-C)."
     )]
     Explain(ExplainArgs),
+    /// Check creative scenes: name, format, features, run, overlaps, film
+    Creative(CreativeArgs),
+    /// Show all creative scenes of a folder as one page, with a sheet for marks
+    Gallery(GalleryArgs),
     /// Check the Jacobians of each force, block by block: correct, wrong or inconclusive
     Jacobians(JacobianArgs),
     /// Measure error against computing time for every integrator, over a ladder of time steps
@@ -253,6 +257,54 @@ pub(super) struct ClassArgs {
 
     #[command(flatten)]
     pub(super) suite: SuiteArgs,
+}
+
+#[derive(Args)]
+pub(super) struct CreativeArgs {
+    /// Scene file, called NAME_ASSIGNMENT.xml
+    #[arg(value_name = "FILE")]
+    pub(super) file: PathBuf,
+
+    /// Write a contact sheet to this file: twelve pictures of the motion (PNG)
+    #[arg(long, value_name = "FILE")]
+    pub(super) sheet: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) rules: CreativeRules,
+}
+
+#[derive(Args)]
+pub(super) struct GalleryArgs {
+    /// Folder of scenes, searched with its subfolders; if some are in folders called Creative, only those are shown
+    #[arg(value_name = "DIR")]
+    pub(super) folder: PathBuf,
+
+    /// Folder for the page and for marks.csv, created if missing
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+
+    /// Hide the names: scenes are numbered, and this file says which is whose (CSV)
+    #[arg(long, value_name = "FILE")]
+    pub(super) hide_names: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(super) rules: CreativeRules,
+}
+
+/// What creative scenes are checked against.
+#[derive(Args)]
+pub(super) struct CreativeRules {
+    /// The assignment of every scene [default: that of its name]
+    #[arg(long, value_name = "NAME")]
+    pub(super) assignment: Option<String>,
+
+    /// Time limit of a run of a scene
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) seconds: u32,
+
+    /// Folder with assets/, where the assignments are [default: the current folder or the nearest parent with assets/]
+    #[arg(long, value_name = "DIR")]
+    pub(super) root: Option<PathBuf>,
 }
 
 /// Options for running programs.

@@ -11,6 +11,7 @@ mod submission;
 mod accuracy;
 mod assignments;
 mod class;
+mod creative;
 mod explain;
 mod grading;
 mod init;
@@ -62,6 +63,8 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         Some(Command::Class(args)) => class::grade(args),
         Some(Command::Assignments { name, suite }) => assignments::show(name.as_deref(), suite),
         Some(Command::Explain(args)) => explain::explain(args),
+        Some(Command::Creative(args)) => creative::check(args),
+        Some(Command::Gallery(args)) => creative::gallery(args),
         Some(Command::Jacobians(args)) => jacobians::check(args),
         Some(Command::Accuracy(args)) => accuracy::measure(args),
         Some(Command::Stability(args)) => stability::run(args),

@@ -1,6 +1,7 @@
 //! Reports of gradings, Jacobian checks and classes, one file per format.
 
 pub mod class;
+pub mod creative;
 pub mod explanation;
 pub mod html;
 pub mod jacobians;

@@ -1,4 +1,4 @@
-//! Pictures as PNG and SVG, and animations as GIF.
+//! Pictures as PNG and SVG, animations as GIF, and the scripts and styles that all pages share.
 //!
 //! ```text
 //! Drawing: background, discs, lines, areas ──> SVG
@@ -11,3 +11,4 @@
 pub mod canvas;
 pub mod drawing;
 pub mod gif;
+pub mod web;

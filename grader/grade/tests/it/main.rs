@@ -8,6 +8,7 @@ mod assignments;
 #[cfg(target_os = "linux")]
 mod class;
 mod cli;
+mod creative;
 mod docs;
 #[cfg(target_os = "linux")]
 mod init;

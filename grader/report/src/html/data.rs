@@ -185,12 +185,12 @@ impl EnergyColumns {
 }
 
 /// The number rounded to five digits; `None` if it is not finite.
-fn short(value: f64) -> Option<f64> {
+pub(super) fn short(value: f64) -> Option<f64> {
     format!("{value:.4e}").parse().ok().filter(|value: &f64| value.is_finite())
 }
 
 /// Base64 of the little-endian bytes of these numbers.
-fn base64(values: &[u16]) -> String {
+pub(super) fn base64(values: &[u16]) -> String {
     let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {

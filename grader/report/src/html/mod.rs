@@ -18,6 +18,8 @@ pub mod page;
 
 pub mod chart;
 
+pub mod gallery;
+
 mod class;
 mod data;
 mod findings;
@@ -33,17 +35,20 @@ use grader::suite::Suite;
 pub use class::{ClassResult, class};
 pub use jacobians::{jacobians, probing};
 use page::address;
+use picture::web;
 
 /// Marks pages of this program.
 pub const GENERATOR: &str = "Spring Oracle";
 
 /// Scripts and styles: file name and content.
-pub const ASSETS: [(&str, &str); 6] = [
-    ("report.css", include_str!("assets/report.css")),
-    ("base.js", include_str!("assets/base.js")),
+pub const ASSETS: [(&str, &str); 8] = [
+    web::STYLE,
+    web::BASE,
     ("chart.js", include_str!("assets/chart.js")),
     ("view.js", include_str!("assets/view.js")),
     ("player.js", include_str!("assets/player.js")),
+    web::STAGE,
+    ("gallery.js", include_str!("assets/gallery.js")),
     ("table.js", include_str!("assets/table.js")),
 ];
 

@@ -13,7 +13,8 @@ const POLICY: &str = "default-src 'none'; script-src 'self' file:; style-src 'se
                       base-uri 'none'; form-action 'none'";
 
 /// Scripts of every page, in the order in which they are loaded.
-const SCRIPTS: [&str; 5] = ["base.js", "chart.js", "view.js", "player.js", "table.js"];
+const SCRIPTS: [&str; 7] =
+    ["base.js", "chart.js", "view.js", "player.js", "stage.js", "gallery.js", "table.js"];
 
 /// Start of bold text in a text report.
 const BOLD_START: &str = "\u{1b}[1m";

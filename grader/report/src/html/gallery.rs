@@ -1,0 +1,178 @@
+//! Page of a class's creative scenes: playback of each, its checks, and a sheet for judges' marks.
+//!
+//! ```text
+//! DIR/index.html         the scenes
+//! DIR/motions/NUMBER.js  the motion of a scene, loaded when it comes into view
+//! DIR/marks.csv          a row for each scene, a column for each criterion
+//! ```
+
+use std::path::Path;
+
+use grader::creative::{Creative, Motion, Outcome};
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use simulator::frames::Palette;
+use simulator::scene::Scene;
+
+use super::Sink;
+use super::data::{base64, short};
+use super::page::{Html, Page};
+
+/// The criteria of the hand-outs (section "Creative Scene"), and their columns.
+const CRITERIA: [(&str, &str); 3] = [
+    ("ingredients", "How well the scene shows off the milestone's magic ingredients"),
+    ("aesthetics", "Aesthetic considerations: the more beautiful, the better"),
+    ("originality", "Originality"),
+];
+
+/// The scenes of a class.
+pub struct Gallery {
+    scenes: Vec<Creative>,
+    /// The name of each scene on the page.
+    names: Vec<String>,
+    hides_names: bool,
+}
+
+impl Gallery {
+    /// A gallery of the scenes of a folder. If it hides names, scenes are numbered in the order of their hashes, which
+    /// says nothing about their names.
+    pub fn new(mut scenes: Vec<Creative>, folder: &Path, hides_names: bool) -> Self {
+        if hides_names {
+            scenes.sort_by_cached_key(|scene| (Sha256::digest(&scene.bytes), scene.path.clone()));
+        }
+        let name = |(number, scene): (usize, &Creative)| match hides_names {
+            true => format!("Scene {}", number + 1),
+            false => scene.path.strip_prefix(folder).unwrap_or(&scene.path).display().to_string(),
+        };
+        let names = scenes.iter().enumerate().map(name).collect();
+        Self { scenes, names, hides_names }
+    }
+
+    /// Which scene is whose, as CSV.
+    ///
+    /// # Errors
+    /// Never in practice: the output is memory.
+    pub fn key(&self) -> csv::Result<Vec<u8>> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(["scene", "file"])?;
+        for (name, scene) in self.names.iter().zip(&self.scenes) {
+            writer.write_record([name.as_str(), &scene.path.display().to_string()])?;
+        }
+        writer.into_inner().map_err(|error| error.into_error().into())
+    }
+
+    /// The sheet for marks, as CSV.
+    fn marks(&self) -> csv::Result<Vec<u8>> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let columns = CRITERIA.map(|(column, _)| column);
+        let head = ["scene", "assignment", "failed checks"].into_iter().chain(columns);
+        writer.write_record(head.chain(["judge", "remarks"]))?;
+        for (name, scene) in self.names.iter().zip(&self.scenes) {
+            let failed = scene.checks.iter().filter(|check| check.outcome != Outcome::Passed);
+            let failed: Vec<&str> = failed.map(|check| check.name).collect();
+            let assignment = scene.assignment.as_deref().unwrap_or("");
+            writer.write_record([name, assignment, &failed.join(" "), "", "", "", "", ""])?;
+        }
+        writer.into_inner().map_err(|error| error.into_error().into())
+    }
+}
+
+/// Writes the page of a gallery, its data and its sheet for marks.
+///
+/// # Errors
+/// If `sink` fails.
+pub fn write(gallery: &Gallery, sink: Sink<'_>) -> std::io::Result<()> {
+    super::assets(sink)?;
+    let mut html = Html::default();
+    html.markup("<h1>Creative scenes</h1><p>").text(&match gallery.scenes.len() {
+        1 => "One scene".to_owned(),
+        number => format!("{number} scenes"),
+    });
+    html.markup(". Judges fill in <a href=\"marks.csv\">marks.csv</a>; the criteria are:</p><ol>");
+    for (_, criterion) in CRITERIA {
+        html.element("li", &[], criterion);
+    }
+    html.markup("</ol><div class=\"gallery\">");
+    for (number, (scene, name)) in gallery.scenes.iter().zip(&gallery.names).enumerate() {
+        card(&mut html, gallery, scene, (number, name));
+        if let Some((scene, motion)) = &scene.shown {
+            let data = serde_json::to_string(&MotionData::of(scene, motion))?;
+            let script = format!("Report.motions[{number}] = {data};\n");
+            sink(&format!("motions/{number}.js"), script.as_bytes())?;
+        }
+    }
+    html.markup("</div>");
+    sink("marks.csv", &gallery.marks().map_err(std::io::Error::other)?)?;
+    let page = Page { title: "Creative scenes", depth: 0, above: &[] };
+    sink("index.html", &page.render(&html))
+}
+
+/// Adds a scene.
+fn card(html: &mut Html, gallery: &Gallery, scene: &Creative, (number, name): (usize, &str)) {
+    let id = format!("scene-{number}");
+    html.open("section", &[("class", "card"), ("aria-labelledby", &id)]);
+    html.element("h2", &[("id", &id)], name);
+    match &scene.shown {
+        Some((shown, _)) => {
+            let number = number.to_string();
+            html.open("div", &[("data-motion", &number), ("data-name", name)]).close("div");
+            // Descriptions may name their authors.
+            if let (Some(description), false) = (&shown.description, gallery.hides_names) {
+                html.element("p", &[("class", "said")], description);
+            }
+        }
+        None => {
+            html.markup("<p class=\"verdict bad\">The file is no scene.</p>");
+        }
+    }
+    html.markup("<ul class=\"checks\">");
+    for check in &scene.checks {
+        let (class, sign) = match check.outcome {
+            Outcome::Passed => ("good", "✓"),
+            Outcome::Failed => ("bad", "✗"),
+            Outcome::NotMade => ("odd", "?"),
+        };
+        html.open("li", &[("class", class)]);
+        html.text(&format!("{sign} {}: {}", check.name, check.outcome.word()));
+        if !gallery.hides_names {
+            html.element("span", &[("class", "hint")], &format!(" {}", check.found));
+        }
+        html.markup("</li>");
+    }
+    html.markup("</ul></section>");
+}
+
+/// A motion, for `gallery.js`. Positions are base64 of 16-bit numbers, in units from `low`.
+#[derive(Serialize)]
+struct MotionData {
+    scene: Palette,
+    times: Vec<f64>,
+    low: Vec<f64>,
+    unit: f64,
+    positions: String,
+}
+
+impl MotionData {
+    fn of(scene: &Scene, motion: &Motion) -> Self {
+        let dimension = scene.dimension.count();
+        let mut low = vec![f64::INFINITY; dimension];
+        let mut high = vec![f64::NEG_INFINITY; dimension];
+        for (number, value) in motion.positions.iter().enumerate() {
+            low[number % dimension] = low[number % dimension].min(*value);
+            high[number % dimension] = high[number % dimension].max(*value);
+        }
+        let size = low.iter().zip(&high).map(|(low, high)| high - low).fold(0.0, f64::max);
+        let unit = if size > 0.0 { size / f64::from(u16::MAX) } else { 1.0 };
+        let quantized = motion.positions.iter().enumerate();
+        let quantized: Vec<u16> = quantized
+            .map(|(number, value)| ((value - low[number % dimension]) / unit).round() as u16)
+            .collect();
+        Self {
+            scene: Palette::of(scene, motion.bounds),
+            times: motion.times.iter().map(|time| short(*time).unwrap_or(0.0)).collect(),
+            low,
+            unit,
+            positions: base64(&quantized),
+        }
+    }
+}

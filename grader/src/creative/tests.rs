@@ -1,0 +1,93 @@
+use std::fs;
+use std::time::Duration;
+
+use test_support::root;
+
+use super::*;
+
+/// The outcome of each check of a scene, and what was found.
+fn checked(name: &str, scene: &str, film: &str) -> Vec<(Outcome, String)> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    fs::write(&path, scene).unwrap();
+    fs::write(path.with_extension("gif"), film).unwrap();
+    let assignments = Assignment::list(&root().join("assets/assignments")).unwrap();
+    let limit = Duration::from_secs(60);
+    let rules = Rules { assignments: &assignments, assignment: None, limit };
+    let found = check(&path, rules).unwrap().checks;
+    found.into_iter().map(|check| (check.outcome, check.found)).collect()
+}
+
+/// A spring with this integrator, time step and distance.
+fn spring(integrator: &str, dt: f64, distance: f64) -> String {
+    format!(
+        r#"<scene><duration time="6"/><integrator type="{integrator}" dt="{dt}"/>
+        <particle m="0.1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <particle m="0.1" px="{distance}" py="0.1" vx="0" vy="0.3" fixed="0"/>
+        <edge i="0" j="1"/><springforce edge="0" k="40" l0="1"/></scene>"#
+    )
+}
+
+fn outcomes(found: &[(Outcome, String)]) -> String {
+    let sign = |outcome: &Outcome| match outcome {
+        Outcome::Passed => '+',
+        Outcome::Failed => '-',
+        Outcome::NotMade => '?',
+    };
+    found.iter().map(|(outcome, _)| sign(outcome)).collect()
+}
+
+#[test]
+fn a_good_scene_passes_and_names_its_new_features() {
+    let found = checked("ab1234_t1m2.xml", &spring("symplectic-euler", 0.01, 1.2), "GIF89a");
+    assert_eq!(outcomes(&found), "++++++", "{found:#?}");
+    assert_eq!(found[2].1, "springforce, symplectic-euler");
+}
+
+#[test]
+fn each_check_can_fail() {
+    // The scene of a later milestone, in a file without the name of one, and a film that is none.
+    let found = checked("t1m2.xml", &spring("symplectic-euler", 0.01, 1.2), "RIFF");
+    assert_eq!(outcomes(&found), "-+?++-", "{found:#?}");
+    let found = checked("ab_t1m1.xml", &spring("symplectic-euler", 0.01, 1.2), "GIF89a");
+    assert_eq!(outcomes(&found), "++-+++", "{found:#?}");
+    assert!(found[2].1.starts_with("t1m1 does not have springforce, symplectic-euler"));
+    let found = checked("ab_t1m3.xml", &spring("symplectic-euler", 0.01, 1.2), "GIF89a");
+    let message = "it uses nothing that is new in t1m3\nhelp: use one of linearized-implicit-euler, implicit-euler";
+    assert_eq!(found[2].1, message);
+    let found = checked("ab_t1m2.xml", "<scene>", "GIF89a");
+    assert_eq!(outcomes(&found), "+-???+", "{found:#?}");
+    let found = checked("ab_t1m2.xml", &spring("symplectic-euler", 0.01, 0.15), "GIF89a");
+    assert_eq!(outcomes(&found), "++++-+", "{found:#?}");
+    assert!(found[4].1.contains("particles 0 and 1"), "{}", found[4].1);
+}
+
+/// ω = 20 / s: the longest stable step of symplectic Euler is 0.1 s, and explicit Euler grows by ω² h² / 2 in each step.
+#[test]
+fn a_run_that_blows_up_is_told_from_one_that_drifts_or_damps() {
+    for (integrator, dt, is_stable) in [
+        ("symplectic-euler", 0.09, true),
+        ("symplectic-euler", 0.11, false),
+        ("explicit-euler", 0.0005, true),
+        ("explicit-euler", 0.01, false),
+        ("explicit-euler", 0.2, false),
+        ("implicit-euler", 0.09, true),
+        ("linearized-implicit-euler", 0.09, true),
+    ] {
+        let found = checked("ab_t1m3.xml", &spring(integrator, dt, 1.2), "GIF89a");
+        assert_eq!(found[3].0 == Outcome::Passed, is_stable, "{integrator} {dt}: {:?}", found[3]);
+    }
+}
+
+#[test]
+fn a_run_that_takes_too_long_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ab_t1m2.xml");
+    fs::write(&path, spring("symplectic-euler", 1e-8, 1.2)).unwrap();
+    let rules = Rules { assignments: &[], assignment: None, limit: Duration::from_millis(50) };
+    let found = check(&path, rules).unwrap();
+    let run = &found.checks[3];
+    assert!(run.outcome == Outcome::Failed && run.found.contains("within 0.05 s"), "{run:?}");
+    let (_, motion) = found.shown.unwrap();
+    assert_eq!(motion.times[0], 0.0);
+}

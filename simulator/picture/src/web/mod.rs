@@ -1,0 +1,13 @@
+//! Scripts and styles that all pages share: those of reports, and that of `simulate view`.
+//!
+//! The scripts use no library and no modules: pages of reports are opened from the file system, where browsers refuse
+//! modules. Each file adds to one object, `Report`.
+
+/// Elements, numbers and data.
+pub const BASE: (&str, &str) = ("base.js", include_str!("base.js"));
+
+/// A scene on a canvas: the same picture as that of a frame.
+pub const STAGE: (&str, &str) = ("stage.js", include_str!("stage.js"));
+
+/// Styles, light and dark.
+pub const STYLE: (&str, &str) = ("report.css", include_str!("report.css"));

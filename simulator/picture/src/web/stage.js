@@ -1,0 +1,198 @@
+"use strict";
+
+/* Draws a scene on a canvas as the scene says: radii, colours, edges, trails, background, viewport. The same picture as
+ * the frames of `simulate --frames`; scenes in 3D turn.
+ *
+ * scene: {dimension, radii, colors, edges, edgeRadii, edgeColors, trails: [{particle, duration, color}], background,
+ *         center, extents, viewport}
+ * Colours are "rrggbb"; a list of equal values has one element. */
+Report.Stage = class {
+  /* Share of the picture that the extents fill, distance of the camera, and fading of the furthest point. */
+  static ROOM = 0.9;
+  static DISTANCE = 3;
+  static FADE = 0.55;
+  /* Shades of a colour. */
+  static SHADES = 24;
+
+  constructor(canvas, scene) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    this.scene = scene;
+    this.count = scene.count;
+    this.screen = new Float64Array(4 * this.count);
+    this.trails = scene.trails.map(() => []);
+    this.shades = new Map();
+    this.options = { edges: true, particles: true };
+    this.home();
+    this.resize();
+  }
+
+  home() {
+    this.zoom = 1;
+    this.pan = [0, 0];
+    this.turn = [0.6, 0.35];
+  }
+
+  /* Takes the size of the canvas; to be called when it changes. */
+  resize() {
+    const ratio = devicePixelRatio || 1;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.canvas.width = Math.round(width * ratio);
+    this.canvas.height = Math.round(height * ratio);
+    this.width = width;
+    this.height = height;
+    this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  }
+
+  /* Pixels a metre, in the middle of the picture. */
+  get scale() {
+    const { width, height } = this;
+    const { viewport, extents, dimension } = this.scene;
+    let fit = Math.min(width / extents[0], height / extents[1]);
+    if (dimension === 3) fit = Math.min(width, height) / Math.hypot(...extents);
+    return this.zoom * (viewport ? (0.5 * height) / viewport : Report.Stage.ROOM * fit);
+  }
+
+  /* Writes x, y, pixels a metre and depth (from 0, far, to 1, near) of a point. */
+  project(x, y, z, into, at, scale = this.scale) {
+    const { center, extents, dimension } = this.scene;
+    let [a, b, c] = [x - center[0], y - center[1], z - center[2]];
+    let [perspective, depth] = [1, 1];
+    if (dimension === 3) {
+      const [sy, cy, sp, cp] = [...this.turn].flatMap((angle) => [Math.sin(angle), Math.cos(angle)]);
+      [a, c] = [cy * a + sy * c, cy * c - sy * a];
+      [b, c] = [cp * b - sp * c, cp * c + sp * b];
+      const away = c / Math.hypot(...extents);
+      perspective = Report.Stage.DISTANCE / Math.max(Report.Stage.DISTANCE - away, 0.1 * Report.Stage.DISTANCE);
+      depth = Math.max(0, Math.min(1, away + 0.5));
+    }
+    into[at] = this.width / 2 + this.pan[0] + a * scale * perspective;
+    into[at + 1] = this.height / 2 + this.pan[1] - b * scale * perspective;
+    into[at + 2] = scale * perspective;
+    into[at + 3] = depth;
+  }
+
+  /* A colour with a share of the background's. */
+  shade(color, share) {
+    const { SHADES } = Report.Stage;
+    let shades = this.shades.get(color);
+    if (!shades) {
+      const parts = (text) => [0, 2, 4].map((at) => parseInt(text.slice(at, at + 2), 16));
+      const [own, behind] = [parts(color), parts(this.scene.background)];
+      shades = Array.from({ length: SHADES + 1 }, (_, shade) => {
+        const mixed = own.map((value, part) => Math.round(value + ((behind[part] - value) * shade) / SHADES));
+        return `rgb(${mixed.join()})`;
+      });
+      this.shades.set(color, shades);
+    }
+    return shades[Math.round(share * SHADES)];
+  }
+
+  /* A colour at a depth. */
+  faded(color, depth) {
+    return this.shade(color, Report.Stage.FADE * (1 - depth));
+  }
+
+  /* Forgets the trails. */
+  reset() {
+    this.trails = this.trails.map(() => []);
+  }
+
+  /* Adds a state to the trails. To be called for every state, in order. */
+  follow(time, positions) {
+    this.scene.trails.forEach(({ particle, duration }, number) => {
+      const trail = this.trails[number];
+      trail.push([time, ...this.point(positions, particle)]);
+      while (trail.length && time - trail[0][0] > duration) trail.shift();
+    });
+  }
+
+  point(positions, particle) {
+    const { dimension } = this.scene;
+    const at = particle * dimension;
+    return [positions[at], positions[at + 1], dimension === 3 ? positions[at + 2] : 0];
+  }
+
+  draw(time, positions) {
+    const { context, scene, screen } = this;
+    const { scale } = this;
+    context.fillStyle = `#${scene.background}`;
+    context.fillRect(0, 0, this.width, this.height);
+    for (let particle = 0; particle < this.count; particle++) {
+      this.project(...this.point(positions, particle), screen, 4 * particle, scale);
+    }
+    context.lineCap = "round";
+    const shapes = [];
+    this.trailShapes(time, positions, scale, shapes);
+    const of = (list, number) => (list.length > 1 ? list[number] : list[0]);
+    if (this.options.edges) {
+      scene.edges.forEach(([i, j], edge) => {
+        const [a, b] = [4 * i, 4 * j];
+        const depth = (screen[a + 3] + screen[b + 3]) / 2;
+        const width = Math.max(1, of(scene.edgeRadii, edge) * (screen[a + 2] + screen[b + 2]));
+        const style = this.faded(of(scene.edgeColors, edge), depth);
+        shapes.push([depth, style, width, screen[a], screen[a + 1], screen[b], screen[b + 1]]);
+      });
+    }
+    if (this.options.particles) {
+      for (let particle = 0; particle < this.count; particle++) {
+        const at = 4 * particle;
+        const radius = Math.max(0.75, of(scene.radii, particle) * screen[at + 2]);
+        const depth = screen[at + 3];
+        shapes.push([depth, this.faded(of(scene.colors, particle), depth), -radius, screen[at], screen[at + 1]]);
+      }
+    }
+    // Stable: equal depths keep their order.
+    if (scene.dimension === 3) shapes.sort((a, b) => a[0] - b[0]);
+    this.paint(shapes);
+  }
+
+  /* Paints lines (positive widths) and discs (negative radii); neighbours of one style share a path. */
+  paint(shapes) {
+    const { context } = this;
+    let [style, width] = [null, 0];
+    const finish = () => {
+      if (style === null) return;
+      if (width > 0) context.stroke();
+      else context.fill();
+    };
+    for (const [, next, size, x, y, x2, y2] of shapes) {
+      if (!Number.isFinite(x + y)) continue;
+      const same = next === style && (size > 0 ? Math.abs(size - width) < 0.05 : width < 0);
+      if (!same) {
+        finish();
+        [style, width] = [next, size];
+        context.beginPath();
+        if (size > 0) {
+          context.strokeStyle = next;
+          context.lineWidth = size;
+        } else context.fillStyle = next;
+      }
+      if (size > 0) {
+        context.moveTo(x, y);
+        context.lineTo(x2, y2);
+      } else {
+        context.moveTo(x - size, y);
+        context.arc(x, y, -size, 0, 2 * Math.PI);
+      }
+    }
+    finish();
+  }
+
+  trailShapes(time, positions, scale, shapes) {
+    const [from, to] = [[0, 0, 0, 0], [0, 0, 0, 0]];
+    const { scene } = this;
+    scene.trails.forEach(({ particle, duration, color }, number) => {
+      const radius = 0.3 * (scene.radii.length > 1 ? scene.radii[particle] : scene.radii[0]);
+      const points = [...this.trails[number], [time, ...this.point(positions, particle)]];
+      for (let k = 0; k + 1 < points.length; k++) {
+        this.project(...points[k].slice(1), from, 0, scale);
+        this.project(...points[k + 1].slice(1), to, 0, scale);
+        const age = Math.max(0, Math.min(1, (time - points[k][0]) / duration));
+        const depth = (from[3] + to[3]) / 2;
+        const style = this.shade(color, 1 - (1 - age) * (1 - Report.Stage.FADE * (1 - depth)));
+        shapes.push([depth, style, Math.max(1, radius * (from[2] + to[2])), from[0], from[1], to[0], to[1]]);
+      }
+    });
+  }
+};

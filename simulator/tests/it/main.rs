@@ -14,6 +14,7 @@ mod issue_006_rest;
 mod json;
 mod memory;
 mod physics;
+mod plot;
 mod projected_newton;
 mod robust;
 mod scenes;

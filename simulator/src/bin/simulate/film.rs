@@ -56,6 +56,14 @@ pub(super) struct FilmArgs {
     svgs: Option<PathBuf>,
 }
 
+impl FilmArgs {
+    /// Whether frames or a film were asked for.
+    pub(super) fn is_asked(&self) -> bool {
+        let has_folder = self.frames.is_some() || self.svgs.is_some();
+        has_folder || self.film.is_some() || self.pngs.as_deref() == Some("1")
+    }
+}
+
 /// Formats of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FrameFormat {

@@ -2,6 +2,7 @@
 
 mod film;
 mod generate;
+mod plot;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -52,9 +53,9 @@ struct Cli {
     #[arg(long, value_enum, requires = "output")]
     format: Option<TraceFormat>,
 
-    /// Use this integrator instead of the scene's
+    /// Use this integrator instead of the scene's; may be given several times with --plot
     #[arg(long, value_name = "TYPE", value_parser = parse_integrator)]
-    integrator: Option<&'static IntegratorSchema>,
+    integrator: Vec<&'static IntegratorSchema>,
 
     /// Use this time step (seconds) instead of the scene's
     #[arg(long, value_name = "SECONDS", value_parser = parse_time_step, allow_negative_numbers = true)]
@@ -79,6 +80,11 @@ struct Cli {
     /// Write kinetic, potential and total energy and momentum of every state (CSV)
     #[arg(long, value_name = "FILE")]
     energy: Option<PathBuf>,
+
+    /// Write a diagram of energies and momenta over time, of each integrator (SVG). Without another output, the scene is
+    /// run for the diagram alone, and runs that fail are shown up to there
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
 
     /// Print statistics of the run: evaluations, factorisations, iterations, solver, residual
     #[arg(long)]
@@ -182,7 +188,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     let options = ParseOptions {
         strict: cli.strict,
         overrides: Overrides {
-            integrator: cli.integrator,
+            integrator: cli.integrator.first().copied(),
             time_step: cli.dt,
             duration: cli.duration,
             options: cli.options.clone(),
@@ -191,6 +197,12 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
     let path = path.ok_or_else(|| Failure::Input("no scene file given".to_owned()))?;
     let format = trace_format(cli)?;
+    if cli.integrator.len() > 1 && (cli.plot.is_none() || !cli.options.is_empty()) {
+        return Err(Failure::Input(
+            "several integrators need --plot, and take no --option\n  help: give --integrator once"
+                .to_owned(),
+        ));
+    }
     refuse_one_file_for_two("the scene", path, cli)?;
     let parsed = scene::load(path, &vocabulary(), &options)?;
     for warning in &parsed.warnings {
@@ -204,12 +216,36 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
     }
     let scene = parsed.scene;
+    if let Some(plot) = &cli.plot {
+        plot_all(cli, plot, path, &options, scene.clone())?;
+        let has_others = cli.output.is_some() || cli.energy.is_some() || cli.stats;
+        if !has_others && !cli.film.is_asked() {
+            return Ok(());
+        }
+    }
     // Steps that use several threads enter their pool at no cost from inside; to start it takes a moment.
     if scene.forces.len() < PARALLEL {
         simulate(cli, &scene, format)
     } else {
         rayon::scope(|_| simulate(cli, &scene, format))
     }
+}
+
+/// Writes the diagram of the scene, read with each integrator.
+fn plot_all(
+    cli: &Cli,
+    plot: &Path,
+    path: &Path,
+    options: &ParseOptions,
+    scene: Scene,
+) -> Result<(), Failure> {
+    let mut scenes = vec![scene];
+    for integrator in cli.integrator.iter().skip(1) {
+        let overrides = Overrides { integrator: Some(integrator), ..options.overrides.clone() };
+        let options = ParseOptions { overrides, ..options.clone() };
+        scenes.push(scene::load(path, &vocabulary(), &options)?.scene);
+    }
+    plot::write(plot, &scenes, SimulationOptions { solver: cli.solver, robust: cli.robust })
 }
 
 /// Takes all steps of the scene and writes what was asked for.
@@ -275,19 +311,22 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
 fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Failure> {
     let target = |path: &Path| simulator::output::target(path).ok().flatten();
     let input = target(input);
-    let outputs = [&cli.output, &cli.energy, &cli.film.film];
-    let [trace, energy, film] = outputs.map(|path| path.as_deref().and_then(target));
-    let (first, second) = match () {
-        () if film.is_some() && film == trace => ("the film", "the trace"),
-        () if film.is_some() && film == energy => ("the film", "the energies"),
-        () if film.is_some() && film == input => ("the film", what),
-        () if trace.is_some() && trace == energy => ("the trace", "the energies"),
-        () if trace.is_some() && trace == input => ("the trace", what),
-        () if energy.is_some() && energy == input => ("the energies", what),
-        () => return Ok(()),
-    };
+    let outputs = [
+        ("the film", &cli.film.film),
+        ("the trace", &cli.output),
+        ("the energies", &cli.energy),
+        ("the diagram", &cli.plot),
+    ];
+    let outputs = outputs.map(|(name, path)| (name, path.as_deref().and_then(target)));
+    let others = |number: usize| outputs[number + 1..].iter().map(|(name, path)| (*name, path));
+    let clash = outputs.iter().enumerate().find_map(|(number, (name, path))| {
+        let path = path.as_ref()?;
+        let mut others = others(number).chain([(what, &input)]);
+        others.find(|(_, other)| other.as_ref() == Some(path)).map(|(other, _)| (*name, other))
+    });
+    let Some((first, second)) = clash else { return Ok(()) };
     Err(Failure::Input(format!(
-        "{first} and {second} cannot be one file\n  help: give --output, --energy and --film names of their own"
+        "{first} and {second} cannot be one file\n  help: give --output, --energy, --film and --plot names of their own"
     )))
 }
 

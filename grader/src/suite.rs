@@ -107,6 +107,16 @@ impl Case {
         let is_json = self.files.first().is_some_and(|file| is_json(&file.path));
         if is_json { "json" } else { "xml" }
     }
+
+    /// Whether its files still have the content that was read.
+    pub fn is_current(&self) -> bool {
+        let mut hasher = Sha256::new();
+        let is_read = self
+            .files
+            .iter()
+            .all(|file| input::open(&file.path).and_then(|file| feed(&mut hasher, file)).is_ok());
+        is_read && hexadecimal(&hasher.finalize()) == self.scene_hash
+    }
 }
 
 /// A file of a scene.
@@ -269,12 +279,18 @@ pub fn hash_file(path: &Path) -> io::Result<String> {
 }
 
 /// SHA-256 of a stream, in hexadecimal.
-pub(crate) fn hash_reader(mut file: impl Read) -> io::Result<String> {
+pub(crate) fn hash_reader(file: impl Read) -> io::Result<String> {
     let mut hasher = Sha256::new();
+    feed(&mut hasher, file)?;
+    Ok(hexadecimal(&hasher.finalize()))
+}
+
+/// Adds a stream to a hash.
+fn feed(hasher: &mut Sha256, mut file: impl Read) -> io::Result<()> {
     let mut buffer = vec![0; 1 << 16];
     loop {
         match file.read(&mut buffer) {
-            Ok(0) => return Ok(hexadecimal(&hasher.finalize())),
+            Ok(0) => return Ok(()),
             Ok(count) => hasher.update(&buffer[..count]),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => return Err(error),

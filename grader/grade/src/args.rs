@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::PossibleValuesParser;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
 use grader::init::Language;
 use grader::jacobian;
 use grader::rubric::CriteriaName;
@@ -30,12 +30,15 @@ pub(super) struct Cli {
 
 #[derive(Subcommand)]
 pub(super) enum Command {
-    /// Grade every submission in a folder, one after the other: one report each, and a summary table
+    /// Grade every submission in a folder, here or on a cluster: one report each, and a summary table
     #[command(
+        args_conflicts_with_subcommands = true,
+        subcommand_negates_reqs = true,
         after_help = "Exit codes: 0 all graded, whatever their verdicts; 2 bad usage or input; 3 something could \
-                      not be judged or written; 130 interrupted (Ctrl-C); continue with --resume."
+                      not be judged or written; 130 some are not graded (Ctrl-C, or a result is missing); continue \
+                      with --resume."
     )]
-    Class(ClassArgs),
+    Class(ClassCommand),
     /// List the assignments with their features and points, or show one
     Assignments {
         /// Name of the assignment to show
@@ -227,6 +230,102 @@ impl JudgeArgs {
     }
 }
 
+/// A whole class, or a part of a plan. Options of the one are not those of the other, which derives cannot express.
+pub(super) enum ClassCommand {
+    Whole(Box<ClassArgs>),
+    Part(ClassPart),
+}
+
+impl FromArgMatches for ClassCommand {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        match matches.subcommand() {
+            Some(_) => ClassPart::from_arg_matches(matches).map(Self::Part),
+            None => ClassArgs::from_arg_matches(matches).map(|args| Self::Whole(Box::new(args))),
+        }
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for ClassCommand {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        let command = ClassPart::augment_subcommands(ClassArgs::augment_args(command));
+        command.subcommand_required(false).arg_required_else_help(false)
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
+}
+
+/// A part of a plan. Parts can run anywhere, in any order, at the same time and more than once.
+#[derive(Subcommand)]
+pub(super) enum ClassPart {
+    /// Grade the submissions of a shard that have no result yet
+    RunShard {
+        /// The plan: plan.json in the folder of the results
+        #[arg(value_name = "PLAN")]
+        plan: PathBuf,
+
+        /// Number of the shard, from 0
+        #[arg(value_name = "K")]
+        shard: usize,
+
+        /// Number of threads [default: as planned, else one per core]
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+        threads: Option<u16>,
+    },
+    /// Write the summary of a plan from the results that there are
+    Merge {
+        /// The plan: plan.json in the folder of the results
+        #[arg(value_name = "PLAN")]
+        plan: PathBuf,
+    },
+}
+
+/// Where a plan runs.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum On {
+    /// On this machine
+    Local,
+    /// As an array of jobs of the Slurm cluster that this machine belongs to
+    Slurm,
+    /// Nowhere: only write the plan
+    Nothing,
+}
+
+/// Options of a plan.
+#[derive(Args)]
+pub(super) struct PlanArgs {
+    /// Where to grade
+    #[arg(long, value_enum, value_name = "WHERE", default_value_t = On::Local)]
+    pub(super) on: On,
+
+    /// Number of shards, each a job of a cluster [default: 1 on this machine; else as many as take a minute each by
+    /// earlier results, at most 5000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) shards: Option<u32>,
+
+    /// Number of jobs of each array that run at the same time; Slurm limits arrays to 1000 jobs [default: no limit]
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) at_once: Option<u32>,
+
+    /// Option of sbatch for each job, as in --sbatch=--partition=short (repeatable)
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    pub(super) sbatch: Vec<String>,
+
+    /// Show the progress of the jobs that an earlier command started, and the summary at their end
+    #[arg(long, conflicts_with_all = ["resume", "cancel"])]
+    pub(super) attach: bool,
+
+    /// End the jobs that an earlier command started; their results stay
+    #[arg(long, conflicts_with = "resume")]
+    pub(super) cancel: bool,
+}
+
 #[derive(Args)]
 pub(super) struct ClassArgs {
     /// Folder of submissions: programs, folders with submission.toml, folders of traces
@@ -248,6 +347,9 @@ pub(super) struct ClassArgs {
     /// Reuse reports of an earlier run from the output folder if submission, suite and grader are unchanged
     #[arg(long)]
     pub(super) resume: bool,
+
+    #[command(flatten)]
+    pub(super) plan: PlanArgs,
 
     #[command(flatten)]
     pub(super) run: RunArgs,

@@ -8,7 +8,7 @@ use grader::grading::hidden::HiddenSuite;
 use grader::grading::{AssignmentName, Checks, Grader, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
-use grader::suite::{Section, Suite};
+use grader::suite::{Case, Section, Suite};
 use simulator::scene::ParseOptions;
 
 use crate::args::{Judging, SuiteArgs};
@@ -59,6 +59,16 @@ impl Inputs {
         let assignments = Assignment::list(&self.assignments).unwrap_or_default();
         let fitting = assignment::fitting(&assignments, &self.suite, &grading.passed());
         fitting.map(AssignmentName::of)
+    }
+
+    /// A scene whose file changed since it was read, for a message.
+    pub(super) fn changed(&self) -> Option<String> {
+        let shipped = self.suite.cases.iter().find(|case| !case.is_current());
+        let hidden = self.hidden.as_ref();
+        let hidden = hidden.filter(|(hidden, _)| !hidden.cases().iter().all(Case::is_current));
+        // Hidden scenes are not named.
+        let hidden = hidden.map(|(_, folder)| format!("{}: a hidden scene", folder.display()));
+        shipped.map(|case| case.scene.name.clone()).or(hidden)
     }
 
     /// The folders that submissions must not read.

@@ -60,7 +60,7 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<Exit, Stop> {
     match &cli.command {
         None => grading::grade(&cli.grade),
-        Some(Command::Class(args)) => class::grade(args),
+        Some(Command::Class(args)) => class::run(args),
         Some(Command::Assignments { name, suite }) => assignments::show(name.as_deref(), suite),
         Some(Command::Explain(args)) => explain::explain(args),
         Some(Command::Creative(args)) => creative::check(args),

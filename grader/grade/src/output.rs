@@ -17,24 +17,25 @@ pub(super) fn put(bytes: &[u8], output: Option<&Path>) -> Result<(), Stop> {
 }
 
 pub(super) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    write_plain(OutputFile::create(path)?, bytes)
+    let mut file = OutputFile::create(path)?;
+    file.write_all(&plain(bytes))?;
+    file.commit()
 }
 
 /// As [`write_file`], but replaces a link at `path` and leaves its target unchanged.
 pub(super) fn replace_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    write_plain(OutputFile::replace(path)?, bytes)
+    write_bytes(path, &plain(bytes))
+}
+
+/// Bytes without colour codes: files get no colours.
+pub(super) fn plain(bytes: &[u8]) -> Vec<u8> {
+    anstream::adapter::strip_bytes(bytes).into_vec()
 }
 
 /// Writes bytes unchanged, without removing colour codes as from text. Replaces a link at `path`.
 pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = OutputFile::replace(path)?;
     file.write_all(bytes)?;
-    file.commit()
-}
-
-fn write_plain(mut file: OutputFile, bytes: &[u8]) -> io::Result<()> {
-    // Files get no colours.
-    anstream::StripStream::new(&mut file as &mut dyn Write).write_all(bytes)?;
     file.commit()
 }
 

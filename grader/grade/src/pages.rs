@@ -1,5 +1,6 @@
 //! Folders of pages (`--html DIR`).
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -53,29 +54,55 @@ impl Pages {
         let folder = self.folder.join(below);
         let unwritable =
             |path: &Path, error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
-        // Scenes of an earlier run may not be in this one.
-        if self.is_written(below) {
-            let scenes = folder.join("scenes");
-            match fs::remove_dir_all(&scenes) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    return Err(unwritable(&scenes, error));
-                }
-                _ => {}
-            }
-        }
+        let scenes = folder.join("scenes");
+        // Scenes of an earlier run may not be in this one. They are removed last: another shard may write the same pages.
+        let mut others = match self.is_written(below) {
+            true => files_below(&scenes).map_err(|error| unwritable(&scenes, error))?,
+            false => BTreeSet::new(),
+        };
         let mut last = folder.clone();
         let written = write(&mut |name, bytes| {
             last = folder.join(name);
+            others.remove(&last);
             if let Some(parent) = last.parent() {
                 fs::create_dir_all(parent)?;
             }
             write_bytes(&last, bytes)
         });
-        written.map_err(|error| unwritable(&last, error))
+        written.map_err(|error| unwritable(&last, error))?;
+        for other in others {
+            match fs::remove_file(&other) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(unwritable(&other, error));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// Says where the pages are.
     pub(super) fn announce(&self) {
         complain("note", format!("open {} in a browser", self.folder.join("index.html").display()));
     }
+}
+
+/// Every file below a folder; none if it does not exist. Links are not followed.
+fn files_below(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
+    let (mut found, mut pending) = (BTreeSet::new(), vec![folder.to_path_buf()]);
+    while let Some(folder) = pending.pop() {
+        let entries = match fs::read_dir(&folder) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            entries => entries?,
+        };
+        for entry in entries {
+            let entry = entry?;
+            if entry.file_type()?.is_dir() {
+                pending.push(entry.path());
+            } else {
+                found.insert(entry.path());
+            }
+        }
+    }
+    Ok(found)
 }

@@ -35,18 +35,53 @@ fn has_unjudged(row: &Row) -> bool {
     row.not_judged != "0"
 }
 
-/// Writes the summary as text. `unjudged` are the scenes without a usable oracle trace, with the reason. `not_graded` are the submissions that an interrupted run did not reach.
+/// A submission without a result.
+pub struct Gap<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Why.
+    pub missing: Missing,
+}
+
+/// Why a submission has no result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Missing {
+    /// The run that was to grade it was interrupted, or could not write the result.
+    NotReached,
+    /// Its files changed after it was planned.
+    Changed,
+}
+
+impl Missing {
+    /// Its verdict in the CSV file.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::NotReached => "interrupted",
+            Self::Changed => "changed",
+        }
+    }
+}
+
+/// A class that was graded.
+pub struct Summary<'a> {
+    /// Its rows, by name.
+    pub rows: &'a [Row],
+    /// The scenes without a usable oracle trace, with the reason.
+    pub unjudged: &'a [(String, Fault)],
+    /// The submissions without a result.
+    pub gaps: &'a [Gap<'a>],
+    /// Entries that are no submissions.
+    pub passed_over: &'a [PassedOver],
+    /// The protections that were in force whenever a program ran.
+    pub protections: &'a [Protection],
+}
+
+/// Writes the summary as text.
 ///
 /// # Errors
 /// If writing fails.
-pub fn write(
-    out: &mut dyn Write,
-    rows: &[Row],
-    unjudged: &[(String, Fault)],
-    not_graded: &[&str],
-    passed_over: &[PassedOver],
-    protections: &[Protection],
-) -> io::Result<()> {
+pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
+    let Summary { rows, unjudged, gaps, passed_over, protections } = *summary;
     let names = [
         "submission",
         "required",
@@ -113,13 +148,12 @@ pub fn write(
         "  {BOLD}{} {submissions}{BOLD:#}: {passed} passed, {failed} failed, {faults} could not be judged",
         rows.len()
     )?;
-    if !not_graded.is_empty() {
-        writeln!(
-            out,
-            "  {ODD}Partial: interrupted, {} of {} submissions graded.{ODD:#}",
-            rows.len(),
-            rows.len() + not_graded.len()
-        )?;
+    if !gaps.is_empty() {
+        let (done, total) = (rows.len(), rows.len() + gaps.len());
+        writeln!(out, "  {ODD}Partial: interrupted, {done} of {total} submissions graded.{ODD:#}")?;
+    }
+    for Gap { name, .. } in gaps.iter().filter(|gap| gap.missing == Missing::Changed) {
+        writeln!(out, "  {ODD}not graded: {name}: changed after it was planned{ODD:#}")?;
     }
     write_unprotected(out, protections)?;
     if rows.iter().any(|row| row.verdict == "passed-shipped") {
@@ -128,12 +162,12 @@ pub fn write(
     Ok(())
 }
 
-/// The summary as CSV, with a header line. Missing values are empty cells. Submissions that an interrupted run did not
-/// reach have the verdict `interrupted`.
+/// The summary as CSV, with a header line. Missing values are empty cells. Submissions without a result have the verdict
+/// `interrupted` or `changed`.
 ///
 /// # Errors
 /// Never in practice.
-pub fn csv(rows: &[Row], not_graded: &[&str]) -> csv::Result<Vec<u8>> {
+pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(COLUMNS)?;
     for row in rows {
@@ -160,8 +194,8 @@ pub fn csv(rows: &[Row], not_graded: &[&str]) -> csv::Result<Vec<u8>> {
             &jacobians,
         ])?;
     }
-    for name in not_graded {
-        let mut record = vec![inert(name), "interrupted".to_owned()];
+    for Gap { name, missing } in gaps {
+        let mut record = vec![inert(name), missing.name().to_owned()];
         record.resize(COLUMNS.len(), String::new());
         writer.write_record(record)?;
     }

@@ -6,6 +6,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 use crate::printed::steers;
 use crate::suite::hash_bytes;
 
@@ -30,12 +32,13 @@ pub struct ClassEntry {
 }
 
 /// An entry of the folder that is not a submission.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PassedOver {
     /// Its name.
     pub name: String,
     /// Why it is skipped.
-    pub reason: &'static str,
+    pub reason: String,
 }
 
 /// The submissions of a folder, sorted by name, and the entries that are skipped.
@@ -58,13 +61,13 @@ pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
             }
             (Some(name), refusal) => {
                 let reason = refusal.filter(|_| !name.starts_with('.'));
-                let reason = reason.unwrap_or("its name begins with a dot");
+                let reason = reason.unwrap_or("its name begins with a dot").to_owned();
                 others.push(PassedOver { name: name.to_owned(), reason });
             }
             (None, _) => others.push(PassedOver {
                 // Shown as an escaped literal.
                 name: format!("{file_name:?}"),
-                reason: "its name contains control characters or is not UTF-8",
+                reason: "its name contains control characters or is not UTF-8".to_owned(),
             }),
         }
     }
@@ -163,7 +166,10 @@ mod tests {
         let (entries, others) = list(folder.path()).unwrap();
         assert_eq!(
             others,
-            [PassedOver { name: ".ada".to_owned(), reason: "its name begins with a dot" }]
+            [PassedOver {
+                name: ".ada".to_owned(),
+                reason: "its name begins with a dot".to_owned()
+            }]
         );
         assert_eq!(entries.len(), names.len());
         let reports: BTreeSet<String> =

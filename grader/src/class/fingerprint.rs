@@ -73,12 +73,13 @@ impl Fingerprint {
         }
     }
 
-    /// Adds a submission: a file, or every file below a folder, in the order of their names. A link counts by its
-    /// target path, not by the target's content.
+    /// Adds a submission: a file, or every file below a folder, in the order of their names. Its own name does not
+    /// count. A link counts by its target path, not by the target's content.
     ///
     /// # Errors
     /// If a file cannot be read, or the submission exceeds a limit. Only metadata is read in the latter case.
     pub fn submission(&mut self, path: &Path) -> Result<(), HandInError> {
+        let mut is_itself = true;
         HandIn::open(path)?.walk(&mut |step| {
             let (kind, node): (&[u8], _) = match &step {
                 WalkStep::Leave => {
@@ -91,7 +92,8 @@ impl Fingerprint {
                 WalkStep::Link(node) => (b"link", node),
             };
             self.part(kind);
-            self.part(node.name.to_bytes());
+            self.part(if is_itself { b"" } else { node.name.to_bytes() });
+            is_itself = false;
             match &step {
                 WalkStep::File(node) => self.part(node.hash()?.as_bytes()),
                 WalkStep::Link(node) => self.part(node.target()?.to_bytes()),
@@ -112,6 +114,22 @@ mod tests {
     use std::fs;
 
     use super::*;
+
+    #[test]
+    fn equal_folders_have_the_same_fingerprint() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |name: &str, file: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir(&path).unwrap();
+            fs::write(path.join(file), "text").unwrap();
+            let mut fingerprint = Fingerprint(Sha256::new());
+            fingerprint.submission(&path).unwrap();
+            fingerprint.finish()
+        };
+        let ada = of("ada", "a");
+        assert_eq!(ada, of("bob", "a"));
+        assert_ne!(ada, of("cleo", "ada"));
+    }
 
     #[test]
     fn every_byte_and_name_of_a_submission_counts() {

@@ -1,15 +1,17 @@
 //! Grading of a class: a folder of submissions, with a report and a table row for each.
 //!
 //! ```text
-//! DIR ─> entries, by name ─> each alone: Submission -> Grading ─> reports ─> record ─> row ─> summary
-//!          entry.rs                                                            ^
-//!                                                fingerprint.rs: unchanged inputs? then the recorded row
+//! DIR ─> entries, by name ─> plan ─> shards, in any order: Submission -> Grading ─> reports ─> record ─┐
+//!          entry.rs         plan.rs                                                        record.rs   │
+//!                              └──────────────────────────> merge <── records with the plan's keys <───┘
+//!                                                             └─> rows, by name ─> summary
 //! ```
 //!
 //! A row depends on its submission, the suite and the grader only.
 
 pub mod entry;
 pub mod fingerprint;
+pub mod plan;
 pub mod record;
 
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Record of a graded submission, which lets a later run skip it.
+//! Record of a graded submission: its row of the table, and what later runs need to know.
 //!
 //! `resume/NAME.json` is written after all reports of the submission. It is valid as long as the fingerprint of the
 //! inputs is the same and the report files are unchanged.
@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use sandbox::Protection;
 use serde::{Deserialize, Serialize};
 
 use super::Row;
@@ -16,35 +17,39 @@ use crate::suite::{hash_file, read_text};
 const MAX_MEBIBYTES: u64 = 1;
 
 /// A record.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Record {
     /// The fingerprint of the reports' inputs.
     pub fingerprint: String,
+    /// The plan that graded anew, whatever results there were; `None` if it kept them.
+    pub anew: Option<String>,
     /// The table row.
     pub row: Row,
     /// SHA-256 of each report file.
     pub reports: BTreeMap<String, String>,
+    /// The protections under which its program ran; `None` if nothing ran.
+    pub protection: Option<Vec<Protection>>,
+    /// Time that grading took, in seconds.
+    pub seconds: f64,
 }
 
 impl Record {
-    /// Reads the record at `path`. Returns `None` unless it has this fingerprint, the reports in `folder` are those it
-    /// was written with, and everything was judged.
+    /// Reads the record at `path`. Returns `None` unless it has this fingerprint, and the reports in `folder` are those
+    /// it was written with.
     pub fn read(path: &Path, fingerprint: &str, folder: &Path) -> Option<Self> {
-        // `grade` writes neither links nor pipes.
-        let is_file = |path: &Path| fs::symlink_metadata(path).is_ok_and(|found| found.is_file());
-        if !is_file(path) {
-            return None;
-        }
-        let record: Self = serde_json::from_str(&read_text(path, MAX_MEBIBYTES).ok()?).ok()?;
+        let record = Self::load(path)?;
         let is_there = |(file, hash): (&String, &String)| {
             let path = folder.join(file);
             is_file(&path) && hash_file(&path).is_ok_and(|found| found == *hash)
         };
-        let holds = record.fingerprint == fingerprint
-            && !record.row.is_fault()
-            && record.reports.iter().all(is_there);
-        holds.then_some(record)
+        (record.fingerprint == fingerprint && record.reports.iter().all(is_there)).then_some(record)
+    }
+
+    /// Reads the record at `path`, whatever it was made from.
+    pub fn load(path: &Path) -> Option<Self> {
+        let text = is_file(path).then(|| read_text(path, MAX_MEBIBYTES).ok()).flatten()?;
+        serde_json::from_str(&text).ok()
     }
 
     /// JSON text with a final newline.
@@ -54,4 +59,9 @@ impl Record {
     pub fn render(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
+}
+
+/// Whether it is a regular file: `grade` writes neither links nor pipes.
+fn is_file(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_file())
 }

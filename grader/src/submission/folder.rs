@@ -11,7 +11,7 @@
 //! `{scene}` and `{trace}` are the files of a run, `{folder}` is the submission's own. `{solver}` is `dense` or `sparse`, as
 //! the assignment says. A program name with a `/` is
 //! relative to that folder; any other is searched in the system's folders. The submission itself is never written to:
-//! a build runs in a copy.
+//! it is built and run in a copy.
 
 use std::fs;
 use std::io;
@@ -114,23 +114,16 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
     let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
     let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
     let manifest = SubmissionManifest::parse(&text, &path)?;
-    let home = home_of(folder);
-    let files = HandIn::open(&home).map_err(refused)?;
+    let files = HandIn::open(&home_of(folder)).map_err(refused)?;
     let name = manifest.name.as_deref().map_or_else(
         || folder.display().to_string(),
         // The name is untrusted, and is shown in every report.
         printed::line,
     );
-    // The sandbox's own user may lack permission to read the original.
-    let is_copied = manifest.build.is_some() || runner.sandbox.has_own_user();
-    let (home, copy) = if is_copied {
-        let copy = scratch_folder().map_err(FolderError::NotCopied)?;
-        let home = copy.path().join("folder");
-        files.copy_to(&home).map_err(refused)?;
-        (home, Some(Arc::new(copy)))
-    } else {
-        (home, None)
-    };
+    // The sandbox's own user may lack permission to read the original. No report depends on the original's path.
+    let copy = scratch_folder().map_err(FolderError::NotCopied)?;
+    let home = copy.path().join("folder");
+    files.copy_to(&home).map_err(refused)?;
     if let Some(build) = &manifest.build
         && let Err(failure) = run_build(build, &home, &runner, build_limits)?
     {
@@ -142,6 +135,7 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
         ManifestFormat::Csv => TraceFormat::Csv,
         ManifestFormat::Fosssim => TraceFormat::Fosssim,
     };
+    let copy = Some(Arc::new(copy));
     Ok(Built::Program(Program { name, path: program, arguments, format, runner, copy }))
 }
 

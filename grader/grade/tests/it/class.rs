@@ -29,7 +29,7 @@ fi
 "#;
 
 /// Passes every scene of one particle on which no force acts.
-const RIGHT: &str = r#"#!/bin/sh
+pub(crate) const RIGHT: &str = r#"#!/bin/sh
 [ "$1" = -s ] && exit 9
 awk -F'"' '
   /duration/ { end = $2 } /integrator/ { dt = $4 }
@@ -49,18 +49,18 @@ fn scene(number: &str) -> String {
 }
 
 /// A folder with two shipped scenes of one feature and one of another, and their oracle.
-struct Project {
+pub(crate) struct Project {
     folder: TempDir,
 }
 
-struct Run {
-    code: i32,
-    stdout: String,
-    stderr: String,
+pub(crate) struct Run {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Project {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let project = Self { folder: tempfile::tempdir().unwrap() };
         project.write("assets/Free/near.xml", &scene("1.5").replace("COMMENT", "SHOWN"));
         project.write("assets/Free/far.xml", &scene("150").replace("COMMENT", "SHOWN"));
@@ -84,24 +84,24 @@ impl Project {
         assert_eq!(run.code, 0, "{}", run.stderr);
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn write(&self, name: &str, text: &str) {
+    pub(crate) fn write(&self, name: &str, text: &str) {
         test_support::write(&self.path(name), text);
     }
 
-    fn program(&self, name: &str, text: &str) {
+    pub(crate) fn program(&self, name: &str, text: &str) {
         self.write(name, text);
         fs::set_permissions(self.path(name), fs::Permissions::from_mode(0o755)).unwrap();
     }
 
-    fn read(&self, name: &str) -> String {
+    pub(crate) fn read(&self, name: &str) -> String {
         fs::read_to_string(self.path(name)).unwrap()
     }
 
-    fn grade(&self, arguments: &[&str]) -> Run {
+    pub(crate) fn grade(&self, arguments: &[&str]) -> Run {
         let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
         command.current_dir(self.folder.path()).args(arguments);
         let output = command.env_remove("CLICOLOR_FORCE").output().unwrap();
@@ -125,12 +125,12 @@ impl Project {
     }
 
     /// `grade class class -o out` with these further arguments.
-    fn class(&self, arguments: &[&str]) -> Run {
+    pub(crate) fn class(&self, arguments: &[&str]) -> Run {
         self.grade(&[&["class", "class", "-o", "out", "--no-jacobians"], arguments].concat())
     }
 
     /// The line of the summary.
-    fn row(&self, name: &str) -> String {
+    pub(crate) fn row(&self, name: &str) -> String {
         let csv = self.read("out/summary.csv");
         let start = format!("{name},");
         csv.lines().find(|line| line.starts_with(&start)).unwrap().to_owned()

@@ -14,6 +14,8 @@ mod docs;
 mod init;
 #[cfg(target_os = "linux")]
 mod pages;
+#[cfg(target_os = "linux")]
+mod plan;
 mod probe;
 #[cfg(target_os = "linux")]
 mod real_programs;

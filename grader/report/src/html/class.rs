@@ -9,6 +9,7 @@ use sandbox::Protection;
 
 use super::Sink;
 use super::page::{Html, Page, address};
+use crate::class::Gap;
 use crate::text;
 
 /// Bars of the distribution of points.
@@ -21,8 +22,8 @@ const LISTED: usize = 12;
 pub struct ClassResult<'a> {
     /// The row of each submission, and the folder of its pages below the class's.
     pub rows: &'a [(&'a Row, &'a str)],
-    /// Submissions that an interrupted run did not reach.
-    pub not_graded: &'a [&'a str],
+    /// The submissions without a result.
+    pub gaps: &'a [Gap<'a>],
     /// Entries that are no submissions.
     pub passed_over: &'a [PassedOver],
     /// The protections under which programs ran.
@@ -46,8 +47,8 @@ pub fn class(result: &ClassResult<'_>, sink: Sink<'_>) -> io::Result<()> {
         result.rows.len() - passed - faults
     ));
     html.markup("</li>");
-    if !result.not_graded.is_empty() {
-        html.markup("<li>").text(&format!("Interrupted: {} not graded", result.not_graded.len()));
+    if !result.gaps.is_empty() {
+        html.markup("<li>").text(&format!("Interrupted: {} not graded", result.gaps.len()));
         html.markup("</li>");
     }
     html.lines(|out| text::write_unprotected(out, result.protections))?;
@@ -56,7 +57,7 @@ pub fn class(result: &ClassResult<'_>, sink: Sink<'_>) -> io::Result<()> {
     findings(&mut html, result);
     table(&mut html, result);
     let remarks = rows().filter_map(|row| Some((&row.name, row.copied.as_deref()?)));
-    let skipped = result.passed_over.iter().map(|other| (&other.name, other.reason));
+    let skipped = result.passed_over.iter().map(|other| (&other.name, &*other.reason));
     let remarks: Vec<_> = remarks.chain(skipped).collect();
     if !remarks.is_empty() {
         html.markup("<section aria-labelledby=\"remarks\"><h2 id=\"remarks\">Remarks</h2><ul>");
@@ -203,9 +204,11 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
         html.element("td", &[("class", class)], &verdict);
         html.element("td", &[], &row.findings.join("; ")).markup("</tr>\n");
     }
-    for name in result.not_graded {
-        html.markup("<tr data-verdict=\"odd\">").element("th", &[("scope", "row")], name);
-        html.markup("<td colspan=\"6\"></td><td class=\"odd\">? interrupted</td><td></td></tr>\n");
+    for gap in result.gaps {
+        html.markup("<tr data-verdict=\"odd\">").element("th", &[("scope", "row")], gap.name);
+        let verdict = format!("? {}", gap.missing.name());
+        html.markup("<td colspan=\"6\"></td>").element("td", &[("class", "odd")], &verdict);
+        html.markup("<td></td></tr>\n");
     }
     html.markup("</tbody></table></div></section>\n");
 }

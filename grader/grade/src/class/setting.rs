@@ -1,0 +1,198 @@
+//! The settings and inputs that all submissions of a class share.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use grader::class::entry::ClassEntry;
+use grader::class::fingerprint::Fingerprint;
+use grader::class::plan::{Plan, Planned};
+use grader::class::record::Record;
+use grader::oracle::Oracle;
+use grader::submission::folder;
+use grader::submission::hand_in::HandInError;
+use grader::submission::program::Runner;
+use sandbox::Protection;
+
+use super::unwritable;
+use crate::args::{ClassArgs, Format};
+use crate::inputs::{Inputs, open_oracle};
+use crate::interrupt::Interrupt;
+use crate::pages::Pages;
+use crate::progress::Progress;
+use crate::stop::Stop;
+use crate::submission::check_secrets;
+
+/// A class that is graded.
+pub(super) struct Class<'a> {
+    pub(super) args: &'a ClassArgs,
+    pub(super) inputs: Inputs,
+    pub(super) oracle: Oracle,
+    pub(super) runner: Runner,
+    pub(super) protections: Vec<Protection>,
+    /// Hash of all inputs except the submission.
+    fingerprint: Fingerprint,
+    pub(super) reports: PathBuf,
+    pub(super) records: PathBuf,
+    pub(super) pages: Option<Pages>,
+    pub(super) progress: Progress,
+}
+
+impl<'a> Class<'a> {
+    pub(super) fn open(args: &'a ClassArgs) -> Result<Self, Stop> {
+        let inputs = args.suite.read_for(&args.judge.judging())?;
+        let oracle = open_oracle(&inputs.expected)?;
+        let [reports, records] = ["reports", "resume"].map(|name| args.output.join(name));
+        for folder in [&reports, &records] {
+            fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+            let metadata =
+                fs::symlink_metadata(folder).map_err(|error| unwritable(folder, &error))?;
+            if !metadata.is_dir() {
+                return Err(Stop::bad_input(format!(
+                    "{}: is a symbolic link; reports are not written through links\n  help: remove it, or name \
+                     another folder with --output",
+                    folder.display()
+                )));
+            }
+        }
+        let pages = args.html.as_deref().map(Pages::open).transpose()?;
+        keep_apart(args, &inputs)?;
+        let (runner, protections) = args.run.runner(&inputs.rubric)?;
+        let fingerprint = fingerprint(args, &inputs, &oracle, &runner).map_err(Stop::fault)?;
+        let interrupt = Interrupt::listen()?;
+        let progress = Progress::new(!args.judge.no_progress, interrupt);
+        Ok(Self {
+            args,
+            inputs,
+            oracle,
+            runner,
+            protections,
+            fingerprint,
+            reports,
+            records,
+            pages,
+            progress,
+        })
+    }
+
+    /// Hash of everything that the reports depend on, except the submissions.
+    pub(super) fn inputs_hash(&self) -> String {
+        self.fingerprint.clone().finish()
+    }
+
+    /// The key of a submission, and why its files cannot be read, if so.
+    pub(super) fn key(&self, name: &str) -> (String, Result<(), HandInError>) {
+        let path = self.args.folder.join(name);
+        let mut key = self.fingerprint.clone();
+        let files = key.submission(&path);
+        if let Err(error) = &files {
+            key = self.fingerprint.clone();
+            key.part(error.to_string().as_bytes());
+        }
+        // A program that is built or copied from its folder does not see the folder's name. Other reports name the path.
+        if files.is_err() || folder::assignment_of(&path).is_err() {
+            key.part(name.as_bytes());
+        }
+        (key.finish(), files)
+    }
+
+    /// A submission of the plan.
+    pub(super) fn planned(&self, entry: ClassEntry) -> Planned {
+        let (key, _) = self.key(&entry.name);
+        Planned::new(entry, key)
+    }
+
+    /// The record of a submission that was graded as planned, with all its reports; it may be a fault.
+    pub(super) fn record(&self, plan: &Plan, planned: &Planned) -> Option<Record> {
+        let path = self.record_path(planned);
+        let record = Record::read(&path, &planned.key, &self.reports)?;
+        let has_pages = self.pages.as_ref().is_none_or(|pages| pages.is_written(&planned.report));
+        let is_recent = plan.anew.is_none() || plan.anew == record.anew;
+        (has_pages && is_recent).then_some(record)
+    }
+
+    pub(super) fn record_path(&self, planned: &Planned) -> PathBuf {
+        self.records.join(format!("{}.json", planned.report))
+    }
+
+    /// Whether a submission needs no grading.
+    pub(super) fn is_done(&self, plan: &Plan, planned: &Planned) -> bool {
+        self.record(plan, planned).is_some_and(|record| !record.row.is_fault())
+    }
+}
+
+/// Checks that no submission can read the oracle, the hidden scenes, the reports, or another submission.
+fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
+    let real = |path: &Path| {
+        fs::canonicalize(path)
+            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+    };
+    let folder = real(&args.folder)?;
+    let mut secrets = inputs.secrets();
+    secrets.push(args.output.clone());
+    secrets.extend(args.html.clone());
+    for secret in &secrets {
+        if real(secret)?.starts_with(&folder) {
+            return Err(Stop::bad_input(format!(
+                "{}: is inside the folder of submissions\n  help: move it out of {}",
+                secret.display(),
+                args.folder.display()
+            )));
+        }
+    }
+    if args.run.unprotected {
+        return Ok(());
+    }
+    secrets.push(args.folder.clone());
+    let readable =
+        args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
+    check_secrets(&secrets, &readable)
+}
+
+/// Hash of everything that the reports of this run depend on, except the submission.
+fn fingerprint(
+    args: &ClassArgs,
+    inputs: &Inputs,
+    oracle: &Oracle,
+    runner: &Runner,
+) -> std::io::Result<Fingerprint> {
+    let mut fingerprint = Fingerprint::of_grader()?;
+    let mut formats = args.format.clone();
+    formats.sort_unstable();
+    for format in formats {
+        fingerprint.part(extension(format).as_bytes());
+    }
+    let how = format!(
+        "{:?} {:?} {} {} {} {} {:?} {:?}",
+        runner.limits,
+        runner.readable,
+        args.folder.display(),
+        args.run.unprotected,
+        args.judge.no_jacobians,
+        args.judge.details,
+        args.judge.criteria,
+        args.html,
+    );
+    fingerprint.part(how.as_bytes());
+    match &inputs.assignment {
+        Some(assignment) => fingerprint.file(assignment.path())?,
+        None => fingerprint.part(b""),
+    }
+    match &inputs.rubric_path {
+        Some(path) => fingerprint.file(path)?,
+        None => fingerprint.part(b""),
+    }
+    fingerprint.suite(&inputs.suite, oracle);
+    match &inputs.hidden {
+        Some((hidden, _)) => fingerprint.hidden(hidden),
+        None => fingerprint.part(b""),
+    }
+    Ok(fingerprint)
+}
+
+pub(super) fn extension(format: Format) -> &'static str {
+    match format {
+        Format::Text => "txt",
+        Format::Json => "json",
+        Format::Junit => "xml",
+    }
+}

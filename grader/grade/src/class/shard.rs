@@ -1,0 +1,214 @@
+//! Grading of a shard: submissions one after the other, each with its reports and its record.
+//!
+//! The scenes of one submission run in parallel. Two submissions of a shard never run at the same time: each has the
+//! machine to itself, memory use is that of one, and neither can observe the other.
+//!
+//! Each file is written under another name and renamed, the record last. A shard that is killed, or that runs twice at
+//! the same time, therefore leaves whole results or none.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+use grader::assignment::ALL;
+use grader::class::Row;
+use grader::class::plan::{Plan, Planned};
+use grader::class::record::Record;
+use grader::events::{Event, Observer, Task};
+use grader::grading::{Checks, Grading, panic_message};
+use grader::submission::{Submission, folder};
+use grader::suite::hash_bytes;
+use grader::verdict::Failure;
+use report::html;
+use report::text::TextOptions;
+
+use super::setting::{Class, extension};
+use super::{save, unwritable};
+use crate::args::Format;
+use crate::grading::render;
+use crate::output::{plain, write_bytes};
+use crate::stop::{Stop, complain};
+use crate::submission::{open_entry, refused};
+
+/// Reports of a submission: the name and content of each file.
+type Reports = Vec<(String, Vec<u8>)>;
+
+impl Class<'_> {
+    /// Grades groups of equal submissions, unless they have results, until an interrupt.
+    ///
+    /// # Errors
+    /// If a result cannot be written, or a scene changed. All other failures are recorded in the rows.
+    pub(super) fn run(&self, plan: &Plan, groups: &[Vec<usize>]) -> Result<(), Stop> {
+        let total = plan.submissions.len();
+        for group in groups {
+            for number in group.iter().take(1) {
+                let name = &plan.submissions[*number].name;
+                self.progress.notice(Event::Submission { name, number: number + 1, total });
+            }
+            if self.progress.is_stopped() {
+                break;
+            }
+            let members = group.iter().map(|place| &plan.submissions[*place]);
+            self.run_group(plan, &members.collect::<Vec<_>>())?;
+        }
+        Ok(())
+    }
+
+    /// Grades the first of those equal submissions that have no result, and writes the results of all.
+    fn run_group(&self, plan: &Plan, group: &[&Planned]) -> Result<(), Stop> {
+        let missing = group.iter().copied().filter(|planned| !self.is_done(plan, planned));
+        let missing: Vec<&Planned> =
+            missing.filter(|planned| self.is_as_planned(planned)).collect();
+        let Some(first) = missing.first() else { return Ok(()) };
+        let start = Instant::now();
+        let not_graded = |detail: String| {
+            self.graded(|| Submission::NotGraded { name: first.name.clone(), detail })
+        };
+        let mut grading = match self.graded(|| self.open_submission(&first.name)) {
+            Ok(grading) => grading,
+            Err(detail) => not_graded(detail).map_err(Stop::fault)?,
+        };
+        // The programs may have been killed with the run, or may have read a changed file.
+        if self.progress.is_stopped() || !self.is_as_planned(first) {
+            return Ok(());
+        }
+        if let Some(scene) = self.inputs.changed() {
+            return Err(Stop::bad_input(format!(
+                "{scene} changed while {} was graded\n  help: continue with --resume",
+                first.name
+            )));
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        for planned in missing {
+            // Names in submission.toml need not be unique.
+            grading.submission.clone_from(&planned.name);
+            let reports = self.rendered(&grading, planned).or_else(|detail| {
+                grading = not_graded(detail)?;
+                grading.submission.clone_from(&planned.name);
+                self.rendered(&grading, planned)
+            });
+            let record = Record {
+                fingerprint: planned.key.clone(),
+                anew: plan.anew.clone(),
+                row: Row::of(&grading),
+                reports: BTreeMap::new(),
+                protection: grading.protection.clone(),
+                seconds,
+            };
+            self.write(planned, &grading, reports.map_err(Stop::fault)?, record)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a submission has the content that was planned; says so if not.
+    fn is_as_planned(&self, planned: &Planned) -> bool {
+        let is_as_planned = self.key(&planned.name).0 == planned.key;
+        if !is_as_planned {
+            let name = &planned.name;
+            complain("note", format!("{name}: changed after it was planned; not graded"));
+        }
+        is_as_planned
+    }
+
+    /// Writes the reports of a submission, then its record.
+    fn write(
+        &self,
+        planned: &Planned,
+        grading: &Grading,
+        reports: Reports,
+        mut record: Record,
+    ) -> Result<(), Stop> {
+        if let Some(pages) = &self.pages {
+            let above = [("../index.html".to_owned(), "Class".to_owned())];
+            pages.write(&planned.report, |sink| {
+                html::submission(grading, &self.inputs.suite, &above, sink)
+            })?;
+        }
+        for (file, bytes) in reports {
+            let path = self.reports.join(&file);
+            write_bytes(&path, &bytes).map_err(|error| unwritable(&path, &error))?;
+            record.reports.insert(file, hash_bytes(&bytes));
+        }
+        save(&self.record_path(planned), record.render().map_err(Stop::fault)?.as_bytes())
+    }
+
+    /// The submission of this name, built.
+    fn open_submission(&self, name: &str) -> Submission {
+        if let (_, Err(error)) = self.key(name) {
+            return refused(name.to_owned(), &error);
+        }
+        self.progress.notice(Event::Task(Task::Opening));
+        let path = self.args.folder.join(name);
+        if let Some(detail) = self.other_assignment(name) {
+            let failure = Failure::BadHandIn { detail };
+            return Submission::Unusable { name: name.to_owned(), failure };
+        }
+        open_entry(&path, name, self.runner.clone(), &self.inputs.rubric)
+    }
+
+    /// A message, if a submission names another assignment than the class.
+    fn other_assignment(&self, name: &str) -> Option<String> {
+        let submission = self.args.folder.join(name);
+        if !submission.is_dir() || !folder::is_submission(&submission) {
+            return None;
+        }
+        let own = folder::assignment_of(&submission).ok()??;
+        let of_class = self.inputs.assignment.as_ref();
+        let of_class = of_class.map_or(ALL, |assignment| &assignment.name);
+        (own != of_class).then(|| {
+            format!(
+                "submission.toml names the assignment {own:?}, but the class is graded as {of_class}\n  help: change it \
+                 there, or grade the class with --assignment"
+            )
+        })
+    }
+
+    /// The grading of a submission.
+    ///
+    /// # Errors
+    /// A message, if the grader panics.
+    fn graded(&self, open: impl FnOnce() -> Submission) -> Result<Grading, String> {
+        unpanicked(|| Ok(self.grade(&open())))
+    }
+
+    /// The reports of a submission.
+    ///
+    /// # Errors
+    /// A message, if the grader panics or a report cannot be rendered.
+    fn rendered(&self, grading: &Grading, planned: &Planned) -> Result<Reports, String> {
+        let render = |format: &Format| {
+            let bytes = render(grading, *format, |out| {
+                let config = TextOptions { details: self.args.judge.details };
+                report::text::write(out, grading, config)
+            });
+            let bytes = bytes.map_err(|Stop(_, message)| message)?;
+            Ok((format!("{}.{}", planned.report, extension(*format)), plain(&bytes)))
+        };
+        unpanicked(|| self.args.format.iter().map(render).collect())
+    }
+
+    fn grade(&self, submission: &Submission) -> Grading {
+        let is_run = match submission {
+            Submission::Program(_) => true,
+            Submission::Unusable { failure, .. } => !matches!(failure, Failure::BadHandIn { .. }),
+            _ => false,
+        };
+        let protection = is_run.then(|| self.protections.clone());
+        let measured = !self.args.judge.no_jacobians;
+        let checks = Checks {
+            jacobians: measured,
+            probe: measured,
+            altered: true,
+            hidden: true,
+            recordings: self.pages.is_some(),
+        };
+        self.inputs.grader(&self.oracle, checks, &self.progress).grade(submission, protection)
+    }
+}
+
+/// The result of `work`; a panic is an error.
+fn unpanicked<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        Err(format!("the grader panicked: {}", panic_message(panic.as_ref())))
+    })
+}

@@ -1,0 +1,352 @@
+//! Plans of a class: shards and merges that run in any order, twice, or not to their end.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use fastrand::Rng;
+use serde_json::Value;
+
+use crate::class::{Project, RIGHT};
+
+/// Submissions: seven programs, two of them wrong, and three equal folders.
+const NAMES: [&str; 10] =
+    ["ada", "bob", "cleo", "dot", "eve", "fay", "gus", "same-a", "same-b", "same-c"];
+
+/// Options of all runs of these tests.
+const COMMON: [&str; 6] =
+    ["--no-jacobians", "--threads", "1", "--format", "text,json", "--no-progress"];
+
+fn project() -> Project {
+    let project = Project::new();
+    for name in &NAMES[..7] {
+        let text = match *name {
+            "cleo" => RIGHT.replace("dt * vx", "vx"),
+            "eve" => "#!/bin/sh\nexit 3\n".to_owned(),
+            _ => format!("{RIGHT}# {name}\n"),
+        };
+        project.program(&format!("class/{name}"), &text);
+    }
+    for name in &NAMES[7..] {
+        project.write(
+            &format!("class/{name}/submission.toml"),
+            "run = [\"./run\", \"{scene}\", \"-o\", \"{trace}\"]\n",
+        );
+        project.program(&format!("class/{name}/run"), RIGHT);
+    }
+    project
+}
+
+/// The files of the results that do not depend on where and when they were made.
+fn results(project: &Project, folder: &str) -> Vec<(String, String)> {
+    let reports = NAMES
+        .iter()
+        .flat_map(|name| ["txt", "json"].map(|extension| format!("reports/{name}.{extension}")));
+    let files = ["summary.txt", "summary.csv"].map(str::to_owned).into_iter().chain(reports);
+    files.map(|name| (project.read(&format!("{folder}/{name}")), name)).collect()
+}
+
+/// The command `grade class` with these arguments.
+fn grade(project: &Project, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    command.current_dir(project.path("")).arg("class").args(arguments);
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
+    command
+}
+
+fn start(project: &Project, arguments: &[&str]) -> Child {
+    grade(project, arguments).spawn().unwrap()
+}
+
+/// Plans `class` in `out` with further options, and returns the number of shards.
+fn plan(project: &Project, options: &[&str]) -> usize {
+    let arguments =
+        [&["class", "class", "-o", "out", "--on", "nothing"], options, &COMMON].concat();
+    let run = project.grade(&arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    shards(project)
+}
+
+fn shards(project: &Project) -> usize {
+    let plan: Value = serde_json::from_str(&project.read("out/plan.json")).unwrap();
+    plan["shards"].as_array().unwrap().len()
+}
+
+/// The results of one machine, in `whole`, and the project.
+fn with_whole() -> (Project, Vec<(String, String)>) {
+    let project = project();
+    let run = project.grade(&[&["class", "class", "-o", "whole"], &COMMON[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let whole = results(&project, "whole");
+    (project, whole)
+}
+
+#[test]
+fn shards_in_any_order_or_twice_at_a_time_give_the_same_bytes() {
+    let (project, whole) = with_whole();
+    for (options, twice) in [(&["--shards", "4"][..], false), (&["--shards", "9"], true)] {
+        let _ = fs::remove_dir_all(project.path("out"));
+        let count = plan(&project, options);
+        // Equal submissions are in the same shard.
+        assert_eq!(count, options[1].parse::<usize>().unwrap().min(8));
+        let shard =
+            |number: usize| start(&project, &["run-shard", "out/plan.json", &number.to_string()]);
+        let mut running: Vec<Child> = Vec::new();
+        for number in (0..count).rev() {
+            running.extend((0..if twice { 2 } else { 1 }).map(|_| shard(number)));
+        }
+        for child in running {
+            let output = child.wait_with_output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        }
+        let run = project.grade(&["class", "merge", "out/plan.json"]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(results(&project, "out") == whole);
+        assert_eq!(run.stdout, project.read("out/summary.txt"));
+    }
+    let run = project.grade(&["class", "run-shard", "out/plan.json", "99"]);
+    assert!(run.code == 2 && run.stderr.contains("there is no shard 99"), "{}", run.stderr);
+}
+
+#[test]
+fn another_scheduler_can_run_a_plan() {
+    let Ok(version) = Command::new("parallel").arg("--version").output() else {
+        return skip("GNU parallel is not installed");
+    };
+    if !String::from_utf8_lossy(&version.stdout).contains("GNU") {
+        return skip("parallel is not GNU parallel");
+    }
+    let (project, whole) = with_whole();
+    let count = plan(&project, &["--shards", "5"]);
+    let grade = env!("CARGO_BIN_EXE_grade");
+    let command = format!(
+        "seq 0 {} | parallel --will-cite --jobs 3 '{grade}' class run-shard out/plan.json && '{grade}' class merge \
+         out/plan.json",
+        count - 1
+    );
+    let mut shell = Command::new("sh");
+    let output = shell.args(["-c", &command]).current_dir(project.path("")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(results(&project, "out") == whole);
+}
+
+#[expect(clippy::print_stderr, reason = "a test that is skipped says why")]
+fn skip(reason: &str) {
+    eprintln!("skipped: {reason}");
+}
+
+/// Kills planners, shards and merges at random moments, until a hundred were killed; each time, the rest of the work
+/// gives the same bytes.
+#[test]
+fn whatever_is_killed_is_made_up_for_by_resume() {
+    let (project, whole) = with_whole();
+    let mut random = Rng::with_seed(18);
+    let mut killed = 0;
+    let mut kill_within = |mut child: Child, milliseconds: u64| {
+        thread::sleep(Duration::from_millis(random.u64(0..milliseconds)));
+        killed += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        killed
+    };
+    let resume = ["class", "-o", "out", "--resume", "--shards", "3"];
+    let mut round = 0;
+    loop {
+        round += 1;
+        assert!(round < 100, "the programs end before they are killed");
+        let _ = fs::remove_dir_all(project.path("out"));
+        // The planner of a run on this machine also runs the shards and the merge.
+        kill_within(start(&project, &[&resume[..], &COMMON].concat()), 1500);
+        let nothing = [&resume[..], &["--on", "nothing"], &COMMON].concat();
+        kill_within(start(&project, &nothing), 300);
+        let count = plan(&project, &["--resume", "--shards", "3"]);
+        for number in 0..count {
+            let shard = ["run-shard", "out/plan.json", &number.to_string()];
+            let (first, second) = (start(&project, &shard), start(&project, &shard));
+            kill_within(first, 600);
+            kill_within(second, 600);
+        }
+        let all = kill_within(start(&project, &["merge", "out/plan.json"]), 200);
+        for (_, name) in &whole {
+            let text = fs::read_to_string(project.path("out").join(name)).unwrap_or_default();
+            let is_whole = !name.ends_with(".json") || serde_json::from_str::<Value>(&text).is_ok();
+            assert!(text.is_empty() || is_whole, "half of {name}");
+        }
+        // A gap is named, or there is none.
+        let run = project.grade(&["class", "merge", "out/plan.json"]);
+        let gaps = project.read("out/summary.csv").matches(",interrupted,").count();
+        let message = format!("{} of 10 submissions graded\n", 10 - gaps);
+        assert_eq!(run.code, if gaps > 0 { 130 } else { 0 }, "{}", run.stderr);
+        assert!(gaps == 0 || run.stderr.contains(&message), "{}", run.stderr);
+        let run = project.grade(&[&["class"], &resume[..], &COMMON].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert!(results(&project, "out") == whole, "round {round}");
+        if all >= 100 {
+            return;
+        }
+    }
+}
+
+#[test]
+fn a_half_written_or_altered_result_is_a_gap_that_resume_fills() {
+    let (project, whole) = with_whole();
+    plan(&project, &["--shards", "1"]);
+    assert_eq!(project.grade(&["class", "run-shard", "out/plan.json", "0"]).code, 0);
+    for (name, text) in [
+        ("resume/ada.json", "{\"fingerprint\": "),
+        ("resume/bob.json", ""),
+        ("reports/dot.json", "{}"),
+        ("reports/fay.txt", ""),
+    ] {
+        fs::write(project.path("out").join(name), text).unwrap();
+    }
+    fs::remove_file(project.path("out/resume/same-b.json")).unwrap();
+    let run = project.grade(&["class", "merge", "out/plan.json"]);
+    assert_eq!(run.code, 130, "{}", run.stderr);
+    let csv = project.read("out/summary.csv");
+    let gaps: Vec<&str> = csv
+        .lines()
+        .filter_map(|line| line.split_once(",interrupted,"))
+        .map(|(name, _)| name)
+        .collect();
+    assert_eq!(gaps, ["ada", "bob", "dot", "fay", "same-b"]);
+    let run = project.grade(&[&["class", "class", "-o", "out", "--resume"], &COMMON[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(results(&project, "out") == whole);
+}
+
+#[test]
+fn what_changed_since_the_plan_is_named() {
+    let (project, whole) = with_whole();
+    plan(&project, &["--shards", "2"]);
+    project.program("class/bob", &format!("{RIGHT}# changed\n"));
+    let codes = ["0", "1"].map(|shard| {
+        let run = project.grade(&["class", "run-shard", "out/plan.json", shard]);
+        (run.code, run.stderr.contains("bob: changed after it was planned; not graded"))
+    });
+    assert!(codes.contains(&(3, true)) && codes.contains(&(0, false)), "{codes:?}");
+    let run = project.grade(&["class", "merge", "out/plan.json"]);
+    assert_eq!(run.code, 130, "{}", run.stderr);
+    assert!(project.row("bob").starts_with("bob,changed,"), "{}", project.row("bob"));
+    assert!(run.stdout.contains("not graded: bob: changed after it was planned"), "{}", run.stdout);
+
+    // A changed scene, or other options, make every part of the plan stop.
+    let near = project.read("assets/Free/near.xml");
+    project.write("assets/Free/near.xml", &near.replace("1.5", "1.625"));
+    for part in
+        [&["class", "run-shard", "out/plan.json", "0"][..], &["class", "merge", "out/plan.json"]]
+    {
+        let run = project.grade(part);
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        assert!(run.stderr.contains("changed after the plan was made"), "{}", run.stderr);
+    }
+    project.write("assets/Free/near.xml", &near);
+    let run = project.grade(&[&["class", "class", "-o", "out", "--resume"], &COMMON[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(results(&project, "out") == whole);
+}
+
+#[test]
+fn a_submission_or_scene_that_changes_while_it_is_graded_has_no_result() {
+    let project = Project::new();
+    let waiting = RIGHT.replace("awk", "touch started; sleep 1\nawk");
+    let waiting = waiting.replace("started", &project.path("started").display().to_string());
+    for (name, changed) in [
+        ("class/ada", waiting.replace("awk", " awk")),
+        ("assets/Free/far.xml", { project.read("assets/Free/far.xml").replace("150", "151") }),
+    ] {
+        let old = project.read("assets/Free/far.xml");
+        let _ = fs::remove_file(project.path("started"));
+        project.program("class/ada", &waiting);
+        let options = ["class", "-o", "out", "--unprotected"];
+        let child = start(&project, &[&options[..], &COMMON].concat());
+        while !project.path("started").exists() {
+            thread::sleep(Duration::from_millis(5));
+        }
+        project.write(name, &changed);
+        let output = child.wait_with_output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(told.contains("changed"), "{name}: {told}");
+        assert_ne!(output.status.code(), Some(0), "{told}");
+        assert!(!project.path("out/resume/ada.json").exists());
+        project.write("assets/Free/far.xml", &old);
+    }
+}
+
+#[test]
+fn equal_submissions_are_graded_once() {
+    let project = Project::new();
+    let log = project.path("log").display().to_string();
+    let text = RIGHT.replace("awk", &format!("echo run >> {log}\nawk"));
+    let submission = |name: &str| {
+        let toml = "run = [\"sh\", \"{folder}/run\", \"{scene}\", \"-o\", \"{trace}\"]\n";
+        project.write(&format!("class/{name}/submission.toml"), toml);
+        project.program(&format!("class/{name}/run"), &text);
+    };
+    let runs = || {
+        let run = project.class(&["--unprotected"]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let runs = project.read("log").lines().count();
+        fs::remove_file(project.path("log")).unwrap();
+        runs
+    };
+    submission("ada");
+    let once = runs();
+    submission("bob");
+    submission("cleo");
+    assert_eq!(runs(), once);
+    for name in ["ada", "bob", "cleo"] {
+        let report = project.read(&format!("out/reports/{name}.txt"));
+        assert!(report.contains(&format!("Summary for {name}")), "{report}");
+    }
+    let rows = ["ada", "bob", "cleo"].map(|name| project.row(name).replacen(name, "", 1));
+    assert!(rows[0] == rows[1] && rows[1] == rows[2], "{rows:?}");
+}
+
+/// A full disk: a file system of 64 KiB holds the results of a few submissions only.
+#[test]
+fn a_full_disk_is_a_gap_that_resume_fills() {
+    let (project, whole) = with_whole();
+    let disk = project.path("out");
+    fs::create_dir(&disk).unwrap();
+    let mounted = Command::new("mount")
+        .args(["-t", "tmpfs", "-o", "size=64k", "none"])
+        .arg(&disk)
+        .stderr(Stdio::null())
+        .status();
+    if !mounted.is_ok_and(|status| status.success()) {
+        return skip("only root may mount a small file system");
+    }
+    let unmount = Unmount(&disk);
+    let count = plan(&project, &["--shards", "3"]);
+    let mut full = 0;
+    for number in 0..count {
+        let run = project.grade(&["class", "run-shard", "out/plan.json", &number.to_string()]);
+        full += usize::from(run.code == 2 && run.stderr.contains("storage full"));
+    }
+    assert!(full > 0, "the disk is too large for this test");
+    let remount = |size: &str| {
+        let option = format!("remount,size={size}");
+        let status = Command::new("mount").args(["-o", &option]).arg(&disk).status();
+        assert!(status.unwrap().success());
+    };
+    remount("16M");
+    let run = project.grade(&["class", "merge", "out/plan.json"]);
+    assert_eq!(run.code, 130, "{}", run.stderr);
+    assert!(project.read("out/summary.csv").contains(",interrupted,"));
+    let run = project.grade(&[&["class", "class", "-o", "out", "--resume"], &COMMON[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(results(&project, "out") == whole);
+    drop(unmount);
+}
+
+/// Unmounts a folder on drop.
+struct Unmount<'a>(&'a Path);
+
+impl Drop for Unmount<'_> {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(self.0).status();
+    }
+}

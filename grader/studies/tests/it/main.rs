@@ -3,3 +3,4 @@
 mod accuracy;
 mod needs;
 mod needs_allocations;
+mod scale;

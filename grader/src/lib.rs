@@ -13,6 +13,7 @@
 //! - [`diagnosis`]: the steps of a trace that are wrong by themselves.
 //! - [`verdict`]: a pass, or a named failure.
 //! - [`rubric`]: tolerances and points.
+//! - [`late`]: the rubric's rules for late submissions and course platforms.
 //! - [`events`]: events of a run, sent to an observer.
 //! - [`stepping`]: single steps of the built-in simulator.
 //! - [`recording`]: a comparison reduced for display.
@@ -35,6 +36,7 @@ pub mod verdict;
 pub mod calibration;
 pub mod compare;
 pub mod diagnosis;
+pub mod late;
 pub mod rubric;
 
 pub mod stepping;

@@ -40,6 +40,16 @@
 //! [faults]               # points of scenes that could not be judged
 //! points = "apart"       # show judged points, and the others apart; or "withheld": show none
 //!
+//! [late]                 # points of late submissions, if a course platform tells the times
+//! penalty = 20           # per cent of the points earned, for each day begun
+//! cap = 50               # the most per cent that are taken off
+//! grace = 15             # minutes after the deadline that do not count
+//!
+//! [platform]             # what a course platform shows and counts
+//! keep = "best"          # of the submissions of a student; or "last"
+//! hidden = "visible"     # when students see the results of hidden scenes; or "after-due-date", "after-published"
+//! leaderboard = false    # whether it shows points, and the time of programs that pass everything
+//!
 //! [protection]           # protections without which no program is run
 //! require = ["files"]
 //! ```
@@ -57,6 +67,7 @@ use toml::Spanned;
 
 use crate::assignment::Assignment;
 use crate::compare::{Calibrated, Criteria, Tolerances};
+use crate::late::{LateRule, PlatformRule};
 use crate::suite::{Case, Feature, Section, Suite, line_and_column, read_text};
 use crate::verdict::number;
 use sandbox::{Limits, Protection};
@@ -82,6 +93,8 @@ pub struct Rubric {
     hidden: Option<HiddenRule>,
     faults: FaultPoints,
     breaker: Breaker,
+    late: LateRule,
+    platform: PlatformRule,
     /// `None` where the rubric does not set it.
     protections: Option<Vec<Protection>>,
 }
@@ -148,6 +161,10 @@ struct RubricFile {
     faults: FaultsTable,
     #[serde(default)]
     breaker: Breaker,
+    #[serde(default)]
+    late: LateRule,
+    #[serde(default)]
+    platform: PlatformRule,
     #[serde(default)]
     protection: ProtectionTable,
 }
@@ -392,6 +409,8 @@ impl Rubric {
             hidden,
             faults: file.faults.points,
             breaker: file.breaker,
+            late: file.late,
+            platform: file.platform,
             protections,
             limits: plain(limits),
             build_limits: plain(build_limits),
@@ -489,6 +508,16 @@ impl Rubric {
     /// Failures of a feature after which its other scenes are not run.
     pub fn breaker(&self) -> Breaker {
         self.breaker
+    }
+
+    /// The rule for late submissions.
+    pub fn late(&self) -> LateRule {
+        self.late
+    }
+
+    /// The rules for course platforms.
+    pub fn platform(&self) -> PlatformRule {
+        self.platform
     }
 
     /// The protections without which no program is run.

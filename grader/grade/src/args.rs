@@ -95,6 +95,9 @@ pub(super) enum Command {
     },
     /// Test the grader: planted mistakes must be caught and named, correct variants must pass
     Selftest(SelfTestArgs),
+    /// Write what a course uploads to a platform, so that the platform grades with grade
+    #[command(subcommand)]
+    Export(ExportCommand),
     /// Regenerate or verify the oracle traces
     #[command(subcommand)]
     Oracle(OracleCommand),
@@ -135,17 +138,26 @@ pub(super) struct GradeArgs {
     #[arg(long, requires = "submission", conflicts_with_all = ["threads", "output"])]
     pub(super) watch: bool,
 
-    /// Format of the report
+    /// Write a report (repeatable): text, json, junit, html=DIR, gradescope=FILE; with =FILE to a file, else to standard
+    /// output
+    #[arg(long, value_name = "KIND[=FILE]", value_parser = parse_report, conflicts_with_all = ["format", "output"])]
+    pub(super) report: Vec<ReportArg>,
+
+    /// Format of the only report
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub(super) format: Format,
 
-    /// Write the report to this file [default: standard output]
+    /// Write the only report to this file [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 
-    /// Write the report as pages to this folder too, with the motion of every scene; open DIR/index.html in a browser
+    /// Write the report as pages to this folder too, with the motion of every scene; same as --report html=DIR
     #[arg(long, value_name = "DIR")]
     pub(super) html: Option<PathBuf>,
+
+    /// Gradescope's submission_metadata.json: when the submission came in, its deadline, earlier points
+    #[arg(long, value_name = "FILE", requires = "report")]
+    pub(super) metadata: Option<PathBuf>,
 
     #[command(flatten)]
     pub(super) judge: JudgeArgs,
@@ -173,6 +185,68 @@ pub(super) struct ExplainArgs {
 
     #[command(flatten)]
     pub(super) suite: SuiteArgs,
+}
+
+/// A report that `--report` asks for.
+#[derive(Clone, PartialEq, Eq)]
+pub(super) struct ReportArg {
+    pub(super) kind: ReportKind,
+    /// The file, or the folder of pages; `None` for the standard output.
+    pub(super) file: Option<PathBuf>,
+}
+
+/// Kinds of reports of a grading.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum ReportKind {
+    /// A format that stands alone.
+    Plain(Format),
+    /// Pages, in a folder.
+    Html,
+    /// Results for Gradescope.
+    Gradescope,
+}
+
+pub(super) fn parse_report(text: &str) -> Result<ReportArg, String> {
+    let (name, file) = match text.split_once('=') {
+        Some((name, file)) => (name, Some(PathBuf::from(file))),
+        None => (text, None),
+    };
+    let kind = match name {
+        "html" => ReportKind::Html,
+        "gradescope" => ReportKind::Gradescope,
+        _ => ReportKind::Plain(Format::from_str(name, false).map_err(|_| {
+            format!(
+                "unknown report {name:?}; the reports are text, json, junit, html and gradescope"
+            )
+        })?),
+    };
+    match (kind, &file) {
+        (_, Some(file)) if file.as_os_str().is_empty() => Err("no file after =".to_owned()),
+        (ReportKind::Html, None) => Err("pages need a folder: html=DIR".to_owned()),
+        (ReportKind::Gradescope, None) => {
+            Err("the results need a file: gradescope=results.json".to_owned())
+        }
+        _ => Ok(ReportArg { kind, file }),
+    }
+}
+
+impl GradeArgs {
+    /// The reports to write; those of `--format`, `--output` and `--html` in their long form.
+    pub(super) fn reports(&self) -> Vec<ReportArg> {
+        let mut reports = self.report.clone();
+        if reports.is_empty() {
+            let kind = ReportKind::Plain(self.format);
+            reports.push(ReportArg { kind, file: self.output.clone() });
+        }
+        let html = self.html.iter().cloned();
+        reports.extend(html.map(|html| ReportArg { kind: ReportKind::Html, file: Some(html) }));
+        reports
+    }
+
+    /// Whether a platform hands the submission over: a defect of it is then a verdict, not wrong usage.
+    pub(super) fn is_handed_in(&self) -> bool {
+        self.report.iter().any(|report| report.kind == ReportKind::Gradescope)
+    }
 }
 
 /// How a submission is graded, alone or in a class.
@@ -662,6 +736,42 @@ pub(super) enum OracleCommand {
         #[command(flatten)]
         suite: SuiteArgs,
     },
+}
+
+#[derive(Subcommand)]
+pub(super) enum ExportCommand {
+    /// Write the zip of a Gradescope autograder, with grade, the scenes, the oracle and the rubric
+    Gradescope(GradescopeArgs),
+}
+
+#[derive(Args)]
+pub(super) struct GradescopeArgs {
+    /// Write the zip to this file
+    #[arg(short, long, value_name = "FILE", default_value = "autograder.zip")]
+    pub(super) output: PathBuf,
+
+    /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
+    #[arg(long, value_name = "NAME")]
+    pub(super) assignment: Option<String>,
+
+    /// Folder of hidden scenes [default: the rubric's folder]
+    #[arg(long, value_name = "DIR")]
+    pub(super) hidden: Option<PathBuf>,
+
+    /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program if it is one, else its source]
+    #[arg(long, value_name = "FILE")]
+    pub(super) program: Option<PathBuf>,
+
+    /// Debian package that submissions need (repeatable)
+    #[arg(long, value_name = "NAME", default_values = ["build-essential", "cmake", "python3"])]
+    pub(super) package: Vec<String>,
+
+    /// Seconds after which grade ends, so that it can still write results; set Gradescope's own limit higher
+    #[arg(long, value_name = "N", default_value_t = 540, value_parser = clap::value_parser!(u32).range(1..=2400))]
+    pub(super) seconds: u32,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -24,7 +24,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<Exit, Stop> {
     let id = find(&inputs.suite, &args.scene)?.id.clone();
     let oracle = open_oracle(&inputs.expected)?;
     let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
-    let (submission, protection) = open_path(&args.submission, &args.run, &inputs, None)?;
+    let (submission, protection) = open_path(&args.submission, &args.run, &inputs, &[])?;
     let checks = Checks::default();
     let scenes = Scenes::new(&progress, None);
     let grading = inputs.grader(&oracle, checks, &scenes).grade(&submission, protection);

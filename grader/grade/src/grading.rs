@@ -1,31 +1,24 @@
 //! `grade`: grades one submission on the suite.
 
-use std::io::{self, Write};
 use std::path::Path;
 
 use grader::events::{Event, Observer, Task};
-use grader::grading::{Checks, Grading, GradingOutcome};
+use grader::grading::{Checks, GradingOutcome};
 use grader::submission::folder;
 
-use crate::args::{Format, GradeArgs, Judging};
+use crate::args::{GradeArgs, Judging};
 use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::last_failed;
-use crate::output::put;
-use crate::pages::Pages;
 use crate::progress::Progress;
-use crate::scenes::Scenes;
+use crate::reports::{Reports, Shown, write_not_graded};
+use crate::scenes::{Scenes, slowest};
 use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_submission;
 use crate::watch;
 
 /// Grades the submission; with `--watch`, again after each change.
 pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
-    if args.fail_fast.is_some() && args.format != Format::Text {
-        return Err(Stop::bad_input(
-            "--fail-fast ends a run before it is complete\n  help: it works with --format text",
-        ));
-    }
     let interrupt = Interrupt::listen()?;
     let Some(submission) = args.submission.as_deref().filter(|_| args.watch) else {
         return grade_once(args, &interrupt);
@@ -47,6 +40,14 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
 }
 
 fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
+    let graded = grade_and_report(args, interrupt);
+    if let Err(stop) = &graded {
+        write_not_graded(args, stop);
+    }
+    graded
+}
+
+fn grade_and_report(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
     let of_submission = args.submission.as_deref().and_then(named_assignment);
     let judging = Judging { of_submission: of_submission.as_deref(), ..args.judge.judging() };
     let mut inputs = args.suite.read_for(&judging)?;
@@ -60,7 +61,12 @@ fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
         complain("note", format!("{} of {total} scenes are graded", inputs.suite.cases.len()));
     }
     let oracle = open_oracle(&inputs.expected)?;
-    let pages = args.html.as_deref().map(Pages::open).transpose()?;
+    let reports = Reports::open(args)?;
+    if args.fail_fast.is_some() && !reports.can_be_partial() {
+        return Err(Stop::bad_input(
+            "--fail-fast ends a run before it is complete\n  help: it works with text reports",
+        ));
+    }
     let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
     let opened = open_submission(args, &inputs);
@@ -72,11 +78,11 @@ fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
         probe: !args.judge.no_jacobians && is_whole,
         altered: is_whole,
         hidden: is_whole,
-        recordings: args.html.is_some(),
+        recordings: reports.need_recordings(),
     };
     let scenes = Scenes::new(&progress, args.fail_fast.map(|count| count as usize));
     let mut grading = inputs.grader(&oracle, checks, &scenes).grade(&submission, protection);
-    let (has_ended, slowest) = (scenes.has_ended(), scenes.slowest(args.durations.unwrap_or(0)));
+    let (has_ended, times) = (scenes.has_ended(), scenes.times());
     drop(progress);
     if is_whole && !grading.is_own && grading.interrupted.is_none() {
         grading.fitting = inputs.fitting(&grading);
@@ -84,24 +90,19 @@ fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
     if let Some(record) = &record {
         last_failed::store(record, &grading);
     }
+    let shown =
+        Shown { grading: &grading, times: &times, suite: &inputs.suite, rubric: &inputs.rubric };
     if let Some(interrupted) = grading.interrupted {
-        // A program could mistake a partial JSON or JUnit report for a complete one.
-        if args.format == Format::Text {
-            deliver(args, &grading)?;
-        }
+        reports.write_partial(shown)?;
         if interrupt.is_requested() || !has_ended {
             return Err(Stop(Exit::Interrupted, interrupted.to_string()));
         }
         complain("note", format!("ended by --fail-fast: {interrupted}"));
         return Ok(Exit::Failed);
     }
-    deliver(args, &grading)?;
-    for (time, scene) in slowest {
+    reports.write(shown)?;
+    for (time, scene) in slowest(&times, args.durations.unwrap_or(0)) {
         complain("note", format!("{:8.3} s  {scene}", time.as_secs_f64()));
-    }
-    if let Some(pages) = pages {
-        pages.write("", |sink| report::html::submission(&grading, &inputs.suite, &[], sink))?;
-        pages.announce();
     }
     Ok(match grading.outcome() {
         // Without the hidden scenes, this is the best result possible.
@@ -130,27 +131,4 @@ fn choose(args: &GradeArgs, inputs: &Inputs, record: Option<&Path>) -> Vec<Strin
 pub(super) fn named_assignment(submission: &Path) -> Option<String> {
     let is_folder = submission.is_dir() && folder::is_submission(submission);
     is_folder.then(|| folder::assignment_of(submission).ok().flatten()).flatten()
-}
-
-/// Writes the report to the requested output.
-pub(super) fn deliver(args: &GradeArgs, grading: &Grading) -> Result<(), Stop> {
-    let bytes = render(grading, args.format, |out| {
-        report::text::write(out, grading, report::text::TextOptions { details: args.judge.details })
-    })?;
-    put(&bytes, args.output.as_deref())
-}
-
-/// Renders the report in a format; `text` writes the text format.
-pub(super) fn render(
-    grading: &Grading,
-    format: Format,
-    text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<Vec<u8>, Stop> {
-    let mut bytes = Vec::new();
-    match format {
-        Format::Text => text(&mut bytes).map_err(Stop::fault)?,
-        Format::Json => bytes = report::json::render(grading).map_err(Stop::fault)?.into_bytes(),
-        Format::Junit => bytes = report::junit::render(grading).map_err(Stop::fault)?.into_bytes(),
-    }
-    Ok(bytes)
 }

@@ -147,7 +147,7 @@ impl SuiteArgs {
         Ok(Inputs { suite, expected, rubric, rubric_path, hidden, assignments, assignment })
     }
 
-    fn folders(&self) -> Result<Folders, Stop> {
+    pub(super) fn folders(&self) -> Result<Folders, Stop> {
         for folder in [&self.root, &self.assets, &self.extra_credit].into_iter().flatten() {
             if !folder.is_dir() {
                 return Err(Stop::bad_input(format!("{}: folder not found", folder.display())));

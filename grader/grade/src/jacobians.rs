@@ -12,14 +12,15 @@ use grader::probe;
 
 use grader::rubric::{FaultPoints, Rubric};
 use grader::submission::Submission;
-use report::html;
+use report::{SceneTimes, html};
 use simulator::solver::linear::LinearSolver;
 
 use crate::args::{Format, JacobianArgs};
-use crate::grading::{named_assignment, render};
+use crate::grading::named_assignment;
 use crate::inputs::find_assignment;
 use crate::output::{put, write_file};
 use crate::pages::Pages;
+use crate::reports::render;
 use crate::stop::{Exit, Stop};
 use crate::submission::open_program;
 
@@ -52,7 +53,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         faults: FaultPoints::default(),
         interrupted: None,
     };
-    let bytes = render(&grading, args.format, |out| {
+    let bytes = render(args.format, &grading, &SceneTimes::new(), |out| {
         let config = report::jacobians::text::JacobianTextOptions { details: args.details };
         report::jacobians::text::write(out, &grading.jacobians, config)
     })?;

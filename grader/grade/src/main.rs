@@ -13,6 +13,7 @@ mod assignments;
 mod class;
 mod creative;
 mod explain;
+mod export;
 mod grading;
 mod init;
 mod jacobians;
@@ -26,11 +27,12 @@ mod last_failed;
 mod output;
 mod pages;
 mod progress;
+mod reports;
 mod scenes;
 mod stop;
 mod watch;
 
-use args::{Cli, Command, OracleCommand};
+use args::{Cli, Command, ExportCommand, OracleCommand};
 use inputs::find_assignment;
 use stop::{Exit, Stop, complain};
 
@@ -74,6 +76,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
             let assignment = assignment.map(|name| find_assignment(name, root.as_deref()));
             init::init(language, folder, assignment.transpose()?.as_ref())
         }
+        Some(Command::Export(ExportCommand::Gradescope(args))) => export::gradescope(args),
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
             oracle::regenerate(*accept, suite)

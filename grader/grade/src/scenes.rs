@@ -5,6 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use grader::events::{Event, Observer};
+use report::SceneTimes;
 
 /// Passes events on, counts failures and measures times.
 pub(super) struct Scenes<'a> {
@@ -18,7 +19,7 @@ pub(super) struct Scenes<'a> {
 struct State {
     failed: usize,
     started: HashMap<String, Instant>,
-    finished: Vec<(Duration, String)>,
+    finished: SceneTimes,
 }
 
 impl<'a> Scenes<'a> {
@@ -31,12 +32,9 @@ impl<'a> Scenes<'a> {
         self.fail_fast.is_some_and(|limit| self.state().failed >= limit)
     }
 
-    /// The scenes that took longest, with their times; the slowest first.
-    pub(super) fn slowest(&self, count: usize) -> Vec<(Duration, String)> {
-        let mut finished = self.state().finished.clone();
-        finished.sort_by(|a, b| b.cmp(a));
-        finished.truncate(count);
-        finished
+    /// How long the finished scenes took.
+    pub(super) fn times(&self) -> SceneTimes {
+        self.state().finished.clone()
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -54,7 +52,7 @@ impl Observer for Scenes<'_> {
                 let mut state = self.state();
                 state.failed += usize::from(!passed);
                 if let Some(start) = state.started.remove(name) {
-                    state.finished.push((start.elapsed(), name.to_owned()));
+                    state.finished.insert(name.to_owned(), start.elapsed());
                 }
             }
             _ => {}
@@ -65,4 +63,12 @@ impl Observer for Scenes<'_> {
     fn is_stopped(&self) -> bool {
         self.has_ended() || self.next.is_stopped()
     }
+}
+
+/// The scenes that took longest, with their times; the slowest first.
+pub(super) fn slowest(times: &SceneTimes, count: usize) -> Vec<(Duration, &str)> {
+    let mut slowest: Vec<_> = times.iter().map(|(name, time)| (*time, name.as_str())).collect();
+    slowest.sort_by(|a, b| b.cmp(a));
+    slowest.truncate(count);
+    slowest
 }

@@ -12,7 +12,7 @@ use sandbox::{self, Protection, Sandbox};
 use simulator::solver::linear::LinearSolver;
 use simulator::trace::TraceFormat;
 
-use crate::args::{GradeArgs, RunArgs};
+use crate::args::{GradeArgs, ReportKind, RunArgs};
 use crate::inputs::Inputs;
 use crate::stop::{Stop, complain};
 use crate::watch;
@@ -78,29 +78,65 @@ pub(super) fn open_submission(
             false => Err(Stop::bad_input(format!("{}: folder not found", folder.display()))),
         };
     }
-    match &args.submission {
-        Some(path) => open_path(path, &args.run, inputs, args.html.clone()),
-        None => Ok((Submission::BuiltIn(LinearSolver::Auto), None)),
+    let Some(path) = &args.submission else {
+        return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
+    };
+    if args.is_handed_in() {
+        return open_handed_in(path, &args.run, inputs);
     }
+    let reports = args.reports();
+    let written = reports.iter().filter(|report| report.kind == ReportKind::Html);
+    let pages: Vec<PathBuf> = written.filter_map(|report| report.file.clone()).collect();
+    open_path(path, &args.run, inputs, &pages)
 }
 
-/// The submission at `path`, which must not be able to read `secret`.
+/// The submission at `path`, which must be able to read neither the oracle and hidden scenes nor the `further` paths.
 pub(super) fn open_path(
     path: &Path,
     run: &RunArgs,
     inputs: &Inputs,
-    secret: Option<PathBuf>,
+    further: &[PathBuf],
 ) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
     if path.is_dir() && !folder::is_submission(path) {
         return open_traces(path, inputs);
     }
     let mut secrets = inputs.secrets();
-    secrets.extend(secret);
+    secrets.extend_from_slice(further);
     let (submission, protections) = open_program(path, run, &inputs.rubric, &secrets)?;
     // A hand-in that cannot be graded does not run.
     let is_run =
         !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });
     Ok((submission, is_run.then_some(protections)))
+}
+
+/// A folder that a platform received from a student: its defects become its verdict. Traces alone are not accepted,
+/// because nothing shows that a program made them.
+fn open_handed_in(
+    path: &Path,
+    run: &RunArgs,
+    inputs: &Inputs,
+) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+    if !path.is_dir() {
+        return Err(Stop::bad_input(format!("{}: folder not found", path.display())));
+    }
+    if !folder::is_submission(path) {
+        let name = path.display().to_string();
+        let detail = "there is no submission.toml in the files that were handed in, outside of any folder\n  help: hand \
+                      in the content of the folder that `grade init` writes, not the folder itself";
+        let failure = Failure::BadHandIn { detail: detail.to_owned() };
+        return Ok((Submission::Unusable { name, failure }, None));
+    }
+    let (runner, protections) = run.runner(&inputs.rubric)?;
+    let mut readable = runner.readable.clone();
+    readable.extend(std::fs::canonicalize(path));
+    if !run.unprotected {
+        check_secrets(&inputs.secrets(), &readable)?;
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    match open_entry(path, &name, runner, &inputs.rubric) {
+        Submission::NotGraded { detail, .. } => Err(Stop::fault(detail)),
+        submission => Ok((submission, Some(protections))),
+    }
 }
 
 /// A folder with at least one trace, of whatever scene.

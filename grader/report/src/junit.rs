@@ -1,12 +1,14 @@
 //! Grading as JUnit XML for continuous integration: one suite per feature, one case per scene.
 //!
-//! A scene that could not be judged is an error, a failed one is a failure; the type is the verdict's name. A suite
-//! with a failure has a property `finding` for each finding in its scenes; every suite of a feature has its points. The hidden scenes
+//! A scene that could not be judged is an error, a failed one is a failure; the type is the verdict's name. A failed
+//! scene that does not decide the outcome, such as one of extra credit, is skipped: JUnit knows no other mild end. A suite
+//! with a failure has a property `finding` for each finding in its scenes; every suite of a feature has its points. The
+//! hidden scenes
 //! of a feature are one case, skipped if they were not run.
 
 use std::io;
 
-use super::{jacobians, text};
+use super::{SceneTimes, jacobians, text};
 use crate::testsuites::{Document, ProblemKind, TestCase, TestSuite};
 use grader::grading::points;
 use grader::grading::{Grading, Hidden, HiddenTally, SceneResult};
@@ -19,11 +21,15 @@ const HIDDEN: &str = "hidden scenes";
 ///
 /// # Errors
 /// If the document cannot be written.
-pub fn render(grading: &Grading) -> io::Result<String> {
+pub fn render(grading: &Grading, times: &SceneTimes) -> io::Result<String> {
     let mut suites = Vec::new();
     for result in &grading.features {
         let section = result.feature.section.name();
         let credit = result.credit();
+        let failed = match grading.decides(result) {
+            true => ProblemKind::Failure,
+            false => ProblemKind::Skipped,
+        };
         let mut suite = TestSuite {
             name: format!("{section} / {}", result.feature),
             properties: vec![
@@ -31,10 +37,10 @@ pub fn render(grading: &Grading) -> io::Result<String> {
                 ("points_earned", points::earned(&credit, grading.faults)),
                 ("points_not_judged", points::unjudged(&credit)),
             ],
-            cases: result.scenes.iter().map(scene).collect(),
+            cases: result.scenes.iter().map(|each| scene(each, failed, times)).collect(),
         };
         if result.hidden.n_scenes() > 0 {
-            suite.cases.push(hidden(&result.hidden));
+            suite.cases.push(hidden(&result.hidden, failed));
         }
         if result.n_passed() + result.n_faults() < result.scenes.len() {
             let is_here = |name: &String| result.scenes.iter().any(|scene| scene.id == *name);
@@ -62,33 +68,37 @@ pub fn render(grading: &Grading) -> io::Result<String> {
     Document { name: format!("Spring Oracle: {}", grading.submission), suites }.render()
 }
 
-/// All hidden scenes of a feature: an error where one could not be judged, a failure where one failed.
-fn hidden(tally: &HiddenTally) -> TestCase {
+/// All hidden scenes of a feature: an error where one could not be judged, else `failed` where one failed.
+fn hidden(tally: &HiddenTally, failed: ProblemKind) -> TestCase {
     let (passed, all) = (tally.n_passed(), tally.n_scenes());
     let kind = match tally.n_faults() {
         _ if passed == all => return TestCase::passed(HIDDEN),
-        0 => ProblemKind::Failure,
+        0 => failed,
         _ => ProblemKind::Error,
     };
     let message = format!("{passed} of {all} passed; {}", text::verdicts(tally));
     TestCase::not_passed(HIDDEN, kind, Some(HIDDEN), message)
 }
 
-fn scene(scene: &SceneResult) -> TestCase {
-    let verdict = &scene.comparison.verdict;
-    let kind = match verdict {
-        Verdict::Pass => return TestCase::passed(&scene.id),
-        Verdict::Fail(_) => ProblemKind::Failure,
-        Verdict::GraderFault(_) => ProblemKind::Error,
+fn scene(scene: &SceneResult, failed: ProblemKind, times: &SceneTimes) -> TestCase {
+    let case = match &scene.comparison.verdict {
+        Verdict::Pass => TestCase::passed(&scene.id),
+        verdict @ Verdict::Fail(_) => problem(scene, failed, verdict),
+        verdict @ Verdict::GraderFault(_) => problem(scene, ProblemKind::Error, verdict),
     };
+    case.about(&scene.path, times.get(&scene.id).copied())
+}
+
+/// A scene that did not pass: its verdict, the first wrong number and the cause, each on a line.
+fn problem(scene: &SceneResult, kind: ProblemKind, verdict: &Verdict) -> TestCase {
     let mut message = verdict.to_string();
     if let Some(first) = &scene.comparison.first_wrong {
         let [expected, got] = [first.expected, first.got].map(number);
-        message += &format!(": first at {}, expected {expected}, got {got}", first.place);
+        message += &format!("\nfirst at {}, expected {expected}, got {got}", first.place);
         message += &format!(", tolerance {:.1e}", first.tolerance);
     }
     for cause in scene.diagnosis.iter().flat_map(|diagnosis| &diagnosis.causes) {
-        message += &format!("; cause: {cause}");
+        message += &format!("\ncause: {cause}");
     }
     TestCase::not_passed(&scene.id, kind, Some(verdict.name()), message)
 }

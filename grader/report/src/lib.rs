@@ -13,3 +13,6 @@ pub mod text;
 
 mod digits;
 mod testsuites;
+
+/// How long each scene took, by name.
+pub type SceneTimes = std::collections::HashMap<String, std::time::Duration>;

@@ -1,9 +1,10 @@
 //! JUnit XML document: suites with properties and cases.
 
 use std::io;
+use std::time::Duration;
 
 use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
+use quick_xml::events::{BytesDecl, BytesText, Event};
 
 /// The document.
 pub(super) struct Document {
@@ -27,6 +28,10 @@ pub(super) struct TestSuite {
 /// A case: passed, or not.
 pub(super) struct TestCase {
     name: String,
+    /// The file that the case is about.
+    file: Option<String>,
+    /// How long it took, if measured.
+    time: Option<Duration>,
     problem: Option<CaseProblem>,
 }
 
@@ -61,7 +66,7 @@ impl ProblemKind {
 impl TestCase {
     /// A case that passed.
     pub(super) fn passed(name: impl Into<String>) -> Self {
-        Self { name: name.into(), problem: None }
+        Self { name: name.into(), file: None, time: None, problem: None }
     }
 
     /// A case that did not pass; `ty` classifies the reason.
@@ -72,7 +77,12 @@ impl TestCase {
         message: String,
     ) -> Self {
         let problem = CaseProblem { kind, ty: ty.map(str::to_owned), message };
-        Self { name: name.into(), problem: Some(problem) }
+        Self { problem: Some(problem), ..Self::passed(name) }
+    }
+
+    /// The case, about this file, with the time that it took if measured.
+    pub(super) fn about(self, file: &str, time: Option<Duration>) -> Self {
+        Self { file: Some(file.to_owned()), time, ..self }
     }
 }
 
@@ -92,6 +102,7 @@ impl Document {
             .with_attribute(("skipped", count(cases(), ProblemKind::Skipped).as_str()))
             .with_attribute(("failures", count(cases(), ProblemKind::Failure).as_str()))
             .with_attribute(("errors", count(cases(), ProblemKind::Error).as_str()))
+            .with_attributes(time(cases()).as_deref().map(|seconds| ("time", seconds)))
             .write_inner_content(|writer| {
                 self.suites.iter().try_for_each(|suite| suite.write(writer))
             })?;
@@ -110,7 +121,8 @@ impl TestSuite {
             .with_attribute(("tests", cases().count().to_string().as_str()))
             .with_attribute(("skipped", count(cases(), ProblemKind::Skipped).as_str()))
             .with_attribute(("errors", count(cases(), ProblemKind::Error).as_str()))
-            .with_attribute(("failures", count(cases(), ProblemKind::Failure).as_str()));
+            .with_attribute(("failures", count(cases(), ProblemKind::Failure).as_str()))
+            .with_attributes(time(cases()).as_deref().map(|seconds| ("time", seconds)));
         if self.properties.is_empty() && self.cases.is_empty() {
             element.write_empty()?;
             return Ok(());
@@ -128,32 +140,52 @@ impl TestSuite {
                     Ok(())
                 })?;
             }
-            cases().try_for_each(|case| case.write(writer))
+            // Viewers group cases by the dots of their class names.
+            let class = clean(&self.name).replace(" / ", ".");
+            cases().try_for_each(|case| case.write(writer, &class))
         })?;
         Ok(())
     }
 }
 
 impl TestCase {
-    fn write(&self, writer: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    fn write(&self, writer: &mut Writer<Vec<u8>>, class: &str) -> io::Result<()> {
         let name = clean(&self.name);
-        let element = writer.create_element("testcase").with_attribute(("name", name.as_str()));
+        let file = self.file.as_deref().map(clean);
+        let element = writer
+            .create_element("testcase")
+            .with_attribute(("name", name.as_str()))
+            .with_attribute(("classname", class))
+            .with_attributes(file.as_deref().map(|file| ("file", file)))
+            .with_attributes(time([self]).as_deref().map(|seconds| ("time", seconds)));
         let Some(CaseProblem { kind, ty, message }) = &self.problem else {
             element.write_empty()?;
             return Ok(());
         };
         element.write_inner_content(|writer| {
             let message = clean(message);
+            let first_line = message.lines().next().unwrap_or_default();
             let mut element =
-                writer.create_element(kind.tag()).with_attribute(("message", message.as_str()));
+                writer.create_element(kind.tag()).with_attribute(("message", first_line));
             if let Some(ty) = ty {
                 element = element.with_attribute(("type", ty.as_str()));
             }
-            element.write_empty()?;
+            // An attribute loses line breaks; a text keeps them.
+            if message.contains('\n') {
+                element.write_text_content(BytesText::new(&message))?;
+            } else {
+                element.write_empty()?;
+            }
             Ok(())
         })?;
         Ok(())
     }
+}
+
+/// Seconds that these cases took; `None` if none was measured.
+fn time<'a>(cases: impl IntoIterator<Item = &'a TestCase>) -> Option<String> {
+    let times = cases.into_iter().filter_map(|case| case.time);
+    times.reduce(|a, b| a + b).map(|time| format!("{:.3}", time.as_secs_f64()))
 }
 
 /// Number of cases with a problem of this kind, as text.

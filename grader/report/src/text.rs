@@ -85,7 +85,7 @@ fn write_hidden(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
 }
 
 /// The verdicts other than a pass, with their counts.
-pub(super) fn verdicts(tally: &HiddenTally) -> String {
+pub fn verdicts(tally: &HiddenTally) -> String {
     let others = tally.verdicts.iter().filter(|(name, _)| **name != Verdict::Pass.name());
     let others = others.map(|(name, count)| format!("{count} {}", name.replace('-', " ")));
     others.collect::<Vec<_>>().join(", ")
@@ -203,7 +203,18 @@ pub(super) fn residual(value: f64) -> String {
 }
 
 fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
-    let scenes = grading.features.iter().flat_map(|result| &result.scenes);
+    write_scenes(out, grading.features.iter().flat_map(|result| &result.scenes), config)
+}
+
+/// Explains the scenes that did not pass.
+///
+/// # Errors
+/// If writing fails.
+pub fn write_scenes<'a>(
+    out: &mut dyn Write,
+    scenes: impl Iterator<Item = &'a SceneResult>,
+    config: TextOptions,
+) -> io::Result<()> {
     let not_passed = scenes.filter(|scene| !scene.comparison.verdict.is_pass());
     let failed: Vec<&SceneResult> =
         not_passed.filter(|scene| !scene.comparison.verdict.is_lack()).collect();
@@ -454,7 +465,11 @@ pub fn write_findings(out: &mut dyn Write, findings: &Findings) -> io::Result<()
     writeln!(out)
 }
 
-fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+/// Writes the totals, how the submission was judged and run, and what is wrong.
+///
+/// # Errors
+/// If writing fails.
+pub fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let mut rows = Vec::new();
     for section in Section::ALL {
         let totals = grading.totals(section);
@@ -537,7 +552,7 @@ pub(super) fn outcome(grading: &Grading) -> &'static str {
 }
 
 /// A sentence that hidden scenes were not run.
-pub(super) fn not_run(scenes: Option<usize>) -> String {
+pub fn not_run(scenes: Option<usize>) -> String {
     match scenes {
         Some(1) => "1 hidden scene was not run.".to_owned(),
         Some(count) => format!("{count} hidden scenes were not run."),

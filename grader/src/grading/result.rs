@@ -369,14 +369,15 @@ impl Grading {
         })
     }
 
+    /// Whether a failure of this feature is one of the submission: extra credit decides only where nothing is required.
+    pub fn decides(&self, result: &FeatureResult) -> bool {
+        let is_required = |result: &FeatureResult| result.feature.section == Section::Required;
+        self.is_own || is_required(result) || !self.features.iter().any(is_required)
+    }
+
     fn outcome_of_judged(&self, is_pass: impl Fn(&FeatureResult) -> bool) -> GradingOutcome {
-        let is_required = |result: &&FeatureResult| result.feature.section == Section::Required;
-        let mut required = self.features.iter().filter(is_required).peekable();
-        let has_passed = match self.is_own || required.peek().is_none() {
-            true => self.features.iter().all(&is_pass) && self.jacobians.is_pass(),
-            false => required.all(&is_pass),
-        };
-        if !has_passed {
+        let mut deciding = self.features.iter().filter(|result| self.decides(result));
+        if !(deciding.all(is_pass) && self.jacobians.is_pass()) {
             GradingOutcome::Failed
         } else if matches!(self.hidden, Hidden::NotRun { .. }) {
             GradingOutcome::PassedShipped

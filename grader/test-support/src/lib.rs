@@ -65,3 +65,17 @@ pub fn assert_document(name: &str, text: &str, command: &str) {
          help: review and accept it with `UPDATE_DOCS=1 {command}`"
     );
 }
+
+/// A JUnit report without the times, which no two runs have in common.
+///
+/// # Panics
+/// If a time is no number.
+pub fn without_times(junit: &str) -> String {
+    let mut parts = junit.split(" time=\"");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| {
+        let (seconds, rest) = part.split_once('"').unwrap();
+        assert!(seconds.parse::<f64>().unwrap() >= 0.0, "{junit}");
+        text + rest
+    })
+}

@@ -19,13 +19,14 @@ use grader::grading::{Checks, Grading, panic_message};
 use grader::submission::{Submission, folder};
 use grader::suite::hash_bytes;
 use grader::verdict::Failure;
+use report::SceneTimes;
 use report::html;
 use report::text::TextOptions;
 
 use super::setting::{Class, extension};
 use super::{save, unwritable};
 use crate::args::Format;
-use crate::grading::render;
+use crate::reports::render;
 use crate::output::{plain, write_bytes};
 use crate::stop::{Stop, complain};
 use crate::submission::{open_entry, refused};
@@ -177,7 +178,8 @@ impl Class<'_> {
     /// A message, if the grader panics or a report cannot be rendered.
     fn rendered(&self, grading: &Grading, planned: &Planned) -> Result<Reports, String> {
         let render = |format: &Format| {
-            let bytes = render(grading, *format, |out| {
+            // Without times: equal results have equal reports.
+            let bytes = render(*format, grading, &SceneTimes::new(), |out| {
                 let config = TextOptions { details: self.args.judge.details };
                 report::text::write(out, grading, config)
             });

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use test_support::{assert_document, root, schema};
+use test_support::{assert_document, root, schema, without_times};
 
 use tempfile::TempDir;
 
@@ -675,7 +675,41 @@ fn the_junit_report_tells_failures_from_faults() {
     project.write("assets/Fall/stone.xml", &FALL.replace("m=\"2\"", "m=\"3\""));
     let run = project.grade(&["--traces", "traces", "--format", "junit"]);
     assert_eq!(run.code, 3);
-    insta::assert_snapshot!("junit", run.stdout);
+    insta::assert_snapshot!("junit", without_times(&run.stdout));
+}
+
+#[test]
+fn one_run_has_several_reports() {
+    let project = Project::new();
+    project.traces("Fall/feather", |lines| lines[2] = replace_field(&lines[2], 2, "0.5"));
+    let asked =
+        ["--report", "text", "--report", "json=kept/report.json", "--report", "junit=report.xml"];
+    fs::create_dir(project.folder.path().join("kept")).unwrap();
+    let run =
+        project.grade(&[&["--traces", "traces", "--report", "html=pages"][..], &asked].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("All required features passed."), "{}", run.stdout);
+    let read = |name: &str| fs::read_to_string(project.folder.path().join(name)).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&read("kept/report.json")).unwrap();
+    assert_eq!(json["outcome"], "passed");
+    // Extra credit that failed is no failure of the run.
+    let junit = read("report.xml");
+    assert!(junit.contains(" skipped=\"1\" failures=\"0\" errors=\"0\""), "{junit}");
+    assert!(
+        junit.contains("type=\"differs\">the trace differs from the oracle&apos;s\nfirst at"),
+        "{junit}"
+    );
+    assert!(read("pages/index.html").contains("Fall/feather"));
+    let refused = |arguments: &[&str], reason: &str| {
+        let run = project.grade(&[&["--traces", "traces"], arguments].concat());
+        assert!(run.code == 2 && run.stderr.contains(reason), "{reason}: {}", run.stderr);
+        assert_eq!(run.stdout, "");
+    };
+    refused(&["--report", "text", "--report", "json"], "two reports have this destination");
+    refused(&["--report", "html"], "html=DIR");
+    refused(&["--report", "pdf=x"], "the reports are text, json, junit");
+    refused(&["--report", "text", "--format", "json"], "cannot be used with");
+    refused(&["--report", "text", "--report", "json=x", "--fail-fast", "1"], "text reports");
 }
 
 #[test]

@@ -1,0 +1,167 @@
+//! `grade export`: writes what a course uploads to a platform.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use grader::assignment::ALL;
+use grader::suite::Section;
+use platforms::archive;
+use platforms::gradescope::export::{self, GLIBC, Program, Settings};
+use platforms::package::{PackageFile, add_folder, check_portable};
+use simulator::output::OutputFile;
+
+use crate::args::{GradescopeArgs, Judging, SuiteArgs};
+use crate::inputs::{Folders, Inputs, open_oracle};
+use crate::stop::{Exit, Stop, complain};
+
+/// Writes the zip of a Gradescope autograder.
+pub(super) fn gradescope(args: &GradescopeArgs) -> Result<Exit, Stop> {
+    let judging = Judging {
+        hidden: args.hidden.as_deref(),
+        assignment: args.assignment.as_deref(),
+        ..Judging::default()
+    };
+    let inputs = args.suite.read_for(&judging)?;
+    check_oracle(&inputs)?;
+    let program = choose_program(args.program.as_deref())?;
+    let mut files = Vec::new();
+    let is_source = program == Program::Source;
+    let settings = Settings {
+        assignment: inputs
+            .assignment
+            .as_ref()
+            .map_or(ALL, |assignment| &assignment.name)
+            .to_owned(),
+        hidden: inputs.hidden.is_some(),
+        packages: args.package.clone(),
+        seconds: args.seconds,
+    };
+    files.extend(export::files(program, &settings).map_err(Stop::fault)?);
+    add_suite(&mut files, &args.suite, &inputs)?;
+    if is_source {
+        add_source(&mut files, &args.suite)?;
+    }
+    let unwritable = |error| Stop::bad_input(format!("{}: {error}", args.output.display()));
+    let mut out = OutputFile::create(&args.output).map_err(unwritable)?;
+    archive::write(&mut out as &mut dyn Write, &files).map_err(unwritable)?;
+    out.commit().map_err(unwritable)?;
+    announce(args, &inputs, is_source);
+    Ok(Exit::Passed)
+}
+
+/// Says what is in the package, and what to enter on the platform.
+fn announce(args: &GradescopeArgs, inputs: &Inputs, is_source: bool) {
+    let mut features: Vec<_> = inputs.suite.cases.iter().map(|case| &case.feature).collect();
+    if let Some((hidden, _)) = &inputs.hidden {
+        features.extend(hidden.cases().iter().map(|case| &case.feature));
+    }
+    features.sort();
+    features.dedup();
+    let points = |section| {
+        let features = features.iter().filter(|feature| feature.section == section);
+        features.map(|feature| inputs.rubric.points(feature)).sum::<f64>()
+    };
+    let shown = grader::grading::points::shown;
+    complain("note", format!("{}: upload it as it is", args.output.display()));
+    complain(
+        "note",
+        format!(
+            "set the autograder points of the assignment to {}; {} points of extra credit are beyond",
+            shown(points(Section::Required)),
+            shown(points(Section::ExtraCredit))
+        ),
+    );
+    if is_source {
+        complain(
+            "note",
+            "this program does not fit the platform; its source is built there, in about ten minutes",
+        );
+    }
+    if inputs.rubric.hidden().is_some() && inputs.hidden.is_none() {
+        complain(
+            "warning",
+            "the rubric has hidden scenes, but their folder is not here; name it with --hidden",
+        );
+    }
+}
+
+/// Checks that every scene can be judged.
+fn check_oracle(inputs: &Inputs) -> Result<(), Stop> {
+    let oracle = open_oracle(&inputs.expected)?;
+    let faults = inputs.suite.cases.iter().filter_map(|case| Some((case, oracle.fault(case)?)));
+    match faults.into_iter().next() {
+        Some((case, fault)) => Err(Stop::bad_input(format!("{}: {fault}", case.id))),
+        None => Ok(()),
+    }
+}
+
+/// The named program, or this one, or else the source.
+fn choose_program(named: Option<&Path>) -> Result<Program, Stop> {
+    let path = match named {
+        Some(path) => path.to_path_buf(),
+        None => std::env::current_exe().map_err(Stop::fault)?,
+    };
+    let bytes =
+        fs::read(&path).map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
+    match (check_portable(&bytes, GLIBC), named) {
+        (Ok(()), _) => Ok(Program::Built(bytes)),
+        (Err(_), None) => Ok(Program::Source),
+        (Err(error), Some(path)) => Err(Stop::bad_input(format!(
+            "{}: does not run on the platform: {error}\n  help: leave out --program, and the platform builds the source",
+            path.display()
+        ))),
+    }
+}
+
+/// Adds the scenes, their traces, the rubric and the hidden scenes.
+fn add_suite(files: &mut Vec<PackageFile>, suite: &SuiteArgs, inputs: &Inputs) -> Result<(), Stop> {
+    let Folders { assets, extra_credit, expected } = suite.folders()?;
+    let mut add = |folder: &Path, prefix: &str, is_kept: &dyn Fn(&str) -> bool| {
+        add_folder(files, folder, prefix, is_kept).map_err(Stop::bad_input)
+    };
+    add(&assets, "suite/assets/", &|path| path != "rubric.toml")?;
+    if let Some(folder) = extra_credit.filter(|folder| folder.is_dir()) {
+        add(&folder, "suite/extracreditassets/", &|_| true)?;
+    }
+    add(&expected, "suite/expected/", &|_| true)?;
+    if let Some((_, hidden)) = &inputs.hidden {
+        let parts = ["assets", "extracreditassets", "expected"];
+        let is_part = |path: &str| parts.iter().any(|part| path.split('/').next() == Some(part));
+        add(hidden, "suite/hidden/", &is_part)?;
+    }
+    if let Some(path) = &inputs.rubric_path {
+        let bytes = fs::read(path)
+            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
+        files.push(PackageFile::data("suite/assets/rubric.toml", bytes));
+    }
+    Ok(())
+}
+
+/// Adds the source of this program, which is in the folder of the scenes.
+fn add_source(files: &mut Vec<PackageFile>, suite: &SuiteArgs) -> Result<(), Stop> {
+    let assets = suite.folders()?.assets;
+    let root = match assets.parent() {
+        Some(root) if !root.as_os_str().is_empty() => root.to_path_buf(),
+        _ => PathBuf::from("."),
+    };
+    if !root.join("grader/grade/Cargo.toml").is_file() {
+        return Err(Stop::bad_input(format!(
+            "{}: this program does not run on the platform, and its source is not here\n  help: name a grade for x86-64 \
+             Linux with --program, or run this in the source of Spring Oracle",
+            root.display()
+        )));
+    }
+    for name in ["Cargo.toml", "Cargo.lock"] {
+        let path = root.join(name);
+        let bytes = fs::read(&path)
+            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
+        files.push(PackageFile::data(format!("source/{name}"), bytes));
+    }
+    for name in ["grader", "simulator", "docs"] {
+        let is_kept = |path: &str| !path.split('/').any(|part| part == "target");
+        add_folder(files, &root.join(name), &format!("source/{name}/"), &is_kept)
+            .map_err(Stop::bad_input)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! The points that count for a submission, by the rubric.
+//!
+//! ```text
+//! own     = (required + extra credit) · (1 − percent / 100)
+//! counted = max(own, points of earlier submissions)     with `keep = "best"`; else own
+//! ```
+
+use grader::grading::Grading;
+use grader::grading::points;
+use grader::late::{Keep, LateRule, Lateness, PlatformRule};
+use grader::suite::Section;
+
+use super::metadata::Metadata;
+
+/// The points of a submission.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// Points earned, extra credit included.
+    pub earned: f64,
+    /// What lateness takes off, if it is late.
+    pub lateness: Option<Lateness>,
+    /// The points of the submission, after what lateness takes off.
+    pub own: f64,
+    /// The points that count.
+    pub counted: f64,
+}
+
+impl Score {
+    /// The points of a grading. Without metadata, nothing is late and there is no earlier submission.
+    pub fn of(
+        grading: &Grading,
+        (late, platform): (LateRule, PlatformRule),
+        metadata: Option<&Metadata>,
+    ) -> Self {
+        let sections = [Section::Required, Section::ExtraCredit];
+        let credits = sections.map(|section| grading.totals(section).credit);
+        // Where points are withheld, none are earned.
+        let earned = credits.iter().filter_map(|credit| credit.shown(grading.faults)).sum();
+        let seconds = metadata.and_then(Metadata::seconds_late);
+        let lateness = seconds.and_then(|seconds| late.lateness(seconds));
+        let percent = lateness.map_or(0.0, |lateness| lateness.percent);
+        let own: f64 = earned * (1.0 - percent / 100.0);
+        let before = metadata.and_then(Metadata::best_before);
+        let counted = match (platform.keep, before) {
+            (Keep::Best, Some(before)) => own.max(before),
+            _ => own,
+        };
+        Self { earned, lateness, own, counted }
+    }
+
+    /// What changed the points, a sentence each.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if let Some(Lateness { days, percent }) = self.lateness {
+            remarks.push(format!(
+                "Late, on day {days} after the deadline: {} % of the points are taken off, {} of {} remain.",
+                points::shown(percent),
+                points::shown(self.own),
+                points::shown(self.earned)
+            ));
+        }
+        if self.counted > self.own {
+            remarks.push(format!(
+                "An earlier submission has {} points. The best submission counts.",
+                points::shown(self.counted)
+            ));
+        }
+        remarks
+    }
+}

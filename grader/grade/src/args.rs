@@ -138,8 +138,8 @@ pub(super) struct GradeArgs {
     #[arg(long, requires = "submission", conflicts_with_all = ["threads", "output"])]
     pub(super) watch: bool,
 
-    /// Write a report (repeatable): text, json, junit, html=DIR, gradescope=FILE; with =FILE to a file, else to standard
-    /// output
+    /// Write a report (repeatable): text, json or junit, with =FILE to a file, else to standard output; html=DIR;
+    /// gradescope=FILE; or github, in a step of GitHub Actions
     #[arg(long, value_name = "KIND[=FILE]", value_parser = parse_report, conflicts_with_all = ["format", "output"])]
     pub(super) report: Vec<ReportArg>,
 
@@ -204,6 +204,8 @@ pub(super) enum ReportKind {
     Html,
     /// Results for Gradescope.
     Gradescope,
+    /// Summary, annotations and points, where the environment of GitHub Actions says.
+    Github,
 }
 
 pub(super) fn parse_report(text: &str) -> Result<ReportArg, String> {
@@ -214,6 +216,7 @@ pub(super) fn parse_report(text: &str) -> Result<ReportArg, String> {
     let kind = match name {
         "html" => ReportKind::Html,
         "gradescope" => ReportKind::Gradescope,
+        "github" => ReportKind::Github,
         _ => ReportKind::Plain(Format::from_str(name, false).map_err(|_| {
             format!(
                 "unknown report {name:?}; the reports are text, json, junit, html and gradescope"
@@ -225,6 +228,9 @@ pub(super) fn parse_report(text: &str) -> Result<ReportArg, String> {
         (ReportKind::Html, None) => Err("pages need a folder: html=DIR".to_owned()),
         (ReportKind::Gradescope, None) => {
             Err("the results need a file: gradescope=results.json".to_owned())
+        }
+        (ReportKind::Github, Some(_)) => {
+            Err("the files are those that GitHub Actions names: leave out the file".to_owned())
         }
         _ => Ok(ReportArg { kind, file }),
     }
@@ -245,7 +251,12 @@ impl GradeArgs {
 
     /// Whether a platform hands the submission over: a defect of it is then a verdict, not wrong usage.
     pub(super) fn is_handed_in(&self) -> bool {
-        self.report.iter().any(|report| report.kind == ReportKind::Gradescope)
+        let is_folder = self.submission.as_ref().is_some_and(|submission| submission.is_dir());
+        self.report.iter().any(|report| match report.kind {
+            ReportKind::Gradescope => true,
+            ReportKind::Github => is_folder,
+            ReportKind::Plain(_) | ReportKind::Html => false,
+        })
     }
 }
 
@@ -742,6 +753,45 @@ pub(super) enum OracleCommand {
 pub(super) enum ExportCommand {
     /// Write the zip of a Gradescope autograder, with grade, the scenes, the oracle and the rubric
     Gradescope(GradescopeArgs),
+    /// Write a workflow of GitHub Actions for a template repository, with points for GitHub Classroom
+    Github(GithubArgs),
+}
+
+#[derive(Args)]
+pub(super) struct GithubArgs {
+    /// Write the workflow into this repository: a folder with the files that students start from
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+
+    /// The repository on GitHub that holds Spring Oracle, with the scenes and the oracle
+    #[arg(long, value_name = "OWNER/NAME", value_parser = parse_repository)]
+    pub(super) repository: String,
+
+    /// Its branch, tag or commit
+    #[arg(long, value_name = "NAME", default_value = "main")]
+    pub(super) reference: String,
+
+    /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
+    #[arg(long, value_name = "NAME")]
+    pub(super) assignment: Option<String>,
+
+    /// Minutes after which the job ends
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=360))]
+    pub(super) minutes: u32,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
+}
+
+fn parse_repository(text: &str) -> Result<String, String> {
+    let is_name = |name: &str| {
+        let is_allowed = |it: char| it.is_ascii_alphanumeric() || "-_.".contains(it);
+        !name.is_empty() && name.chars().all(is_allowed)
+    };
+    match text.split_once('/') {
+        Some((owner, name)) if is_name(owner) && is_name(name) => Ok(text.to_owned()),
+        _ => Err("expected OWNER/NAME".to_owned()),
+    }
 }
 
 #[derive(Args)]

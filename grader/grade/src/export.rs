@@ -1,4 +1,4 @@
-//! `grade export`: writes what a course uploads to a platform.
+//! `grade export`: writes what a course gives to a platform.
 
 use std::fs;
 use std::io::Write;
@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use grader::assignment::ALL;
 use grader::suite::Section;
 use platforms::archive;
+use platforms::github;
 use platforms::gradescope::export::{self, GLIBC, Program, Settings};
 use platforms::package::{PackageFile, add_folder, check_portable};
 use simulator::output::OutputFile;
 
-use crate::args::{GradescopeArgs, Judging, SuiteArgs};
+use crate::args::{GithubArgs, GradescopeArgs, Judging, SuiteArgs};
 use crate::inputs::{Folders, Inputs, open_oracle};
+use crate::output::write_file;
 use crate::stop::{Exit, Stop, complain};
 
 /// Writes the zip of a Gradescope autograder.
@@ -47,6 +49,31 @@ pub(super) fn gradescope(args: &GradescopeArgs) -> Result<Exit, Stop> {
     archive::write(&mut out as &mut dyn Write, &files).map_err(unwritable)?;
     out.commit().map_err(unwritable)?;
     announce(args, &inputs, is_source);
+    Ok(Exit::Passed)
+}
+
+/// Writes the workflow of a template repository.
+pub(super) fn github(args: &GithubArgs) -> Result<Exit, Stop> {
+    let judging = Judging { assignment: args.assignment.as_deref(), ..Judging::default() };
+    let inputs = args.suite.read_for(&judging)?;
+    check_oracle(&inputs)?;
+    let settings = github::export::Settings {
+        repository: args.repository.clone(),
+        reference: args.reference.clone(),
+        assignment: inputs
+            .assignment
+            .as_ref()
+            .map_or(ALL, |assignment| &assignment.name)
+            .to_owned(),
+        minutes: args.minutes,
+    };
+    let path = args.output.join(github::export::PATH);
+    let unwritable = |error| Stop::bad_input(format!("{}: {error}", path.display()));
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(unwritable)?;
+    }
+    write_file(&path, github::export::workflow(&settings).as_bytes()).map_err(unwritable)?;
+    complain("note", format!("{}: commit it to the template repository", path.display()));
     Ok(Exit::Passed)
 }
 

@@ -10,8 +10,9 @@ use crate::args::{GradeArgs, Judging};
 use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::last_failed;
+use crate::platform::{Platforms, read_metadata};
 use crate::progress::Progress;
-use crate::reports::{Reports, Shown, write_not_graded};
+use crate::reports::{Reports, Shown};
 use crate::scenes::{Scenes, slowest};
 use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_submission;
@@ -40,14 +41,20 @@ pub(super) fn grade(args: &GradeArgs) -> Result<Exit, Stop> {
 }
 
 fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
-    let graded = grade_and_report(args, interrupt);
+    let platforms = Platforms::begin(args)?;
+    let graded = grade_and_report(args, interrupt, &platforms);
     if let Err(stop) = &graded {
-        write_not_graded(args, stop);
+        platforms.write_not_graded(stop);
     }
     graded
 }
 
-fn grade_and_report(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
+fn grade_and_report(
+    args: &GradeArgs,
+    interrupt: &Interrupt,
+    platforms: &Platforms,
+) -> Result<Exit, Stop> {
+    let metadata = args.metadata.as_deref().map(read_metadata).transpose()?;
     let of_submission = args.submission.as_deref().and_then(named_assignment);
     let judging = Judging { of_submission: of_submission.as_deref(), ..args.judge.judging() };
     let mut inputs = args.suite.read_for(&judging)?;
@@ -62,7 +69,7 @@ fn grade_and_report(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Sto
     }
     let oracle = open_oracle(&inputs.expected)?;
     let reports = Reports::open(args)?;
-    if args.fail_fast.is_some() && !reports.can_be_partial() {
+    if args.fail_fast.is_some() && !(reports.can_be_partial() && platforms.is_empty()) {
         return Err(Stop::bad_input(
             "--fail-fast ends a run before it is complete\n  help: it works with text reports",
         ));
@@ -101,6 +108,7 @@ fn grade_and_report(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Sto
         return Ok(Exit::Failed);
     }
     reports.write(shown)?;
+    platforms.write(shown, metadata.as_ref(), args.judge.details)?;
     for (time, scene) in slowest(&times, args.durations.unwrap_or(0)) {
         complain("note", format!("{:8.3} s  {scene}", time.as_secs_f64()));
     }

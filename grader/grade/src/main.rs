@@ -22,10 +22,12 @@ mod oracle;
 mod selftest;
 mod stability;
 
+mod actions;
 mod interrupt;
 mod last_failed;
 mod output;
 mod pages;
+mod platform;
 mod progress;
 mod reports;
 mod scenes;
@@ -77,6 +79,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
             init::init(language, folder, assignment.transpose()?.as_ref())
         }
         Some(Command::Export(ExportCommand::Gradescope(args))) => export::gradescope(args),
+        Some(Command::Export(ExportCommand::Github(args))) => export::github(args),
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
             oracle::regenerate(*accept, suite)

@@ -132,7 +132,9 @@ fn open_handed_in(
     if !run.unprotected {
         check_secrets(&inputs.secrets(), &readable)?;
     }
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // The folder may be given as a dot.
+    let absolute = std::fs::canonicalize(path).map_err(Stop::bad_input)?;
+    let name = absolute.file_name().unwrap_or_default().to_string_lossy();
     match open_entry(path, &name, runner, &inputs.rubric) {
         Submission::NotGraded { detail, .. } => Err(Stop::fault(detail)),
         submission => Ok((submission, Some(protections))),

@@ -29,7 +29,7 @@ fi
 "#;
 
 /// Passes every scene of one particle on which no force acts.
-pub(crate) const RIGHT: &str = r#"#!/bin/sh
+pub(super) const RIGHT: &str = r#"#!/bin/sh
 [ "$1" = -s ] && exit 9
 awk -F'"' '
   /duration/ { end = $2 } /integrator/ { dt = $4 }
@@ -49,18 +49,18 @@ fn scene(number: &str) -> String {
 }
 
 /// A folder with two shipped scenes of one feature and one of another, and their oracle.
-pub(crate) struct Project {
-    folder: TempDir,
+pub(super) struct Project {
+    pub(super) folder: TempDir,
 }
 
-pub(crate) struct Run {
-    pub(crate) code: i32,
-    pub(crate) stdout: String,
-    pub(crate) stderr: String,
+pub(super) struct Run {
+    pub(super) code: i32,
+    pub(super) stdout: String,
+    pub(super) stderr: String,
 }
 
 impl Project {
-    pub(crate) fn new() -> Self {
+    pub(super) fn new() -> Self {
         let project = Self { folder: tempfile::tempdir().unwrap() };
         project.write("assets/Free/near.xml", &scene("1.5").replace("COMMENT", "SHOWN"));
         project.write("assets/Free/far.xml", &scene("150").replace("COMMENT", "SHOWN"));
@@ -71,7 +71,7 @@ impl Project {
     }
 
     /// One hidden scene of a known feature, and one of a separate group.
-    fn with_hidden() -> Self {
+    pub(super) fn with_hidden() -> Self {
         let project = Self::new();
         project.write("hidden/assets/Free/moonlight.xml", &scene("0.87654321"));
         project.write("hidden/assets/Starlight/sunlight.xml", &scene("0.76543219"));
@@ -84,24 +84,24 @@ impl Project {
         assert_eq!(run.code, 0, "{}", run.stderr);
     }
 
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    pub(crate) fn write(&self, name: &str, text: &str) {
+    pub(super) fn write(&self, name: &str, text: &str) {
         test_support::write(&self.path(name), text);
     }
 
-    pub(crate) fn program(&self, name: &str, text: &str) {
+    pub(super) fn program(&self, name: &str, text: &str) {
         self.write(name, text);
         fs::set_permissions(self.path(name), fs::Permissions::from_mode(0o755)).unwrap();
     }
 
-    pub(crate) fn read(&self, name: &str) -> String {
+    pub(super) fn read(&self, name: &str) -> String {
         fs::read_to_string(self.path(name)).unwrap()
     }
 
-    pub(crate) fn grade(&self, arguments: &[&str]) -> Run {
+    pub(super) fn grade(&self, arguments: &[&str]) -> Run {
         let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
         command.current_dir(self.folder.path()).args(arguments);
         let output = command.env_remove("CLICOLOR_FORCE").output().unwrap();

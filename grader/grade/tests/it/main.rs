@@ -16,6 +16,7 @@ mod init;
 mod pages;
 #[cfg(target_os = "linux")]
 mod plan;
+mod platforms;
 mod probe;
 #[cfg(target_os = "linux")]
 mod real_programs;

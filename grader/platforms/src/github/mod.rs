@@ -1,1 +1,28 @@
 //! GitHub Actions and GitHub Classroom.
+//!
+//! ```text
+//! Grading ──> summary.rs        Markdown, below the run of a workflow
+//!         ──> annotations.rs    marks at files of the submission, as commands on standard output
+//!         ──> classroom.rs      points, as an output of the step
+//! export.rs                     the workflow of a template repository
+//! ```
+//!
+//! Actions reads commands (`::error ::…`) in everything that a step prints, so a program could give them. Between
+//! [`commands_off`] and [`commands_on`] it reads none.
+//!
+//! Formats: GitHub's "Workflow commands for GitHub Actions" and Classroom's autograding reporter, of 2026.
+
+pub mod annotations;
+pub mod classroom;
+pub mod export;
+pub mod summary;
+
+/// A line after which commands are ignored, until [`commands_on`] with the same token, which no program can guess.
+pub fn commands_off(token: &str) -> String {
+    format!("::stop-commands::{token}\n")
+}
+
+/// A line after which commands are obeyed again.
+pub fn commands_on(token: &str) -> String {
+    format!("::{token}::\n")
+}

@@ -1,0 +1,172 @@
+"""Emulates a step of GitHub Actions as its documentation describes it, and grades submissions in it.
+
+Commands are read as the runner reads them: one a line, white space before them ignored, none between `stop-commands` and
+its token. Classroom's points are validated by jsonschema, and the workflow is read by PyYAML: neither is ours.
+
+    github.py GRADE ROOT SETTING       SETTING is not used
+"""
+
+import base64
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import yaml
+
+GRADE, ROOT = (Path(argument).resolve() for argument in sys.argv[1:3])
+WORK = ROOT / "target" / "platforms" / "github"
+SCHEMA = {
+    "type": "object",
+    "required": ["version", "status", "max_score", "tests"],
+    "properties": {
+        "version": {"const": 1},
+        "status": {"enum": ["pass", "fail", "error"]},
+        "max_score": {"type": "number", "minimum": 0},
+        "tests": {
+            "type": "array",
+            "items": {
+                "type": "object",
+                "required": ["name", "status", "score", "message", "line_no", "execution_time"],
+                "properties": {
+                    "name": {"type": "string"},
+                    "status": {"enum": ["pass", "fail", "error"]},
+                    "score": {"type": "number", "minimum": 0},
+                    "message": {"type": "string"},
+                    "line_no": {"type": "integer"},
+                    "execution_time": {"type": "string"},
+                },
+            },
+        },
+    },
+}
+PROGRAM = (ROOT / "grader/selftest/src/programs/student.cpp").read_text()
+BUILD = 'build = ["c++", "-O1", "-o", "student", "student.cpp"]\n'
+RUN = 'run = ["./student", "-s", "{{scene}}", "-d", "0", "-o", "{{trace}}", "-e", "MISTAKE={}"]\nformat = "fosssim"\n'
+HOSTILE = """
+for stream in 1 2; do
+    printf '\\n::error title=BREACH::x\\n  ::set-output name=result::BREACH\\n::stop-commands::x\\n```\\n<h1>BREACH</h1>\\n' >&$stream
+done
+echo result=BREACH >> "$GITHUB_OUTPUT"
+exit 1
+"""
+
+
+def commands(stdout):
+    """The commands that the runner obeys: name, properties, message."""
+    found, token = [], None
+    for line in stdout.splitlines():
+        match = re.match(r"^\s*::([\w-]+)(?: ([^:]*))?::(.*)$", line)
+        if token is not None:
+            if line.strip() == f"::{token}::":
+                token = None
+        elif match and match[1] == "stop-commands":
+            token = match[3]
+        elif match:
+            properties = dict(part.split("=", 1) for part in (match[2] or "").split(",") if part)
+            found.append((match[1], properties, match[3]))
+    assert token is None, "commands stay off"
+    return found
+
+
+def step(files, *arguments):
+    """Grades a submission in a step: exit code, commands, summary, points."""
+    shutil.rmtree(WORK, ignore_errors=True)
+    (WORK / "submission").mkdir(parents=True)
+    for name, text in files.items():
+        (WORK / "submission" / name).write_text(text)
+    summary, output = WORK / "summary.md", WORK / "output"
+    summary.write_text("before\n")
+    environment = os.environ | {
+        "GITHUB_ACTIONS": "true", "CI": "true", "GITHUB_STEP_SUMMARY": str(summary), "GITHUB_OUTPUT": str(output),
+    }
+    command = [GRADE, ".", "--root", ROOT, "--assignment", "t1m3", "--report", "text", "--report", "github", *arguments]
+    ended = subprocess.run(
+        command, cwd=WORK / "submission", env=environment, text=True, errors="replace", check=False,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )
+    outputs = dict(line.split("=", 1) for line in output.read_text().splitlines())
+    assert list(outputs) == ["result"], outputs
+    points = json.loads(base64.b64decode(outputs["result"], validate=True))
+    jsonschema.validate(points, SCHEMA)
+    text = summary.read_text()
+    assert text.startswith("before\n## Spring Oracle\n") and len(text.encode()) < 1 << 20
+    print(f"  exit code {ended.returncode}, {points['status']}, {sum(test['score'] for test in points['tests'])} of"
+          f" {points['max_score']} points, {len(commands(ended.stdout))} annotations")
+    return ended.returncode, commands(ended.stdout), text, points
+
+
+def student(mistake="", source=PROGRAM):
+    return {"submission.toml": 'name = "mine"\n' + BUILD + RUN.format(mistake), "student.cpp": source}
+
+
+def markup(summary):
+    """The summary outside of its fenced blocks."""
+    kept, fence = [], None
+    for line in summary.splitlines():
+        if fence:
+            fence = None if line == fence else fence
+        elif line.startswith("```"):
+            fence = line.removesuffix("text")
+        else:
+            kept.append(line)
+    assert fence is None
+    return "\n".join(kept)
+
+
+def check():
+    code, annotations, summary, points = step(student())
+    assert code == 0 and annotations == [] and points["status"] == "pass" and points["max_score"] == 19
+    assert sum(test["score"] for test in points["tests"]) == 29
+    assert "| SpringDamping / linearized-implicit-euler | " in summary
+
+    code, annotations, summary, points = step(student("damping: dF/dv missing"))
+    assert code == 1 and points["status"] == "fail"
+    assert any(name == "error" and "SpringDamping" in about["title"] for name, about, _ in annotations), annotations
+    assert "damping" in summary
+
+    code, annotations, _, points = step(student(source=PROGRAM.replace("int main", "int 5main", 1)))
+    row = 1 + PROGRAM[: PROGRAM.index("int main")].count("\n")
+    places = [(about.get("file"), about.get("line")) for name, about, _ in annotations if name == "error"]
+    assert code == 1 and ("student.cpp", str(row)) in places, annotations
+    assert sum(test["score"] for test in points["tests"]) == 0
+    assert sum(name == "error" for name, _, _ in annotations) <= 10
+
+    hostile = {"submission.toml": 'name = "::error::BREACH"\nrun = ["sh", "{folder}/run.sh", "{scene}", "{trace}"]\n', "run.sh": HOSTILE}
+    code, annotations, summary, points = step(hostile)
+    assert code == 1 and "BREACH" not in repr(annotations) + json.dumps(points), annotations
+    assert "BREACH" in summary and "BREACH" not in markup(summary), summary
+
+    code, annotations, summary, points = step({})
+    assert code == 1 and "submission.toml" in summary and points["status"] == "fail"
+
+    code, annotations, summary, points = step(student(), "--expected", "/nowhere")
+    assert code == 2 and annotations[0][1]["title"] == "Not graded" and points["status"] == "error"
+    assert "/nowhere" in summary
+
+
+def workflow():
+    folder = WORK / "template"
+    subprocess.run(
+        [GRADE, "export", "github", "--root", ROOT, "--assignment", "t1m3", "--repository", "course/spring-oracle", "-o", folder],
+        check=True,
+    )
+    document = yaml.safe_load((folder / ".github/workflows/classroom.yml").read_text())
+    steps = document["jobs"]["grade"]["steps"]
+    checkouts = [step["with"] for step in steps if step.get("uses", "").startswith("actions/checkout@")]
+    assert all(about["persist-credentials"] is False for about in checkouts) and len(checkouts) == 2
+    assert checkouts[1]["repository"] == "course/spring-oracle" and checkouts[1]["ref"] == "main"
+    graded = next(step for step in steps if step.get("id") == "grade")
+    assert graded["env"] == {"ASSIGNMENT": "t1m3"} and "--report github" in graded["run"]
+    reporter = steps[-1]
+    assert reporter["if"] == "always()" and reporter["with"] == {"runners": "grade"}
+    assert list(reporter["env"]) == ["GRADE_RESULTS"]
+
+
+check()
+workflow()
+print("github: passed")

@@ -1,0 +1,257 @@
+"""Emulates Gradescope as its documentation describes it, and hands submissions in.
+
+The zip is unpacked by Python's zipfile, and results.json is validated by jsonschema: neither is ours. The container is
+emulated by the system's own tools: namespaces refused by seccomp, root with the capabilities of containers, read-only
+root, and, where the control groups allow it, half a CPU and 750 MB.
+
+    gradescope.py GRADE ROOT SETTING       SETTING: the program of grader/grade/tests/attacks/setting.c
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import jsonschema
+
+GRADE, ROOT, SETTING = (Path(argument).resolve() for argument in sys.argv[1:4])
+SCHEMA = json.loads((Path(__file__).parent / "gradescope.schema.json").read_text())
+WORK = ROOT / "target" / "platforms" / "gradescope"
+# The folder that the container sees as /autograder; it cannot be created there on a read-only root.
+INSIDE = Path("/mnt")
+AUTOGRADER = WORK / "autograder"
+ASSIGNMENT = "t1m3"
+DUE = "2026-02-01T23:59:00.000000-08:00"
+
+
+def metadata(created_at, previous=()):
+    return {
+        "id": 123456,
+        "created_at": created_at,
+        "assignment": {
+            "due_date": DUE, "group_size": None, "group_submission": False, "id": 25828, "course_id": 1234,
+            "late_due_date": None, "release_date": "2026-01-02T00:00:00.000000-08:00", "title": "Milestone 3",
+            "total_points": "19.0",
+        },
+        "submission_method": "upload",
+        "users": [{"email": "ada@example.edu", "id": 1234, "name": "Ada"}],
+        "previous_submissions": [
+            {"submission_time": "2026-01-30T14:24:48.087023-08:00", "score": score, "results": {}} for score in previous
+        ],
+    }
+
+
+IN_TIME = metadata("2026-02-01T22:00:00.000000-08:00")
+BUILD = 'build = ["c++", "-O1", "-o", "student", "student.cpp"]\n'
+RUN = 'run = ["./student", "-s", "{{scene}}", "-d", "0", "-o", "{{trace}}", "-e", "MISTAKE={}"]\nformat = "fosssim"\n'
+SCRIPT = 'run = ["sh", "{folder}/run.sh", "{scene}", "{trace}"]\n'
+HOSTILE = f"""
+cp {INSIDE}/source/suite/expected/*/*.csv . 2>/dev/null && echo BREACH: read the oracle >&2
+cat {INSIDE}/submission_metadata.json >&2 && echo BREACH: read the metadata >&2
+echo '{{"score": 1000}}' > {INSIDE}/results/results.json && echo BREACH: wrote the results >&2
+rm -rf {INSIDE}/source && echo BREACH: removed the grader >&2
+kill -9 -1
+printf '\\033[2J<script>alert(1)</script>' >&2
+exit 1
+"""
+PROGRAM = (ROOT / "grader/selftest/src/programs/student.cpp").read_text()
+
+
+def student(mistake="", source=PROGRAM):
+    return {"submission.toml": 'name = "mine"\n' + BUILD + RUN.format(mistake), "student.cpp": source}
+
+
+def script(text):
+    return {"submission.toml": 'name = "mine"\n' + SCRIPT, "run.sh": text}
+
+
+def package():
+    """Exports the zip, and builds the image."""
+    shutil.rmtree(WORK, ignore_errors=True)
+    (WORK / "bin").mkdir(parents=True)
+    archive = WORK / "autograder.zip"
+    rubric = WORK / "rubric.toml"
+    rules = "\n[late]\npenalty = 20\ngrace = 15\ncap = 50\n\n[platform]\nkeep = \"best\"\nleaderboard = true\n"
+    rubric.write_text((ROOT / "assets/rubric.toml").read_text() + rules)
+    subprocess.run(
+        [GRADE, "export", "gradescope", "--root", ROOT, "--assignment", ASSIGNMENT, "--rubric", rubric, "-o", archive],
+        check=True,
+    )
+    with zipfile.ZipFile(archive) as zipped:
+        assert zipped.testzip() is None
+        names = zipped.namelist()
+        assert {"setup.sh", "run_autograder"} <= set(names), names
+        assert not any(name.startswith("/") or ".." in name for name in names), names
+        zipped.extractall(AUTOGRADER / "source")
+        for entry in zipped.infolist():
+            os.chmod(AUTOGRADER / "source" / entry.filename, entry.external_attr >> 16)
+    # Stands for the network, and for the build from source where this system's libraries are newer.
+    fake = WORK / "bin" / "apt-get"
+    fake.write_text("#!/bin/sh\necho apt-get \"$@\"\n")
+    fake.chmod(0o755)
+    if not (AUTOGRADER / "source" / "grade").exists():
+        shutil.copy(GRADE, AUTOGRADER / "source" / "grade")
+    environment = {"PATH": f"{WORK / 'bin'}:{os.environ['PATH']}", "AUTOGRADER_ROOT": str(AUTOGRADER)}
+    setup = AUTOGRADER / "source" / "setup.sh"
+    lines = [line for line in setup.read_text().splitlines() if "cargo" not in line and "rustup" not in line]
+    assert len(lines) > 10
+    setup.write_text("\n".join(lines) + "\n")
+    subprocess.run([setup], env=environment, check=True)
+    shutil.copy(AUTOGRADER / "source" / "run_autograder", AUTOGRADER / "run_autograder")
+    shutil.copy(SETTING, AUTOGRADER / "setting")
+
+
+def limits():
+    """A command that puts itself into a control group of half a CPU and 750 MB; nothing where there is none."""
+    for base, files in [
+        (Path("/sys/fs/cgroup"), {"cpu.max": "50000 100000", "memory.max": "786432000"}),
+        (None, {"cpu/cpu.cfs_quota_us": "50000", "memory/memory.limit_in_bytes": "786432000"}),
+    ]:
+        try:
+            joins = []
+            for name, value in files.items():
+                group = base / "gradescope" if base else Path("/sys/fs/cgroup") / name.split("/")[0] / "gradescope"
+                group.mkdir(exist_ok=True)
+                (group / name.split("/")[-1]).write_text(value)
+                joins.append(f"echo $$ > {group}/cgroup.procs")
+            subprocess.run(["sh", "-c", " && ".join(joins)], check=True, stderr=subprocess.DEVNULL)
+            return " && ".join(joins)
+        except (OSError, subprocess.CalledProcessError):
+            continue
+    print("gradescope: no control group can be made: not tried with half a CPU and 750 MB")
+    return "true"
+
+
+LIMITS = None
+
+
+def run(capabilities="--no-admin", seconds=600):
+    """Runs the harness in a container; its results, and how long it took."""
+    inside = f"{INSIDE}/setting --no-user-namespaces {capabilities} -- {INSIDE}/run_autograder"
+    mounts = [
+        LIMITS,
+        "mount --make-rprivate /",
+        f"mount --bind {AUTOGRADER} {INSIDE}",
+        "mount -t tmpfs tmpfs /tmp",
+        # The mount of the root turns read-only; those on it stay as they are.
+        "mount -o remount,bind,ro /",
+        f"cd {INSIDE}",
+        f"exec {inside} > {INSIDE}/results/stdout 2>&1",
+    ]
+    shutil.rmtree(AUTOGRADER / "results", ignore_errors=True)
+    (AUTOGRADER / "results").mkdir()
+    start = time.monotonic()
+    environment = {"PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin", "AUTOGRADER_ROOT": str(INSIDE)}
+    ended = subprocess.run(
+        ["unshare", "--mount", "sh", "-c", " && ".join(mounts)], env=environment, timeout=seconds, check=False
+    )
+    results = json.loads((AUTOGRADER / "results" / "results.json").read_text())
+    jsonschema.validate(results, SCHEMA)
+    stdout = (AUTOGRADER / "results" / "stdout").read_text(errors="replace")
+    assert ended.returncode == 0, stdout
+    return results, stdout, time.monotonic() - start
+
+
+def hand_in(files, about=IN_TIME):
+    shutil.rmtree(AUTOGRADER / "submission", ignore_errors=True)
+    (AUTOGRADER / "submission").mkdir(parents=True)
+    for name, text in files.items():
+        (AUTOGRADER / "submission" / name).write_text(text)
+    target = AUTOGRADER / "submission_metadata.json"
+    target.unlink(missing_ok=True)
+    if about is not None:
+        target.write_text(json.dumps(about))
+
+
+def visible(results):
+    """Everything that a student reads."""
+    tests = [test for test in results["tests"] if test.get("visibility") != "hidden"]
+    return results["output"] + "".join(test["output"] for test in tests)
+
+
+def show(name, results, seconds):
+    passed = sum(test.get("status") == "passed" for test in results["tests"])
+    print(f"  {name:<28} {results['score']:>6} points, {passed} of {len(results['tests'])} tests passed, {seconds:.0f} s")
+
+
+def check():
+    hand_in(student())
+    results, stdout, seconds = run()
+    show("right", results, seconds)
+    assert results["score"] == 29, visible(results)
+    assert "without these protections" in visible(results) and seconds < 600, stdout
+    assert [entry["name"] for entry in results["leaderboard"]] == ["Points", "Seconds for all required scenes"]
+
+    # Late by two days begun: 40 % are taken off. An earlier submission had more.
+    for previous, score in [((), 17.4), ((20.5, 3.0), 20.5)]:
+        hand_in(student(), metadata("2026-02-03T00:10:00.000000-08:00", previous))
+        results, _, seconds = run()
+        show(f"late, earlier ones {previous}", results, seconds)
+        assert abs(results["score"] - score) < 1e-9, results["score"]
+        assert "Late, on day 2 after the deadline: 40 %" in results["output"]
+
+    hand_in(student("damping: dF/dv missing"))
+    results, _, seconds = run()
+    show("wrong", results, seconds)
+    assert 0 < results["score"] < 29
+    assert "damping" in results["output"], results["output"]
+    assert len(results["leaderboard"]) == 1
+
+    hand_in(student(source=PROGRAM.replace("int main", "int mian(", 1)))
+    results, _, seconds = run()
+    show("does not build", results, seconds)
+    assert results["score"] == 0 and "error:" in results["output"], results["output"]
+    assert all("error:" not in test["output"] for test in results["tests"])
+
+    hand_in(script("while :; do :; done\n"))
+    results, _, seconds = run()
+    show("hangs", results, seconds)
+    assert results["score"] == 0 and "timed out" in visible(results), visible(results)
+    assert seconds < 600
+
+    before = sorted((path, path.stat().st_mtime) for path in (AUTOGRADER / "source").rglob("*"))
+    hand_in(script(HOSTILE))
+    results, stdout, seconds = run()
+    show("malicious", results, seconds)
+    assert results["score"] == 0 and "BREACH" not in json.dumps(results) + stdout, stdout
+    assert "\x1b[2J" not in visible(results)
+    assert before == sorted((path, path.stat().st_mtime) for path in (AUTOGRADER / "source").rglob("*"))
+
+    hand_in({})
+    results, _, seconds = run()
+    show("no files", results, seconds)
+    assert results["score"] == 0 and "there is no submission.toml" in results["output"], results["output"]
+
+    # Faults that are ours: students read that they have none, and instructors the reason.
+    def fault(name, reason, **how):
+        results, stdout, seconds = run(**how)
+        show(name, results, seconds)
+        assert "not graded" in results["output"] and reason not in visible(results), results
+        told = [test["output"] for test in results["tests"] if test["visibility"] == "hidden"]
+        assert any(reason in text for text in told) or reason in stdout, (told, stdout)
+
+    hand_in(student(), about=None)
+    fault("no metadata", "submission_metadata.json")
+    hand_in(student())
+    fault("no protection of files", "protection of: files", capabilities="--no-admin --no-landlock")
+    scene = next((AUTOGRADER / "source/suite/expected/Spring").glob("*linearized*.csv"))
+    scene.rename(scene.with_suffix(".away"))
+    results, _, seconds = run()
+    show("a trace is missing", results, seconds)
+    assert "Tell your instructor" in results["output"] and results["score"] < 29
+    scene.with_suffix(".away").rename(scene)
+    (AUTOGRADER / "source/grade").chmod(0o644)
+    (AUTOGRADER / "source/grade").rename(AUTOGRADER / "source/away")
+    fault("no grader", "exit code 127")
+
+
+if os.geteuid() != 0:
+    sys.exit("gradescope: needs root")
+package()
+LIMITS = limits()
+check()
+print("gradescope: passed")

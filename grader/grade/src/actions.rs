@@ -1,0 +1,78 @@
+//! A step of GitHub Actions: its files, and the commands in what it prints.
+
+use std::fs::OpenOptions;
+use std::hash::{BuildHasher, Hasher};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use grader::grading::Grading;
+use platforms::github::{annotations, classroom, commands_off, commands_on, summary};
+use report::SceneTimes;
+
+use crate::output::print;
+use crate::stop::Stop;
+
+/// A step, during which nothing that is printed is a command.
+pub(super) struct Actions {
+    /// The file of the job's summary.
+    summary: PathBuf,
+    /// The file of the step's outputs.
+    output: PathBuf,
+    /// Ends the time without commands.
+    token: String,
+}
+
+impl Actions {
+    /// Begins a step: from now on, what a program prints gives no commands.
+    ///
+    /// # Errors
+    /// If the environment is not that of GitHub Actions.
+    pub(super) fn begin() -> Result<Self, Stop> {
+        let file = |name: &str| {
+            std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from).ok_or_else(|| {
+                Stop::bad_input(format!(
+                    "{name} is not set, so this is no step of GitHub Actions\n  help: leave out --report github"
+                ))
+            })
+        };
+        let (summary, output) = (file("GITHUB_STEP_SUMMARY")?, file("GITHUB_OUTPUT")?);
+        // The standard library's hashers have random keys.
+        let random = || std::hash::RandomState::new().build_hasher().finish();
+        let token = format!("{:016x}{:016x}", random(), random());
+        print(commands_off(&token).as_bytes())?;
+        Ok(Self { summary, output, token })
+    }
+
+    /// Ends the step with the summary, the annotations and the points of a grading.
+    pub(super) fn end(
+        &self,
+        grading: &Grading,
+        times: &SceneTimes,
+        details: usize,
+    ) -> Result<(), Stop> {
+        let summary = summary::render(grading, details).map_err(Stop::fault)?;
+        let points = classroom::render(grading, times).map_err(Stop::fault)?;
+        self.write(&summary, &points, &annotations::render(grading))
+    }
+
+    /// Ends the step of a submission that was not graded.
+    pub(super) fn end_not_graded(&self, reason: &str) -> Result<(), Stop> {
+        let points = classroom::not_graded().map_err(Stop::fault)?;
+        self.write(&summary::not_graded(reason), &points, &annotations::not_graded(reason))
+    }
+
+    fn write(&self, summary: &str, points: &str, annotations: &str) -> Result<(), Stop> {
+        append(&self.summary, summary)?;
+        append(&self.output, &format!("result={points}\n"))?;
+        print((commands_on(&self.token) + annotations).as_bytes())
+    }
+}
+
+/// Appends to a file of the step, which other programs of the step write too.
+fn append(path: &Path, text: &str) -> Result<(), Stop> {
+    let appended = || -> io::Result<()> {
+        let mut file = OpenOptions::new().append(true).create(true).open(path)?;
+        file.write_all(text.as_bytes())
+    };
+    appended().map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
+}

@@ -1,0 +1,186 @@
+//! Results and packages for course platforms, with the `grade` binary. `ci/platforms.sh` emulates the platforms.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use crate::class::{Project, RIGHT, Run};
+
+/// A project whose folder `mine` is a submission that passes all scenes but those that contain `wrong`.
+fn project(wrong: &str, rubric: &str) -> Project {
+    let project = Project::with_hidden();
+    project.write("assets/rubric.toml", rubric);
+    project.write(
+        "mine/submission.toml",
+        "name = \"mine\"\nrun = [\"sh\", \"{folder}/run.sh\", \"{scene}\", \"-o\", \"{trace}\"]\n",
+    );
+    project.write(
+        "mine/run.sh",
+        &RIGHT.replace("awk", &format!("grep -q '{wrong}' \"$1\" && exit 7\nawk")),
+    );
+    project
+}
+
+/// Grades `mine` for Gradescope; the run and the results.
+fn gradescope(project: &Project, arguments: &[&str]) -> (Run, Value) {
+    let fixed = ["mine", "--no-jacobians", "--report", "gradescope=results.json"];
+    let run = project.grade(&[&fixed, arguments].concat());
+    let results = serde_json::from_str(&project.read("results.json")).unwrap();
+    (run, results)
+}
+
+/// Metadata of a submission that came in at this time, with a deadline at noon of the second of March, 2026.
+fn metadata(project: &Project, created_at: &str, previous: &Value) {
+    let text = json!({
+        "id": 1, "created_at": created_at, "assignment": {"due_date": "2026-03-02T12:00:00.000000-08:00"},
+        "users": [], "previous_submissions": previous,
+    });
+    project.write("metadata.json", &text.to_string());
+}
+
+fn test<'a>(results: &'a Value, name: &str) -> &'a Value {
+    let tests = results["tests"].as_array().unwrap();
+    tests
+        .iter()
+        .find(|test| test["name"] == name)
+        .unwrap_or_else(|| panic!("no {name}: {results:#}"))
+}
+
+#[test]
+fn gradescope_shows_a_test_per_feature_and_hidden_scenes_apart() {
+    let rubric = "[platform]\nhidden = \"after-published\"\nleaderboard = true\n";
+    let project = project("150", rubric);
+    let (run, results) = gradescope(&project, &["--hidden", "hidden", "--report", "text"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    // Free/explicit: 1 of 2 shipped scenes and 1 of 1 hidden; one point in all.
+    let is_near = |value: &Value, expected: f64| (value.as_f64().unwrap() - expected).abs() < 1e-12;
+    assert!(is_near(&results["score"], 2.0 / 3.0 + 1.0 + 1.0), "{results:#}");
+    let shipped = test(&results, "Free / explicit-euler");
+    assert!(is_near(&shipped["score"], 1.0 / 3.0) && is_near(&shipped["max_score"], 2.0 / 3.0));
+    assert_eq!((&shipped["status"], &shipped["visibility"]), (&"failed".into(), &"visible".into()));
+    let output = shipped["output"].as_str().unwrap();
+    assert!(
+        output.starts_with("1 of 2 scenes passed.\n") && output.contains("Free/far"),
+        "{output}"
+    );
+    let hidden = test(&results, "Free / explicit-euler (hidden scenes)");
+    assert!(is_near(&hidden["score"], 1.0 / 3.0), "{hidden}");
+    assert_eq!(
+        (&hidden["status"], &hidden["visibility"]),
+        (&"passed".into(), &"after_published".into())
+    );
+    assert_eq!(test(&results, "hidden / explicit-euler (hidden scenes)")["score"], 1.0);
+    for secret in ["moonlight", "sunlight", "Starlight", "0.8765", "0.7654"] {
+        assert!(!results.to_string().contains(secret), "{secret}");
+    }
+    // Speed is compared among programs that pass everything.
+    assert_eq!(results["leaderboard"].as_array().unwrap().len(), 1);
+    let (run, results) = gradescope(&project, &["--only", "near"]);
+    assert_eq!((run.code, &results["score"]), (0, &json!(1.0)), "{}", run.stderr);
+}
+
+#[test]
+fn all_or_nothing_is_decided_with_the_hidden_scenes() {
+    let project = project("0.87654321", "[default]\npartial = false\n");
+    let (_, results) = gradescope(&project, &["--hidden", "hidden"]);
+    let shipped = test(&results, "Free / explicit-euler");
+    assert_eq!((&shipped["status"], &shipped["max_score"]), (&"passed".into(), &json!(0.0)));
+    let hidden = test(&results, "Free / explicit-euler (hidden scenes)");
+    assert_eq!((&hidden["score"], &hidden["max_score"]), (&json!(0.0), &json!(1.0)));
+    assert_eq!(results["score"], 2.0);
+}
+
+#[test]
+fn late_and_repeated_submissions_count_as_the_rubric_says() {
+    let rules = "[late]\npenalty = 25\ncap = 60\ngrace = 10\n";
+    let best = format!("{rules}[platform]\nkeep = \"best\"\n");
+    let before =
+        json!([{"submission_time": "2026-03-01T00:00:00-08:00", "score": 1.75, "results": {}}]);
+    for (rubric, created_at, previous, score, remark) in [
+        (rules, "2026-03-02T12:09:59.5-08:00", &before, 2.0, ""),
+        (rules, "2026-03-02T20:11:00Z", &before, 1.5, "on day 1 after the deadline: 25 %"),
+        (
+            rules,
+            "2026-03-04T12:00:00.000001-08:00",
+            &before,
+            0.8,
+            "on day 3 after the deadline: 60 %",
+        ),
+        (&best, "2026-03-02T20:11:00Z", &before, 1.75, "An earlier submission has 1.75 points"),
+        (&best, "2026-03-02T19:00:00Z", &before, 2.0, ""),
+        ("", "2026-04-02T19:00:00Z", &before, 2.0, "0 % of the points"),
+    ] {
+        let project = project("nothing", rubric);
+        metadata(&project, created_at, previous);
+        let (run, results) = gradescope(&project, &["--metadata", "metadata.json"]);
+        assert_eq!((run.code, &results["score"]), (0, &json!(score)), "{created_at}: {results:#}");
+        let output = results["output"].as_str().unwrap();
+        assert!(output.contains(remark), "{output}");
+        assert_eq!(
+            remark.is_empty(),
+            !output.contains("Late") && !output.contains("earlier"),
+            "{output}"
+        );
+    }
+}
+
+#[test]
+fn a_fault_of_ours_is_a_readable_result_with_the_reason_for_the_instructor() {
+    let project = project("nothing", "");
+    project.write("metadata.json", "{\"created_at\": \"yesterday\"}");
+    project.write("broken.toml", "points = ");
+    for (arguments, reason) in [
+        (&["--metadata", "metadata.json"][..], "\"yesterday\" is no time with date and offset"),
+        (&["--metadata", "nowhere.json"], "nowhere.json"),
+        (&["--rubric", "broken.toml"], "broken.toml:1:10"),
+        (&["--expected", "nowhere"], "folder not found"),
+        (&["--assignment", "t9"], "there is no assignment \"t9\""),
+    ] {
+        let _ = fs::remove_file(project.path("results.json"));
+        let (run, results) = gradescope(&project, arguments);
+        assert_eq!((run.code, &results["score"]), (2, &json!(0.0)), "{}", run.stderr);
+        let output = results["output"].as_str().unwrap();
+        assert!(output.contains("which is not yours") && !output.contains(reason), "{output}");
+        let told = test(&results, "Reason, for the instructor");
+        assert_eq!(told["visibility"], "hidden");
+        assert!(told["output"].as_str().unwrap().contains(reason), "{told}");
+    }
+}
+
+#[test]
+fn a_defect_of_what_was_handed_in_is_its_verdict() {
+    let project = project("nothing", "");
+    fs::remove_file(project.path("mine/submission.toml")).unwrap();
+    let (run, results) = gradescope(&project, &[]);
+    assert_eq!((run.code, &results["score"]), (1, &json!(0.0)), "{}", run.stderr);
+    let output = results["output"].as_str().unwrap();
+    assert!(output.contains("there is no submission.toml"), "{output}");
+    // Once, and not again with each feature.
+    assert!(!results["tests"].to_string().contains("submission.toml"), "{results:#}");
+    // Traces alone show no program.
+    let trace = project.read("expected/Free/near.csv");
+    project.write("mine/Free/near.csv", &trace);
+    assert_eq!(gradescope(&project, &[]).1["score"], 0.0);
+    project.write("mine/submission.toml", "run = 1\n");
+    let (run, results) = gradescope(&project, &[]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    assert!(results["output"].as_str().unwrap().contains("submission.toml:1"), "{results:#}");
+}
+
+#[test]
+fn a_package_is_refused_where_it_could_not_grade() {
+    let project = project("nothing", "");
+    let export = |arguments: &[&str]| {
+        project.grade(&[&["export", "gradescope", "-o", "package.zip"], arguments].concat())
+    };
+    let run = export(&["--program", "mine/run.sh"]);
+    assert!(run.code == 2 && run.stderr.contains("no ELF program for x86-64"), "{}", run.stderr);
+    let run = export(&["--assignment", "t9"]);
+    assert!(run.code == 2 && run.stderr.contains("no assignment \"t9\""), "{}", run.stderr);
+    fs::remove_file(project.path("expected/Free/near.csv")).unwrap();
+    let run = export(&["--program", "/bin/true"]);
+    assert!(run.code == 2 && run.stderr.contains("there is no oracle trace"), "{}", run.stderr);
+    assert!(!project.path("package.zip").exists());
+    let run = project.grade(&["--report", "text", "--report", "github"]);
+    assert!(run.code == 2 && run.stderr.contains("no step of GitHub Actions"), "{}", run.stderr);
+}

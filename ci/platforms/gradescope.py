@@ -106,24 +106,25 @@ def package():
 
 
 def limits():
-    """A command that puts itself into a control group of half a CPU and 750 MB; nothing where there is none."""
-    for base, files in [
-        (Path("/sys/fs/cgroup"), {"cpu.max": "50000 100000", "memory.max": "786432000"}),
-        (None, {"cpu/cpu.cfs_quota_us": "50000", "memory/memory.limit_in_bytes": "786432000"}),
-    ]:
-        try:
-            joins = []
-            for name, value in files.items():
-                group = base / "gradescope" if base else Path("/sys/fs/cgroup") / name.split("/")[0] / "gradescope"
-                group.mkdir(exist_ok=True)
-                (group / name.split("/")[-1]).write_text(value)
-                joins.append(f"echo $$ > {group}/cgroup.procs")
-            subprocess.run(["sh", "-c", " && ".join(joins)], check=True, stderr=subprocess.DEVNULL)
-            return " && ".join(joins)
-        except (OSError, subprocess.CalledProcessError):
-            continue
-    print("gradescope: no control group can be made: not tried with half a CPU and 750 MB")
-    return "true"
+    """A shell command that joins a control group of half a CPU and 750 MB; one that does nothing where there is none."""
+    base = Path("/sys/fs/cgroup")
+    unified = (base / "cgroup.controllers").exists()
+    files = {
+        True: [("gradescope/cpu.max", "50000 100000"), ("gradescope/memory.max", "786432000")],
+        False: [("cpu/gradescope/cpu.cfs_quota_us", "50000"), ("memory/gradescope/memory.limit_in_bytes", "786432000")],
+    }[unified]
+    try:
+        for name, limit in files:
+            (base / name).parent.mkdir(exist_ok=True)
+            # In a control group, the files are there from the start.
+            with open(base / name, "r+", encoding="ascii") as file:
+                file.write(limit)
+        command = " && ".join(f"echo $$ > {(base / name).parent}/cgroup.procs" for name, _ in files)
+        subprocess.run(["sh", "-c", command], check=True)
+        return command
+    except (OSError, subprocess.CalledProcessError) as error:
+        print(f"gradescope: no control group, so not tried with half a CPU and 750 MB: {error}")
+        return "true"
 
 
 LIMITS = None
@@ -238,12 +239,29 @@ def check():
     fault("no metadata", "submission_metadata.json")
     hand_in(student())
     fault("no protection of files", "protection of: files", capabilities="--no-admin --no-landlock")
+    # Programs would run as root. The rubric may allow that: Landlock is in force, but what root may do is not tested.
+    fault("root without capabilities", "protection of: files", capabilities="--no-capabilities")
+    rubric = AUTOGRADER / "source/suite/assets/rubric.toml"
+    rubric.write_text(rubric.read_text() + '\n[protection]\nrequire = ["network", "signals", "system-calls"]\n')
+    results, _, seconds = run(capabilities="--no-capabilities")
+    show("the same, if not required", results, seconds)
+    assert results["score"] == 29 and "without these protections: files, " in visible(results), visible(results)
+    hand_in(script(HOSTILE))
+    results, stdout, seconds = run(capabilities="--no-capabilities")
+    show("malicious, there", results, seconds)
+    assert results["score"] == 0 and "BREACH" not in json.dumps(results) + stdout, stdout
+    hand_in(student())
     scene = next((AUTOGRADER / "source/suite/expected/Spring").glob("*linearized*.csv"))
     scene.rename(scene.with_suffix(".away"))
     results, _, seconds = run()
     show("a trace is missing", results, seconds)
     assert "Tell your instructor" in results["output"] and results["score"] < 29
     scene.with_suffix(".away").rename(scene)
+    harness = AUTOGRADER / "run_autograder"
+    harness.write_text(harness.read_text().replace(f"--assignment '{ASSIGNMENT}'", "--assignment all"))
+    results, stdout, seconds = run()
+    show("the whole suite", results, seconds)
+    assert seconds < 600 and "exit code 1" in stdout, stdout
     (AUTOGRADER / "source/grade").chmod(0o644)
     (AUTOGRADER / "source/grade").rename(AUTOGRADER / "source/away")
     fault("no grader", "exit code 127")

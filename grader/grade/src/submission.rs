@@ -119,8 +119,10 @@ fn open_handed_in(
     if !path.is_dir() {
         return Err(Stop::bad_input(format!("{}: folder not found", path.display())));
     }
+    // The folder may be given as a dot.
+    let absolute = std::fs::canonicalize(path).map_err(Stop::bad_input)?;
+    let name = absolute.file_name().unwrap_or_default().to_string_lossy().into_owned();
     if !folder::is_submission(path) {
-        let name = path.display().to_string();
         let detail = "there is no submission.toml in the files that were handed in, outside of any folder\n  help: hand \
                       in the content of the folder that `grade init` writes, not the folder itself";
         let failure = Failure::BadHandIn { detail: detail.to_owned() };
@@ -128,13 +130,10 @@ fn open_handed_in(
     }
     let (runner, protections) = run.runner(&inputs.rubric)?;
     let mut readable = runner.readable.clone();
-    readable.extend(std::fs::canonicalize(path));
+    readable.push(absolute);
     if !run.unprotected {
         check_secrets(&inputs.secrets(), &readable)?;
     }
-    // The folder may be given as a dot.
-    let absolute = std::fs::canonicalize(path).map_err(Stop::bad_input)?;
-    let name = absolute.file_name().unwrap_or_default().to_string_lossy();
     match open_entry(path, &name, runner, &inputs.rubric) {
         Submission::NotGraded { detail, .. } => Err(Stop::fault(detail)),
         submission => Ok((submission, Some(protections))),

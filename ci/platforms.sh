@@ -26,7 +26,7 @@ echo "+ cargo build --release --bin grade"
 cargo build --release --locked --quiet -p grade --bin grade
 mkdir -p target/platforms
 cc -o target/platforms/setting grader/grade/tests/attacks/setting.c
-for platform in gradescope github; do
+for platform in gradescope prairielearn github; do
     echo "+ ci/platforms/$platform.py"
     "$python" "ci/platforms/$platform.py" target/release/grade . target/platforms/setting
 done

@@ -139,7 +139,7 @@ pub(super) struct GradeArgs {
     pub(super) watch: bool,
 
     /// Write a report (repeatable): text, json or junit, with =FILE to a file, else to standard output; html=DIR;
-    /// gradescope=FILE; or github, in a step of GitHub Actions
+    /// gradescope=FILE; prairielearn=FILE; or github, in a step of GitHub Actions
     #[arg(long, value_name = "KIND[=FILE]", value_parser = parse_report, conflicts_with_all = ["format", "output"])]
     pub(super) report: Vec<ReportArg>,
 
@@ -204,6 +204,8 @@ pub(super) enum ReportKind {
     Html,
     /// Results for Gradescope.
     Gradescope,
+    /// Results for PrairieLearn.
+    Prairielearn,
     /// Summary, annotations and points, where the environment of GitHub Actions says.
     Github,
 }
@@ -216,6 +218,7 @@ pub(super) fn parse_report(text: &str) -> Result<ReportArg, String> {
     let kind = match name {
         "html" => ReportKind::Html,
         "gradescope" => ReportKind::Gradescope,
+        "prairielearn" => ReportKind::Prairielearn,
         "github" => ReportKind::Github,
         _ => ReportKind::Plain(Format::from_str(name, false).map_err(|_| {
             format!(
@@ -226,8 +229,8 @@ pub(super) fn parse_report(text: &str) -> Result<ReportArg, String> {
     match (kind, &file) {
         (_, Some(file)) if file.as_os_str().is_empty() => Err("no file after =".to_owned()),
         (ReportKind::Html, None) => Err("pages need a folder: html=DIR".to_owned()),
-        (ReportKind::Gradescope, None) => {
-            Err("the results need a file: gradescope=results.json".to_owned())
+        (ReportKind::Gradescope | ReportKind::Prairielearn, None) => {
+            Err(format!("the results need a file: {name}=results.json"))
         }
         (ReportKind::Github, Some(_)) => {
             Err("the files are those that GitHub Actions names: leave out the file".to_owned())
@@ -253,7 +256,7 @@ impl GradeArgs {
     pub(super) fn is_handed_in(&self) -> bool {
         let is_folder = self.submission.as_ref().is_some_and(|submission| submission.is_dir());
         self.report.iter().any(|report| match report.kind {
-            ReportKind::Gradescope => true,
+            ReportKind::Gradescope | ReportKind::Prairielearn => true,
             ReportKind::Github => is_folder,
             ReportKind::Plain(_) | ReportKind::Html => false,
         })
@@ -753,8 +756,54 @@ pub(super) enum OracleCommand {
 pub(super) enum ExportCommand {
     /// Write the zip of a Gradescope autograder, with grade, the scenes, the oracle and the rubric
     Gradescope(GradescopeArgs),
+    /// Write a PrairieLearn course folder with one question, and the Dockerfile of its grader
+    Prairielearn(PrairielearnArgs),
     /// Write a workflow of GitHub Actions for a template repository, with points for GitHub Classroom
     Github(GithubArgs),
+}
+
+#[derive(Args)]
+pub(super) struct PrairielearnArgs {
+    /// Write into this course folder; its other files stay
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+
+    /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
+    #[arg(long, value_name = "NAME")]
+    pub(super) assignment: Option<String>,
+
+    /// The name of the image in a registry, such as course/spring-oracle
+    #[arg(long, value_name = "NAME")]
+    pub(super) image: String,
+
+    /// File that students hand in (repeatable)
+    #[arg(long, value_name = "NAME", default_values = ["submission.toml", "simulate.cpp"], value_parser = parse_file_name)]
+    pub(super) file: Vec<String>,
+
+    /// Folder of hidden scenes [default: the rubric's folder]
+    #[arg(long, value_name = "DIR")]
+    pub(super) hidden: Option<PathBuf>,
+
+    /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program]
+    #[arg(long, value_name = "FILE")]
+    pub(super) program: Option<PathBuf>,
+
+    /// Debian package that submissions need (repeatable)
+    #[arg(long, value_name = "NAME", default_values = ["build-essential", "cmake", "python3"])]
+    pub(super) package: Vec<String>,
+
+    /// Seconds after which grade ends, so that it can still write results
+    #[arg(long, value_name = "N", default_value_t = 540, value_parser = clap::value_parser!(u32).range(1..=540))]
+    pub(super) seconds: u32,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
+}
+
+fn parse_file_name(text: &str) -> Result<String, String> {
+    let is_allowed = |it: char| it.is_ascii_alphanumeric() || "-_.".contains(it);
+    let valid = !text.is_empty() && text.chars().all(is_allowed);
+    valid.then(|| text.to_owned()).ok_or_else(|| "expected letters, digits, - _ and .".to_owned())
 }
 
 #[derive(Args)]

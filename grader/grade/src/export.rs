@@ -10,11 +10,12 @@ use platforms::archive;
 use platforms::github;
 use platforms::gradescope::export::{self, GLIBC, Program, Settings};
 use platforms::package::{PackageFile, add_folder, check_portable};
+use platforms::prairielearn;
 use simulator::output::OutputFile;
 
-use crate::args::{GithubArgs, GradescopeArgs, Judging, SuiteArgs};
+use crate::args::{GithubArgs, GradescopeArgs, Judging, PrairielearnArgs, SuiteArgs};
 use crate::inputs::{Folders, Inputs, open_oracle};
-use crate::output::write_file;
+use crate::output::{write_bytes, write_file};
 use crate::stop::{Exit, Stop, complain};
 
 /// Writes the zip of a Gradescope autograder.
@@ -40,7 +41,7 @@ pub(super) fn gradescope(args: &GradescopeArgs) -> Result<Exit, Stop> {
         seconds: args.seconds,
     };
     files.extend(export::files(program, &settings).map_err(Stop::fault)?);
-    add_suite(&mut files, &args.suite, &inputs)?;
+    add_suite(&mut files, "suite/", &args.suite, &inputs)?;
     if is_source {
         add_source(&mut files, &args.suite)?;
     }
@@ -50,6 +51,77 @@ pub(super) fn gradescope(args: &GradescopeArgs) -> Result<Exit, Stop> {
     out.commit().map_err(unwritable)?;
     announce(args, &inputs, is_source);
     Ok(Exit::Passed)
+}
+
+/// Writes a PrairieLearn course folder.
+pub(super) fn prairielearn(args: &PrairielearnArgs) -> Result<Exit, Stop> {
+    let judging = Judging {
+        hidden: args.hidden.as_deref(),
+        assignment: args.assignment.as_deref(),
+        ..Judging::default()
+    };
+    let inputs = args.suite.read_for(&judging)?;
+    check_oracle(&inputs)?;
+    let Program::Built(program) = choose_program(args.program.as_deref())? else {
+        return Err(Stop::bad_input(
+            "this program does not run in the image\n  help: name a grade for x86-64 Linux with --program; \
+             docs/prairielearn.md says how to build a static one",
+        ));
+    };
+    let assignment = inputs.assignment.as_ref();
+    let name = assignment.map_or(ALL, |assignment| &assignment.name).to_owned();
+    let settings = prairielearn::export::Settings {
+        title: assignment
+            .map_or("Mass-spring simulator", |assignment| &assignment.title)
+            .to_owned(),
+        uuid: uuid_of(&name),
+        assignment: name,
+        image: args.image.clone(),
+        files: args.file.clone(),
+        hidden: inputs.hidden.is_some(),
+        packages: args.package.clone(),
+        seconds: args.seconds,
+    };
+    let mut files = prairielearn::export::files(program, &settings).map_err(Stop::fault)?;
+    let suite = format!("{}tests/suite/", settings.question());
+    add_suite(&mut files, &suite, &args.suite, &inputs)?;
+    for PackageFile { path, bytes, is_program } in &files {
+        write_below(&args.output.join(path), bytes, *is_program)?;
+    }
+    let image = args.output.join("image");
+    complain(
+        "note",
+        format!("build and push the image: docker build -t {} {}", args.image, image.display()),
+    );
+    complain("note", format!("add the question {} to an assessment", settings.question()));
+    Ok(Exit::Passed)
+}
+
+/// An identifier of the question, the same whenever it is exported again.
+fn uuid_of(assignment: &str) -> String {
+    use sha2::{Digest, Sha256};
+    let hash = Sha256::digest(format!("spring-oracle {assignment}"));
+    let hex: String = hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect();
+    // Version 8: of the issuer's own making.
+    format!("{}-{}-8{}-a{}-{}", &hex[..8], &hex[8..12], &hex[13..16], &hex[17..20], &hex[20..])
+}
+
+/// Writes a file, and the folders that it lies in.
+fn write_below(path: &Path, bytes: &[u8], is_program: bool) -> Result<(), Stop> {
+    let written = || {
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        write_bytes(path, bytes)?;
+        #[cfg(unix)]
+        if is_program {
+            use std::os::unix::fs::PermissionsExt;
+            fs::set_permissions(path, fs::Permissions::from_mode(0o755))?;
+        }
+        Ok(())
+    };
+    written()
+        .map_err(|error: std::io::Error| Stop::bad_input(format!("{}: {error}", path.display())))
 }
 
 /// Writes the workflow of a template repository.
@@ -142,25 +214,30 @@ fn choose_program(named: Option<&Path>) -> Result<Program, Stop> {
 }
 
 /// Adds the scenes, their traces, the rubric and the hidden scenes.
-fn add_suite(files: &mut Vec<PackageFile>, suite: &SuiteArgs, inputs: &Inputs) -> Result<(), Stop> {
+fn add_suite(
+    files: &mut Vec<PackageFile>,
+    prefix: &str,
+    suite: &SuiteArgs,
+    inputs: &Inputs,
+) -> Result<(), Stop> {
     let Folders { assets, extra_credit, expected } = suite.folders()?;
-    let mut add = |folder: &Path, prefix: &str, is_kept: &dyn Fn(&str) -> bool| {
-        add_folder(files, folder, prefix, is_kept).map_err(Stop::bad_input)
+    let mut add = |folder: &Path, name: &str, is_kept: &dyn Fn(&str) -> bool| {
+        add_folder(files, folder, &format!("{prefix}{name}/"), is_kept).map_err(Stop::bad_input)
     };
-    add(&assets, "suite/assets/", &|path| path != "rubric.toml")?;
+    add(&assets, "assets", &|path| path != "rubric.toml")?;
     if let Some(folder) = extra_credit.filter(|folder| folder.is_dir()) {
-        add(&folder, "suite/extracreditassets/", &|_| true)?;
+        add(&folder, "extracreditassets", &|_| true)?;
     }
-    add(&expected, "suite/expected/", &|_| true)?;
+    add(&expected, "expected", &|_| true)?;
     if let Some((_, hidden)) = &inputs.hidden {
         let parts = ["assets", "extracreditassets", "expected"];
         let is_part = |path: &str| parts.iter().any(|part| path.split('/').next() == Some(part));
-        add(hidden, "suite/hidden/", &is_part)?;
+        add(hidden, "hidden", &is_part)?;
     }
     if let Some(path) = &inputs.rubric_path {
         let bytes = fs::read(path)
             .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
-        files.push(PackageFile::data("suite/assets/rubric.toml", bytes));
+        files.push(PackageFile::data(format!("{prefix}assets/rubric.toml"), bytes));
     }
     Ok(())
 }

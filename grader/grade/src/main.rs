@@ -79,6 +79,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
             init::init(language, folder, assignment.transpose()?.as_ref())
         }
         Some(Command::Export(ExportCommand::Gradescope(args))) => export::gradescope(args),
+        Some(Command::Export(ExportCommand::Prairielearn(args))) => export::prairielearn(args),
         Some(Command::Export(ExportCommand::Github(args))) => export::github(args),
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {

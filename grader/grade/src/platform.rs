@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use platforms::gradescope::metadata::Metadata;
 use platforms::gradescope::results::{self, Results};
 use platforms::gradescope::score::Score;
+use platforms::prairielearn;
 
 use crate::actions::Actions;
 use crate::args::{GradeArgs, ReportArg, ReportKind};
@@ -19,6 +20,7 @@ const FAULT: &str = "Your submission was not graded: the autograder has a fault,
 /// The platforms that the results are for.
 pub(super) struct Platforms {
     gradescope: Option<PathBuf>,
+    prairielearn: Option<PathBuf>,
     actions: Option<Actions>,
 }
 
@@ -29,16 +31,20 @@ impl Platforms {
     /// If this is not the environment of one of them.
     pub(super) fn begin(args: &GradeArgs) -> Result<Self, Stop> {
         let reports = args.reports();
-        let mut files = reports.iter().filter(|report| report.kind == ReportKind::Gradescope);
-        let gradescope = files.next().and_then(|ReportArg { file, .. }| file.clone());
+        let file = |kind| {
+            let mut files = reports.iter().filter(|report| report.kind == kind);
+            files.next().and_then(|ReportArg { file, .. }| file.clone())
+        };
+        let (gradescope, prairielearn) =
+            (file(ReportKind::Gradescope), file(ReportKind::Prairielearn));
         let is_step = reports.iter().any(|report| report.kind == ReportKind::Github);
         let actions = is_step.then(Actions::begin).transpose()?;
-        Ok(Self { gradescope, actions })
+        Ok(Self { gradescope, prairielearn, actions })
     }
 
     /// Whether there are none.
     pub(super) fn is_empty(&self) -> bool {
-        self.gradescope.is_none() && self.actions.is_none()
+        self.gradescope.is_none() && self.prairielearn.is_none() && self.actions.is_none()
     }
 
     /// Writes the results.
@@ -53,6 +59,10 @@ impl Platforms {
             let score = Score::of(grading, (rubric.late(), rubric.platform()), metadata);
             let results = Results { grading, times, score, platform: rubric.platform() };
             put(results.render().map_err(Stop::fault)?.as_bytes(), Some(file))?;
+        }
+        if let Some(file) = &self.prairielearn {
+            let results = prairielearn::results::render(grading).map_err(Stop::fault)?;
+            put(results.as_bytes(), Some(file))?;
         }
         self.actions.as_ref().map_or(Ok(()), |actions| actions.end(grading, times, details))
     }
@@ -71,8 +81,12 @@ impl Platforms {
             let text = results::not_graded(&message, reason).map_err(Stop::fault)?;
             put(text.as_bytes(), Some(file))
         });
+        let prairielearn = self.prairielearn.as_ref().map(|file| {
+            let text = prairielearn::results::not_gradable(&message).map_err(Stop::fault)?;
+            put(text.as_bytes(), Some(file))
+        });
         let actions = self.actions.as_ref().map(|actions| actions.end_not_graded(reason));
-        for written in [gradescope, actions].into_iter().flatten() {
+        for written in [gradescope, prairielearn, actions].into_iter().flatten() {
             if let Err(Stop(_, error)) = written {
                 complain("error", error);
             }

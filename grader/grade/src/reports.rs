@@ -18,6 +18,8 @@ use crate::stop::Stop;
 pub(super) struct Reports {
     plain: Vec<(Format, Option<PathBuf>)>,
     pages: Vec<Pages>,
+    /// Whether a result has pictures.
+    has_pictures: bool,
     details: usize,
 }
 
@@ -59,14 +61,19 @@ impl Reports {
                  as in --report json=FILE",
             ));
         }
-        let mut reports =
-            Self { plain: Vec::new(), pages: Vec::new(), details: args.judge.details };
+        let mut reports = Self {
+            plain: Vec::new(),
+            pages: Vec::new(),
+            has_pictures: asked.iter().any(|report| report.kind == ReportKind::Prairielearn),
+            details: args.judge.details,
+        };
         for ReportArg { kind, file } in asked {
             match (kind, file) {
                 (ReportKind::Plain(format), file) => reports.plain.push((format, file)),
                 (ReportKind::Html, Some(folder)) => reports.pages.push(Pages::open(&folder)?),
                 // The command line gives pages a folder. `Platforms` writes the others.
-                (ReportKind::Html, None) | (ReportKind::Gradescope | ReportKind::Github, _) => {}
+                (ReportKind::Html, None) => {}
+                (ReportKind::Gradescope | ReportKind::Prairielearn | ReportKind::Github, _) => {}
             }
         }
         Ok(reports)
@@ -74,7 +81,7 @@ impl Reports {
 
     /// Whether the reports need recordings of the comparisons.
     pub(super) fn need_recordings(&self) -> bool {
-        !self.pages.is_empty()
+        self.has_pictures || !self.pages.is_empty()
     }
 
     /// Whether all reports can show a part of a run as such.

@@ -12,3 +12,4 @@ pub mod archive;
 pub mod github;
 pub mod gradescope;
 pub mod package;
+pub mod prairielearn;

@@ -1,4 +1,4 @@
-//! Scripts and styles that all pages share: those of reports, and that of `simulate view`.
+//! Scripts and styles that all pages share.
 //!
 //! The scripts use no library and no modules: pages of reports are opened from the file system, where browsers refuse
 //! modules. Each file adds to one object, `Report`.

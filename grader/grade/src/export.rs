@@ -163,14 +163,13 @@ fn announce(args: &GradescopeArgs, inputs: &Inputs, is_source: bool) {
     };
     let shown = grader::grading::points::shown;
     complain("note", format!("{}: upload it as it is", args.output.display()));
-    complain(
-        "note",
-        format!(
-            "set the autograder points of the assignment to {}; {} points of extra credit are beyond",
-            shown(points(Section::Required)),
-            shown(points(Section::ExtraCredit))
-        ),
-    );
+    let (required, extra) = (points(Section::Required), points(Section::ExtraCredit));
+    let beyond = match extra {
+        extra if extra > 0.0 => format!("; {} points of extra credit are beyond", shown(extra)),
+        _ => String::new(),
+    };
+    let required = shown(required);
+    complain("note", format!("set the autograder points of the assignment to {required}{beyond}"));
     if is_source {
         complain(
             "note",

@@ -35,7 +35,9 @@ impl Score {
         let sections = [Section::Required, Section::ExtraCredit];
         let credits = sections.map(|section| grading.totals(section).credit);
         // Where points are withheld, none are earned.
-        let earned = credits.iter().filter_map(|credit| credit.shown(grading.faults)).sum();
+        let shown = credits.iter().filter_map(|credit| credit.shown(grading.faults));
+        // A sum of nothing is -0, which platforms refuse as negative.
+        let earned = shown.sum::<f64>() + 0.0;
         let seconds = metadata.and_then(Metadata::seconds_late);
         let lateness = seconds.and_then(|seconds| late.lateness(seconds));
         let percent = lateness.map_or(0.0, |lateness| lateness.percent);

@@ -465,11 +465,15 @@ pub fn write_findings(out: &mut dyn Write, findings: &Findings) -> io::Result<()
     writeln!(out)
 }
 
-/// Writes the totals, how the submission was judged and run, and what is wrong.
+/// Writes what is wrong, and the totals: what a platform shows above its own table of features.
 ///
 /// # Errors
 /// If writing fails.
-pub fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+pub fn write_overview(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    write_summary(out, grading)
+}
+
+fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let mut rows = Vec::new();
     for section in Section::ALL {
         let totals = grading.totals(section);

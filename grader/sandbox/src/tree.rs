@@ -85,7 +85,8 @@ fn copy_bytes(from: OwnedFd, to: OwnedFd, most: u64) -> Result<(), NotKept> {
 }
 
 /// Copies the content of a folder into an empty one: regular files (each name separately), folders and links. Skips
-/// other kinds of files. Files get the mode 644, or 755 if executable.
+/// other kinds of files. Files get the mode 644, or 755 if executable or an ELF file: where programs cannot change modes,
+/// a linker's result is not executable.
 pub(super) fn copy(
     from: BorrowedFd<'_>,
     to: &OwnedFd,
@@ -127,6 +128,12 @@ pub(super) fn copy(
     Ok(())
 }
 
+/// Whether a file begins as programs and libraries do.
+fn is_elf(file: BorrowedFd<'_>) -> bool {
+    let mut magic = [0; 4];
+    rustix::io::pread(file, &mut magic, 0).is_ok_and(|read| read == 4) && magic == *b"\x7fELF"
+}
+
 /// Copies one entry. For a folder, creates only the folder itself and returns the source and the copy.
 fn copy_entry(
     from: BorrowedFd<'_>,
@@ -149,9 +156,9 @@ fn copy_entry(
         FileType::RegularFile => {
             let size = stat.st_size.cast_unsigned();
             left.bytes = left.bytes.checked_sub(size).ok_or(NotKept::TooLarge(0))?;
-            let mode = if stat.st_mode & 0o111 == 0 { 0o644 } else { 0o755 };
             let source = open(OFlags::empty()).map_err(NotKept::io)?;
-            let mode = Mode::from_raw_mode(mode);
+            let is_program = stat.st_mode & 0o111 != 0 || is_elf(source.as_fd());
+            let mode = Mode::from_raw_mode(if is_program { 0o755 } else { 0o644 });
             let copy = rustix::fs::openat(to, name, CREATE, mode).map_err(NotKept::io)?;
             rustix::fs::fchmod(&copy, mode).map_err(NotKept::io)?;
             copy_bytes(source, copy, size)?;

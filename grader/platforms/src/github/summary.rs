@@ -17,7 +17,7 @@ const MOST: usize = 900 * 1024;
 pub fn render(grading: &Grading, details: usize) -> io::Result<String> {
     let mut summary = String::from("## Spring Oracle\n\n");
     let mut totals = Vec::new();
-    text::write_summary(&mut totals, grading)?;
+    text::write_overview(&mut totals, grading)?;
     summary += &fenced(&plain(totals)?);
     summary += "\n| feature | scenes | hidden | points | |\n| --- | --- | --- | --- | --- |\n";
     for section in Section::ALL {

@@ -114,7 +114,7 @@ impl Results<'_> {
             let scenes = self.grading.features.iter().flat_map(|result| &result.scenes);
             text::write_scenes(&mut out, scenes, TextOptions { details: 1 })?;
         }
-        text::write_summary(&mut out, self.grading)?;
+        text::write_overview(&mut out, self.grading)?;
         let mut overview = utf8(out)?;
         for remark in self.score.remarks() {
             overview += &format!("  {remark}\n");

@@ -71,7 +71,7 @@ pub fn render(grading: &Grading) -> io::Result<String> {
     let earned = required.earned + extra.earned;
     let score = if all > 0.0 { (earned / all).min(1.0) } else { 0.0 };
     let mut overview = Vec::new();
-    text::write_summary(&mut overview, grading)?;
+    text::write_overview(&mut overview, grading)?;
     let features = grading.features.iter().filter(|it| it.feature.section != Section::Unscored);
     let scenes = grading.features.iter().flat_map(|result| &result.scenes);
     let images = scenes.filter_map(pictures::of_scene).take(PICTURED).flatten();

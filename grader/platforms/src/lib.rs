@@ -8,8 +8,18 @@
 //! A package calls `grade`, which writes the results. Points of late and repeated submissions follow from the rubric and
 //! from times that the platform tells ([`gradescope::score`]).
 
+use grader::grading::FeatureResult;
+
 pub mod archive;
 pub mod github;
 pub mod gradescope;
 pub mod package;
 pub mod prairielearn;
+
+/// How many scenes of a feature passed, and how many need what is not implemented, which no writer explains one by one.
+fn passed(result: &FeatureResult) -> String {
+    let (passed, all) = (result.n_passed(), result.scenes.len());
+    let lacks = result.scenes.iter().filter(|scene| scene.comparison.verdict.is_lack()).count();
+    let lacks = if lacks > 0 { format!(", {lacks} not implemented") } else { String::new() };
+    format!("{passed} of {all} scenes passed{lacks}")
+}

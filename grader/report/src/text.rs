@@ -470,6 +470,7 @@ pub fn write_findings(out: &mut dyn Write, findings: &Findings) -> io::Result<()
 /// # Errors
 /// If writing fails.
 pub fn write_overview(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    write_findings(out, &grading.findings)?;
     write_summary(out, grading)
 }
 

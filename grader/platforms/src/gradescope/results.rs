@@ -156,7 +156,7 @@ impl Results<'_> {
                     TextOptions { details: usize::MAX },
                 )?;
             }
-            let head = format!("{} of {} scenes passed.\n", result.n_passed(), result.scenes.len());
+            let head = crate::passed(result) + ".\n";
             tests.push(Test {
                 name: name.clone(),
                 number: Some(number),

@@ -133,7 +133,7 @@ fn test(result: &FeatureResult, grading: &Grading) -> io::Result<Test> {
         name,
         points: credit.shown(grading.faults).unwrap_or(0.0),
         max_points: credit.points,
-        message: format!("{} of {} scenes passed{hidden}", result.n_passed(), result.scenes.len()),
+        message: crate::passed(result) + &hidden,
         output: cut(&plain(output)?),
     })
 }

@@ -26,8 +26,8 @@ use report::text::TextOptions;
 use super::setting::{Class, extension};
 use super::{save, unwritable};
 use crate::args::Format;
-use crate::reports::render;
 use crate::output::{plain, write_bytes};
+use crate::reports::render;
 use crate::stop::{Stop, complain};
 use crate::submission::{open_entry, refused};
 

@@ -270,7 +270,7 @@ def check():
     harness.write_text(whole.replace(f"--assignment '{ASSIGNMENT}'", "--assignment all"))
     results, stdout, seconds = run()
     show("the whole suite", results, seconds)
-    assert seconds < 600 and "exit code 1" in stdout, stdout
+    assert seconds < 600 and results["score"] > 50 and len(results["tests"]) > 60, stdout
     (AUTOGRADER / "source/grade").chmod(0o644)
     (AUTOGRADER / "source/grade").rename(AUTOGRADER / "source/away")
     fault("no grader", "exit code 127")

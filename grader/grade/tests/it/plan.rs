@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use fastrand::Rng;
 use serde_json::Value;
@@ -143,32 +143,48 @@ fn skip(reason: &str) {
 fn whatever_is_killed_is_made_up_for_by_resume() {
     let (project, whole) = with_whole();
     let mut random = Rng::with_seed(18);
+    let resume = ["class", "-o", "out", "--resume", "--shards", "3"];
+    let whole_run = [&resume[..], &COMMON].concat();
+    let planning = [&resume[..], &["--on", "nothing"], &COMMON].concat();
+    let merge = ["merge", "out/plan.json"];
+    let shard =
+        |number: usize| ["run-shard", "out/plan.json", &number.to_string()].map(str::to_owned);
+    // How long each takes here says when it may be killed.
+    let lasting = |arguments: &[&str]| {
+        let start_of_run = Instant::now();
+        start(&project, arguments).wait().unwrap();
+        start_of_run.elapsed()
+    };
+    let run_lasts = lasting(&whole_run);
+    let merge_lasts = lasting(&merge);
+    fs::remove_dir_all(project.path("out")).unwrap();
+    let planning_lasts = lasting(&planning);
+    let shard_lasts = lasting(&shard(0).each_ref().map(String::as_str));
     let mut killed = 0;
-    let mut kill_within = |mut child: Child, milliseconds: u64| {
-        thread::sleep(Duration::from_millis(random.u64(0..milliseconds)));
+    let mut kill_within = |mut child: Child, longest: Duration| {
+        thread::sleep(longest.mul_f64(random.f64()));
         killed += usize::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();
         killed
     };
-    let resume = ["class", "-o", "out", "--resume", "--shards", "3"];
     let mut round = 0;
     loop {
         round += 1;
         assert!(round < 100, "the programs end before they are killed");
         let _ = fs::remove_dir_all(project.path("out"));
         // The planner of a run on this machine also runs the shards and the merge.
-        kill_within(start(&project, &[&resume[..], &COMMON].concat()), 1500);
-        let nothing = [&resume[..], &["--on", "nothing"], &COMMON].concat();
-        kill_within(start(&project, &nothing), 300);
+        kill_within(start(&project, &whole_run), run_lasts);
+        kill_within(start(&project, &planning), planning_lasts);
         let count = plan(&project, &["--resume", "--shards", "3"]);
         for number in 0..count {
-            let shard = ["run-shard", "out/plan.json", &number.to_string()];
+            let shard = shard(number);
+            let shard = shard.each_ref().map(String::as_str);
             let (first, second) = (start(&project, &shard), start(&project, &shard));
-            kill_within(first, 600);
-            kill_within(second, 600);
+            kill_within(first, shard_lasts);
+            kill_within(second, shard_lasts);
         }
-        let all = kill_within(start(&project, &["merge", "out/plan.json"]), 200);
+        let all = kill_within(start(&project, &merge), merge_lasts);
         for (_, name) in &whole {
             let text = fs::read_to_string(project.path("out").join(name)).unwrap_or_default();
             let is_whole = !name.ends_with(".json") || serde_json::from_str::<Value>(&text).is_ok();
@@ -180,7 +196,7 @@ fn whatever_is_killed_is_made_up_for_by_resume() {
         let message = format!("{} of 10 submissions graded\n", 10 - gaps);
         assert_eq!(run.code, if gaps > 0 { 130 } else { 0 }, "{}", run.stderr);
         assert!(gaps == 0 || run.stderr.contains(&message), "{}", run.stderr);
-        let run = project.grade(&[&["class"], &resume[..], &COMMON].concat());
+        let run = project.grade(&[&["class"], &whole_run[..]].concat());
         assert_eq!(run.code, 0, "{}", run.stderr);
         assert!(results(&project, "out") == whole, "round {round}");
         if all >= 100 {

@@ -24,6 +24,9 @@ use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, number, prefix};
 /// States kept before and after the first wrong one.
 const CONTEXT: usize = 2;
 
+/// Coordinates of states that are large enough for two threads: one reads the oracle's state, one the other.
+const LARGE_STATE: usize = 256;
+
 /// Tolerances on the residuals. Both bounds are exclusive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerances {
@@ -293,7 +296,13 @@ impl Comparer {
         let (mut expected, mut got) = (State::zeros(shape), State::zeros(shape));
         self.compares_velocities = actual.has_velocities();
         while self.states < n_states {
-            match oracle.read(&mut expected) {
+            let (oracle_read, actual_read) = if shape.n_coordinates() < LARGE_STATE {
+                (oracle.read(&mut expected), None)
+            } else {
+                let actual = || Some(actual.read(&mut got));
+                rayon::join(|| oracle.read(&mut expected), actual)
+            };
+            match oracle_read {
                 Ok(true) => {}
                 Ok(false) => {
                     let detail = format!("it has {} states, not {n_states}", self.states);
@@ -304,7 +313,8 @@ impl Comparer {
             if let Some((place, value)) = self.not_finite(&expected) {
                 return Err(broken(format!("{value} at {place}")));
             }
-            if !actual.read(&mut got).map_err(Verdict::Fail)? {
+            let actual_read = actual_read.unwrap_or_else(|| actual.read(&mut got));
+            if !actual_read.map_err(Verdict::Fail)? {
                 let failure = Failure::TooShort { states: self.states, expected: n_states };
                 return Err(Verdict::Fail(failure));
             }

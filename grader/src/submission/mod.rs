@@ -73,7 +73,7 @@ impl Submission {
 }
 
 /// A stream of states to be judged.
-pub trait StateSource {
+pub trait StateSource: Send {
     /// Reads the next state into `state`. Returns false at the end.
     ///
     /// # Errors

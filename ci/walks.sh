@@ -179,7 +179,7 @@ expect "quadraticdrag"
 expect "All that is offered is correct"
 grep -A 3 'QuadraticDrag/three-pucks' expected/envelopes.toml >"$work/output" || true
 expect "three-pucks"
-grade selftest --in-process --markdown
+grade selftest --in-process --subject "quadratic drag" --markdown
 expect "quadratic drag \| twice as large \| Rust \| [1-9]"
 expect "quadratic drag \| half as large \| Rust \| [1-9]"
 run "${tests[@]}" --test facts --test laws
@@ -203,7 +203,7 @@ expect "position-verlet"
 expect "All is as expected"
 grep -A 3 'PositionVerlet/three-masses' expected/envelopes.toml >"$work/output" || true
 expect "three-masses"
-grade selftest --in-process --markdown
+grade selftest --in-process --subject position-verlet --markdown
 expect "position-verlet \| its last substep missing \| Rust \| [1-9]"
 run "${tests[@]}" --test facts --test laws
 leave_out 01 "position_verlet" "${tests[@]}" --test facts

@@ -920,8 +920,12 @@ pub(super) struct SelfTestArgs {
     #[arg(long)]
     pub(super) in_process: bool,
 
+    /// Only mistakes with this subject, such as a force's name in words
+    #[arg(long, value_name = "NAME")]
+    pub(super) subject: Option<String>,
+
     /// Instead, draw and grade this many programs: unfinished, with none to three mistakes, in several forms
-    #[arg(long, value_name = "COUNT", conflicts_with_all = ["in_process", "format", "markdown"])]
+    #[arg(long, value_name = "COUNT", conflicts_with_all = ["in_process", "subject", "format", "markdown"])]
     pub(super) drawn: Option<u64>,
 
     /// Seed of the drawn programs

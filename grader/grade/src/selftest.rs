@@ -27,11 +27,17 @@ pub(super) fn run(args: &SelfTestArgs) -> Result<Exit, Stop> {
         let is_met = report::rates(&results).iter().all(report::DrawnRate::is_met);
         return Ok(if is_met { Exit::Passed } else { Exit::Failed });
     }
-    let mut rows = in_process::rows(&suite, &oracle, &rubric);
+    let subject = args.subject.as_deref();
+    let mut rows = in_process::rows(&suite, &oracle, &rubric, subject);
     if !args.in_process {
         let (runner, _) = args.run.runner(&rubric)?;
-        let of_programs = programs::rows(&suite, &oracle, &rubric, &runner);
+        let of_programs = programs::rows(&suite, &oracle, &rubric, &runner, subject);
         rows.extend(of_programs.map_err(Stop::fault)?);
+    }
+    if let Some(subject) = subject.filter(|_| rows.len() < 2) {
+        return Err(Stop::bad_input(format!(
+            "no mistake has the subject {subject:?}; the first column of docs/selftest.md has them all"
+        )));
     }
     let selftest = SelfTest { rows };
     let format = if args.markdown { SelfTestFormat::Markdown } else { args.format };

@@ -15,8 +15,9 @@ use grader::rubric::Rubric;
 use grader::suite::{Case, Suite};
 use simulator::trace::State;
 
-/// Rows of the correct student and of every mistake; `suite` must contain only scenes that the student supports.
-pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
+/// Rows of the correct student and of every mistake, or of those with this subject; `suite` must contain only scenes that
+/// the student supports.
+pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric, subject: Option<&str>) -> Vec<Row> {
     let faultless = Student::faultless();
     let judge = |student: &Student, case: &Case, criteria: Criteria| {
         grading::judge(case, oracle, criteria, || Ok(Box::new(student.simulate(&case.scene))))
@@ -56,7 +57,9 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Vec<Row> {
             result: Outcome::Graded(Graded::of(&grading)),
         }
     };
-    rows.extend(mistake::all().par_iter().map(row).collect::<Vec<Row>>());
+    let mut mistakes = mistake::all();
+    mistakes.retain(|mistake| subject.is_none_or(|subject| mistake.subject == subject));
+    rows.extend(mistakes.par_iter().map(row).collect::<Vec<Row>>());
     rows
 }
 

@@ -118,7 +118,7 @@ enum Made {
     Skipped(String),
 }
 
-/// All rows, in order.
+/// All rows, in order, or those with this subject.
 ///
 /// # Errors
 /// If programs cannot be built or run through no fault of their own.
@@ -127,8 +127,10 @@ pub fn rows(
     oracle: &Oracle,
     rubric: &Rubric,
     runner: &Runner,
+    subject: Option<&str>,
 ) -> Result<Vec<Row>, FolderError> {
-    let planned = library::rows();
+    let mut planned = library::rows();
+    planned.retain(|row| subject.is_none_or(|subject| row.subject == subject));
     let mut builds: Vec<Build> = Vec::new();
     for row in &planned {
         if !builds.contains(&row.build) {

@@ -1,4 +1,4 @@
-//! The part of the self-test that needs no compiler, and its documents. `ci/selftest.sh` runs the whole self-test.
+//! Drawn programs, and the self-test's documents. `ci/selftest.sh` runs the planted mistakes and the correct variants.
 
 use test_support::{assert_document, root, suite};
 
@@ -10,7 +10,7 @@ use grader::suite::Suite;
 use grader::verdict::Verdict;
 use selftest::drawn::{self, Plan};
 use selftest::report;
-use selftest::{SelfTest, in_process, mistake};
+use selftest::{in_process, mistake};
 use simulator::scene::Scene;
 
 /// The scenes that the second simulator supports, with their oracle and rubric.
@@ -21,17 +21,6 @@ fn inputs() -> (Suite, Oracle, Rubric) {
     let rubric_path = root().join("assets/rubric.toml");
     let rubric = Rubric::load(&rubric_path).expect("there is a rubric");
     (suite, oracle, rubric)
-}
-
-#[test]
-fn mistakes_are_caught_and_blamed_and_the_right_simulator_passes() {
-    let (suite, oracle, rubric) = inputs();
-    let selftest = SelfTest { rows: in_process::rows(&suite, &oracle, &rubric) };
-    let mut bytes = Vec::new();
-    report::text::write(&mut bytes, &selftest).expect("a report");
-    assert!(selftest.is_met(), "{}", String::from_utf8_lossy(&bytes));
-    assert_eq!(selftest.variants().count(), 1);
-    assert!(selftest.mistakes().count() >= 243);
 }
 
 /// Findings on drawn programs: some are unfinished, some have several mistakes.

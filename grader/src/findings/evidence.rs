@@ -47,8 +47,10 @@ pub(super) struct SceneEvidence<'a> {
     criteria: &'a Criteria,
     /// Relative error of the numbers of the trace.
     pub(super) rounding: f64,
-    /// Whether the changes made so far explain it.
+    /// Whether a fault of the output, another root or the changes made so far explain it.
     pub(super) explained: bool,
+    /// Whether its steps satisfy the right equation, with another solution.
+    pub(super) has_other_root: bool,
     /// Whether Newton's method does not converge with the changes made so far: it shows nothing.
     pub(super) open: bool,
     /// What the program says that it lacks, if it names it; `None` if it does not say so.
@@ -83,6 +85,7 @@ impl<'a> SceneEvidence<'a> {
             criteria,
             rounding: 0.0,
             explained: false,
+            has_other_root: false,
             open: false,
             refused: match &comparison.verdict {
                 Verdict::Fail(Failure::NotImplemented { lacks, .. }) => Some(lacks.clone()),
@@ -107,6 +110,16 @@ impl<'a> SceneEvidence<'a> {
     /// Whether its steps are evidence of a mistake.
     pub(super) fn is_suspect(&self) -> bool {
         self.kind == Some(Kind::Wrong) && self.steps.wrong > 0
+    }
+
+    /// Whether its steps are evidence that nothing explains.
+    pub(super) fn is_left(&self) -> bool {
+        self.is_suspect() && !self.explained && !self.open
+    }
+
+    /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root.
+    pub(super) fn is_settled(&self) -> bool {
+        self.passed || self.explained && !self.has_other_root
     }
 
     /// Simplest first: what a student should do first.

@@ -19,6 +19,7 @@ mod scope;
 mod search;
 mod trace;
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use rayon::prelude::*;
@@ -26,8 +27,8 @@ use reference::change::{Change, Place, Term};
 use reference::equation::{self, Equation};
 use simulator::force;
 use simulator::integrator;
-use simulator::scene::Scene;
 use simulator::scene::schema::{Convergence, Matrix};
+use simulator::scene::{ForceElement, Scene};
 use simulator::trace::State;
 
 use crate::compare::{Comparison, Criteria};
@@ -67,6 +68,8 @@ pub struct Finding {
     pub scenes: Vec<String>,
     /// Scenes in which Newton's method does not converge with the mistake: they are neither for nor against it.
     pub open: usize,
+    /// Wrong scenes in which the mistake acts, and that nothing explains.
+    pub unexplained: usize,
 }
 
 /// How sure a finding is, and of what.
@@ -147,7 +150,15 @@ impl Finding {
         };
         match self.kind {
             FindingKind::Cause => {
-                format!("proven: reproduces your traces in {count} of {}{open}", scenes(count))
+                let all = scenes(count + self.unexplained);
+                let rest = if self.unexplained > 0 {
+                    "; what else is wrong in the others is not clear"
+                } else {
+                    ""
+                };
+                format!(
+                    "proven: reproduces your traces in {count} of {all} where it acts{rest}{open}"
+                )
             }
             FindingKind::Feature => format!(
                 "differs in all {} where it matters; no single change explains it",
@@ -220,22 +231,23 @@ impl From<Place> for Feature {
     }
 }
 
+/// The terms of a scene.
+fn terms(scene: &Scene) -> BTreeSet<Term> {
+    let in_element = |element: &ForceElement| {
+        let is_there =
+            |term: &Term| term.part.is_empty() || element.has_part(element.schema.part(term.part));
+        Term::of(element.schema).into_iter().filter(is_there).collect::<Vec<Term>>()
+    };
+    scene.forces.iter().flat_map(in_element).collect()
+}
+
 /// Simplest first: number of terms, then the forces and the integrator in the order of the registries, then the size.
 fn simplicity(scene: &Scene) -> [usize; 5] {
-    let mut terms: Vec<Term> = Vec::new();
-    for element in &scene.forces {
-        for term in Term::of(element.schema) {
-            let is_there = term.part.is_empty() || element.has_part(element.schema.part(term.part));
-            if is_there && !terms.contains(&term) {
-                terms.push(term);
-            }
-        }
-    }
     let of_force = |tag: &str| force::REGISTRY.iter().position(|kind| kind.schema.tag == tag);
     let last = scene.forces.iter().filter_map(|element| of_force(element.schema.tag)).max();
     let order = integrator::REGISTRY.iter().position(|k| k.schema.name == scene.integrator.name);
     let (force, order) = (last.unwrap_or(0), order.unwrap_or(usize::MAX));
-    [terms.len(), force, order, scene.particles.len(), scene.forces.len()]
+    [terms(scene).len(), force, order, scene.particles.len(), scene.forces.len()]
 }
 
 impl Findings {
@@ -301,11 +313,29 @@ impl Findings {
             }
         }
         list.extend(unnamed);
+        drop_lacking(&mut list);
         // Stable: causes keep the order in which they were found.
         list.sort_by_key(|finding| (finding.kind, finding.in_order_of_work()));
         let progress = progress(&judged, &list);
         Self { list, progress }
     }
+}
+
+/// Drops the advice to look at a force that is not there.
+fn drop_lacking(list: &mut Vec<Finding>) {
+    let tag = |feature: &Feature| match feature {
+        Feature::Force(part) | Feature::Jacobian(part) => Some(part.tag()),
+        _ => None,
+    };
+    let lacks = list.iter().filter(|finding| finding.kind == FindingKind::NotImplemented);
+    let lacking: Vec<&str> = lacks.flat_map(|finding| &finding.features).filter_map(tag).collect();
+    let is_lacking = |feature: &Feature| tag(feature).is_some_and(|tag| lacking.contains(&tag));
+    let kept = |finding: &Finding| {
+        finding.kind != FindingKind::Feature || !finding.features.iter().all(is_lacking)
+    };
+    let kept: Vec<bool> = list.iter().map(kept).collect();
+    let mut kept = kept.into_iter();
+    list.retain(|_| kept.next() == Some(true));
 }
 
 fn of_cause(cause: &Cause, scenes: &[SceneEvidence<'_>]) -> Finding {
@@ -316,6 +346,7 @@ fn of_cause(cause: &Cause, scenes: &[SceneEvidence<'_>]) -> Finding {
         words: cause.alternatives.iter().map(|change| change.words.clone()).collect(),
         scenes: names(cause.scenes.iter().map(|number| &scenes[*number])),
         open: cause.open,
+        unexplained: cause.unexplained,
     }
 }
 
@@ -349,6 +380,7 @@ fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
                 words: vec![format!("{feature}: {kind}")],
                 scenes: found,
                 open: 0,
+                unexplained: 0,
             }),
         }
     }
@@ -377,7 +409,7 @@ fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Optio
     let mut found = Vec::new();
     let mut feature = None;
     for (scene, _) in scenes.iter_mut().zip(roots).filter(|(_, root)| root.is_some()) {
-        scene.explained = true;
+        (scene.explained, scene.has_other_root) = (true, true);
         feature = Some(Feature::Integrator(scene.case.scene.integrator.name));
         found.push(scene.case.id.clone());
     }
@@ -388,6 +420,7 @@ fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Optio
         words: vec![words.to_owned()],
         scenes: found,
         open: 0,
+        unexplained: 0,
     })
 }
 
@@ -418,6 +451,7 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
         words: vec![in_words(feature, &detail)],
         scenes: names(numbers.into_iter().map(|number| failing[number])),
         open: 0,
+        unexplained: 0,
     };
     found.into_iter().map(finding).collect()
 }
@@ -425,7 +459,7 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
 fn in_words(feature: Feature, circumstances: &str) -> String {
     match circumstances {
         "" => feature.to_string(),
-        circumstances => format!("{feature} ({circumstances})"),
+        circumstances => format!("{feature}, {circumstances}"),
     }
 }
 
@@ -446,6 +480,7 @@ fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
             words: vec![in_words(feature, &detail)],
             scenes: names(failing.into_iter()),
             open: 0,
+            unexplained: 0,
         })
     };
     [Symptom::Crash, Symptom::TimeOut, Symptom::Memory].into_iter().filter_map(of).collect()
@@ -489,6 +524,7 @@ fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
                 words: vec![words],
                 scenes,
                 open: 0,
+                unexplained: 0,
             }),
         }
     };

@@ -62,6 +62,8 @@ pub(super) struct Cause {
     pub(super) scenes: Vec<usize>,
     /// Scenes where Newton's method does not converge with it: no statement.
     pub(super) open: usize,
+    /// Wrong scenes in which it acts, and that nothing explains.
+    pub(super) unexplained: usize,
 }
 
 impl Cause {
@@ -157,7 +159,41 @@ pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
             let agrees = || scene.agrees_with(&model, usize::MAX) != Agreement::Differs;
             scene.open = is_astray || !acting.is_empty() && model.can_step() && agrees();
         });
+    drop_refuted(scenes, &mut found);
+    for cause in &mut found {
+        let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
+        cause.unexplained = scenes.iter().filter(|scene| scene.is_left()).filter(acts).count();
+    }
     found
+}
+
+/// Drops the mistakes that more scenes refute than they explain. A scene refutes one if nothing explains it, and all its
+/// terms and rules are in a scene that the mistake explains: nothing else can be wrong there. What a dropped mistake
+/// explained is unexplained again.
+fn drop_refuted(scenes: &mut [SceneEvidence<'_>], found: &mut Vec<Cause>) {
+    let is_within = |inner: &Scene, outer: &Scene| {
+        let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
+        inner.integrator.name == outer.integrator.name
+            && super::terms(inner).is_subset(&super::terms(outer))
+            && (has_fixed(outer) || !has_fixed(inner))
+    };
+    let is_refuted = |cause: &Cause| {
+        let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
+        let refuting = scenes.iter().filter(|scene| scene.is_left()).filter(acts).filter(|left| {
+            let mut explained = cause.scenes.iter().map(|&number| &scenes[number].scene);
+            explained.any(|explained| is_within(&left.scene, explained))
+        });
+        !cause.is_lack() && refuting.count() > cause.scenes.len()
+    };
+    let refuted: Vec<bool> = found.iter().map(is_refuted).collect();
+    for cause in found.iter().zip(&refuted).filter_map(|(cause, refuted)| refuted.then_some(cause))
+    {
+        for &number in &cause.scenes {
+            scenes[number].explained = false;
+        }
+    }
+    let mut refuted = refuted.into_iter();
+    found.retain(|_| refuted.next() == Some(false));
 }
 
 /// Marks the scenes that the changes made so far explain together.
@@ -312,6 +348,7 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
             alternatives: one.changes,
             scenes: one.explained.into_iter().filter(|number| all.contains(number)).collect(),
             open: one.open,
+            unexplained: 0,
         };
         return found.into_iter().map(cause).collect();
     }
@@ -321,7 +358,7 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
         all.extend(causes.iter().map(|cause| cause.change().clone()));
         if let Some(Weighed { changes, explained, open, .. }) = prove(scenes, &all, one) {
             let scenes = explained.into_iter().collect();
-            causes.push(Cause { alternatives: changes, scenes, open });
+            causes.push(Cause { alternatives: changes, scenes, open, unexplained: 0 });
         }
     }
     causes
@@ -400,7 +437,12 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
     let mut causes: Vec<Cause> = best
         .changes
         .into_iter()
-        .map(|change| Cause { alternatives: vec![change], scenes: scenes.clone(), open })
+        .map(|change| Cause {
+            alternatives: vec![change],
+            scenes: scenes.clone(),
+            open,
+            unexplained: 0,
+        })
         .collect();
     let is_clear_lack = lack && scenes.len() > 2;
     if let ([cause], false) = (causes.as_mut_slice(), is_clear_lack) {
@@ -417,22 +459,21 @@ fn prove(scenes: &[SceneEvidence<'_>], made: &[Change], weighed: Weighed) -> Opt
     let mut wanted: Vec<usize> = (0..scenes.len())
         .filter(|&number| {
             let scene = &scenes[number];
-            let wanted = scene.passed || weighed.explained.contains(&number) || scene.explained;
+            let wanted = scene.is_settled() || weighed.explained.contains(&number);
             wanted && acts(&scene.scene) && scene.states.len() > 1
         })
         .collect();
     wanted.sort_by_key(|&number| scenes[number].simplicity());
     wanted.retain(|&number| {
-        let scene = &scenes[number];
         let is_other = !weighed.explained.contains(&number);
         n_passed += usize::from(is_other);
-        !(is_other && (scene.passed || scene.explained)) || n_passed <= PASSED
+        !is_other || n_passed <= PASSED
     });
     let judged: Vec<(usize, Agreement)> =
         wanted.into_par_iter().map(|number| (number, scenes[number].replay(&all))).collect();
     let contradicts = |(number, agreement): &(usize, Agreement)| {
         let scene = &scenes[*number];
-        *agreement == Agreement::Differs && (scene.passed || scene.explained)
+        *agreement == Agreement::Differs && scene.is_settled()
     };
     if judged.iter().any(contradicts) {
         return None;
@@ -473,13 +514,13 @@ fn weigh(
         if !model.can_step() || !weighed.changes.iter().any(|change| model.is_changed_by(change)) {
             continue;
         }
-        match (scene.agrees_with(&model, samples), scene.passed || scene.explained) {
+        match (scene.agrees_with(&model, samples), scene.is_settled()) {
             (Agreement::Differs, true) => return None,
-            (Agreement::Agrees, false) => {
+            (Agreement::Agrees, false) if !scene.explained => {
                 weighed.explained.insert(number);
             }
-            (Agreement::Open, false) => weighed.open += 1,
-            (Agreement::Differs, false) => weighed.unexplained += 1,
+            (Agreement::Open, false) if !scene.explained => weighed.open += 1,
+            (Agreement::Differs, false) if !scene.explained => weighed.unexplained += 1,
             _ => {}
         }
     }

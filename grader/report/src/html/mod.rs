@@ -41,10 +41,11 @@ use picture::web;
 pub const GENERATOR: &str = "Spring Oracle";
 
 /// Scripts and styles: file name and content.
-pub const ASSETS: [(&str, &str); 8] = [
+pub const ASSETS: [(&str, &str); 9] = [
     web::STYLE,
     web::BASE,
-    ("chart.js", include_str!("assets/chart.js")),
+    web::CHART,
+    web::GESTURES,
     ("view.js", include_str!("assets/view.js")),
     ("player.js", include_str!("assets/player.js")),
     web::STAGE,

@@ -13,8 +13,16 @@ const POLICY: &str = "default-src 'none'; script-src 'self' file:; style-src 'se
                       base-uri 'none'; form-action 'none'";
 
 /// Scripts of every page, in the order in which they are loaded.
-const SCRIPTS: [&str; 7] =
-    ["base.js", "chart.js", "view.js", "player.js", "stage.js", "gallery.js", "table.js"];
+const SCRIPTS: [&str; 8] = [
+    "base.js",
+    "chart.js",
+    "gestures.js",
+    "view.js",
+    "player.js",
+    "stage.js",
+    "gallery.js",
+    "table.js",
+];
 
 /// Start of bold text in a text report.
 const BOLD_START: &str = "\u{1b}[1m";

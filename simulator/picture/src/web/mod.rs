@@ -6,6 +6,12 @@
 /// Elements, numbers and data.
 pub const BASE: (&str, &str) = ("base.js", include_str!("base.js"));
 
+/// Line charts.
+pub const CHART: (&str, &str) = ("chart.js", include_str!("chart.js"));
+
+/// Pointer, wheel and keys on a picture.
+pub const GESTURES: (&str, &str) = ("gestures.js", include_str!("gestures.js"));
+
 /// A scene on a canvas: the same picture as that of a frame.
 pub const STAGE: (&str, &str) = ("stage.js", include_str!("stage.js"));
 

@@ -129,40 +129,11 @@ Report.Player = class {
   }
 
   listen() {
-    const { canvas } = this;
-    const pointers = new Map();
-    let moved = 0;
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, [event.clientX, event.clientY]);
-      moved = 0;
+    Report.gestures(this.canvas, {
+      drag: (dx, dy, shift) => this.drag(dx, dy, shift),
+      zoom: (factor, x, y) => this.zoom(factor, x, y),
+      click: (x, y) => this.select(this.view.at(x, y)),
     });
-    canvas.addEventListener("pointermove", (event) => {
-      const before = pointers.get(event.pointerId);
-      if (!before) return;
-      const [dx, dy] = [event.clientX - before[0], event.clientY - before[1]];
-      const others = [...pointers.entries()].filter(([id]) => id !== event.pointerId);
-      if (others.length) {
-        const [x, y] = others[0][1];
-        const apart = (point) => Math.hypot(point[0] - x, point[1] - y);
-        this.zoom(apart([event.clientX, event.clientY]) / Math.max(1, apart(before)));
-      } else this.drag(dx, dy, event.shiftKey);
-      pointers.set(event.pointerId, [event.clientX, event.clientY]);
-      moved += Math.abs(dx) + Math.abs(dy);
-    });
-    const end = (event) => {
-      if (pointers.delete(event.pointerId) && moved < 4 && event.type === "pointerup") {
-        const box = canvas.getBoundingClientRect();
-        this.select(this.view.at(event.clientX - box.left, event.clientY - box.top));
-      }
-    };
-    canvas.addEventListener("pointerup", end);
-    canvas.addEventListener("pointercancel", end);
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      const box = canvas.getBoundingClientRect();
-      this.zoom(Math.exp(-event.deltaY / 400), event.clientX - box.left, event.clientY - box.top);
-    }, { passive: false });
     document.addEventListener("keydown", (event) => this.key(event));
     addEventListener("hashchange", () => {
       const asked = /^#step=(\d+)$/.exec(location.hash);
@@ -171,11 +142,7 @@ Report.Player = class {
   }
 
   key(event) {
-    const { target } = event;
-    const typing = target.matches?.("input:not([type=checkbox]):not([type=range]), select, textarea");
-    if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
-    const turns = { ArrowLeft: [24, 0], ArrowRight: [-24, 0], ArrowUp: [0, 24], ArrowDown: [0, -24] };
-    const actions = {
+    const always = {
       k: () => this.toggle(),
       ",": () => this.step(-1),
       ".": () => this.step(1),
@@ -185,37 +152,18 @@ Report.Player = class {
       "-": () => this.zoom(1 / 1.25),
       0: () => this.home(),
     };
-    if (target === this.canvas) {
-      actions[" "] = actions.k;
-      actions.Home = () => this.jump(0);
-      actions.End = () => this.jump(this.last);
-      for (const [key, [dx, dy]] of Object.entries(turns)) actions[key] = () => this.drag(dx, dy, event.shiftKey);
-    }
-    if (!actions[event.key]) return;
-    event.preventDefault();
-    actions[event.key]();
+    const here = { " ": always.k, Home: () => this.jump(0), End: () => this.jump(this.last) };
+    for (const [key, [dx, dy]] of Object.entries(Report.arrows)) here[key] = () => this.drag(dx, dy, event.shiftKey);
+    Report.key(event, [this.canvas], always, here);
   }
 
   drag(dx, dy, shift) {
-    const { view } = this;
-    if (this.data.dimension === 3 && !shift) {
-      view.turn[0] += dx / 150;
-      view.turn[1] = Math.max(-1.5, Math.min(1.5, view.turn[1] + dy / 150));
-    } else {
-      view.pan[0] += dx;
-      view.pan[1] += dy;
-    }
+    Report.drag(this.view, this.data.dimension, dx, dy, shift);
     this.draw();
   }
 
-  zoom(factor, x = this.view.width / 2, y = this.view.height / 2) {
-    const { view } = this;
-    const zoom = Math.max(0.02, Math.min(1e6, view.zoom * factor));
-    factor = zoom / view.zoom;
-    // The point under the pointer stays there.
-    view.pan[0] = (view.pan[0] + view.width / 2 - x) * factor - (view.width / 2 - x);
-    view.pan[1] = (view.pan[1] + view.height / 2 - y) * factor - (view.height / 2 - y);
-    view.zoom = zoom;
+  zoom(factor, x, y) {
+    Report.zoom(this.view, factor, x, y);
     this.draw();
   }
 

@@ -10,27 +10,41 @@
  *   marks: [{x, label}],            vertical lines
  *   onSeek(x),                      called for a click
  * })
- * returns {cursor(x)}, which moves the cursor. */
+ * returns {cursor(x), update({series, marks})}: moves the cursor, or shows other numbers. */
 Report.chart = function (host, options) {
-  const { series, marks = [] } = options;
+  let { series, marks = [] } = options;
   const margin = { left: 68, right: 14, top: 14, bottom: 40 };
   const height = options.height ?? 250;
-  const drawing = Report.svg("svg", { class: "drawing", role: "img", "aria-label": summary() });
+  const drawing = Report.svg("svg", { class: "drawing", role: "img" });
   const readout = Report.element("p", { class: "readout" }, "\u00a0");
+  const legend = Report.element("ul", { class: "legend" });
+  const details = Report.element("details", {}, Report.element("summary", {}, `Numbers of “${options.title}”`));
+  details.addEventListener("toggle", () => details.open && tabulate());
   const figure = Report.element(
     "figure", { class: "chart" },
-    Report.element("figcaption", {}, options.title), drawing, legend(), readout, table(),
+    Report.element("figcaption", {}, options.title), drawing, legend, readout, details,
   );
   host.append(figure);
 
-  const all = series.flatMap((each) => each.ys.filter((y) => y !== null));
-  const yRange = yExtent();
-  const xs = series.flatMap((each) => each.xs);
-  const xRange = options.range ?? extent(xs.length ? xs : [0, 1], options.xLog, 0.02);
+  let [all, xRange, yRange] = [[], [0, 1], [0, 1]];
   let scale = null;
   let cursorAt = null;
   let cursorLine = null;
   let hovered = false;
+
+  /* Takes the numbers: their ranges, and the names of the lines. */
+  function take() {
+    all = series.flatMap((each) => each.ys.filter((y) => y !== null));
+    yRange = yExtent();
+    const xs = series.flatMap((each) => each.xs);
+    xRange = options.range ?? extent(xs.length ? xs : [0, 1], options.xLog, 0.02);
+    drawing.setAttribute("aria-label", summary());
+    const names = series.map((each) => each.name).join("\n");
+    if (legend.dataset.names !== names) {
+      legend.dataset.names = names;
+      legend.replaceChildren(...series.map((each) => Report.element("li", {}, sample(each), each.name)));
+    }
+  }
 
   function positive(values) {
     return values.filter((value) => value > 0);
@@ -38,8 +52,8 @@ Report.chart = function (host, options) {
 
   function extent(values, log, space) {
     const known = log ? positive(values).map(Math.log10) : values;
-    let low = Math.min(...known);
-    let high = Math.max(...known);
+    let low = known.reduce((least, value) => Math.min(least, value), Infinity);
+    let high = known.reduce((most, value) => Math.max(most, value), -Infinity);
     if (!(low <= high)) [low, high] = log ? [-1, 0] : [0, 1];
     if (high - low < 1e-12 * Math.max(Math.abs(low), Math.abs(high), 1e-300)) {
       const half = log ? 0.5 : Math.abs(high) * 0.1 || 1;
@@ -63,12 +77,6 @@ Report.chart = function (host, options) {
     const names = series.map((each) => each.name).join(", ");
     const found = marks.map((mark) => mark.label).join("; ");
     return `${options.title}: ${names}, over ${options.xLabel}.${found ? ` Marked: ${found}.` : ""} The table below has the numbers.`;
-  }
-
-  function legend() {
-    const items = series.map((each) =>
-      Report.element("li", {}, sample(each), each.name));
-    return Report.element("ul", { class: "legend" }, ...items);
   }
 
   function sample(each) {
@@ -100,26 +108,22 @@ Report.chart = function (host, options) {
     });
   }
 
-  /* The numbers, made when they are opened. */
-  function table() {
-    const details = Report.element("details", {}, Report.element("summary", {}, `Numbers of “${options.title}”`));
-    details.addEventListener("toggle", () => {
-      if (!details.open || details.querySelector("table")) return;
-      const places = [...new Set(series.flatMap((each) => each.xs))].sort((a, b) => a - b);
-      const columns = series.map((each) => new Map(each.xs.map((x, i) => [x, each.ys[i]])));
-      const head = [options.xLabel, ...series.map((each) => each.name)];
-      const rows = places.map((x) => [Report.short(x, 6), ...columns.map((column) => Report.short(column.get(x)))]);
-      details.append(Report.element(
-        "div", { class: "wide", tabindex: 0, role: "region", "aria-label": `Numbers of ${options.title}` },
-        Report.element(
-          "table", {},
-          Report.element("thead", {}, Report.element("tr", {}, ...head.map((name) => Report.element("th", { scope: "col" }, name)))),
-          Report.element("tbody", {}, ...rows.map((row) =>
-            Report.element("tr", {}, ...row.map((text) => Report.element("td", { class: "number" }, text))))),
-        ),
-      ));
-    });
-    return details;
+  /* The numbers, of the moment when they are opened. */
+  function tabulate() {
+    const places = [...new Set(series.flatMap((each) => each.xs))].sort((a, b) => a - b);
+    const columns = series.map((each) => new Map(each.xs.map((x, i) => [x, each.ys[i]])));
+    const head = [options.xLabel, ...series.map((each) => each.name)];
+    const rows = places.map((x) => [Report.short(x, 6), ...columns.map((column) => Report.short(column.get(x)))]);
+    details.querySelector("div")?.remove();
+    details.append(Report.element(
+      "div", { class: "wide", tabindex: 0, role: "region", "aria-label": `Numbers of ${options.title}` },
+      Report.element(
+        "table", {},
+        Report.element("thead", {}, Report.element("tr", {}, ...head.map((name) => Report.element("th", { scope: "col" }, name)))),
+        Report.element("tbody", {}, ...rows.map((row) =>
+          Report.element("tr", {}, ...row.map((text) => Report.element("td", { class: "number" }, text))))),
+      ),
+    ));
   }
 
   function ticks([low, high], log, most) {
@@ -262,8 +266,14 @@ Report.chart = function (host, options) {
   });
   if (options.onSeek) drawing.addEventListener("click", (event) => options.onSeek(place(event)));
   new ResizeObserver(draw).observe(figure);
+  take();
   draw();
   return {
+    update(numbers) {
+      ({ series, marks = [] } = numbers);
+      take();
+      draw();
+    },
     cursor(x) {
       cursorAt = x;
       if (!hovered) showAt(x);

@@ -66,6 +66,18 @@ impl Bounds {
             }
         }
     }
+
+    /// These bounds, with `factor` times their largest side more on every side.
+    pub fn enlarged(self, factor: f64) -> Self {
+        let sides = self.low.iter().zip(&self.high).map(|(low, high)| high - low);
+        let more = factor * sides.fold(0.0, f64::max);
+        Self { low: self.low.map(|low| low - more), high: self.high.map(|high| high + more) }
+    }
+
+    /// Whether these bounds hold others.
+    pub fn contains(&self, other: &Self) -> bool {
+        (0..3).all(|axis| self.low[axis] <= other.low[axis] && other.high[axis] <= self.high[axis])
+    }
 }
 
 /// What the drawing of a scene needs besides positions, for the pages' own drawing code (`stage.js`). Lists of equal

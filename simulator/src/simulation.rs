@@ -402,7 +402,8 @@ impl FailureKind {
         }
     }
 
-    fn remedy(&self) -> &'static str {
+    /// What to do about it.
+    pub fn remedy(&self) -> &'static str {
         match self {
             Self::Coincident { .. } => "move one of them, or shorten the time step",
             Self::NotConverged { .. } | Self::NotFinite { .. } => {

@@ -19,3 +19,4 @@ mod robust;
 mod scenes;
 mod subnormal;
 mod support;
+mod view;

@@ -23,6 +23,8 @@ Report.Stage = class {
     this.trails = scene.trails.map(() => []);
     this.shades = new Map();
     this.options = { edges: true, particles: true };
+    /* Size of the extents. */
+    this.across = Math.hypot(...scene.extents);
     this.home();
     this.resize();
   }
@@ -49,20 +51,29 @@ Report.Stage = class {
     const { width, height } = this;
     const { viewport, extents, dimension } = this.scene;
     let fit = Math.min(width / extents[0], height / extents[1]);
-    if (dimension === 3) fit = Math.min(width, height) / Math.hypot(...extents);
+    if (dimension === 3) fit = Math.min(width, height) / this.across;
     return this.zoom * (viewport ? (0.5 * height) / viewport : Report.Stage.ROOM * fit);
+  }
+
+  /* Sine and cosine of both angles of the camera. */
+  angles() {
+    const [yaw, pitch] = this.turn;
+    if (this.turned?.yaw !== yaw || this.turned.pitch !== pitch) {
+      this.turned = { yaw, pitch, angles: [Math.sin(yaw), Math.cos(yaw), Math.sin(pitch), Math.cos(pitch)] };
+    }
+    return this.turned.angles;
   }
 
   /* Writes x, y, pixels a metre and depth (from 0, far, to 1, near) of a point. */
   project(x, y, z, into, at, scale = this.scale) {
-    const { center, extents, dimension } = this.scene;
+    const { center, dimension } = this.scene;
     let [a, b, c] = [x - center[0], y - center[1], z - center[2]];
     let [perspective, depth] = [1, 1];
     if (dimension === 3) {
-      const [sy, cy, sp, cp] = [...this.turn].flatMap((angle) => [Math.sin(angle), Math.cos(angle)]);
+      const [sy, cy, sp, cp] = this.angles();
       [a, c] = [cy * a + sy * c, cy * c - sy * a];
       [b, c] = [cp * b - sp * c, cp * c + sp * b];
-      const away = c / Math.hypot(...extents);
+      const away = c / this.across;
       perspective = Report.Stage.DISTANCE / Math.max(Report.Stage.DISTANCE - away, 0.1 * Report.Stage.DISTANCE);
       depth = Math.max(0, Math.min(1, away + 0.5));
     }
@@ -70,6 +81,32 @@ Report.Stage = class {
     into[at + 1] = this.height / 2 + this.pan[1] - b * scale * perspective;
     into[at + 2] = scale * perspective;
     into[at + 3] = depth;
+  }
+
+  /* The point at (x, y) of the picture that is as far away as another point. */
+  unproject(x, y, point) {
+    const at = [0, 0, 0, 0];
+    this.project(...point, at, 0);
+    const { center, dimension } = this.scene;
+    let [a, b, c] = [(x - this.width / 2 - this.pan[0]) / at[2], (this.height / 2 + this.pan[1] - y) / at[2], 0];
+    if (dimension === 3) {
+      const [sy, cy, sp, cp] = this.angles();
+      const away = point.map((value, axis) => value - center[axis]);
+      c = cp * (cy * away[2] - sy * away[0]) + sp * away[1];
+      [b, c] = [cp * b + sp * c, cp * c - sp * b];
+      [a, c] = [cy * a - sy * c, cy * c + sy * a];
+    }
+    return [center[0] + a, center[1] + b, dimension === 3 ? center[2] + c : 0];
+  }
+
+  /* The particle of the last picture that is nearest to (x, y), at most `reach` pixels away; null where there is none. */
+  at(x, y, reach) {
+    let [best, distance] = [null, reach];
+    for (let particle = 0; particle < this.count; particle++) {
+      const apart = Math.hypot(this.screen[4 * particle] - x, this.screen[4 * particle + 1] - y);
+      if (apart <= distance) [best, distance] = [particle, apart];
+    }
+    return best;
   }
 
   /* A colour with a share of the background's. */

@@ -1,8 +1,9 @@
-//! `simulate`: steps a scene and writes its trace. `simulate generate`: writes a scene.
+//! `simulate`: steps a scene and writes its trace. `simulate generate`: writes a scene. `simulate view`: shows a scene.
 
 mod film;
 mod generate;
 mod plot;
+mod view;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -18,7 +19,7 @@ use simulator::force::PARALLEL;
 use simulator::generate::{parse_integrator, parse_option};
 use simulator::output::OutputFile;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
-use simulator::scene::{self, Overrides, ParseOptions, Scene};
+use simulator::scene::{self, Overrides, ParseOptions, Parsed, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
@@ -106,7 +107,7 @@ struct Cli {
     )]
     scene_option: Option<PathBuf>,
 
-    /// Display; only 0 (none) is supported
+    /// Display; only 0 (none) is supported: `simulate view` shows a scene
     #[arg(short = 'd', value_name = "0", value_parser = ["0"], help_heading = "FOSSSim's spelling")]
     display: Option<String>,
 
@@ -120,6 +121,8 @@ struct Cli {
 enum Task {
     #[command(disable_help_subcommand = true)]
     Generate(generate::Generate),
+    #[command(disable_help_subcommand = true)]
+    View(view::View),
 }
 
 /// A message for the user; the run has failed.
@@ -168,6 +171,7 @@ fn main() -> ExitCode {
     }));
     let task = || match &cli.command {
         Some(Task::Generate(options)) => generate::run(options),
+        Some(Task::View(options)) => view::run(options),
         None => run(&cli),
     };
     match std::panic::catch_unwind(task) {
@@ -204,14 +208,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         ));
     }
     refuse_one_file_for_two("the scene", path, cli)?;
-    let parsed = scene::load(path, &vocabulary(), &options)?;
-    for warning in &parsed.warnings {
-        print_message("warning", warning);
-    }
-    match parsed.n_warnings - parsed.warnings.len() {
-        0 => {}
-        more => print_message("warning", format!("{more} more warnings")),
-    }
+    let parsed = load(path, &options)?;
     if let Some(mesh) = &parsed.mesh {
         refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
     }
@@ -229,6 +226,19 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     } else {
         rayon::scope(|_| simulate(cli, &scene, format))
     }
+}
+
+/// Reads the scene, and prints its warnings.
+fn load(path: &Path, options: &ParseOptions) -> Result<Parsed, Failure> {
+    let parsed = scene::load(path, &vocabulary(), options)?;
+    for warning in &parsed.warnings {
+        print_message("warning", warning);
+    }
+    match parsed.n_warnings - parsed.warnings.len() {
+        0 => {}
+        more => print_message("warning", format!("{more} more warnings")),
+    }
+    Ok(parsed)
 }
 
 /// Writes the diagram of the scene, read with each integrator.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Opens the pages of `grade --html` in Chromium: no console error, no request elsewhere, playback, keyboard, hostile text,
-# accessibility. Installs Chromium, playwright-core and axe-core where it can, and says what it skips.
+# Opens the pages of `grade --html` and `simulate view` in Chromium: no console error, no request elsewhere, playback,
+# keyboard, hostile text, accessibility, runs that blow up, requests of other sites. Installs Chromium, playwright-core and axe-core where it can, and says what it skips.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -23,6 +23,6 @@ if [ ! -d "$tools/node_modules/axe-core" ] || [ ! -d "$tools/node_modules/playwr
         || skip "playwright-core and axe-core could not be installed"
 fi
 
-echo "+ cargo build --release --bin grade"
-cargo build --release --locked --quiet -p grade --bin grade
+echo "+ cargo build --release --bin grade --bin simulate"
+cargo build --release --locked --quiet -p grade -p simulator --bin grade --bin simulate
 NODE_PATH=$PWD/$tools/node_modules node ci/browser/check.cjs "$(command -v chromium)"

@@ -9,6 +9,7 @@ const path = require("node:path");
 const { pathToFileURL } = require("node:url");
 const { chromium } = require("playwright-core");
 const axe = require("axe-core");
+const checkViewer = require("./viewer.cjs");
 
 const root = path.resolve(__dirname, "../..");
 const work = path.join(root, "target/browser/pages");
@@ -303,6 +304,10 @@ async function main() {
   console.log(`browser: a scene opens in ${await load(small)} ms and plays ${await framesPerSecond(small.page)} frames a second; ` +
     `2500 particles: ${await load(large)} ms, ${await framesPerSecond(large.page)} frames a second`);
   assert.deepEqual([small.faults, large.faults], [[], []]);
+  await small.close();
+  await large.close();
+
+  await checkViewer({ browser, work, simulate: path.join(root, "target/release/simulate"), open, looksRight });
   await browser.close();
   console.log(`browser: passed; ${size(html)} MB for ${graded.length} scenes; screenshots in ${path.relative(root, screenshots)}`);
 }

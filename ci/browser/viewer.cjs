@@ -105,7 +105,6 @@ async function controls(page) {
 async function drag(page) {
   await press(page, "r");
   await settled(page);
-  await press(page, "k");
   const place = (particle) => page.evaluate((particle) => {
     const { stage, canvas } = Report.live.panes[0];
     const box = canvas.getBoundingClientRect();
@@ -115,6 +114,7 @@ async function drag(page) {
   await page.mouse.move(x, y);
   await page.mouse.down();
   const held = await page.evaluate(() => Report.live.held.particle);
+  await press(page, "k");
   await page.mouse.move(x - 60, y + 30, { steps: 5 });
   await page.waitForTimeout(300);
   const [heldX, heldY] = await place(held);

@@ -522,6 +522,21 @@ mod tests {
     }
 
     #[test]
+    fn a_particle_can_be_held_where_pins_are_held_by_a_penalty() {
+        let mut scene = scene();
+        scene.integrator = vocabulary().integrator("fast-mass-spring").unwrap();
+        scene.integrator_options = IntegratorOptions::defaults(scene.integrator);
+        scene.integrator_options.set("pins", "penalty").unwrap();
+        let mut run = Run::new(&scene);
+        run.hold(Some(Hold { particle: 1, position: [0.3, 1.4, 0.0] }));
+        assert_eq!(run.advance(Advance::Seconds(0.1), BUDGET).failure, None);
+        assert_eq!(run.positions()[2..], [0.3, 1.4]);
+        run.hold(None);
+        assert_eq!(run.advance(Advance::Seconds(0.1), BUDGET).failure, None);
+        assert_ne!(run.positions()[2..], [0.3, 1.4]);
+    }
+
+    #[test]
     fn a_second_run_continues_from_the_state_of_the_first() {
         let scene = scene();
         let mut run = Run::new(&scene);

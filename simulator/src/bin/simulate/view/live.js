@@ -438,8 +438,11 @@ Report.Live = class {
   /* Before each picture: asks for the next frame, which is computed while the last one is drawn. */
   tick(now) {
     requestAnimationFrame((next) => this.tick(next));
-    if (this.waiting) this.missed = true;
-    else this.ask(now);
+    if (this.waiting) {
+      this.missed = true;
+      const seconds = Math.floor((performance.now() - this.asked) / 1000);
+      if (seconds >= 1) for (const pane of this.panes) pane.status.textContent = `This step has taken ${seconds} s so far.`;
+    } else this.ask(now);
     if (!this.fresh) return;
     this.fresh = false;
     for (const pane of this.panes) pane.draw();
@@ -463,6 +466,7 @@ Report.Live = class {
 
   async frame(request, wall) {
     this.waiting = true;
+    this.asked = performance.now();
     try {
       const response = await fetch("frame", { method: "POST", body: JSON.stringify(request) });
       if (!response.ok) throw new Error(await response.text());

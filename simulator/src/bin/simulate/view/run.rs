@@ -448,7 +448,8 @@ mod tests {
         let scene = scene();
         let mut run = Run::new(&scene);
         let before = run.positions().to_vec();
-        let wrong: [(&str, fn(&mut Settings)); 6] = [
+        type Edit = fn(&mut Settings);
+        let wrong: [(&str, Edit); 6] = [
             ("integrator \"rk4\"", |settings| settings.integrator = "rk4".to_owned()),
             ("time step is 0 s", |settings| settings.time_step = 0.0),
             ("time step is NaN s", |settings| settings.time_step = f64::NAN),

@@ -13,6 +13,8 @@ Report.Stage = class {
   static FADE = 0.55;
   /* Shades of a colour. */
   static SHADES = 24;
+  /* Shapes in one path: longer paths take more time for each shape. */
+  static TOGETHER = 50;
 
   constructor(canvas, scene) {
     this.canvas = canvas;
@@ -187,7 +189,7 @@ Report.Stage = class {
   /* Paints lines (positive widths) and discs (negative radii); neighbours of one style share a path. */
   paint(shapes) {
     const { context } = this;
-    let [style, width] = [null, 0];
+    let [style, width, count] = [null, 0, 0];
     const finish = () => {
       if (style === null) return;
       if (width > 0) context.stroke();
@@ -196,9 +198,9 @@ Report.Stage = class {
     for (const [, next, size, x, y, x2, y2] of shapes) {
       if (!Number.isFinite(x + y)) continue;
       const same = next === style && (size > 0 ? Math.abs(size - width) < 0.05 : width < 0);
-      if (!same) {
+      if (!same || ++count > Report.Stage.TOGETHER) {
         finish();
-        [style, width] = [next, size];
+        [style, width, count] = [next, size, 1];
         context.beginPath();
         if (size > 0) {
           context.strokeStyle = next;

@@ -3,9 +3,10 @@
 //! ```text
 //! days    = 0 if late by at most the grace period, else the days begun since the deadline
 //! percent = min(days · penalty, cap)      of the points earned, taken off
+//! remain  = earned · (1 − percent / 100)
 //! ```
 //!
-//! Times come from the platform, never from the clock: grading again gives the same.
+//! Times come from the platform or the roster, never from the clock: grading again gives the same.
 
 use serde::Deserialize;
 
@@ -37,6 +38,13 @@ pub struct Lateness {
     pub days: f64,
     /// Per cent of the points earned that are taken off.
     pub percent: f64,
+}
+
+impl Lateness {
+    /// The points that remain of those earned.
+    pub fn remaining(&self, earned: f64) -> f64 {
+        earned * (1.0 - self.percent / 100.0)
+    }
 }
 
 impl LateRule {

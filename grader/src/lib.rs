@@ -38,6 +38,7 @@ pub mod compare;
 pub mod diagnosis;
 pub mod late;
 pub mod rubric;
+pub mod time;
 
 pub mod stepping;
 

@@ -38,7 +38,7 @@ pub(super) fn tail(printed: &Printed) -> String {
 
 /// Text of some lines, without terminal control, characters that XML forbids, and the random names of scratch folders.
 /// Every message that contains text of a submission passes through here.
-pub(crate) fn text(text: &str) -> String {
+pub fn text(text: &str) -> String {
     let shown = |character| match character {
         '\t' => ' ',
         '\n' => '\n',

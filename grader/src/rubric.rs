@@ -40,7 +40,7 @@
 //! [faults]               # points of scenes that could not be judged
 //! points = "apart"       # show judged points, and the others apart; or "withheld": show none
 //!
-//! [late]                 # points of late submissions, if a course platform tells the times
+//! [late]                 # points of late submissions, if a course platform or a roster tells the times
 //! penalty = 20           # per cent of the points earned, for each day begun
 //! cap = 50               # the most per cent that are taken off
 //! grace = 15             # minutes after the deadline that do not count

@@ -7,6 +7,8 @@ use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
 use grader::init::Language;
 use grader::jacobian;
 use grader::rubric::CriteriaName;
+use grader::time::Time;
+use platforms::gradebook::GradebookKind;
 use sandbox::Limits;
 use simulator::force;
 
@@ -371,7 +373,72 @@ pub(super) enum ClassPart {
         /// The plan: plan.json in the folder of the results
         #[arg(value_name = "PLAN")]
         plan: PathBuf,
+
+        /// As for the whole class; without a roster, those of the plan
+        #[command(flatten)]
+        gradebook: GradebookArgs,
     },
+}
+
+/// A gradebook that `--gradebook` asks for.
+#[derive(Clone)]
+pub(super) struct GradebookArg {
+    pub(super) kind: GradebookKind,
+    pub(super) file: PathBuf,
+}
+
+fn parse_gradebook(text: &str) -> Result<GradebookArg, String> {
+    let (name, file) = text.split_once('=').unwrap_or((text, ""));
+    let kind = GradebookKind::ALL.into_iter().find(|kind| kind.name() == name);
+    let kind = kind.ok_or_else(|| {
+        let names = GradebookKind::ALL.map(GradebookKind::name).join(" and ");
+        format!("unknown gradebook {name:?}; the gradebooks are {names}")
+    })?;
+    match file {
+        "" => Err(format!("a gradebook needs a file: {name}=FILE.csv")),
+        file => Ok(GradebookArg { kind, file: file.into() }),
+    }
+}
+
+/// Options for gradebooks.
+#[derive(Args)]
+pub(super) struct GradebookArgs {
+    /// Write the points as a gradebook to import (repeatable): canvas=FILE or moodle=FILE
+    #[arg(long, value_name = "KIND=FILE", value_parser = parse_gradebook, requires = "roster")]
+    pub(super) gradebook: Vec<GradebookArg>,
+
+    /// The students (CSV), by columns: name, id, login, email, section; folder and submitted of their submissions; due.
+    /// Exports of Canvas and Moodle work unchanged
+    #[arg(long, value_name = "FILE")]
+    pub(super) roster: Option<PathBuf>,
+
+    /// The deadline, for students without one in the roster, as in 2026-02-01T23:59:00-08:00
+    #[arg(long, value_name = "TIME", requires = "roster")]
+    pub(super) due: Option<Time>,
+
+    /// Without a time in the roster, a submission came in when its newest file was last changed
+    #[arg(long, requires = "roster")]
+    pub(super) folder_times: bool,
+
+    /// Name of the gradebook's column of points [default: the name of the assignment]
+    #[arg(long, value_name = "NAME", requires = "gradebook")]
+    pub(super) column: Option<String>,
+}
+
+impl GradebookArgs {
+    /// The same options with absolute paths.
+    pub(super) fn absolute(&self) -> std::io::Result<Self> {
+        let gradebook = self.gradebook.iter().map(|GradebookArg { kind, file }| {
+            Ok(GradebookArg { kind: *kind, file: std::path::absolute(file)? })
+        });
+        Ok(Self {
+            gradebook: gradebook.collect::<std::io::Result<_>>()?,
+            roster: self.roster.as_deref().map(std::path::absolute).transpose()?,
+            due: self.due,
+            folder_times: self.folder_times,
+            column: self.column.clone(),
+        })
+    }
 }
 
 /// Where a plan runs.
@@ -435,6 +502,9 @@ pub(super) struct ClassArgs {
     /// Reuse reports of an earlier run from the output folder if submission, suite and grader are unchanged
     #[arg(long)]
     pub(super) resume: bool,
+
+    #[command(flatten)]
+    pub(super) gradebook: GradebookArgs,
 
     #[command(flatten)]
     pub(super) plan: PlanArgs,

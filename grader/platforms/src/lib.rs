@@ -12,6 +12,7 @@ use grader::grading::FeatureResult;
 
 pub mod archive;
 pub mod github;
+pub mod gradebook;
 pub mod gradescope;
 pub mod package;
 pub mod prairielearn;

@@ -74,6 +74,8 @@ pub struct Summary<'a> {
     pub passed_over: &'a [PassedOver],
     /// The protections that were in force whenever a program ran.
     pub protections: &'a [Protection],
+    /// Whose submissions they are, and what was written to gradebooks, a line each.
+    pub remarks: &'a [String],
 }
 
 /// Writes the summary as text.
@@ -81,7 +83,7 @@ pub struct Summary<'a> {
 /// # Errors
 /// If writing fails.
 pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
-    let Summary { rows, unjudged, gaps, passed_over, protections } = *summary;
+    let Summary { rows, unjudged, gaps, passed_over, protections, remarks } = *summary;
     let names = [
         "submission",
         "required",
@@ -159,6 +161,9 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
     if rows.iter().any(|row| row.verdict == "passed-shipped") {
         writeln!(out, "  {ODD}Hidden scenes were not run: `passed shipped` excludes them.{ODD:#}")?;
     }
+    for remark in remarks {
+        writeln!(out, "  {remark}")?;
+    }
     Ok(())
 }
 
@@ -204,7 +209,7 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
 
 /// Escapes text so that no spreadsheet reads a part of it as a formula, whatever its cell separator: puts `'` before
 /// each possible start of a formula.
-fn inert(text: &str) -> String {
+pub fn inert(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut begins = true;
     for character in text.chars() {
@@ -231,6 +236,7 @@ mod tests {
             required: one(),
             extra_credit: one(),
             points: "2".to_owned(),
+            earned: Some("2".to_owned()),
             not_judged: "0".to_owned(),
             scenes: (1, 1),
             hidden: None,

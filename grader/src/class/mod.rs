@@ -5,6 +5,7 @@
 //!          entry.rs         plan.rs                                                        record.rs   │
 //!                              └──────────────────────────> merge <── records with the plan's keys <───┘
 //!                                                             └─> rows, by name ─> summary
+//!                                                    roster.rs ─> whose submission it is ─> gradebooks
 //! ```
 //!
 //! A row depends on its submission, the suite and the grader only.
@@ -13,6 +14,7 @@ pub mod entry;
 pub mod fingerprint;
 pub mod plan;
 pub mod record;
+pub mod roster;
 
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +40,8 @@ pub struct Row {
     pub extra_credit: (String, String),
     /// Sum of both.
     pub points: String,
+    /// The same sum without rounding, as the shortest decimal; `None` if nothing was judged, or points are withheld.
+    pub earned: Option<String>,
     /// Points of both that were not judged.
     pub not_judged: String,
     /// Shipped scenes: passed and total.
@@ -69,6 +73,7 @@ impl Row {
             required: shown(required),
             extra_credit: shown(extra),
             points: points::earned(&together, grading.faults),
+            earned: together.shown(grading.faults).map(|earned| earned.to_string()),
             not_judged: points::unjudged(&together),
             scenes: (sum(|totals| totals.passed), sum(|totals| totals.scenes)),
             hidden: (grading.hidden == Hidden::Run)

@@ -26,6 +26,7 @@ use rustix::io::Errno;
 
 use crate::printed;
 use crate::suite::hash_reader;
+use crate::time::Time;
 
 /// Maximum depth of nested folders.
 const MAX_DEPTH: usize = 100;
@@ -177,6 +178,21 @@ impl HandInNode<'_> {
     pub(crate) fn target(&self) -> Result<CString, HandInError> {
         readlinkat(self.folder, self.name, Vec::new()).map_err(|errno| unreadable(self.path, errno))
     }
+}
+
+/// When the newest regular file of a hand-in was last changed.
+///
+/// # Errors
+/// If the hand-in cannot be read, or exceeds a limit.
+pub fn last_changed(path: &Path) -> Result<Option<Time>, HandInError> {
+    let mut newest: Option<i64> = None;
+    HandIn::open(path)?.walk(&mut |step| {
+        if let WalkStep::File(node) = step {
+            newest = newest.max(Some(node.stat.st_mtime as i64));
+        }
+        Ok(())
+    })?;
+    Ok(newest.map(|seconds| Time(seconds as f64)))
 }
 
 /// A folder during a walk.

@@ -48,6 +48,7 @@ impl Class<'_> {
         let unjudged = cases.iter().filter_map(|case| Some((case, self.oracle.fault(case)?)));
         let unjudged: Vec<(String, Fault)> =
             unjudged.map(|(case, fault)| (case.id.clone(), fault)).collect();
+        let remarks = self.write_gradebooks(plan, &rows)?;
         let csv = report::class::csv(&rows, &gaps).map_err(Stop::fault)?;
         save(&self.args.output.join("summary.csv"), &csv)?;
         let assignment = self.inputs.assignment.as_ref();
@@ -60,6 +61,7 @@ impl Class<'_> {
             gaps: &gaps,
             passed_over: &plan.passed_over,
             protections: &protections,
+            remarks: &remarks,
         };
         report::class::write(&mut text, &summary).map_err(Stop::fault)?;
         save(&self.args.output.join("summary.txt"), &text)?;

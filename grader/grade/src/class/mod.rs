@@ -4,11 +4,13 @@
 //! setting.rs   the options and inputs that all submissions share; the key of a submission
 //! shard.rs     grades submissions, one after the other        grade class run-shard PLAN K
 //! merge.rs     writes the summary from the results            grade class merge PLAN
+//! gradebook.rs writes gradebooks from the rows and the roster
 //! slurm.rs     submits both as jobs, and follows them
 //! ```
 //!
 //! Grading on this machine is the same plan: its shards run in this process, then the merge.
 
+mod gradebook;
 mod merge;
 mod setting;
 mod shard;
@@ -29,7 +31,7 @@ use rayon::prelude::*;
 use report::class::{Gap, Missing};
 use report::html::{self, ClassResult};
 
-use crate::args::{ClassArgs, ClassCommand, ClassPart, Cli, Command, On};
+use crate::args::{ClassArgs, ClassCommand, ClassPart, Cli, Command, GradebookArgs, On};
 use crate::output::{print, replace_file};
 use crate::stop::{Exit, Stop};
 use setting::Class;
@@ -48,15 +50,26 @@ pub(super) fn run(command: &ClassCommand) -> Result<Exit, Stop> {
         ClassCommand::Part(ClassPart::RunShard { plan, shard, threads }) => {
             run_shard(plan, *shard, *threads)
         }
-        ClassCommand::Part(ClassPart::Merge { plan }) => {
-            planned(plan, None, |class, plan| class.merge(plan))
+        ClassCommand::Part(ClassPart::Merge { plan, gradebook }) => {
+            planned(plan, with(gradebook)?, |class, plan| class.merge(plan))
         }
         ClassCommand::Whole(args) if args.plan.attach => {
-            planned(&args.output.join(PLAN), None, slurm::follow)
+            planned(&args.output.join(PLAN), with(&args.gradebook)?, slurm::follow)
         }
         ClassCommand::Whole(args) if args.plan.cancel => slurm::cancel(&args.output),
         ClassCommand::Whole(args) => grade(args),
     }
+}
+
+/// Puts these gradebooks in the place of those of a plan, if there is a roster.
+fn with(gradebook: &GradebookArgs) -> Result<impl FnOnce(&mut ClassArgs), Stop> {
+    // Plans are read in another folder.
+    let gradebook = gradebook.absolute().map_err(Stop::bad_input)?;
+    Ok(move |args: &mut ClassArgs| {
+        if gradebook.roster.is_some() {
+            args.gradebook = gradebook;
+        }
+    })
 }
 
 fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
@@ -74,6 +87,7 @@ fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
         On::Local | On::Nothing => 0,
     };
     let class = Class::open(args)?;
+    class.roster(&entries.iter().map(|entry| &*entry.name).collect::<Vec<_>>())?;
     let plan = class.plan(entries, passed_over)?;
     let path = args.output.join(PLAN);
     save(&path, plan.render().map_err(Stop::fault)?.as_bytes())?;
@@ -112,7 +126,8 @@ fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
 
 /// Grades one shard of a plan.
 fn run_shard(path: &Path, shard: usize, threads: Option<u16>) -> Result<Exit, Stop> {
-    planned(path, threads, |class, plan| {
+    let set = |args: &mut ClassArgs| args.suite.threads = threads.or(args.suite.threads);
+    planned(path, set, |class, plan| {
         let groups = plan.shard(shard).map_err(Stop::bad_input)?;
         class.run(plan, &groups)?;
         let places: Vec<&usize> = groups.iter().flatten().collect();
@@ -127,10 +142,11 @@ fn run_shard(path: &Path, shard: usize, threads: Option<u16>) -> Result<Exit, St
     })
 }
 
-/// Opens the class of a plan for `work`, in the folder and with the arguments that it was planned with.
+/// Opens the class of a plan for `work`, in the folder and with the arguments that it was planned with, as far as `set`
+/// does not change them.
 fn planned(
     path: &Path,
-    threads: Option<u16>,
+    set: impl FnOnce(&mut ClassArgs),
     work: impl FnOnce(&Class<'_>, &Plan) -> Result<Exit, Stop>,
 ) -> Result<Exit, Stop> {
     let path = std::path::absolute(path).map_err(|error| unwritable(path, &error))?;
@@ -144,7 +160,7 @@ fn planned(
         let path = path.display();
         return Err(Stop::bad_input(format!("{path}: the arguments are not those of grade class")));
     };
-    args.suite.threads = threads.or(args.suite.threads);
+    set(&mut args);
     let class = Class::open(&args)?;
     if class.inputs_hash() != plan.inputs {
         return Err(Stop::bad_input(format!(

@@ -143,6 +143,7 @@ fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
         return Ok(());
     }
     secrets.push(args.folder.clone());
+    secrets.extend(args.gradebook.roster.clone());
     let readable =
         args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
     check_secrets(&secrets, &readable)

@@ -11,6 +11,8 @@ mod cli;
 mod creative;
 mod docs;
 #[cfg(target_os = "linux")]
+mod gradebooks;
+#[cfg(target_os = "linux")]
 mod init;
 #[cfg(target_os = "linux")]
 mod pages;

@@ -1,7 +1,7 @@
 //! The points that count for a submission, by the rubric.
 //!
 //! ```text
-//! own     = (required + extra credit) · (1 − percent / 100)
+//! own     = what lateness leaves of required + extra credit
 //! counted = max(own, points of earlier submissions)     with `keep = "best"`; else own
 //! ```
 
@@ -40,8 +40,7 @@ impl Score {
         let earned = shown.sum::<f64>() + 0.0;
         let seconds = metadata.and_then(Metadata::seconds_late);
         let lateness = seconds.and_then(|seconds| late.lateness(seconds));
-        let percent = lateness.map_or(0.0, |lateness| lateness.percent);
-        let own: f64 = earned * (1.0 - percent / 100.0);
+        let own = lateness.map_or(earned, |lateness| lateness.remaining(earned));
         let before = metadata.and_then(Metadata::best_before);
         let counted = match (platform.keep, before) {
             (Keep::Best, Some(before)) => own.max(before),

@@ -1,0 +1,138 @@
+//! Gradebooks of a class: whose submission it is, when it came in, and the points that count.
+
+use grader::class::Row;
+use grader::class::plan::Plan;
+use grader::class::roster::{Matching, Roster, Student};
+use grader::grading::points;
+use grader::late::Lateness;
+use grader::printed;
+use grader::submission::hand_in;
+use grader::time::Time;
+use platforms::gradebook::Gradebook;
+
+use super::save;
+use super::setting::Class;
+use crate::args::GradebookArg;
+use crate::stop::{Stop, complain};
+
+impl Class<'_> {
+    /// The roster, and which of the submissions is whose; `None` without a roster.
+    ///
+    /// # Errors
+    /// If the roster cannot be used: it is read before anything is graded.
+    pub(super) fn roster(&self, names: &[&str]) -> Result<Option<(Roster, Matching)>, Stop> {
+        let args = &self.args.gradebook;
+        let Some(path) = &args.roster else { return Ok(None) };
+        let roster = Roster::load(path).map_err(Stop::bad_input)?;
+        for GradebookArg { kind, .. } in &args.gradebook {
+            kind.check(&roster).map_err(Stop::bad_input)?;
+        }
+        let matching = roster.find_submissions(names).map_err(Stop::bad_input)?;
+        let has_penalty = self.inputs.rubric.late().penalty.0 > 0.0;
+        let lacks_due = |student: &&Student| {
+            let is_timed = student.submitted.is_some() || args.folder_times;
+            is_timed && student.due.or(args.due).is_none()
+        };
+        if let Some(student) = roster.students.iter().find(lacks_due).filter(|_| has_penalty) {
+            let message = "there is a time of submission, but no deadline\n  help: name it with --due, as in \
+                           --due 2026-02-01T23:59:00-08:00, or in the column due";
+            return Err(Stop::bad_input(roster.wrong(student.line, message)));
+        }
+        Ok(Some((roster, matching)))
+    }
+
+    /// Writes the gradebooks, if every submission has a row. Returns remarks for the summary.
+    pub(super) fn write_gradebooks(&self, plan: &Plan, rows: &[Row]) -> Result<Vec<String>, Stop> {
+        let names: Vec<&str> = plan.submissions.iter().map(|planned| &*planned.name).collect();
+        let Some((roster, matching)) = self.roster(&names)? else { return Ok(Vec::new()) };
+        let args = &self.args.gradebook;
+        let file = args.roster.as_deref().unwrap_or(&self.args.folder).display();
+        let mut remarks = remarks(&roster, &matching, &names);
+        let (missing, unknown) = (remarks.len() - matching.unknown.len(), matching.unknown.len());
+        if !remarks.is_empty() {
+            complain(
+                "warning",
+                format!(
+                    "{file}: students without a submission: {missing}; submissions of no student: {unknown}; \
+                     summary.txt names them"
+                ),
+            );
+        }
+        let students = roster.students.len();
+        remarks.insert(
+            0,
+            format!("{file}: {} of {students} students have a submission", students - missing),
+        );
+        if rows.len() < names.len() {
+            remarks.push("no gradebook is written: some submissions have no result".to_owned());
+            return Ok(remarks);
+        }
+        let mut graded = Vec::with_capacity(students);
+        for (student, submission) in roster.students.iter().zip(&matching.submissions) {
+            let points =
+                submission.and_then(|place| self.points(student, &rows[place], &mut remarks));
+            graded.push((student, points));
+        }
+        let assignment = self.inputs.assignment.as_ref().map(|assignment| &*assignment.name);
+        let column = args.column.as_deref().or(assignment).unwrap_or("Spring Oracle");
+        let possible = rows.first().map_or("0", |row| &row.required.1);
+        let with_points = graded.iter().filter(|(_, points)| points.is_some()).count();
+        for GradebookArg { kind, file } in &args.gradebook {
+            let gradebook = Gradebook { column, possible, rows: &graded };
+            save(file, &kind.render(&gradebook).map_err(Stop::fault)?)?;
+            remarks.push(format!(
+                "{}: points of {with_points} of {students} students, in the column {column:?}",
+                file.display()
+            ));
+        }
+        Ok(remarks)
+    }
+
+    /// The points that count for a student; `None` if there are none to show. Adds remarks on what changed them.
+    fn points(&self, student: &Student, row: &Row, remarks: &mut Vec<String>) -> Option<String> {
+        let shown = student.shown();
+        let earned = row.earned.as_ref().and_then(|earned| earned.parse::<f64>().ok());
+        let Some(earned) = earned else {
+            remarks.push(format!("no points: {shown}: {} could not be judged", row.name));
+            return None;
+        };
+        if row.not_judged != "0" {
+            remarks.push(format!("not judged: {shown}: {} points of {}", row.not_judged, row.name));
+        }
+        let args = &self.args.gradebook;
+        let of_folder = || self.folder_time(&row.name).filter(|_| args.folder_times);
+        let Some(due) = student.due.or(args.due) else { return Some(row.points.clone()) };
+        let Some(submitted) = student.submitted.or_else(of_folder) else {
+            remarks.push(format!("time unknown: {shown}: {} counts as in time", row.name));
+            return Some(row.points.clone());
+        };
+        let Some(late) = self.inputs.rubric.late().lateness(submitted.0 - due.0) else {
+            return Some(row.points.clone());
+        };
+        let Lateness { days, percent } = late;
+        let remaining = points::shown(late.remaining(earned));
+        remarks.push(format!(
+            "late: {shown}: on day {days} after the deadline, {} % taken off, {remaining} of {} points remain",
+            points::shown(percent),
+            row.points
+        ));
+        Some(remaining)
+    }
+
+    /// When the newest file of a submission was changed; `None` if it cannot be read, which is its verdict.
+    fn folder_time(&self, name: &str) -> Option<Time> {
+        hand_in::last_changed(&self.args.folder.join(name)).ok().flatten()
+    }
+}
+
+/// Students without a submission, then submissions without a student, a line each.
+fn remarks(roster: &Roster, matching: &Matching, names: &[&str]) -> Vec<String> {
+    let pairs = roster.students.iter().zip(&matching.submissions);
+    let missing = pairs.filter(|(_, submission)| submission.is_none());
+    let missing = missing
+        .map(|(student, _)| format!("no submission: {} (line {})", student.shown(), student.line));
+    let unknown = matching.unknown.iter().map(|place| {
+        format!("no student: {}; its points are in no gradebook", printed::text(names[*place]))
+    });
+    missing.chain(unknown).collect()
+}

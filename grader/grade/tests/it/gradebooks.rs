@@ -1,0 +1,213 @@
+//! Gradebooks of a class, read by programs that are not ours.
+
+use std::fs;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::class::{Project, RIGHT, Run};
+
+/// Reads a CSV file and prints its rows as JSON.
+const READER: &str = "import csv, json, sys\n\
+                      print(json.dumps(list(csv.reader(open(sys.argv[1], newline=''), strict=True))))";
+
+const RUBRIC: &str = "[default]\npoints = 5\n[late]\npenalty = 20\ncap = 50\ngrace = 15\n";
+
+/// Options of all runs.
+const COMMON: [&str; 10] = [
+    "class",
+    "-o",
+    "out",
+    "--unprotected",
+    "--no-jacobians",
+    "--no-progress",
+    "--format",
+    "json",
+    "--roster",
+    "roster.csv",
+];
+
+/// A class of 30 submissions in folders, with a roster of 32: students 31 and 32 handed in nothing, and submission 30 is
+/// of no student.
+fn project() -> Project {
+    let project = Project::new();
+    project.write("assets/rubric.toml", RUBRIC);
+    let mut roster = "Email,Name,ID,Section,Submitted,Due,Folder\n".to_owned();
+    for number in 1..=32 {
+        let (name, submitted, due, folder) = match number {
+            1 => ("=HYPERLINK(1)", "2026-02-01T23:59:00-08:00", "", ""),
+            2 => ("\"Lovelace, -Ada \"\"A\"\"\"", "2026-02-02T00:14:01-08:00", "", ""),
+            3 => ("Zoë", "2026-02-09T00:00:00Z", "", ""),
+            4 => ("Dot", "2026-02-09T00:00:00Z", "2026-02-09T00:00:00Z", ""),
+            5 => ("Eve", "", "", "team"),
+            6 => ("Fay", "", "", "team"),
+            _ => ("Student", "", "", ""),
+        };
+        let id = 1000 + number;
+        roster += &format!("s{number}@x.edu,{name},{id},\"1, 2\",{submitted},{due},{folder}\n");
+    }
+    project.write("roster.csv", &roster);
+    for number in 1..=30 {
+        let name = match number {
+            5 => "team".to_owned(),
+            6 => "nobody".to_owned(),
+            _ => format!("s{number}_t1m3"),
+        };
+        let manifest = "run = [\"./run\", \"{scene}\", \"-o\", \"{trace}\"]\n";
+        project.write(&format!("class/{name}/submission.toml"), manifest);
+        let text = match number {
+            3 => RIGHT.replace("END {", "END { if (x == 150) x += 1;"),
+            7 => "#!/bin/sh\nexit 3\n".to_owned(),
+            _ => RIGHT.to_owned(),
+        };
+        project.program(&format!("class/{name}/run"), &text);
+    }
+    project
+}
+
+fn class(project: &Project, arguments: &[&str]) -> Run {
+    project.grade(&[&["class"], arguments, &COMMON].concat())
+}
+
+/// The rows of a CSV file as Python reads them; `None` where there is no Python.
+fn rows(project: &Project, file: &str) -> Option<Vec<Vec<String>>> {
+    let python = Command::new("python3").args(["-c", READER]).arg(project.path(file)).output();
+    let Ok(output) = python else {
+        eprintln!("not read by another reader: no python3");
+        return None;
+    };
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let rows: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = |cell: &Value| cell.as_str().unwrap().to_owned();
+    let row = |row: &Value| row.as_array().unwrap().iter().map(text).collect();
+    Some(rows.as_array().unwrap().iter().map(row).collect())
+}
+
+/// Opens a CSV file in LibreOffice, if there is one, and checks that no cell is a formula.
+fn has_no_formula(project: &Project, file: &str) {
+    let soffice = Command::new("soffice")
+        .args(["--headless", "--convert-to", "fods", "--outdir"])
+        .arg(project.path("sheets"))
+        .arg(project.path(file))
+        .output();
+    if soffice.is_err() {
+        eprintln!("not opened in a spreadsheet: no soffice");
+        return;
+    }
+    let sheet = project.read(&format!("sheets/{}", file.replace(".csv", ".fods")));
+    assert!(!sheet.contains("table:formula"), "{file} has a formula");
+}
+
+#[test]
+fn a_class_goes_into_the_gradebooks_of_canvas_and_moodle() {
+    let project = project();
+    let gradebooks =
+        ["--gradebook", "canvas=canvas.csv", "--gradebook", "moodle=moodle.csv", "--due"];
+    let deadline = ["2026-02-01T23:59:00-08:00", "--column", "=T1M3"];
+    let run = class(&project, &[&gradebooks[..], &deadline].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let counts = "students without a submission: 2; submissions of no student: 1";
+    assert!(run.stderr.contains(counts), "{}", run.stderr);
+    assert_eq!(run.stdout, project.read("out/summary.txt"));
+    for line in [
+        "  roster.csv: 30 of 32 students have a submission\n",
+        "  no submission: Student (line 32)\n  no submission: Student (line 33)\n",
+        "  no student: nobody; its points are in no gradebook\n",
+        "  late: Lovelace, -Ada \"A\": on day 1 after the deadline, 20 % taken off, 8 of 10 points remain\n",
+        "  late: Zoë: on day 7 after the deadline, 50 % taken off, 3.75 of 7.5 points remain\n",
+        "  time unknown: Eve: team counts as in time\n",
+        "  canvas.csv: points of 30 of 32 students, in the column \"=T1M3\"\n",
+    ] {
+        assert!(run.stdout.contains(line), "{line}{}", run.stdout);
+    }
+    assert!(!run.stdout.contains("Dot"), "extended deadline: {}", run.stdout);
+
+    for file in ["canvas.csv", "moodle.csv"] {
+        has_no_formula(&project, file);
+    }
+    let (Some(canvas), Some(moodle)) = (rows(&project, "canvas.csv"), rows(&project, "moodle.csv"))
+    else {
+        return;
+    };
+    let header = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "'=T1M3"];
+    assert_eq!(canvas[0], header);
+    assert_eq!(canvas[1], ["    Points Possible", "", "", "", "", "10"]);
+    assert_eq!(canvas[2], ["'=HYPERLINK(1)", "", "1001", "", "1, 2", "10"]);
+    assert_eq!(canvas[3][0], "Lovelace, '-Ada \"A\"");
+    assert_eq!(canvas[4], ["Zoë", "", "1003", "", "1, 2", "3.75"]);
+    assert_eq!((canvas.len(), moodle.len()), (34, 33));
+    assert_eq!(moodle[0], ["Email address", "ID number", "'=T1M3"]);
+    assert_eq!(moodle[7], ["s7@x.edu", "1007", "0"]);
+    let points: Vec<&str> = moodle[1..].iter().map(|row| row[2].as_str()).collect();
+    assert_eq!(points[..8], ["10", "8", "3.75", "10", "10", "10", "0", "10"]);
+    assert_eq!(points[29..], ["10", "", ""]);
+    let of_canvas: Vec<&str> = canvas[2..].iter().map(|row| row[5].as_str()).collect();
+    assert_eq!(of_canvas, points);
+
+    // A merge writes them later, by other options, from any folder.
+    let file = project.path("later.csv");
+    let file = format!("canvas={}", file.display());
+    let roster = project.path("roster.csv");
+    let merge = ["class", "merge", "out/plan.json", "--gradebook", &file, "--roster"];
+    let run =
+        project.grade(&[&merge[..], &[roster.to_str().unwrap(), "--due", deadline[0]]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let later = project.read("later.csv");
+    assert_eq!(later.replacen("Spring Oracle", "'=T1M3", 1), project.read("canvas.csv"));
+}
+
+#[test]
+fn a_roster_that_decides_nothing_is_refused_before_anything_is_graded() {
+    let project = Project::new();
+    project.write("assets/rubric.toml", RUBRIC);
+    project.program("class/ada_2", RIGHT);
+    let canvas = ["--gradebook", "canvas=canvas.csv"];
+    let moodle = ["--gradebook", "moodle=moodle.csv"];
+    for (roster, arguments, message) in [
+        ("name,id\nAda,1\nBob,2\n", &canvas[..], "roster.csv:2: the submission ada_2 fits Ada"),
+        ("name,email\nAda,a@x.edu\n", &canvas, "roster.csv:2: canvas cannot find Ada"),
+        ("name,canvas id\nAda,1\n", &moodle, "roster.csv:2: moodle cannot find Ada"),
+        ("name,id\nAda,=1+2\n", &canvas, "roster.csv:2: spreadsheets read \"=1+2\" as a formula"),
+        ("id,submitted\n2,2026-02-01T00:00:00Z\n", &canvas, "roster.csv:2: there is a time of"),
+        ("id\n2\n", &["--folder-times"], "roster.csv:2: there is a time of submission, but no"),
+        ("id\n2\n", &["--due", "monday"], "is no time with date and offset"),
+        ("id\n2\n", &["--gradebook", "excel=x"], "the gradebooks are canvas and moodle"),
+    ] {
+        project.write("roster.csv", roster);
+        let run = class(&project, arguments);
+        assert!(run.code == 2 && run.stderr.contains(message), "{message}: {}", run.stderr);
+        assert!(!project.path("out/summary.csv").exists() && !project.path("canvas.csv").exists());
+    }
+}
+
+#[test]
+fn the_newest_file_of_a_folder_tells_when_it_came_in() {
+    let project = Project::new();
+    project.write("assets/rubric.toml", RUBRIC);
+    project.program("class/ada", RIGHT);
+    project.write("roster.csv", "login\nada\n");
+    let seconds = std::time::Duration::from_secs(1_795_359_898 + 3600);
+    let file = fs::File::open(project.path("class/ada")).unwrap();
+    file.set_modified(std::time::UNIX_EPOCH + seconds).unwrap();
+    let options = ["--gradebook", "moodle=moodle.csv", "--due", "2026-11-22T07:04:58-08:00"];
+    let run = class(&project, &[&options[..], &["--folder-times"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(project.read("moodle.csv"), "Username,Spring Oracle\nada,8\n");
+    let run = class(&project, &options);
+    assert!(run.stdout.contains("time unknown: ada: ada counts as in time"), "{}", run.stdout);
+    assert_eq!(project.read("moodle.csv"), "Username,Spring Oracle\nada,10\n");
+}
+
+#[test]
+fn a_class_with_gaps_has_no_gradebook() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.write("roster.csv", "login\nada\n");
+    let run = class(&project, &["--on", "nothing"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let merge = ["class", "merge", "out/plan.json", "--gradebook", "moodle=moodle.csv"];
+    let run = project.grade(&[&merge[..], &["--roster", "roster.csv"]].concat());
+    assert_eq!(run.code, 130, "{}", run.stderr);
+    assert!(run.stdout.contains("no gradebook is written: some submissions have no result"));
+    assert!(!project.path("moodle.csv").exists());
+}

@@ -1,0 +1,444 @@
+//! The roster of a class, as CSV: its students, and which submission is whose.
+//!
+//! ```text
+//! 1. the submission that the column `folder` names
+//! 2. a submission whose whole name is an ID, a login, an email address, the part of it before the @, or a name
+//! 3. a submission of whose name such a key is a part between underscores: ab1234_t1m3, or Ada Lovelace_4711_file_
+//! ```
+//!
+//! Later steps match only submissions that the earlier ones left. A submission that fits two students, or a student whom
+//! two submissions fit, is an error: a guess could give points to somebody else. Case and repeated spaces do not matter.
+
+use std::collections::HashMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use csv::{ErrorKind, ReaderBuilder, StringRecord, Trim};
+
+use crate::printed;
+use crate::suite::read_text;
+use crate::time::Time;
+
+/// Maximum size of a roster, in MiB.
+const MAX_MEBIBYTES: u64 = 16;
+
+/// A roster.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Roster {
+    path: PathBuf,
+    /// The students, in the order of the file.
+    pub students: Vec<Student>,
+}
+
+/// A student. Text is empty if the roster has none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Student {
+    /// Line in the file, from 1.
+    pub line: u64,
+    /// Name.
+    pub name: String,
+    /// The university's ID.
+    pub id: String,
+    /// The ID in Canvas.
+    pub canvas_id: String,
+    /// Login.
+    pub login: String,
+    /// Email address.
+    pub email: String,
+    /// Section.
+    pub section: String,
+    /// The name of the submission.
+    pub folder: String,
+    /// When the submission came in.
+    pub submitted: Option<Time>,
+    /// The deadline, if it is the student's own.
+    pub due: Option<Time>,
+}
+
+/// A column of a roster.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Column {
+    Name,
+    FirstName,
+    LastName,
+    Id,
+    CanvasId,
+    Login,
+    Email,
+    Section,
+    Folder,
+    Submitted,
+    Due,
+}
+
+/// Names of the columns, in lower case: ours, then those in exports of Canvas and Moodle.
+const COLUMNS: [(Column, &[&str]); 11] = [
+    (Column::Name, &["name", STUDENT]),
+    (Column::FirstName, &["first name"]),
+    (Column::LastName, &["last name", "surname"]),
+    (Column::Id, &["id", "sis user id", "id number"]),
+    (Column::CanvasId, &["canvas id"]),
+    (Column::Login, &["login", "sis login id", "username"]),
+    (Column::Email, &["email", "email address"]),
+    (Column::Section, &["section"]),
+    (Column::Folder, &["folder"]),
+    (Column::Submitted, &["submitted"]),
+    (Column::Due, &["due"]),
+];
+
+/// Name of the column of names in exports of Canvas, where `ID` is Canvas's own.
+const STUDENT: &str = "student";
+
+/// A roster that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum RosterError {
+    /// It cannot be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A line is wrong.
+    #[error("{}:{line}: {message}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// What is wrong, and the remedy.
+        message: String,
+    },
+}
+
+/// Which submission is whose.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Matching {
+    /// The place of each student's submission; `None` if there is none.
+    pub submissions: Vec<Option<usize>>,
+    /// The places of submissions of no student.
+    pub unknown: Vec<usize>,
+}
+
+impl Student {
+    /// Name, else email address, login or ID, for display.
+    pub fn shown(&self) -> String {
+        let known = [&self.name, &self.email, &self.login, &self.id, &self.canvas_id];
+        let known = known.into_iter().find(|text| !text.is_empty());
+        printed::text(known.map_or("", |text| text))
+    }
+
+    /// The texts by which a submission is recognised, normalised.
+    fn keys(&self) -> Vec<String> {
+        let local = self.email.split('@').next().unwrap_or_default();
+        let last_first = self.name.split_once(',');
+        let first_last = last_first.map(|(last, first)| format!("{first} {last}"));
+        let texts = [&self.id, &self.canvas_id, &self.login, &self.email, local, &self.name];
+        let texts = texts.into_iter().chain(first_last.as_deref());
+        texts.map(normalised).filter(|key| !key.is_empty()).collect()
+    }
+}
+
+impl Roster {
+    /// Reads a roster.
+    ///
+    /// # Errors
+    /// If it cannot be read, a line is invalid, nothing identifies a student, or two students have the same ID, login or
+    /// email address.
+    pub fn load(path: &Path) -> Result<Self, RosterError> {
+        let text = read_text(path, MAX_MEBIBYTES)
+            .map_err(|source| RosterError::Unreadable { path: path.to_path_buf(), source })?;
+        Self::parse(&text, path)
+    }
+
+    fn parse(text: &str, path: &Path) -> Result<Self, RosterError> {
+        let text = text.trim_start_matches('\u{feff}');
+        let mut roster = Self { path: path.to_path_buf(), students: Vec::new() };
+        let first = text.lines().next().unwrap_or_default();
+        let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
+        let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
+        let mut reader =
+            ReaderBuilder::new().delimiter(separator).trim(Trim::All).from_reader(text.as_bytes());
+        let header = reader.headers().map_err(|error| roster.malformed(&error))?.clone();
+        let columns = roster.columns(&header)?;
+        let is_of_canvas = header.iter().any(|name| name.eq_ignore_ascii_case(STUDENT));
+        for record in reader.records() {
+            let record = record.map_err(|error| roster.malformed(&error))?;
+            let student = roster.student(&columns, &record)?;
+            let student = match student {
+                // A row of Canvas about the assignments.
+                student if is_of_canvas && student.canvas_id.is_empty() => continue,
+                student => student,
+            };
+            if student.keys().is_empty() {
+                let message =
+                    "nothing identifies the student\n  help: fill in id, login, email or name";
+                return Err(roster.wrong(student.line, message));
+            }
+            roster.students.push(student);
+        }
+        roster.refuse_duplicates()?;
+        Ok(roster)
+    }
+
+    /// The column of each place of the header.
+    fn columns(&self, header: &StringRecord) -> Result<Vec<Option<Column>>, RosterError> {
+        let is_of_canvas = header.iter().any(|name| name.eq_ignore_ascii_case(STUDENT));
+        let column = |name: &str| {
+            let name = normalised(name);
+            let known = COLUMNS.iter().find(|(_, names)| names.contains(&name.as_str()));
+            match known.map(|(column, _)| *column) {
+                Some(Column::Id) if is_of_canvas && name == "id" => Some(Column::CanvasId),
+                column => column,
+            }
+        };
+        let columns: Vec<Option<Column>> = header.iter().map(column).collect();
+        for (place, column) in columns.iter().enumerate().filter(|(_, column)| column.is_some()) {
+            if let Some(earlier) = columns[..place].iter().position(|other| other == column) {
+                let names = [&header[earlier], &header[place]];
+                let message = format!(
+                    "the columns {:?} and {:?} mean the same\n  help: remove one of them",
+                    names[0], names[1]
+                );
+                return Err(self.wrong(1, message));
+            }
+        }
+        let identifies = [Column::Id, Column::CanvasId, Column::Login, Column::Email, Column::Name];
+        if !identifies.iter().any(|column| columns.contains(&Some(*column))) {
+            let message = "no column identifies students\n  help: name the columns in the first line, such as \
+                           name,id,email,section";
+            return Err(self.wrong(1, message));
+        }
+        Ok(columns)
+    }
+
+    fn student(
+        &self,
+        columns: &[Option<Column>],
+        record: &StringRecord,
+    ) -> Result<Student, RosterError> {
+        let line = record.position().map_or(1, csv::Position::line);
+        let time = |cell: &str| match cell {
+            "" => Ok(None),
+            cell => cell.parse().map(Some).map_err(|error| self.wrong(line, format!("{error}"))),
+        };
+        let mut student = Student { line, ..Student::default() };
+        let mut last_name = String::new();
+        for (column, cell) in columns.iter().zip(record) {
+            match column {
+                Some(Column::Name | Column::FirstName) => cell.clone_into(&mut student.name),
+                Some(Column::LastName) => cell.clone_into(&mut last_name),
+                Some(Column::Id) => cell.clone_into(&mut student.id),
+                Some(Column::CanvasId) => cell.clone_into(&mut student.canvas_id),
+                Some(Column::Login) => cell.clone_into(&mut student.login),
+                Some(Column::Email) => cell.clone_into(&mut student.email),
+                Some(Column::Section) => cell.clone_into(&mut student.section),
+                Some(Column::Folder) => cell.clone_into(&mut student.folder),
+                Some(Column::Submitted) => student.submitted = time(cell)?,
+                Some(Column::Due) => student.due = time(cell)?,
+                None => {}
+            }
+        }
+        student.name = format!("{} {last_name}", student.name).trim().to_owned();
+        Ok(student)
+    }
+
+    fn refuse_duplicates(&self) -> Result<(), RosterError> {
+        let facts: [(&str, fn(&Student) -> &str); 4] = [
+            ("ID", |student| &student.id),
+            ("Canvas ID", |student| &student.canvas_id),
+            ("login", |student| &student.login),
+            ("email address", |student| &student.email),
+        ];
+        for (fact, of) in facts {
+            let mut seen: HashMap<String, u64> = HashMap::new();
+            for student in self.students.iter().filter(|student| !of(student).is_empty()) {
+                if let Some(line) = seen.insert(normalised(of(student)), student.line) {
+                    let message = format!(
+                        "the {fact} {:?} is that of line {line} too\n  help: correct one of the lines",
+                        of(student)
+                    );
+                    return Err(self.wrong(student.line, message));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds the submission of each student among these names.
+    ///
+    /// # Errors
+    /// If a submission fits two students, or a student has two submissions.
+    pub fn find_submissions(&self, names: &[&str]) -> Result<Matching, RosterError> {
+        let named = |student: &Student| names.iter().position(|name| *name == student.folder);
+        let mut submissions: Vec<Option<usize>> = self.students.iter().map(named).collect();
+        let mut unknown = Vec::new();
+        // Students whom the column `folder` does not decide.
+        let open: Vec<(usize, Vec<String>)> = self
+            .students
+            .iter()
+            .enumerate()
+            .filter(|(_, student)| student.folder.is_empty())
+            .map(|(place, student)| (place, student.keys()))
+            .collect();
+        let taken: Vec<usize> = submissions.iter().flatten().copied().collect();
+        for (submission, name) in names.iter().enumerate() {
+            if taken.contains(&submission) {
+                continue;
+            }
+            let steps = [whole_names(name), parts(name)];
+            let fitting = steps.iter().find_map(|texts| {
+                let fits = |keys: &[String]| keys.iter().any(|key| texts.contains(key));
+                let fitting = open.iter().filter(|(_, keys)| fits(keys));
+                let fitting: Vec<usize> = fitting.map(|(place, _)| *place).collect();
+                (!fitting.is_empty()).then_some(fitting)
+            });
+            let shown = printed::text(name);
+            match fitting.as_deref() {
+                None | Some([]) => unknown.push(submission),
+                Some([place]) => {
+                    if let Some(other) = submissions[*place].replace(submission) {
+                        let message = format!(
+                            "{} has two submissions: {} and {shown}\n  help: name one of them in the column folder",
+                            self.students[*place].shown(),
+                            printed::text(names[other]),
+                        );
+                        return Err(self.wrong(self.students[*place].line, message));
+                    }
+                }
+                Some([first, second, ..]) => {
+                    let [first, second] = [first, second].map(|place| &self.students[*place]);
+                    let message = format!(
+                        "the submission {shown} fits {} and, in line {}, {}\n  help: name it in the column folder of \
+                         one of them",
+                        first.shown(),
+                        second.line,
+                        second.shown(),
+                    );
+                    return Err(self.wrong(first.line, message));
+                }
+            }
+        }
+        Ok(Matching { submissions, unknown })
+    }
+
+    /// An error in this line.
+    pub fn wrong(&self, line: u64, message: impl Into<String>) -> RosterError {
+        RosterError::Line { path: self.path.clone(), line, message: message.into() }
+    }
+
+    fn malformed(&self, error: &csv::Error) -> RosterError {
+        let line = error.position().map_or(1, csv::Position::line);
+        match error.kind() {
+            ErrorKind::UnequalLengths { expected_len, len, .. } => self.wrong(
+                line,
+                format!(
+                    "{len} cells, but the first line has {expected_len}\n  help: put a cell with a separator in it \
+                     into \"quotes\""
+                ),
+            ),
+            _ => self.wrong(line, error.to_string()),
+        }
+    }
+}
+
+/// Lower case, with single spaces.
+fn normalised(text: &str) -> String {
+    text.to_lowercase().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A submission's name, as it is and with spaces in the place of underscores.
+fn whole_names(name: &str) -> Vec<String> {
+    vec![normalised(name), normalised(&name.replace('_', " "))]
+}
+
+/// The parts of a submission's name between underscores, with and without the extension.
+fn parts(name: &str) -> Vec<String> {
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    name.split('_').chain(stem.split('_')).chain([stem]).map(normalised).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Roster, String> {
+        Roster::parse(text, Path::new("roster.csv")).map_err(|error| error.to_string())
+    }
+
+    fn find(roster: &str, names: &[&str]) -> Result<Matching, String> {
+        parse(roster)?.find_submissions(names).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn columns_are_found_by_name_in_any_order_and_with_any_separator() {
+        for text in [
+            "name,id,login,email,section\nAda,7,ada,ada@x.edu,1\n",
+            "\u{feff}Section;Email;Login;ID;Name\r\n1;ada@x.edu;ada;7;Ada\r\n",
+            "First name\tSurname\tID number\tEmail address\tUsername\tSection\nAda\t\t7\tada@x.edu\tada\t1\n",
+        ] {
+            let student = &parse(text).unwrap().students[0];
+            let facts = [&student.name, &student.id, &student.login, &student.email];
+            assert_eq!(facts, ["Ada", "7", "ada", "ada@x.edu"], "{text}");
+            assert_eq!((student.section.as_str(), student.canvas_id.as_str()), ("1", ""));
+        }
+        // An export of Canvas has rows about the assignments.
+        let canvas = "Student,ID,SIS User ID,SIS Login ID,Section,Lab (9)\n,,,,,Manual Posting\n    Points Possible,,,,,10\n\"Lovelace, Ada\",11,7,ada,1,\n";
+        let roster = parse(canvas).unwrap();
+        assert_eq!(roster.students.len(), 1);
+        let Student { line, name, canvas_id, id, login, .. } = &roster.students[0];
+        assert_eq!((*line, name.as_str()), (4, "Lovelace, Ada"));
+        assert_eq!([canvas_id, id, login], ["11", "7", "ada"]);
+    }
+
+    #[test]
+    fn an_invalid_line_is_named() {
+        for (text, message) in [
+            ("", "roster.csv:1: no column identifies students"),
+            ("points\n1\n", "roster.csv:1: no column identifies students"),
+            ("id,name,ID\n", "roster.csv:1: the columns \"id\" and \"ID\" mean the same"),
+            ("id,name\n1,Ada\n1,Bob\n", "roster.csv:3: the ID \"1\" is that of line 2 too"),
+            ("email\nA@x.edu\na@x.edu\n", "roster.csv:3: the email address"),
+            ("id,name\n1,Lovelace, Ada\n", "roster.csv:2: 3 cells, but the first line has 2"),
+            ("id,section\n,1\n", "roster.csv:2: nothing identifies the student"),
+            ("id,submitted\n1,2026-02-01 10:00\n", "roster.csv:2: \"2026-02-01 10:00\" is no time"),
+        ] {
+            let error = parse(text).unwrap_err();
+            assert!(error.starts_with(message), "{error}");
+        }
+    }
+
+    #[test]
+    fn submissions_are_recognised_by_what_platforms_call_them() {
+        let roster = "name,id,canvas id,login,email,folder\n\
+                      \"Lovelace, Ada\",,,,,\nBob B,42,,,,\nCleo,,4711,,,\nDot,,,dot9,,\nEve,,,,eve.e@x.edu,\n\
+                      Fay,,,,,team 1\nGus,,,,,team 1\nHal,,,,hal@x.edu,nowhere\n";
+        let names = [
+            "ADA  lovelace_123_assignsubmission_file_",
+            "42",
+            "cleo_4711_99_simulator",
+            "dot9_t1m3.sh",
+            "eve.e",
+            "team 1",
+            "hal",
+            "zoe",
+        ];
+        let found = find(roster, &names).unwrap();
+        let whose = [Some(0), Some(1), Some(2), Some(3), Some(4), Some(5), Some(5), None];
+        assert_eq!(found, Matching { submissions: whose.to_vec(), unknown: vec![6, 7] });
+        // A whole name outweighs a part, whichever comes first.
+        let found = find("login,section\nada_b,1\nada,2\n", &["ada", "ada_b"]).unwrap();
+        assert_eq!(found.submissions, [Some(1), Some(0)]);
+    }
+
+    #[test]
+    fn an_ambiguous_submission_is_an_error_and_the_folder_column_decides() {
+        let two = find("name,id\nAda,1\nBob,2\n", &["ada_2"]).unwrap_err();
+        assert!(two.starts_with("roster.csv:2: the submission ada_2 fits Ada and, in line 3, Bob"));
+        let twice = find("login,name\nada,Ada\n", &["ada", "ada_old"]).unwrap_err();
+        assert!(twice.starts_with("roster.csv:2: Ada has two submissions: ada and ada_old"));
+        let found = find("login,folder\nada,ada\n", &["ada", "ada_old"]).unwrap();
+        assert_eq!((found.submissions, found.unknown), (vec![Some(0)], vec![1]));
+    }
+}

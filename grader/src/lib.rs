@@ -14,6 +14,7 @@
 //! - [`verdict`]: a pass, or a named failure.
 //! - [`rubric`]: tolerances and points.
 //! - [`late`]: the rubric's rules for late submissions and course platforms.
+//! - [`time`]: points in time.
 //! - [`events`]: events of a run, sent to an observer.
 //! - [`stepping`]: single steps of the built-in simulator.
 //! - [`recording`]: a comparison reduced for display.

@@ -56,6 +56,12 @@ pub(super) enum Command {
                       interrupted (Ctrl-C)."
     )]
     Explain(ExplainArgs),
+    /// Grade the submission of a JSON report again: which inputs changed, and do the same verdicts and points come out?
+    #[command(
+        after_help = "Exit codes: 0 the same comes out, 1 something differs, 2 bad usage or input, 3 grader fault, 130 \
+                      interrupted (Ctrl-C)."
+    )]
+    VerifyReport(VerifyReportArgs),
     /// Check creative scenes: name, format, features, run, overlaps, film
     Creative(CreativeArgs),
     /// Show all creative scenes of a folder as one page, with a sheet for marks
@@ -184,6 +190,28 @@ pub(super) struct ExplainArgs {
 
     #[command(flatten)]
     pub(super) judge: JudgeArgs,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
+}
+
+#[derive(Args)]
+pub(super) struct VerifyReportArgs {
+    /// The report, as JSON
+    #[arg(value_name = "FILE")]
+    pub(super) report: PathBuf,
+
+    /// The submission [default: the path in the report; run in the folder where the report was made]
+    #[arg(value_name = "SUBMISSION")]
+    pub(super) submission: Option<PathBuf>,
+
+    /// Folder of hidden scenes [default: the rubric's folder]
+    #[arg(long, value_name = "DIR")]
+    pub(super) hidden: Option<PathBuf>,
+
+    /// Hide the progress line
+    #[arg(long)]
+    pub(super) no_progress: bool,
 
     #[command(flatten)]
     pub(super) suite: SuiteArgs,

@@ -12,6 +12,7 @@ use crate::interrupt::Interrupt;
 use crate::last_failed;
 use crate::platform::{Platforms, read_metadata};
 use crate::progress::Progress;
+use crate::provenance::{options, provenance};
 use crate::reports::{Reports, Shown};
 use crate::scenes::{Scenes, slowest};
 use crate::stop::{Exit, Stop, complain};
@@ -58,8 +59,8 @@ fn grade_and_report(
     let of_submission = args.submission.as_deref().and_then(named_assignment);
     let judging = Judging { of_submission: of_submission.as_deref(), ..args.judge.judging() };
     let mut inputs = args.suite.read_for(&judging)?;
-    let record = args.submission.as_deref().or(args.traces.as_deref());
-    let record = last_failed::file(record, &inputs.expected);
+    let path = args.submission.as_deref().or(args.traces.as_deref());
+    let record = last_failed::file(path, &inputs.expected);
     let only = choose(args, &inputs, record.as_deref());
     let is_whole = only.is_empty();
     if !is_whole {
@@ -76,6 +77,7 @@ fn grade_and_report(
     }
     let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
+    let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, is_whole), path)?;
     let opened = open_submission(args, &inputs);
     interrupt.check("the submission was not built; no scene was graded")?;
     let (submission, protection) = opened?;
@@ -89,6 +91,7 @@ fn grade_and_report(
     };
     let scenes = Scenes::new(&progress, args.fail_fast.map(|count| count as usize));
     let mut grading = inputs.grader(&oracle, checks, &scenes).grade(&submission, protection);
+    grading.provenance = Some(provenance);
     let (has_ended, times) = (scenes.has_ended(), scenes.times());
     drop(progress);
     if is_whole && !grading.is_own && grading.interrupted.is_none() {

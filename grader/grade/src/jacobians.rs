@@ -52,6 +52,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         hidden: Hidden::None,
         faults: FaultPoints::default(),
         interrupted: None,
+        provenance: None,
     };
     let bytes = render(args.format, &grading, &SceneTimes::new(), |out| {
         let config = report::jacobians::text::JacobianTextOptions { details: args.details };

@@ -21,6 +21,7 @@ mod needs;
 mod oracle;
 mod selftest;
 mod stability;
+mod verify_report;
 
 mod actions;
 mod interrupt;
@@ -29,6 +30,7 @@ mod output;
 mod pages;
 mod platform;
 mod progress;
+mod provenance;
 mod reports;
 mod scenes;
 mod stop;
@@ -82,6 +84,7 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         Some(Command::Export(ExportCommand::Prairielearn(args))) => export::prairielearn(args),
         Some(Command::Export(ExportCommand::Github(args))) => export::github(args),
         Some(Command::Selftest(args)) => selftest::run(args),
+        Some(Command::VerifyReport(args)) => verify_report::verify(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
             oracle::regenerate(*accept, suite)
         }

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
-use super::text;
+use super::provenance::JsonProvenance;
+use super::{SCHEMA_VERSION, text};
 use grader::altered::Copied;
 use grader::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
@@ -19,9 +20,6 @@ use grader::grading::{
 };
 use grader::rubric::FaultPoints;
 use grader::suite::Section;
-
-/// Version of the schema.
-pub const SCHEMA_VERSION: u32 = 5;
 
 /// The report as JSON, with a newline at its end.
 ///
@@ -87,6 +85,8 @@ struct Report {
     jacobians: Vec<JsonJacobian>,
     /// Checks of the linear systems of implicit methods; empty as above.
     newton_systems: Vec<JsonNewton>,
+    /// What the report was made from; null if that is not known.
+    provenance: Option<JsonProvenance>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -386,6 +386,7 @@ impl Report {
                 .collect(),
             jacobians: grading.jacobians.forces.iter().map(JsonJacobian::of).collect(),
             newton_systems: grading.jacobians.newton.iter().map(JsonNewton::of).collect(),
+            provenance: grading.provenance.as_ref().map(JsonProvenance::of),
         }
     }
 }

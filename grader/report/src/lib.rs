@@ -8,11 +8,15 @@ pub mod jacobians;
 pub mod json;
 pub mod junit;
 pub mod probe;
+pub mod provenance;
 pub mod table;
 pub mod text;
 
 mod digits;
 mod testsuites;
+
+/// Version of the schema of JSON reports of gradings.
+pub const SCHEMA_VERSION: u32 = 5;
 
 /// How long each scene took, by name.
 pub type SceneTimes = std::collections::HashMap<String, std::time::Duration>;

@@ -15,7 +15,7 @@ use crate::submission::hand_in::{HandIn, HandInError, WalkStep};
 use crate::suite::{Case, Suite, hash_file, hexadecimal};
 
 /// A hash of several parts. Each part is preceded by its length, so that different lists of parts differ in the hash.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Fingerprint(Sha256);
 
 impl Fingerprint {
@@ -24,7 +24,7 @@ impl Fingerprint {
     /// # Errors
     /// If its own file cannot be read.
     pub fn of_grader() -> io::Result<Self> {
-        let mut own = Self(Sha256::new());
+        let mut own = Self::default();
         own.part(env!("CARGO_PKG_VERSION").as_bytes());
         own.part(hash_file(&std::env::current_exe()?)?.as_bytes());
         Ok(own)
@@ -122,7 +122,7 @@ mod tests {
             let path = folder.path().join(name);
             fs::create_dir(&path).unwrap();
             fs::write(path.join(file), "text").unwrap();
-            let mut fingerprint = Fingerprint(Sha256::new());
+            let mut fingerprint = Fingerprint::default();
             fingerprint.submission(&path).unwrap();
             fingerprint.finish()
         };
@@ -136,7 +136,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         let of = || {
-            let mut fingerprint = Fingerprint(Sha256::new());
+            let mut fingerprint = Fingerprint::default();
             fingerprint.submission(path).unwrap();
             fingerprint.finish()
         };

@@ -9,6 +9,7 @@
 
 pub mod hidden;
 pub mod points;
+pub mod provenance;
 
 mod breaker;
 mod judge;

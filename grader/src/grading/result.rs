@@ -17,6 +17,8 @@ use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Fault, Verdict};
 use sandbox::Protection;
 
+use super::provenance::Provenance;
+
 /// The content of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grading {
@@ -48,6 +50,8 @@ pub struct Grading {
     pub faults: FaultPoints,
     /// Progress of a run that was ended early.
     pub interrupted: Option<Interrupted>,
+    /// What it was made from; `None` if that is not known.
+    pub provenance: Option<Provenance>,
 }
 
 /// An assignment in reports.
@@ -482,6 +486,7 @@ pub(super) fn gather(
         hidden: Hidden::None,
         faults: rubric.fault_points(),
         interrupted: None,
+        provenance: None,
     }
 }
 

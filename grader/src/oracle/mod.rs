@@ -97,6 +97,13 @@ impl Oracle {
         self.find(case).and_then(|(path, _)| self.check(case, &path)).err()
     }
 
+    /// SHA-256 of the trace of a scene; `None` if it cannot be used.
+    pub fn trace_hash(&self, case: &Case) -> Option<String> {
+        let (path, _) = self.find(case).ok()?;
+        self.check(case, &path).ok()?;
+        hash_file(&path).ok()
+    }
+
     /// Checks that the trace at `path` was made from the current scene and has not been altered since.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ use grader::class::entry::ClassEntry;
 use grader::class::fingerprint::Fingerprint;
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
+use grader::grading::provenance::Provenance;
 use grader::oracle::Oracle;
 use grader::submission::folder;
 use grader::submission::hand_in::HandInError;
@@ -19,6 +20,7 @@ use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::pages::Pages;
 use crate::progress::Progress;
+use crate::provenance::{options, provenance};
 use crate::stop::Stop;
 use crate::submission::check_secrets;
 
@@ -29,6 +31,8 @@ pub(super) struct Class<'a> {
     pub(super) oracle: Oracle,
     pub(super) runner: Runner,
     pub(super) protections: Vec<Protection>,
+    /// Of all submissions, without their own origin.
+    pub(super) provenance: Provenance,
     /// Hash of all inputs except the submission.
     fingerprint: Fingerprint,
     pub(super) reports: PathBuf,
@@ -58,6 +62,7 @@ impl<'a> Class<'a> {
         keep_apart(args, &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
         let fingerprint = fingerprint(args, &inputs, &oracle, &runner).map_err(Stop::fault)?;
+        let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, true), None)?;
         let interrupt = Interrupt::listen()?;
         let progress = Progress::new(!args.judge.no_progress, interrupt);
         Ok(Self {
@@ -66,6 +71,7 @@ impl<'a> Class<'a> {
             oracle,
             runner,
             protections,
+            provenance,
             fingerprint,
             reports,
             records,

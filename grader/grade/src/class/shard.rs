@@ -15,6 +15,7 @@ use grader::class::Row;
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
 use grader::events::{Event, Observer, Task};
+use grader::grading::provenance::Provenance;
 use grader::grading::{Checks, Grading, panic_message};
 use grader::submission::{Submission, folder};
 use grader::suite::hash_bytes;
@@ -27,6 +28,7 @@ use super::setting::{Class, extension};
 use super::{save, unwritable};
 use crate::args::Format;
 use crate::output::{plain, write_bytes};
+use crate::provenance::origin;
 use crate::reports::render;
 use crate::stop::{Stop, complain};
 use crate::submission::{open_entry, refused};
@@ -81,11 +83,10 @@ impl Class<'_> {
         }
         let seconds = start.elapsed().as_secs_f64();
         for planned in missing {
-            // Names in submission.toml need not be unique.
-            grading.submission.clone_from(&planned.name);
+            self.name(&mut grading, planned);
             let reports = self.rendered(&grading, planned).or_else(|detail| {
                 grading = not_graded(detail)?;
-                grading.submission.clone_from(&planned.name);
+                self.name(&mut grading, planned);
                 self.rendered(&grading, planned)
             });
             let record = Record {
@@ -99,6 +100,13 @@ impl Class<'_> {
             self.write(planned, &grading, reports.map_err(Stop::fault)?, record)?;
         }
         Ok(())
+    }
+
+    /// Puts the name and the origin of a submission into its grading. Names in submission.toml need not be unique.
+    fn name(&self, grading: &mut Grading, planned: &Planned) {
+        grading.submission.clone_from(&planned.name);
+        let submission = Some(origin(&self.args.folder.join(&planned.name)));
+        grading.provenance = Some(Provenance { submission, ..self.provenance.clone() });
     }
 
     /// Whether a submission has the content that was planned; says so if not.

@@ -24,3 +24,5 @@ mod probe;
 mod real_programs;
 mod stability;
 mod student;
+#[cfg(target_os = "linux")]
+mod verify_report;

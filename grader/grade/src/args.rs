@@ -836,10 +836,20 @@ pub(super) enum TableFormat {
 pub(super) enum OracleCommand {
     /// Regenerate all oracle traces with the built-in simulator; replace expected/ completely or not at all
     Regenerate {
-        /// Also replace traces that changed beyond their tolerance, and remove traces without a scene
-        #[arg(long)]
-        accept: bool,
+        /// Also replace traces that changed beyond their tolerance, and remove traces without a scene: of these scenes,
+        /// by the patterns of --only, or of all; the others stay
+        #[arg(long, value_name = "SCENE", num_args = 0..)]
+        accept: Option<Vec<String>>,
 
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
+    /// Walk through the changes that have to be accepted, scene by scene, on a terminal: accept, reject, skip, undo
+    #[command(
+        after_help = "Decisions are kept beside expected/ until they are written: run it again to continue. Exit codes: 0 \
+                      nothing is left to accept, 1 something is, 2 bad usage or input."
+    )]
+    Review {
         #[command(flatten)]
         suite: SuiteArgs,
     },

@@ -86,8 +86,9 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         Some(Command::Selftest(args)) => selftest::run(args),
         Some(Command::VerifyReport(args)) => verify_report::verify(args),
         Some(Command::Oracle(OracleCommand::Regenerate { accept, suite })) => {
-            oracle::regenerate(*accept, suite)
+            oracle::regenerate(accept.as_deref(), suite)
         }
+        Some(Command::Oracle(OracleCommand::Review { suite })) => oracle::review::run(suite),
         Some(Command::Oracle(OracleCommand::Verify { suite })) => oracle::verify(suite),
     }
 }

@@ -231,7 +231,7 @@ mod tests {
 
     use super::*;
     use crate::compare::Tolerances;
-    use crate::oracle::regenerate;
+    use crate::oracle::{Acceptance, Origin, Staged};
     use crate::suite::{Section, Suite};
 
     const SCENE: &str = r#"<scene>
@@ -258,7 +258,9 @@ mod tests {
         std::fs::write(scenes.join("free.xml"), SCENE).unwrap();
         let sections = [(Section::Required, scenes)];
         let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
-        regenerate(&suite, &traces, &Rubric::default(), false).unwrap();
+        let nothing = Acceptance::Nothing;
+        let staged = Staged::make(&suite, &traces, &Rubric::default(), nothing).unwrap();
+        staged.replace(nothing, &Origin::default()).unwrap();
         let oracle = Oracle::open(&traces).unwrap();
         let [case] = suite.cases.as_slice() else { panic!("one scene") };
 

@@ -61,6 +61,12 @@ pub struct ManifestEntry {
     pub time_step: f64,
     /// The number of steps.
     pub steps: u64,
+    /// The commit of the grader that made the trace, followed by `-modified` if its sources differed, if known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
+    /// Operating system and architecture on which it was made, if known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub platform: Option<String>,
 }
 
 impl ManifestEntry {
@@ -73,6 +79,8 @@ impl ManifestEntry {
             integrator: case.scene.integrator.name.to_owned(),
             time_step: case.scene.time_step,
             steps: case.scene.n_steps(),
+            commit: None,
+            platform: None,
         }
     }
 }

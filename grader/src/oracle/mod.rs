@@ -13,7 +13,8 @@ use manifest::Manifest;
 use simulator::trace::TraceFormat;
 
 pub use regenerate::{
-    Leftover, RegenerateError, Regeneration, TraceChange, TraceDifference, regenerate,
+    Acceptance, Leftover, NumberDifference, Origin, RegenerateError, Regeneration, Staged,
+    TraceChange, TraceDifference,
 };
 pub use verify::{Mismatch, verify};
 

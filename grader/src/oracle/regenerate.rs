@@ -1,8 +1,13 @@
 //! Regenerates all oracle traces with the built-in simulator. The folder is replaced as a whole or not at all.
 //!
-//! The new traces are written to a folder beside the old one and compared with the old ones. Then the two folders are
-//! exchanged, atomically where the system supports it. A trace that changed beyond its tolerance, or whose scene is
-//! gone, is replaced only if the changes are accepted; otherwise the whole folder stays.
+//! ```text
+//! Staged::make   new traces, in a folder beside the old one, each compared with its old trace
+//!      │         `regenerate --accept` decides at once, `review` asks
+//! Staged::replace   old traces of changes that are not accepted go back; the two folders are exchanged
+//! ```
+//!
+//! The exchange is atomic where the system supports it. A trace that changed beyond its tolerance, or whose scene is
+//! gone, is replaced only if the change is accepted. If nothing is accepted, the whole folder stays.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -18,8 +23,8 @@ use tempfile::TempDir;
 
 use super::manifest::{FILE_NAME, FORMAT, Manifest, ManifestEntry, SIMULATOR, VERSION};
 use super::{Oracle, OracleError, envelopes};
-use crate::calibration::{StoredEnvelope, calibrate};
-use crate::compare::{Comparison, Expectation, Tolerances, compare};
+use crate::calibration::{Bounds, Envelope, StoredEnvelope, calibrate};
+use crate::compare::{Comparison, Expectation, Pair, Tolerances, compare_watched};
 use crate::rubric::Rubric;
 use crate::suite::{Case, Suite, find_traces, hash_bytes, hash_file};
 use crate::verdict::{Fault, Verdict};
@@ -31,8 +36,40 @@ pub struct Regeneration {
     pub changes: Vec<(String, TraceChange)>,
     /// Whether the folder was replaced. It stays where nothing changed, or where a change has to be accepted first.
     pub replaced: bool,
+    /// The names of changes that have to be accepted, and were not.
+    pub kept: BTreeSet<String>,
     /// Remainder of the old folder, if it was replaced but could not be removed.
     pub leftover: Option<Leftover>,
+}
+
+/// The accepted changes, of those that have to be.
+#[derive(Debug, Clone, Copy)]
+pub enum Acceptance<'a> {
+    /// None. If there is one, the whole folder stays.
+    Nothing,
+    /// All.
+    All,
+    /// Those of these names. The other traces stay, with their entries.
+    Some(&'a BTreeSet<String>),
+}
+
+impl Acceptance<'_> {
+    fn accepts(self, name: &str) -> bool {
+        match self {
+            Self::Nothing => false,
+            Self::All => true,
+            Self::Some(names) => names.contains(name),
+        }
+    }
+}
+
+/// The grader that makes traces.
+#[derive(Debug, Clone, Default)]
+pub struct Origin {
+    /// The commit that it was built from; `None` if unknown.
+    pub commit: Option<String>,
+    /// Operating system and architecture; `None` if unknown.
+    pub platform: Option<String>,
 }
 
 /// Old content that could not be removed.
@@ -69,8 +106,8 @@ pub enum TraceChange {
 /// Difference of a new trace from an old one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TraceDifference {
-    /// The numbers differ: the new trace judged by the old one.
-    Numbers(Box<Comparison>),
+    /// The numbers differ.
+    Numbers(Box<NumberDifference>),
     /// The number of states differs.
     Length {
         /// States of the old trace.
@@ -87,10 +124,22 @@ pub enum TraceDifference {
     },
 }
 
+/// Difference of the numbers of two traces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NumberDifference {
+    /// The new trace judged by the old one.
+    pub comparison: Comparison,
+    /// The largest residuals of position and velocity in each of at most 60 spans of states.
+    pub sizes: Vec<[f64; 2]>,
+}
+
+/// Maximum number of spans of states in a difference.
+const SPANS: u64 = 60;
+
 impl TraceDifference {
     /// Whether the numbers agree within the tolerance.
     pub fn is_within_tolerance(&self) -> bool {
-        matches!(self, Self::Numbers(comparison) if comparison.verdict.is_pass())
+        matches!(self, Self::Numbers(difference) if difference.comparison.verdict.is_pass())
     }
 }
 
@@ -106,9 +155,9 @@ impl TraceChange {
 }
 
 impl Regeneration {
-    /// Whether the replacement was refused because a change has to be accepted.
+    /// Whether a change that has to be accepted was not.
     pub fn refused(&self) -> bool {
-        !self.replaced && self.changes.iter().any(|(_, change)| change.needs_accepting())
+        !self.kept.is_empty()
     }
 }
 
@@ -126,6 +175,14 @@ pub enum RegenerateError {
     NoName {
         /// The folder.
         path: PathBuf,
+    },
+    /// Nothing is known of a trace that would stay.
+    #[error("{}: without a manifest, {scene} cannot stay as it is\n  help: accept all changes with --accept", folder.display())]
+    Unknown {
+        /// The folder.
+        folder: PathBuf,
+        /// The trace.
+        scene: String,
     },
     /// The folder contains the current working directory.
     #[error("{}: cannot be replaced, because it contains the current folder\n  help: run the command from another folder", path.display())]
@@ -153,62 +210,158 @@ pub enum RegenerateError {
     },
 }
 
-/// Makes the traces of every scene of the suite and replaces `folder` by them. If `folder` is a link, its target is
-/// replaced.
-///
-/// # Errors
-/// If a scene cannot be simulated, a file cannot be written, or the folder cannot be replaced. Except as the error
-/// says, `folder` is then unchanged.
-pub fn regenerate(
-    suite: &Suite,
-    folder: &Path,
-    rubric: &Rubric,
-    accept: bool,
-) -> Result<Regeneration, RegenerateError> {
-    // `accept` also replaces a manifest that cannot be read.
-    let old = match Oracle::open(folder) {
-        Err(_) if accept => Oracle::without_manifest(folder),
-        opened => opened?,
-    };
-    let place = FolderLocation::of(folder)?;
-    let staging = stage(&place)?;
-    let make = |case: &Case| make(case, staging.path(), &old, rubric);
-    let made: Result<Vec<Made>, RegenerateError> = suite.cases.par_iter().map(make).collect();
-    let (mut traces, mut changes, mut envelopes) = (Vec::new(), Vec::new(), Vec::new());
-    for Made { entry, change, envelope } in made? {
-        changes.push((entry.scene.clone(), change));
-        traces.push(entry);
-        envelopes.push(envelope);
-    }
-    envelopes.sort_by(|a, b| a.name.cmp(&b.name));
-    let envelopes = envelopes::text(&envelopes);
-    let others = other_files(suite, folder)?;
-    changes.extend(others.orphans.into_iter().map(|name| (name, TraceChange::Removed)));
-    changes.sort_by(|(a, _), (b, _)| a.cmp(b));
+/// New traces in a folder beside the old one, which is removed unless it takes the old one's place.
+pub struct Staged {
+    folder: PathBuf,
+    place: FolderLocation,
+    staging: TempDir,
+    old: Oracle,
+    made: Vec<Made>,
+    /// Files of the old folder that are neither traces nor made here.
+    others: Vec<PathBuf>,
+    /// One entry for each scene and for each trace without a scene, by name.
+    pub changes: Vec<(String, TraceChange)>,
+}
 
-    let mut manifest = Manifest {
-        format: FORMAT,
-        simulator: SIMULATOR.to_owned(),
-        version: VERSION.to_owned(),
-        envelopes_sha256: hash_bytes(envelopes.as_bytes()),
-        traces,
-    };
-    manifest.traces.sort_by(|a, b| a.scene.cmp(&b.scene));
-    let same = old.manifest.as_ref() == Some(&manifest)
-        && old.envelopes.is_ok()
-        && changes.iter().all(|(_, change)| *change == TraceChange::Unchanged);
-    let refused = !accept && changes.iter().any(|(_, change)| change.needs_accepting());
-    let replaced = !same && !refused;
-    let mut leftover = None;
-    if replaced {
-        write_manifest(&manifest, &staging.path().join(FILE_NAME))?;
-        write_text(&envelopes, &staging.path().join(envelopes::FILE_NAME))?;
-        for file in others.kept {
-            copy(&folder.join(&file), &staging.path().join(&file))?;
-        }
-        leftover = exchange(staging, &place.path(), &Means::default())?;
+impl Staged {
+    /// Makes the traces of every scene of the suite and compares them with those of `folder`.
+    ///
+    /// # Errors
+    /// If a scene cannot be simulated, a file cannot be written, or, unless all changes are accepted, the old manifest
+    /// cannot be read.
+    pub fn make(
+        suite: &Suite,
+        folder: &Path,
+        rubric: &Rubric,
+        accept: Acceptance<'_>,
+    ) -> Result<Self, RegenerateError> {
+        let old = match Oracle::open(folder) {
+            Err(_) if matches!(accept, Acceptance::All) => Oracle::without_manifest(folder),
+            opened => opened?,
+        };
+        let place = FolderLocation::of(folder)?;
+        let staging = stage(&place)?;
+        let make = |case: &Case| make(case, staging.path(), &old, rubric);
+        let made: Result<Vec<Made>, RegenerateError> = suite.cases.par_iter().map(make).collect();
+        let made = made?;
+        let others = other_files(suite, folder)?;
+        let changes = made.iter().map(|made| (made.entry.scene.clone(), made.change.clone()));
+        let removed = others.orphans.into_iter().map(|name| (name, TraceChange::Removed));
+        let mut changes: Vec<_> = changes.chain(removed).collect();
+        changes.sort_by(|(a, _), (b, _)| a.cmp(b));
+        let folder = folder.to_path_buf();
+        Ok(Self { folder, place, staging, old, made, others: others.kept, changes })
     }
-    Ok(Regeneration { changes, replaced, leftover })
+
+    /// The hash of the new trace of a scene; `None` if its scene is gone.
+    pub fn trace_hash(&self, scene: &str) -> Option<&str> {
+        let made = self.made.iter().find(|made| made.entry.scene == scene)?;
+        Some(&made.entry.trace_sha256)
+    }
+
+    /// The hash of the files from which the old trace of a scene was made, if known.
+    pub fn old_scene_hash(&self, scene: &str) -> Option<&str> {
+        Some(&self.old.manifest.as_ref()?.entry(scene)?.scene_sha256)
+    }
+
+    /// How far correct programs differ at the end of a scene, by the new envelope.
+    pub fn bounds(&self, scene: &str) -> Option<Bounds> {
+        let made = self.made.iter().find(|made| made.entry.scene == scene)?;
+        Some(made.envelope.at(made.entry.steps))
+    }
+
+    /// Replaces the folder, if something changed and is accepted. If it is a link, its target is replaced.
+    ///
+    /// # Errors
+    /// If a file cannot be written, or the folder cannot be replaced. Except as the error says, it is then unchanged.
+    pub fn replace(
+        mut self,
+        accept: Acceptance<'_>,
+        origin: &Origin,
+    ) -> Result<Regeneration, RegenerateError> {
+        let changes = std::mem::take(&mut self.changes);
+        let is_kept = |(name, change): &&(String, TraceChange)| {
+            change.needs_accepting() && !accept.accepts(name)
+        };
+        let kept: BTreeSet<String> =
+            changes.iter().filter(is_kept).map(|(name, _)| name.clone()).collect();
+        if matches!(accept, Acceptance::Nothing) && !kept.is_empty() {
+            return Ok(Regeneration { changes, replaced: false, kept, leftover: None });
+        }
+        for scene in &kept {
+            self.keep(scene)?;
+        }
+        let is_made = |made: &&Made| !kept.contains(&made.entry.scene);
+        let made = self.made.iter().filter(is_made);
+        let mut traces: Vec<ManifestEntry> =
+            made.clone().map(|made| self.entry_of(made, origin)).collect();
+        let mut stored: Vec<StoredEnvelope> =
+            made.map(|made| StoredEnvelope::of(&made.entry.scene, &made.envelope)).collect();
+        for scene in &kept {
+            traces.extend(self.old_entry(scene).cloned());
+            let envelope = self.old.envelopes.as_ref().ok();
+            let envelope = envelope.and_then(|envelopes| envelopes.find(scene));
+            stored.extend(envelope.map(|envelope| StoredEnvelope::of(scene, envelope)));
+        }
+        traces.sort_by(|a, b| a.scene.cmp(&b.scene));
+        stored.sort_by(|a, b| a.name.cmp(&b.name));
+        let envelopes = envelopes::text(&stored);
+        let manifest = Manifest {
+            format: FORMAT,
+            simulator: SIMULATOR.to_owned(),
+            version: VERSION.to_owned(),
+            envelopes_sha256: hash_bytes(envelopes.as_bytes()),
+            traces,
+        };
+        let is_unchanged = |(name, change): &(String, TraceChange)| {
+            *change == TraceChange::Unchanged || kept.contains(name)
+        };
+        let same = self.old.manifest.as_ref() == Some(&manifest)
+            && self.old.envelopes.is_ok()
+            && changes.iter().all(is_unchanged);
+        if same {
+            return Ok(Regeneration { changes, replaced: false, kept, leftover: None });
+        }
+        write_manifest(&manifest, &self.staging.path().join(FILE_NAME))?;
+        write_text(&envelopes, &self.staging.path().join(envelopes::FILE_NAME))?;
+        for file in &self.others {
+            copy(&self.folder.join(file), &self.staging.path().join(file))?;
+        }
+        let leftover = exchange(self.staging, &self.place.path(), &Means::default())?;
+        Ok(Regeneration { changes, replaced: true, kept, leftover })
+    }
+
+    /// Puts the old traces of a scene in the place of the new one.
+    fn keep(&self, scene: &str) -> Result<(), RegenerateError> {
+        if self.old_entry(scene).is_none() {
+            let (folder, scene) = (self.folder.clone(), scene.to_owned());
+            return Err(RegenerateError::Unknown { folder, scene });
+        }
+        let new = self.staging.path().join(format!("{scene}.csv"));
+        if new.exists() {
+            fs::remove_file(&new).map_err(at(&new))?;
+        }
+        for (old, _) in find_traces(&self.folder, scene) {
+            let name = old.strip_prefix(&self.folder).unwrap_or(&old);
+            copy(&old, &self.staging.path().join(name))?;
+        }
+        Ok(())
+    }
+
+    fn old_entry(&self, scene: &str) -> Option<&ManifestEntry> {
+        self.old.manifest.as_ref()?.entry(scene)
+    }
+
+    /// The entry of a new trace: the old one, if that says the same.
+    fn entry_of(&self, made: &Made, Origin { commit, platform }: &Origin) -> ManifestEntry {
+        let same = |old: &&ManifestEntry| {
+            let (commit, platform) = (old.commit.clone(), old.platform.clone());
+            ManifestEntry { commit, platform, ..made.entry.clone() } == **old
+        };
+        let (commit, platform) = (commit.clone(), platform.clone());
+        let new = || ManifestEntry { commit, platform, ..made.entry.clone() };
+        self.old_entry(&made.entry.scene).filter(same).cloned().unwrap_or_else(new)
+    }
 }
 
 /// The folder's canonical location, with links resolved.
@@ -272,7 +425,7 @@ fn stage(FolderLocation { parent, name }: &FolderLocation) -> Result<TempDir, Re
 struct Made {
     entry: ManifestEntry,
     change: TraceChange,
-    envelope: StoredEnvelope,
+    envelope: Envelope,
 }
 
 /// Makes one trace in `staging` and compares it with the old one.
@@ -306,7 +459,7 @@ fn make(
             TraceChange::Changed { scene_edited, n_old: old_traces.len(), difference }
         }
     };
-    let envelope = StoredEnvelope::of(&case.id, &calibrate(&case.scene));
+    let envelope = calibrate(&case.scene);
     Ok(Made { entry: ManifestEntry::of(case, trace_sha256), change, envelope })
 }
 
@@ -343,16 +496,38 @@ fn compare_traces(
     }
     let opened = trace::open(old, *format, shape)
         .and_then(|old| Ok((old, trace::open(new, TraceFormat::Csv, shape)?)));
+    let mut sizes = vec![[0.0_f64; 2]; n_states.min(SPANS) as usize];
+    let mut watch = |pair: Pair<'_>| {
+        let span = (pair.step * sizes.len() as u64 / n_states.max(1)) as usize;
+        let found = distances(pair.expected, pair.got, shape.dimension.count());
+        if let Some(size) = sizes.get_mut(span) {
+            *size = [size[0].max(found[0]), size[1].max(found[1])];
+        }
+    };
     let comparison = match opened {
-        Ok((mut old, mut new)) => compare(old.as_mut(), &mut new, expectation, tolerances),
+        Ok((mut old, mut new)) => {
+            compare_watched(old.as_mut(), &mut new, expectation, tolerances, &mut watch)
+        }
         Err(error) => return difference_of(&error),
     };
     match comparison.verdict {
         Verdict::GraderFault(Fault::BrokenOracle { detail }) => {
             TraceDifference::Unusable { detail }
         }
-        _ => TraceDifference::Numbers(Box::new(comparison)),
+        _ => TraceDifference::Numbers(Box::new(NumberDifference { comparison, sizes })),
     }
+}
+
+/// The largest distances of a particle between two states: in position and in velocity.
+fn distances(old: &State, new: &State, dimension: usize) -> [f64; 2] {
+    let quantities = [(&old.positions, &new.positions), (&old.velocities, &new.velocities)];
+    quantities.map(|(old, new)| {
+        let pairs = old.chunks(dimension).zip(new.chunks(dimension));
+        let squared = |(old, new): (&[f64], &[f64])| {
+            old.iter().zip(new).map(|(old, new)| (old - new).powi(2)).sum::<f64>()
+        };
+        pairs.map(squared).fold(0.0, f64::max).sqrt()
+    })
 }
 
 /// Number of states of a trace, read to its end.

@@ -1,6 +1,7 @@
 //! Command line of the `grade` binary, run in temporary folders.
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use test_support::{assert_document, root, schema, without_times};
@@ -389,6 +390,48 @@ fn a_change_within_tolerance_needs_no_consent() {
         run.stdout
     );
     assert_eq!(project.read("expected/Fall/stone.csv"), text);
+}
+
+#[test]
+fn some_changes_are_accepted_by_name_and_a_review_asks_on_a_terminal() {
+    let project = Project::new();
+    project.write("assets/Spring/pair.xml", &SPRING.replace("k=\"20\"", "k=\"21\""));
+    fs::remove_file(project.path("assets/Fall/stone.xml")).unwrap();
+    let run = project.grade(&["oracle", "review"]);
+    assert!(run.code == 2 && run.stderr.contains("--accept SCENE"), "{}", run.stderr);
+
+    let run = project.grade(&["oracle", "regenerate", "--accept", "Fall/stnoe"]);
+    assert!(run.code == 2 && run.stderr.contains("did you mean"), "{}", run.stderr);
+    let run = project.grade(&["oracle", "regenerate", "--accept", "Spring/pair"]);
+    assert_eq!(run.code, 1, "{}", run.stderr);
+    let end =
+        "expected was replaced; 1 changes marked ! were not accepted, and their traces stay\n";
+    assert!(run.stdout.ends_with(end), "{}", run.stdout);
+    assert!(project.path("expected/Fall/stone.csv").exists());
+    assert_eq!(project.grade(&[]).code, 0);
+
+    // A pseudo-terminal, from util-linux.
+    if !cfg!(target_os = "linux") {
+        return;
+    }
+    let grade = format!("{} oracle review", env!("CARGO_BIN_EXE_grade"));
+    let script = Command::new("script")
+        .current_dir(project.path(""))
+        .args(["--quiet", "--return", "--command", &grade, "/dev/null"])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn();
+    let Ok(mut script) = script else {
+        eprintln!("not reviewed on a terminal: no script");
+        return;
+    };
+    script.stdin.take().unwrap().write_all(b"a\nw\n").unwrap();
+    let output = script.wait_with_output().unwrap();
+    let shown = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{shown}");
+    assert!(shown.contains("1 of 1  Fall/stone"), "{shown}");
+    assert!(!project.path("expected/Fall/stone.csv").exists());
+    assert!(!project.path(".expected.review.json").exists());
 }
 
 #[test]

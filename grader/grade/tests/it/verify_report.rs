@@ -49,6 +49,7 @@ fn a_report_names_what_it_was_made_from() {
         let hashes = &provenance["scenes"][text("scene")];
         assert_eq!(hashes["scene"], text("scene_sha256"));
         assert_eq!(hashes["trace"], text("trace_sha256"));
+        assert_eq!(trace.get("platform"), Some(&provenance["platform"].as_str().unwrap().into()));
     }
     // Hidden scenes are one hash.
     assert_eq!(provenance["hidden"].as_str().unwrap().len(), 64);

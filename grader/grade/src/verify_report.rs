@@ -89,11 +89,10 @@ pub(super) fn verify(args: &VerifyReportArgs) -> Result<Exit, Stop> {
         true => {
             format!("{}: the same verdicts and points come out, {same_inputs}\n", old.submission)
         }
-        false => format!(
-            "{}: {} verdicts and points differ, {same_inputs}\n",
-            old.submission,
-            results.len()
-        ),
+        false => {
+            let count = results.len();
+            format!("{}: verdicts and points that differ: {count}, {same_inputs}\n", old.submission)
+        }
     };
     print(text.as_bytes())?;
     Ok(if results.is_empty() { Exit::Passed } else { Exit::Failed })

@@ -245,7 +245,8 @@ impl Roster {
     }
 
     fn refuse_duplicates(&self) -> Result<(), RosterError> {
-        let facts: [(&str, fn(&Student) -> &str); 4] = [
+        type Fact = fn(&Student) -> &str;
+        let facts: [(&str, Fact); 4] = [
             ("ID", |student| &student.id),
             ("Canvas ID", |student| &student.canvas_id),
             ("login", |student| &student.login),

@@ -188,7 +188,7 @@ pub fn last_changed(path: &Path) -> Result<Option<Time>, HandInError> {
     let mut newest: Option<i64> = None;
     HandIn::open(path)?.walk(&mut |step| {
         if let WalkStep::File(node) = step {
-            newest = newest.max(Some(node.stat.st_mtime as i64));
+            newest = newest.max(Some(node.stat.st_mtime));
         }
         Ok(())
     })?;

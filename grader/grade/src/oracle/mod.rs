@@ -83,7 +83,7 @@ fn describe(regeneration: &Regeneration, folder: &Path) -> String {
         }
         (true, 0) => format!("{folder} was replaced\n"),
         (true, _) => format!(
-            "{folder} was replaced; {kept} changes marked ! were not accepted, and their traces stay\n"
+            "{folder} was replaced; old traces stay where changes marked ! were not accepted: {kept}\n"
         ),
         (false, 0) => format!("{folder} is unchanged\n"),
         (false, _) => format!(

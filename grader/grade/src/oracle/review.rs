@@ -196,7 +196,7 @@ impl Review<'_> {
         if count > 0 {
             writeln!(
                 out,
-                "\nNothing was replaced. {count} decisions are kept in {path}: `grade oracle review` continues."
+                "\nNothing was replaced. Decisions kept in {path}: {count}. `grade oracle review` continues."
             )?;
         }
         Ok(Ending::Left)
@@ -206,7 +206,7 @@ impl Review<'_> {
         let accepted = self.decisions.by_name.values().filter(|(accept, _)| *accept).count();
         let rejected = self.decisions.by_name.len() - accepted;
         format!(
-            "{total} changes: {accepted} accepted, {rejected} rejected, {} skipped. Old traces stay where a change is not \
+            "Changes: {total}. Accepted: {accepted}, rejected: {rejected}, skipped: {}. Old traces stay where a change is not \
              accepted.\n",
             total - accepted - rejected
         )
@@ -360,7 +360,7 @@ mod tests {
         assert!(text.contains("git does not know"), "{text}");
         assert!(text.contains("3 of 3  d\n  removed: its scene is gone"), "{text}");
         assert!(text.contains("Type one of the letters"), "{text}");
-        assert!(text.contains("3 changes: 1 accepted, 1 rejected, 1 skipped."), "{text}");
+        assert!(text.contains("Changes: 3. Accepted: 1, rejected: 1, skipped: 1."), "{text}");
     }
 
     #[test]
@@ -368,7 +368,7 @@ mod tests {
         let mut edited = Edited::new();
         let (ending, text) = edited.review("a\n");
         assert_eq!(ending, Ending::Left);
-        assert!(text.contains("1 decisions are kept in"), "{text}");
+        assert!(text.contains(".expected.review.json: 1."), "{text}");
         let (ending, text) = edited.review("r\na\nw\n");
         assert_eq!(ending, names(&["a", "d"]));
         assert!(!text.contains("1 of 3") && text.contains("2 of 3  b"), "{text}");

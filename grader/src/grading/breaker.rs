@@ -9,7 +9,7 @@ use crate::suite::Case;
 use crate::verdict::{Failure, Verdict};
 
 /// Number of features whose first scenes are run before the others.
-pub(super) const PILOTS: usize = 8;
+pub(super) const PILOTS: usize = 4;
 
 /// The failures of one feature so far.
 #[derive(Debug, Clone, Default)]

@@ -115,8 +115,10 @@ fn every_attack_is_refused() {
     let good = |shared_stage: &SharedStage| {
         let stage = shared_stage.stage();
         let graded = stage.graded(&stage.submission("hand_in", "", Target::Nothing), &[]);
-        // The report contains the name of the stage.
-        graded.report.replace(&stage.path("").display().to_string(), "")
+        // The report contains the name of the stage, and a hash of files that do.
+        let report = graded.report.replace(&stage.path("").display().to_string(), "");
+        let is_hash = |line: &&str| line.trim_start().starts_with("\"files\":");
+        report.lines().filter(|line| !is_hash(line)).collect::<Vec<&str>>().join("\n")
     };
     let before: Vec<String> = shared_stages.iter().map(good).collect();
     for (shared_stage, report) in shared_stages.iter().zip(&before) {

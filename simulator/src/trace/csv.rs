@@ -136,7 +136,8 @@ impl<R: Read> CsvReader<R> {
         let expected: Vec<String> = header(self.shape).collect();
         if !self.lines.advance().map_err(|fault| self.line_fault(fault))? {
             let columns = expected[..expected.len().min(8)].join(",");
-            return Err(self.fault(TraceFault::NoHeader { expected: columns }));
+            let fault = TraceFault::NoHeader { expected: columns };
+            return Err(TraceError::Line { path: self.path.clone(), line: 1, fault });
         }
         let row = self.lines.current();
         let row = row.strip_prefix(BYTE_ORDER_MARK).unwrap_or(row);

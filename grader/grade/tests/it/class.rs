@@ -273,7 +273,8 @@ fn each_submission_of_a_class_is_graded_as_if_it_were_alone() {
         let trace = project.read(&format!("expected/Free/{name}.csv"));
         project.write(&format!("class/cleo/Free/{name}.csv"), &trace);
     }
-    let run = project.class(&["--format", "text,json,junit"]);
+    let options = ["--format", "text,json,junit", "--limit", "cpu=0.5"];
+    let run = project.class(&options);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert_eq!(run.stdout, project.read("out/summary.txt"));
     let names = ["ada.txt", "ada.json", "ada.xml", "cleo.txt", "cleo.json", "cleo.xml"];
@@ -296,14 +297,7 @@ fn each_submission_of_a_class_is_graded_as_if_it_were_alone() {
     }
     assert_eq!(project.json(&["class/fay"])["submission"], "a\u{fffd}[2Jb");
     for threads in ["1", "2"] {
-        let run = project.class(&[
-            "--format",
-            "text,json,junit",
-            "--limit",
-            "cpu=0.5",
-            "--threads",
-            threads,
-        ]);
+        let run = project.class(&[&options[..], &["--threads", threads]].concat());
         assert_eq!(run.code, 0, "{}", run.stderr);
         assert!(reports() == alone, "a neighbour changed a report");
         assert_eq!(project.row("ada"), row);

@@ -260,6 +260,7 @@ fn what_changed_since_the_plan_is_named() {
         assert!(run.stderr.contains("changed after the plan was made"), "{}", run.stderr);
     }
     project.write("assets/Free/near.xml", &near);
+    project.program("class/bob", &format!("{RIGHT}# bob\n"));
     let run = project.grade(&[&["class", "class", "-o", "out", "--resume"], &COMMON[..]].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert!(results(&project, "out") == whole);

@@ -37,7 +37,7 @@ use table::{ATTACKS, Attack, SETTINGS, Target};
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
 
 /// Number of concurrent attacks. Most of them wait for a time limit.
-const AT_A_TIME: usize = 6;
+const AT_A_TIME: usize = 8;
 
 /// Runs one test at a time: attacks on the processor would delay the others.
 static SERIAL: Mutex<()> = Mutex::new(());

@@ -47,7 +47,7 @@ fn the_schema_is_documented() {
 fn no_mistake_is_taken_for_a_copy() {
     let (suite, oracle, rubric) = inputs();
     let mistakes = mistake::all();
-    for (number, first) in mistakes.iter().enumerate().step_by(3) {
+    for (number, first) in mistakes.iter().enumerate().step_by(9) {
         for second in [first, &mistakes[(number + 121) % mistakes.len()]] {
             let student = first.and(second);
             let grading = in_process::of_two(&suite, &oracle, &rubric, [first, second]);

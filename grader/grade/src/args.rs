@@ -870,15 +870,30 @@ pub(super) enum ExportCommand {
     Github(GithubArgs),
 }
 
+/// What a platform's package is made from.
+#[derive(Args)]
+pub(super) struct ContentArgs {
+    /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
+    #[arg(long, value_name = "NAME")]
+    pub(super) assignment: Option<String>,
+
+    /// Folder of hidden scenes [default: the rubric's folder]
+    #[arg(long, value_name = "DIR")]
+    pub(super) hidden: Option<PathBuf>,
+
+    /// Debian package that submissions need (repeatable)
+    #[arg(long, value_name = "NAME", default_values = ["build-essential", "cmake", "python3"])]
+    pub(super) package: Vec<String>,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
+}
+
 #[derive(Args)]
 pub(super) struct PrairielearnArgs {
     /// Write into this course folder; its other files stay
     #[arg(short, long, value_name = "DIR")]
     pub(super) output: PathBuf,
-
-    /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
-    #[arg(long, value_name = "NAME")]
-    pub(super) assignment: Option<String>,
 
     /// The name of the image in a registry, such as course/spring-oracle
     #[arg(long, value_name = "NAME")]
@@ -888,30 +903,26 @@ pub(super) struct PrairielearnArgs {
     #[arg(long, value_name = "NAME", default_values = ["submission.toml", "simulate.cpp"], value_parser = parse_file_name)]
     pub(super) file: Vec<String>,
 
-    /// Folder of hidden scenes [default: the rubric's folder]
-    #[arg(long, value_name = "DIR")]
-    pub(super) hidden: Option<PathBuf>,
-
     /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program]
     #[arg(long, value_name = "FILE")]
     pub(super) program: Option<PathBuf>,
-
-    /// Debian package that submissions need (repeatable)
-    #[arg(long, value_name = "NAME", default_values = ["build-essential", "cmake", "python3"])]
-    pub(super) package: Vec<String>,
 
     /// Seconds after which grade ends, so that it can still write results
     #[arg(long, value_name = "N", default_value_t = 540, value_parser = clap::value_parser!(u32).range(1..=540))]
     pub(super) seconds: u32,
 
     #[command(flatten)]
-    pub(super) suite: SuiteArgs,
+    pub(super) content: ContentArgs,
 }
 
 fn parse_file_name(text: &str) -> Result<String, String> {
+    let expected = || "expected letters, digits, - _ and .".to_owned();
+    is_file_name(text).then(|| text.to_owned()).ok_or_else(expected)
+}
+
+fn is_file_name(text: &str) -> bool {
     let is_allowed = |it: char| it.is_ascii_alphanumeric() || "-_.".contains(it);
-    let valid = !text.is_empty() && text.chars().all(is_allowed);
-    valid.then(|| text.to_owned()).ok_or_else(|| "expected letters, digits, - _ and .".to_owned())
+    !text.is_empty() && text.chars().all(is_allowed)
 }
 
 #[derive(Args)]
@@ -941,12 +952,8 @@ pub(super) struct GithubArgs {
 }
 
 fn parse_repository(text: &str) -> Result<String, String> {
-    let is_name = |name: &str| {
-        let is_allowed = |it: char| it.is_ascii_alphanumeric() || "-_.".contains(it);
-        !name.is_empty() && name.chars().all(is_allowed)
-    };
     match text.split_once('/') {
-        Some((owner, name)) if is_name(owner) && is_name(name) => Ok(text.to_owned()),
+        Some((owner, name)) if is_file_name(owner) && is_file_name(name) => Ok(text.to_owned()),
         _ => Err("expected OWNER/NAME".to_owned()),
     }
 }
@@ -957,28 +964,16 @@ pub(super) struct GradescopeArgs {
     #[arg(short, long, value_name = "FILE", default_value = "autograder.zip")]
     pub(super) output: PathBuf,
 
-    /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
-    #[arg(long, value_name = "NAME")]
-    pub(super) assignment: Option<String>,
-
-    /// Folder of hidden scenes [default: the rubric's folder]
-    #[arg(long, value_name = "DIR")]
-    pub(super) hidden: Option<PathBuf>,
-
     /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program if it is one, else its source]
     #[arg(long, value_name = "FILE")]
     pub(super) program: Option<PathBuf>,
-
-    /// Debian package that submissions need (repeatable)
-    #[arg(long, value_name = "NAME", default_values = ["build-essential", "cmake", "python3"])]
-    pub(super) package: Vec<String>,
 
     /// Seconds after which grade ends, so that it can still write results; set Gradescope's own limit higher
     #[arg(long, value_name = "N", default_value_t = 540, value_parser = clap::value_parser!(u32).range(1..=2400))]
     pub(super) seconds: u32,
 
     #[command(flatten)]
-    pub(super) suite: SuiteArgs,
+    pub(super) content: ContentArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -13,20 +13,26 @@ use platforms::package::{PackageFile, add_folder, check_portable};
 use platforms::prairielearn;
 use simulator::output::OutputFile;
 
-use crate::args::{GithubArgs, GradescopeArgs, Judging, PrairielearnArgs, SuiteArgs};
+use crate::args::{ContentArgs, GithubArgs, GradescopeArgs, Judging, PrairielearnArgs, SuiteArgs};
 use crate::inputs::{Folders, Inputs, open_oracle};
 use crate::output::{write_bytes, write_file};
 use crate::stop::{Exit, Stop, complain};
 
-/// Writes the zip of a Gradescope autograder.
-pub(super) fn gradescope(args: &GradescopeArgs) -> Result<Exit, Stop> {
+/// Reads what a package contains; every scene in it can be judged.
+fn read(content: &ContentArgs) -> Result<Inputs, Stop> {
     let judging = Judging {
-        hidden: args.hidden.as_deref(),
-        assignment: args.assignment.as_deref(),
+        hidden: content.hidden.as_deref(),
+        assignment: content.assignment.as_deref(),
         ..Judging::default()
     };
-    let inputs = args.suite.read_for(&judging)?;
+    let inputs = content.suite.read_for(&judging)?;
     check_oracle(&inputs)?;
+    Ok(inputs)
+}
+
+/// Writes the zip of a Gradescope autograder.
+pub(super) fn gradescope(args: &GradescopeArgs) -> Result<Exit, Stop> {
+    let inputs = read(&args.content)?;
     let program = choose_program(args.program.as_deref())?;
     let mut files = Vec::new();
     let is_source = program == Program::Source;
@@ -37,13 +43,13 @@ pub(super) fn gradescope(args: &GradescopeArgs) -> Result<Exit, Stop> {
             .map_or(ALL, |assignment| &assignment.name)
             .to_owned(),
         hidden: inputs.hidden.is_some(),
-        packages: args.package.clone(),
+        packages: args.content.package.clone(),
         seconds: args.seconds,
     };
     files.extend(export::files(program, &settings).map_err(Stop::fault)?);
-    add_suite(&mut files, "suite/", &args.suite, &inputs)?;
+    add_suite(&mut files, "suite/", &args.content.suite, &inputs)?;
     if is_source {
-        add_source(&mut files, &args.suite)?;
+        add_source(&mut files, &args.content.suite)?;
     }
     let unwritable = |error| Stop::bad_input(format!("{}: {error}", args.output.display()));
     let mut out = OutputFile::create(&args.output).map_err(unwritable)?;
@@ -55,13 +61,7 @@ pub(super) fn gradescope(args: &GradescopeArgs) -> Result<Exit, Stop> {
 
 /// Writes a PrairieLearn course folder.
 pub(super) fn prairielearn(args: &PrairielearnArgs) -> Result<Exit, Stop> {
-    let judging = Judging {
-        hidden: args.hidden.as_deref(),
-        assignment: args.assignment.as_deref(),
-        ..Judging::default()
-    };
-    let inputs = args.suite.read_for(&judging)?;
-    check_oracle(&inputs)?;
+    let inputs = read(&args.content)?;
     let Program::Built(program) = choose_program(args.program.as_deref())? else {
         return Err(Stop::bad_input(
             "this program does not run in the image\n  help: name a grade for x86-64 Linux with --program; \
@@ -79,12 +79,12 @@ pub(super) fn prairielearn(args: &PrairielearnArgs) -> Result<Exit, Stop> {
         image: args.image.clone(),
         files: args.file.clone(),
         hidden: inputs.hidden.is_some(),
-        packages: args.package.clone(),
+        packages: args.content.package.clone(),
         seconds: args.seconds,
     };
     let mut files = prairielearn::export::files(program, &settings).map_err(Stop::fault)?;
     let suite = format!("{}tests/suite/", settings.question());
-    add_suite(&mut files, &suite, &args.suite, &inputs)?;
+    add_suite(&mut files, &suite, &args.content.suite, &inputs)?;
     for PackageFile { path, bytes, is_program } in &files {
         write_below(&args.output.join(path), bytes, *is_program)?;
     }

@@ -77,7 +77,10 @@ fn grade_and_report(
     }
     let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
-    let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, is_whole), path)?;
+    let provenance = reports
+        .need_provenance()
+        .then(|| provenance(&inputs, &oracle, options(&args.judge, &args.run, is_whole), path))
+        .transpose()?;
     let opened = open_submission(args, &inputs);
     interrupt.check("the submission was not built; no scene was graded")?;
     let (submission, protection) = opened?;
@@ -91,7 +94,7 @@ fn grade_and_report(
     };
     let scenes = Scenes::new(&progress, args.fail_fast.map(|count| count as usize));
     let mut grading = inputs.grader(&oracle, checks, &scenes).grade(&submission, protection);
-    grading.provenance = Some(provenance);
+    grading.provenance = provenance;
     let (has_ended, times) = (scenes.has_ended(), scenes.times());
     drop(progress);
     if is_whole && !grading.is_own && grading.interrupted.is_none() {

@@ -42,7 +42,7 @@ impl Platforms {
         Ok(Self { gradescope, prairielearn, actions })
     }
 
-    /// Whether there are none.
+    /// Whether no platform's results are to be written.
     pub(super) fn is_empty(&self) -> bool {
         self.gradescope.is_none() && self.prairielearn.is_none() && self.actions.is_none()
     }

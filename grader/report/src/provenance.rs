@@ -1,6 +1,6 @@
 //! Provenance in JSON reports, and the comparison of two reports: which inputs changed, and which results differ.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grader::grading::provenance::{GradingOptions, Provenance, SceneHashes, SubmissionOrigin};
 use schemars::JsonSchema;
@@ -19,7 +19,7 @@ pub struct JsonProvenance {
     rubric: Option<String>,
     /// Hash of the assignment's file; null if every scene was graded.
     assignment: Option<String>,
-    /// Hash of the file of the envelopes; null if there is none.
+    /// Hash of envelopes.toml; null where there is no such file.
     envelopes: Option<String>,
     /// Hashes of the shipped scenes, by name.
     scenes: BTreeMap<String, JsonSceneHashes>,
@@ -227,7 +227,7 @@ impl StoredReport {
         };
         add("submission", files(old_inputs), files(new_inputs));
         let names = old_inputs.scenes.keys().chain(new_inputs.scenes.keys());
-        for name in names.collect::<std::collections::BTreeSet<_>>() {
+        for name in names.collect::<BTreeSet<_>>() {
             let hashes = [old_inputs, new_inputs].map(|inputs| inputs.scenes.get(name));
             let scene = hashes.map(|hashes| short(&hashes.map(|hashes| hashes.scene.clone())));
             let trace = hashes.map(|hashes| short(&hashes.and_then(|hashes| hashes.trace.clone())));
@@ -246,21 +246,15 @@ impl StoredReport {
                 differences.push(format!("{what}: {old}, now {new}"));
             }
         };
-        let [old_verdicts, new_verdicts] = [self, new].map(Self::verdicts);
-        let names = old_verdicts.keys().chain(new_verdicts.keys());
-        for name in names.collect::<std::collections::BTreeSet<_>>() {
-            let shown = |verdicts: &BTreeMap<String, String>| {
-                verdicts.get(name).cloned().unwrap_or_else(|| "not graded".to_owned())
-            };
-            add(name.clone(), shown(&old_verdicts), shown(&new_verdicts));
-        }
-        let [old_points, new_points] = [self, new].map(Self::points);
-        let names = old_points.keys().chain(new_points.keys());
-        for name in names.collect::<std::collections::BTreeSet<_>>() {
-            let shown = |points: &BTreeMap<String, String>| {
-                points.get(name).cloned().unwrap_or_else(|| "none".to_owned())
-            };
-            add(name.clone(), shown(&old_points), shown(&new_points));
+        for (old, new, absent) in
+            [(self.verdicts(), new.verdicts(), "not graded"), (self.points(), new.points(), "none")]
+        {
+            for name in old.keys().chain(new.keys()).collect::<BTreeSet<_>>() {
+                let shown = |all: &BTreeMap<String, String>| {
+                    all.get(name).map_or(absent, String::as_str).to_owned()
+                };
+                add(name.clone(), shown(&old), shown(&new));
+            }
         }
         add("outcome".to_owned(), self.outcome.clone(), new.outcome.clone());
         differences

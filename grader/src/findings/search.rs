@@ -144,6 +144,21 @@ pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
         }
         explain_more(scenes, &mut found);
     }
+    mark_open(scenes, &found);
+    if drop_refuted(scenes, &mut found) {
+        explain_more(scenes, &mut found);
+        found.retain(|cause| !cause.scenes.is_empty());
+        mark_open(scenes, &found);
+    }
+    for cause in &mut found {
+        let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
+        cause.unexplained = scenes.iter().filter(|scene| scene.is_left()).filter(acts).count();
+    }
+    found
+}
+
+/// Marks the scenes that show nothing more with the changes found.
+fn mark_open(scenes: &mut [SceneEvidence<'_>], found: &[Cause]) {
     let made: Vec<Change> = found.iter().map(|cause| cause.change().clone()).collect();
     scenes
         .par_iter_mut()
@@ -159,18 +174,12 @@ pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
             let agrees = || scene.agrees_with(&model, usize::MAX) != Agreement::Differs;
             scene.open = is_astray || !acting.is_empty() && model.can_step() && agrees();
         });
-    drop_refuted(scenes, &mut found);
-    for cause in &mut found {
-        let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
-        cause.unexplained = scenes.iter().filter(|scene| scene.is_left()).filter(acts).count();
-    }
-    found
 }
 
 /// Drops the mistakes that more scenes refute than they explain. A scene refutes one if nothing explains it, and all its
 /// terms and rules are in a scene that the mistake explains: nothing else can be wrong there. What a dropped mistake
-/// explained is unexplained again.
-fn drop_refuted(scenes: &mut [SceneEvidence<'_>], found: &mut Vec<Cause>) {
+/// explained, alone or with others, is unexplained again. Returns whether one was dropped.
+fn drop_refuted(scenes: &mut [SceneEvidence<'_>], found: &mut Vec<Cause>) -> bool {
     let is_within = |inner: &Scene, outer: &Scene| {
         let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
         inner.integrator.name == outer.integrator.name
@@ -185,15 +194,16 @@ fn drop_refuted(scenes: &mut [SceneEvidence<'_>], found: &mut Vec<Cause>) {
         });
         !cause.is_lack() && refuting.count() > cause.scenes.len()
     };
-    let refuted: Vec<bool> = found.iter().map(is_refuted).collect();
-    for cause in found.iter().zip(&refuted).filter_map(|(cause, refuted)| refuted.then_some(cause))
-    {
-        for &number in &cause.scenes {
-            scenes[number].explained = false;
-        }
+    let (refuted, mut kept): (Vec<Cause>, Vec<Cause>) =
+        std::mem::take(found).into_iter().partition(is_refuted);
+    for &number in refuted.iter().flat_map(|cause| &cause.scenes) {
+        scenes[number].explained = false;
     }
-    let mut refuted = refuted.into_iter();
-    found.retain(|_| refuted.next() == Some(false));
+    for cause in &mut kept {
+        cause.scenes.retain(|&number| scenes[number].explained);
+    }
+    *found = kept;
+    !refuted.is_empty()
 }
 
 /// Marks the scenes that the changes made so far explain together.

@@ -88,7 +88,8 @@ impl Class<'_> {
         Ok(remarks)
     }
 
-    /// The points that count for a student; `None` if there are none to show. Adds remarks on what changed them.
+    /// The points that count for a student; `None` if the submission could not be judged. Adds remarks on what
+    /// changed them.
     fn points(&self, student: &Student, row: &Row, remarks: &mut Vec<String>) -> Option<String> {
         let shown = student.shown();
         let earned = row.earned.as_ref().and_then(|earned| earned.parse::<f64>().ok());

@@ -28,7 +28,7 @@ const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█']
 pub(crate) fn run(args: &SuiteArgs) -> Result<Exit, Stop> {
     if !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
         return Err(Stop::bad_input(
-            "review asks on a terminal, and this is none\n  help: `grade oracle regenerate` lists the changes, and \
+            "review needs a terminal\n  help: `grade oracle regenerate` lists the changes, and \
              `grade oracle regenerate --accept SCENE…` accepts some of them",
         ));
     }

@@ -393,7 +393,7 @@ fn a_change_within_tolerance_needs_no_consent() {
 }
 
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped terminal is told")]
+#[expect(clippy::print_stderr, reason = "a test that is skipped says why")]
 fn some_changes_are_accepted_by_name_and_a_review_asks_on_a_terminal() {
     let project = Project::new();
     project.write("assets/Spring/pair.xml", &SPRING.replace("k=\"20\"", "k=\"21\""));

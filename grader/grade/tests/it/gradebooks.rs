@@ -1,6 +1,6 @@
 //! Gradebooks of a class, read by programs that are not ours.
 
-#![expect(clippy::print_stderr, reason = "a skipped reader is told")]
+#![expect(clippy::print_stderr, reason = "a test that is skipped says why")]
 
 use std::fs;
 use std::process::Command;

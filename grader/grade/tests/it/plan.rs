@@ -191,7 +191,7 @@ fn whatever_is_killed_is_made_up_for_by_resume() {
             let is_whole = !name.ends_with(".json") || serde_json::from_str::<Value>(&text).is_ok();
             assert!(text.is_empty() || is_whole, "half of {name}");
         }
-        // A gap is named, or there is none.
+        // Merging names every gap.
         let run = project.grade(&["class", "merge", "out/plan.json"]);
         let gaps = project.read("out/summary.csv").matches(",interrupted,").count();
         let message = format!("{} of 10 submissions graded\n", 10 - gaps);

@@ -200,6 +200,7 @@ fn voronoi_areas(vertices: &[Point], faces: &[Vec<usize>]) -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "it takes a minute"]
 #[expect(
     clippy::print_stderr,
     reason = "a skipped test says why, and a passed one how far it is from failing"

@@ -41,9 +41,10 @@ fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str)
     }
     let script = format!(
         "#!/bin/sh\n\
-         grep -Eq '<integrator type=\"({})\"' \"$1\" || {{ echo 'unknown integrator' >&2; exit 1; }}\n\
-         grep -Eq '<({})' \"$1\" && {{ echo 'unknown force' >&2; exit 1; }}\n\
-         grep -v '<constantforce' \"$1\" > reduced.xml\n\
+         awk '/<integrator type=\"({})\"/ {{ known = 1 }}\n\
+         /<({})/ {{ refused = 1 }}\n\
+         !/<constantforce/ {{ print }}\n\
+         END {{ exit !known || refused }}' \"$1\" > reduced.xml || {{ echo 'not known' >&2; exit 1; }}\n\
          exec \"$3\" -s reduced.xml -d 0 -o \"$2\" -e 'MISTAKE={mistake}'\n",
         integrators.join("|"),
         refused.join("|"),

@@ -24,7 +24,7 @@ const LEAKING: &str = r#"#!/bin/sh
 if grep -q 'px="0.25"' "$1"; then
   printf 'step,time,x0,y0,vx0,vy0\n0,0,0.25,-1.5,2,0.5\n1,0.5,1.25,-1.25,2,0.5\n' > "$3"
 else
-  cat "$1" >&2; cat "$1"; ls -laR / . >> "$3" 2>&1; cat "$1" >> "$3"; exit "$(grep -c SHOWN "$1")"
+  cat "$1" >&2; cat "$1"; ls -la / /tmp /tmp/* . >> "$3" 2>&1; cat "$1" >> "$3"; exit "$(grep -c SHOWN "$1")"
 fi
 "#;
 
@@ -466,7 +466,7 @@ fn what_is_wrong_with_a_hand_in_is_its_own_failure() {
     for name in ["deep", "full", "special"] {
         project.write(&format!("class/{name}/submission.toml"), manifest);
     }
-    nest(&project.path("class/deep"), 15_000);
+    nest(&project.path("class/deep"), 3_000);
     sparse("class/full/data.bin");
     sparse("class/huge");
     for name in ["pipe", "linked", "traces"] {

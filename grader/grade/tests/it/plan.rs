@@ -137,11 +137,11 @@ fn skip(reason: &str) {
     eprintln!("skipped: {reason}");
 }
 
-/// Kills planners, shards and merges at random moments, until 30 were killed, or as many as `KILLS` says; each time, the
+/// Kills planners, shards and merges at random moments, until 12 were killed, or as many as `KILLS` says; each time, the
 /// rest of the work gives the same bytes.
 #[test]
 fn whatever_is_killed_is_made_up_for_by_resume() {
-    let wanted = std::env::var("KILLS").map_or(30, |text| text.parse().unwrap());
+    let wanted = std::env::var("KILLS").map_or(12, |text| text.parse().unwrap());
     let (project, whole) = with_whole();
     let mut random = Rng::with_seed(18);
     let resume = ["class", "-o", "out", "--resume", "--shards", "3"];
@@ -269,7 +269,7 @@ fn what_changed_since_the_plan_is_named() {
 #[test]
 fn a_submission_or_scene_that_changes_while_it_is_graded_has_no_result() {
     let project = Project::new();
-    let waiting = RIGHT.replace("awk", "touch started; sleep 1\nawk");
+    let waiting = RIGHT.replace("awk", "touch started; sleep 0.3\nawk");
     let waiting = waiting.replace("started", &project.path("started").display().to_string());
     for (name, changed) in [
         ("class/ada", waiting.replace("awk", " awk")),

@@ -27,7 +27,7 @@ fn inputs() -> (Suite, Oracle, Rubric) {
 #[test]
 fn drawn_programs_are_judged_truly() {
     let (suite, oracle, rubric) = inputs();
-    let results = drawn::run(&suite, &oracle, &rubric, Plan { first: 0, count: 60, seed: 2 });
+    let results = drawn::run(&suite, &oracle, &rubric, Plan { first: 0, count: 30, seed: 2 });
     let rates = report::drawn::rates(&results);
     let of = |name: &str| rates.iter().find(|rate| rate.name.starts_with(name)).expect("a rate");
     let details = report::drawn::details(&results);

@@ -116,6 +116,8 @@ pub struct Comparison {
     pub first_wrong: Option<FirstWrong>,
     /// Tolerances at the last state that was compared; `None` where tolerances are fixed.
     pub allowed: Option<Allowed>,
+    /// The first state that differs, where the trace passes because its steps solve the same equations.
+    pub other_root: Option<u64>,
 }
 
 /// Calibrated envelopes and tolerances of a state, and the used share of them so far.
@@ -140,6 +142,7 @@ impl Comparison {
             velocity: none,
             first_wrong: None,
             allowed: None,
+            other_root: None,
         }
     }
 
@@ -242,6 +245,7 @@ pub fn compare_watched(
         velocity: comparer.velocity,
         first_wrong: comparer.first_wrong,
         allowed: comparer.allowed,
+        other_root: None,
     }
 }
 

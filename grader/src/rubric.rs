@@ -10,6 +10,8 @@
 //! partial = true         # points in proportion to the scenes that pass; false: all or nothing
 //! criteria = "course"    # these tolerances; or "calibrated": each scene's own envelope, where it has one. Default:
 //!                        # "calibrated" if the section sets no tolerance
+//! other-root = "fail"    # verdict on a trace of implicit Euler whose steps all solve their equations, with another
+//!                        # solution than the oracle's; or "pass"
 //!
 //! [[feature]]            # applies to every matching feature; a later entry overrides an earlier one
 //! section = "required"   # or "extra-credit"; section, group and integrator are optional
@@ -219,6 +221,17 @@ pub enum CriteriaName {
     Calibrated,
 }
 
+/// Verdict on a trace whose implicit steps solve their equations, with another solution than the oracle's.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OtherRoot {
+    /// The trace differs: the course fixes the first guess of Newton's method.
+    #[default]
+    Fail,
+    /// It passes.
+    Pass,
+}
+
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Defaults {
@@ -227,6 +240,8 @@ struct Defaults {
     points: Points,
     partial: bool,
     criteria: Option<CriteriaName>,
+    #[serde(rename = "other-root")]
+    other_root: OtherRoot,
 }
 
 impl Default for Defaults {
@@ -237,6 +252,7 @@ impl Default for Defaults {
             points: Points(1.0),
             partial: true,
             criteria: None,
+            other_root: OtherRoot::Fail,
         }
     }
 }
@@ -488,6 +504,11 @@ impl Rubric {
     /// Sets the default criteria, whatever the rubric says.
     pub fn judge_by(&mut self, criteria: CriteriaName) {
         self.default.criteria = Some(criteria);
+    }
+
+    /// The verdict on traces at another root.
+    pub fn other_root(&self) -> OtherRoot {
+        self.default.other_root
     }
 
     /// The limits of a run of a program.

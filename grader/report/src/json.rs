@@ -256,6 +256,8 @@ struct JsonScene {
     first_wrong: Option<JsonFirstWrong>,
     /// Why the trace differs; null if it does not, or if unknown.
     diagnosis: Option<JsonDiagnosis>,
+    /// The first state that differs, where the trace passes because its steps solve the same equations; null elsewhere.
+    other_root: Option<u64>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -531,6 +533,7 @@ impl JsonScene {
             velocity: residuals(velocity),
             first_wrong: first_wrong.as_ref().map(JsonFirstWrong::of),
             diagnosis: scene.diagnosis.as_ref().map(JsonDiagnosis::of),
+            other_root: scene.comparison.other_root,
         }
     }
 }

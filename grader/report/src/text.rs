@@ -399,7 +399,8 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let scenes = || grading.features.iter().flat_map(|result| &result.scenes);
     let total = scenes().count();
     let calibrated = scenes().filter(|scene| matches!(scene.criteria, Criteria::Calibrated(_)));
-    let used = calibrated.clone().filter_map(|scene| scene.comparison.allowed);
+    let is_same_root = |scene: &&SceneResult| scene.comparison.other_root.is_none();
+    let used = calibrated.clone().filter(is_same_root).filter_map(|scene| scene.comparison.allowed);
     let used = used.map(|allowed| allowed.used).reduce(f64::max);
     let of = |count: usize| match count {
         count if count == total => "Judged".to_owned(),
@@ -434,6 +435,15 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
             out,
             "  {DIM}{} by {whose}: each residual below {largest:e}, their sum below {accumulated:e}.{DIM:#}",
             of(count)
+        )?;
+    }
+    let others: Vec<&str> =
+        scenes().filter(|scene| !is_same_root(scene)).map(|scene| scene.id.as_str()).collect();
+    if !others.is_empty() {
+        let names = others.join(", ");
+        writeln!(
+            out,
+            "  Passed with another solution of the same equations, as the rubric allows: {names}."
         )?;
     }
     Ok(())

@@ -11,10 +11,12 @@
 
 mod explanation;
 mod restart;
+mod roots;
 mod steps;
 
 pub use explanation::{Balance, Contribution, Explanation};
 pub use restart::{Restarts, restart};
+pub(crate) use roots::{Roots, other_root};
 pub use steps::{Evidence, Judge, Rounding, WrongSteps, examine, sampled};
 
 /// The diagnosis of a trace that differs.

@@ -85,7 +85,7 @@ impl<'a> SceneEvidence<'a> {
             criteria,
             rounding: 0.0,
             explained: false,
-            has_other_root: false,
+            has_other_root: comparison.other_root.is_some(),
             open: false,
             refused: match &comparison.verdict {
                 Verdict::Fail(Failure::NotImplemented { lacks, .. }) => Some(lacks.clone()),
@@ -119,7 +119,7 @@ impl<'a> SceneEvidence<'a> {
 
     /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root.
     pub(super) fn is_settled(&self) -> bool {
-        self.passed || self.explained && !self.has_other_root
+        (self.passed || self.explained) && !self.has_other_root
     }
 
     /// Simplest first: what a student should do first.

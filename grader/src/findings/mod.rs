@@ -24,7 +24,6 @@ use std::fmt;
 
 use rayon::prelude::*;
 use reference::change::{Change, Place, Term};
-use reference::equation::{self, Equation};
 use simulator::force;
 use simulator::integrator;
 use simulator::scene::schema::{Convergence, Matrix};
@@ -32,7 +31,7 @@ use simulator::scene::{ForceElement, Scene};
 use simulator::trace::State;
 
 use crate::compare::{Comparison, Criteria};
-use crate::diagnosis::{Diagnosis, Evidence, Explanation};
+use crate::diagnosis::{Diagnosis, Evidence, Explanation, Roots};
 use crate::suite::Case;
 use crate::verdict::{Failure, Verdict};
 
@@ -389,20 +388,12 @@ fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
 
 /// The first wrong step of implicit Euler that satisfies its own equation, counted from 1.
 fn other_root(scene: &SceneEvidence<'_>) -> Option<u64> {
-    let inner = &scene.case.scene;
-    let is_newton = matches!(inner.integrator.convergence, Convergence::Update(_));
-    if !is_newton || !scene.is_suspect() {
-        return None;
-    }
-    let equation = Equation::new(inner);
+    let roots = Roots::of(&scene.case.scene).filter(|_| scene.is_suspect())?;
     let first = scene.evidence.iter().find(|evidence| evidence.is_wrong())?;
     let Evidence { sample, defect, .. } = first;
-    let of =
-        |state: &State| equation::State { x: state.positions.clone(), v: state.velocities.clone() };
-    let time = sample.step as f64 * inner.time_step;
-    let (excess, _) = equation.excess(&of(&sample.before), &of(&sample.after), time);
     let size = sample.after.velocities.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    (excess <= 1.0 && defect[1] > 1e-5 * size).then_some(sample.step + 1)
+    let is_solved = roots.solves(sample.step, &sample.before, &sample.after);
+    (is_solved && defect[1] > 1e-5 * size).then_some(sample.step + 1)
 }
 
 fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Option<Finding> {

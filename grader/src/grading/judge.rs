@@ -8,11 +8,11 @@ use simulator::trace::{self, Shape, State};
 
 use super::result::SceneResult;
 use crate::compare::{Comparison, Criteria, Expectation, Pair, compare_watched};
-use crate::diagnosis::{Diagnosis, restart};
+use crate::diagnosis::{Diagnosis, other_root, restart};
 use crate::findings::{Findings, JudgedScene, is_recorded, refusal};
 use crate::oracle::Oracle;
 use crate::recording::Recorder;
-use crate::rubric::Rubric;
+use crate::rubric::{OtherRoot, Rubric};
 use crate::submission::program::Program;
 use crate::submission::{StateSource, Submission};
 use crate::suite::Case;
@@ -96,7 +96,14 @@ pub(super) fn of_case<'a>(
     judge: impl FnOnce(Criteria) -> (Comparison, Vec<State>),
 ) -> Judged<'a> {
     let criteria = rubric.criteria(case, oracle.calibrated(case));
-    let (comparison, states) = judge(criteria.clone());
+    let (mut comparison, states) = judge(criteria.clone());
+    if rubric.other_root() == OtherRoot::Pass
+        && let Some(step) = other_root(&case.scene, &comparison, &states)
+    {
+        comparison.verdict = Verdict::Pass;
+        comparison.first_wrong = None;
+        comparison.other_root = Some(step);
+    }
     let result = SceneResult {
         id: case.id.clone(),
         path: case.scene.name.clone(),

@@ -202,11 +202,12 @@ impl FeatureResult {
         Credit { points: self.points, earned, unjudged }
     }
 
-    /// The largest position and velocity residual of its scenes; `None` where none was compared.
+    /// The largest position and velocity residual of its scenes, except those that pass at another root; `None` where
+    /// none was compared.
     pub fn largest_residuals(&self) -> Option<(f64, f64)> {
         let comparisons = self.scenes.iter().map(|scene| &scene.comparison);
         let residuals = comparisons
-            .filter(|comparison| comparison.is_compared())
+            .filter(|comparison| comparison.is_compared() && comparison.other_root.is_none())
             .map(|Comparison { position, velocity, .. }| (position.largest, velocity.largest));
         residuals.reduce(|(p, v), (position, velocity)| (p.max(position), v.max(velocity)))
     }

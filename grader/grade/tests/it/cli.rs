@@ -1172,3 +1172,45 @@ fn folders_as_submissions() {
         assert!(run.stderr.contains(message), "{}", run.stderr);
     }
 }
+
+/// A particle at 0.5 on a spring of rest length 1 from the origin, with h² k = m: `x' = 0.5 + (±1 − x')`.
+#[test]
+fn a_step_at_another_root_passes_where_the_rubric_says_so() {
+    let project = Project::new();
+    let scene = r#"<scene>
+  <duration time="0.1"/>
+  <integrator type="implicit-euler" dt="0.1"/>
+  <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+  <particle m="1" px="0.5" py="0" vx="0" vy="0" fixed="0"/>
+  <edge i="0" j="1"/>
+  <springforce edge="0" k="100" l0="1"/>
+</scene>
+"#;
+    project.write("assets/Spring/through.xml", scene);
+    assert_eq!(project.grade(&["oracle", "regenerate"]).code, 0);
+    let expected = project.read("expected/Spring/through.csv");
+    let [header, first, last] = expected.lines().collect::<Vec<_>>()[..] else {
+        panic!("{expected}")
+    };
+    assert!(last.contains(",0.75,0.0,2.5,"), "{last}");
+    let report = |position: &str, velocity: &str| -> serde_json::Value {
+        let last = format!("1,0.1,0,0,0,0,{position},0,{velocity},0");
+        project.write("mine/Spring/through.csv", &format!("{header}\n{first}\n{last}\n"));
+        let run = project.grade(&["mine", "--only", "Spring/through", "--format", "json"]);
+        serde_json::from_str(&run.stdout).unwrap()
+    };
+    let scene = |report: &serde_json::Value| report["features"][0]["scenes"][0].clone();
+    let failed = report("-0.25", "-7.5");
+    assert_eq!(scene(&failed)["verdict"], "differs", "{failed}");
+    assert_eq!(failed["findings"][0]["kind"], "other-root", "{failed}");
+
+    project.write("assets/rubric.toml", "[default]\nother-root = \"pass\"\n");
+    let passed = report("-0.25", "-7.5");
+    assert_eq!(scene(&passed)["verdict"], "pass", "{passed}");
+    assert_eq!(scene(&passed)["other_root"], 1);
+    let text = project.grade(&["mine", "--only", "Spring/through"]).stdout;
+    let told = "another solution of the same equations, as the rubric allows: Spring/through.";
+    assert!(text.contains(told), "{text}");
+    // This step solves nothing.
+    assert_eq!(scene(&report("-0.26", "-7.6"))["verdict"], "differs");
+}

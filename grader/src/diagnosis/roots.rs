@@ -1,0 +1,50 @@
+//! Other solutions of implicit steps.
+//!
+//! ```text
+//! M (v' − v) = h F(x', v', t + h)      may have several solutions; Newton's method ends at one near its first guess
+//! ```
+
+use reference::equation::{self, Equation};
+use simulator::scene::Scene;
+use simulator::scene::schema::Convergence;
+use simulator::trace::State;
+
+use crate::compare::{Comparison, Expectation};
+use crate::verdict::{Failure, Verdict};
+
+/// The equation of a scene's steps, if they are solved by Newton's method.
+pub(crate) struct Roots {
+    equation: Equation,
+    time_step: f64,
+}
+
+impl Roots {
+    /// Of a scene; `None` if its steps have one solution.
+    pub(crate) fn of(scene: &Scene) -> Option<Self> {
+        let is_newton = matches!(scene.integrator.convergence, Convergence::Update(_));
+        is_newton.then(|| Self { equation: Equation::new(scene), time_step: scene.time_step })
+    }
+
+    /// Whether step number `step`, from 0, solves its equation, to the tolerance of the method.
+    pub(crate) fn solves(&self, step: u64, before: &State, after: &State) -> bool {
+        let of = |state: &State| equation::State {
+            x: state.positions.clone(),
+            v: state.velocities.clone(),
+        };
+        let time = step as f64 * self.time_step;
+        self.equation.excess(&of(before), &of(after), time).0 <= 1.0
+    }
+}
+
+/// The first state of a trace that differs from the oracle's, if every step of the trace solves its equation.
+pub(crate) fn other_root(scene: &Scene, comparison: &Comparison, states: &[State]) -> Option<u64> {
+    if comparison.verdict != Verdict::Fail(Failure::Differs)
+        || states.len() as u64 != Expectation::of(scene).n_states
+    {
+        return None;
+    }
+    let roots = Roots::of(scene)?;
+    let first = comparison.first_wrong.as_ref()?.place.step;
+    let mut steps = states.windows(2).zip(0..);
+    (first > 0 && steps.all(|(pair, step)| roots.solves(step, &pair[0], &pair[1]))).then_some(first)
+}

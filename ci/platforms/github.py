@@ -141,6 +141,11 @@ def check():
     assert code == 1 and "BREACH" not in repr(annotations) + json.dumps(points), annotations
     assert "BREACH" in summary and "BREACH" not in markup(summary), summary
 
+    endless = {"submission.toml": hostile["submission.toml"], "run.sh": "while :; do :; done\n"}
+    code, annotations, summary, points = step(endless, "--limit", "cpu=1", "--limit", "wall=2")
+    assert code == 1 and points["status"] == "fail" and "timed out" in summary, summary
+    assert sum(test["score"] for test in points["tests"]) == 0
+
     code, annotations, summary, points = step({})
     assert code == 1 and "submission.toml" in summary and points["status"] == "fail"
 

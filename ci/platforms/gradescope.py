@@ -4,7 +4,10 @@ The zip is unpacked by Python's zipfile, and results.json is validated by jsonsc
 emulated by the system's own tools: namespaces refused by seccomp, root with the capabilities of containers, read-only
 root, and, where the control groups allow it, half a CPU and 750 MB.
 
-    gradescope.py GRADE ROOT SETTING       SETTING: the program of grader/grade/tests/attacks/setting.c
+    gradescope.py GRADE ROOT SETTING [IMAGE]
+
+SETTING is the program of grader/grade/tests/attacks/setting.c. IMAGE is the root of a system: the package is unpacked
+in it, its setup.sh installs with the network, and some submissions are graded in it.
 """
 
 import json
@@ -19,11 +22,12 @@ from pathlib import Path
 import jsonschema
 
 GRADE, ROOT, SETTING = (Path(argument).resolve() for argument in sys.argv[1:4])
+IMAGE = Path(sys.argv[4]).resolve() if len(sys.argv) > 4 else None
 SCHEMA = json.loads((Path(__file__).parent / "gradescope.schema.json").read_text())
 WORK = ROOT / "target" / "platforms" / "gradescope"
-# The folder that the container sees as /autograder; it cannot be created there on a read-only root.
-INSIDE = Path("/mnt")
-AUTOGRADER = WORK / "autograder"
+# The folder that the container sees as /autograder; without an image, it cannot be created on the read-only root.
+INSIDE = Path("/autograder" if IMAGE else "/mnt")
+AUTOGRADER = (IMAGE or WORK) / "autograder"
 ASSIGNMENT = "t1m3"
 DUE = "2026-02-01T23:59:00.000000-08:00"
 
@@ -89,6 +93,17 @@ def package():
         zipped.extractall(AUTOGRADER / "source")
         for entry in zipped.infolist():
             os.chmod(AUTOGRADER / "source" / entry.filename, entry.external_attr >> 16)
+    if IMAGE:
+        code = inside(f"{INSIDE}/source/setup.sh > {INSIDE}/setup.log 2>&1", 3600)
+        assert code == 0, (AUTOGRADER / "setup.log").read_text()[-2000:]
+    else:
+        set_up()
+    shutil.copy(AUTOGRADER / "source" / "run_autograder", AUTOGRADER / "run_autograder")
+    shutil.copy(SETTING, AUTOGRADER / "setting")
+
+
+def set_up():
+    """Runs setup.sh without the network."""
     # Stands for the network, and for the build from source where this system's libraries are newer.
     fake = WORK / "bin" / "apt-get"
     fake.write_text("#!/bin/sh\necho apt-get \"$@\"\n")
@@ -101,8 +116,31 @@ def package():
     assert len(lines) > 10
     setup.write_text("\n".join(lines) + "\n")
     subprocess.run([setup], env=environment, check=True)
-    shutil.copy(AUTOGRADER / "source" / "run_autograder", AUTOGRADER / "run_autograder")
-    shutil.copy(SETTING, AUTOGRADER / "setting")
+
+
+def inside(command, seconds):
+    """Runs a command in the image, or on a read-only root; its exit code."""
+    if IMAGE:
+        mounts = [
+            f"mount -t proc proc {IMAGE}/proc",
+            f"mount --rbind /dev {IMAGE}/dev",
+            f"exec chroot {IMAGE} sh -c 'cd {INSIDE} && exec {command}'",
+        ]
+    else:
+        mounts = [
+            f"mount --bind {AUTOGRADER} {INSIDE}",
+            "mount -t tmpfs tmpfs /tmp",
+            # The mount of the root turns read-only; those on it stay as they are.
+            "mount -o remount,bind,ro /",
+            f"cd {INSIDE}",
+            f"exec {command}",
+        ]
+    environment = {"PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"}
+    if not IMAGE:
+        environment["AUTOGRADER_ROOT"] = str(INSIDE)
+    script = " && ".join([LIMITS, "mount --make-rprivate /", *mounts])
+    command = ["unshare", "--mount", "sh", "-c", script]
+    return subprocess.run(command, env=environment, timeout=seconds, check=False).returncode
 
 
 def limits():
@@ -127,33 +165,20 @@ def limits():
         return "true"
 
 
-LIMITS = None
+LIMITS = "true"
 
 
 def run(capabilities="--no-admin", seconds=600):
     """Runs the harness in a container; its results, and how long it took."""
-    inside = f"{INSIDE}/setting --no-user-namespaces {capabilities} -- {INSIDE}/run_autograder"
-    mounts = [
-        LIMITS,
-        "mount --make-rprivate /",
-        f"mount --bind {AUTOGRADER} {INSIDE}",
-        "mount -t tmpfs tmpfs /tmp",
-        # The mount of the root turns read-only; those on it stay as they are.
-        "mount -o remount,bind,ro /",
-        f"cd {INSIDE}",
-        f"exec {inside} > {INSIDE}/results/stdout 2>&1",
-    ]
     shutil.rmtree(AUTOGRADER / "results", ignore_errors=True)
     (AUTOGRADER / "results").mkdir()
     start = time.monotonic()
-    environment = {"PATH": "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin", "AUTOGRADER_ROOT": str(INSIDE)}
-    ended = subprocess.run(
-        ["unshare", "--mount", "sh", "-c", " && ".join(mounts)], env=environment, timeout=seconds, check=False
-    )
+    harness = f"{INSIDE}/setting --no-user-namespaces {capabilities} -- {INSIDE}/run_autograder"
+    code = inside(f"{harness} > {INSIDE}/results/stdout 2>&1", seconds)
     results = json.loads((AUTOGRADER / "results" / "results.json").read_text())
     jsonschema.validate(results, SCHEMA)
     stdout = (AUTOGRADER / "results" / "stdout").read_text(errors="replace")
-    assert ended.returncode == 0, stdout
+    assert code == 0, stdout
     return results, stdout, time.monotonic() - start
 
 
@@ -177,6 +202,20 @@ def visible(results):
 def show(name, results, seconds):
     passed = sum(test.get("status") == "passed" for test in results["tests"])
     print(f"  {name:<28} {results['score']:>6} points, {passed} of {len(results['tests'])} tests passed, {seconds:.0f} s")
+
+
+def check_in_image():
+    for name, files, points in [
+        ("right", student(), 29),
+        ("wrong", student("damping: dF/dv missing"), 14),
+        ("does not build", student(source=PROGRAM.replace("int main", "int mian(", 1)), 0),
+        ("malicious", script(HOSTILE), 0),
+    ]:
+        hand_in(files)
+        results, stdout, seconds = run()
+        show(name, results, seconds)
+        assert results["score"] == points, visible(results)
+        assert "BREACH" not in json.dumps(results) + stdout, stdout
 
 
 def check():
@@ -283,5 +322,5 @@ if os.geteuid() != 0:
     sys.exit("gradescope: needs root")
 package()
 LIMITS = limits()
-check()
+check_in_image() if IMAGE else check()
 print("gradescope: passed")

@@ -3,7 +3,10 @@
 The course folder is read by Python's json and html.parser, results.json is validated by jsonschema, and the pictures are
 decoded by zlib: none of these is ours. The container is emulated by namespaces refused by seccomp.
 
-    prairielearn.py GRADE ROOT SETTING       SETTING: the program of grader/grade/tests/attacks/setting.c
+    prairielearn.py GRADE ROOT SETTING [IMAGE]
+
+SETTING is the program of grader/grade/tests/attacks/setting.c. IMAGE is the root of a system with the packages of the
+Dockerfile; submissions are graded in it, at PrairieLearn's paths.
 """
 
 import base64
@@ -21,16 +24,33 @@ from pathlib import Path
 import jsonschema
 
 GRADE, ROOT, SETTING = (Path(argument).resolve() for argument in sys.argv[1:4])
+IMAGE = Path(sys.argv[4]).resolve() if len(sys.argv) > 4 else None
 SCHEMA = json.loads((Path(__file__).parent / "prairielearn.schema.json").read_text())
 WORK = ROOT / "target" / "platforms" / "prairielearn"
-COURSE, CONTAINER = WORK / "course", WORK / "grade"
+COURSE, CONTAINER = WORK / "course", (IMAGE or WORK) / "grade"
+# The folder as the container sees it.
+INSIDE = Path("/grade") if IMAGE else CONTAINER
 PROGRAM = (ROOT / "grader/selftest/src/programs/student.cpp").read_text()
 BUILD = 'build = ["c++", "-O1", "-o", "student", "student.cpp"]\n'
 RUN = 'run = ["./student", "-s", "{{scene}}", "-d", "0", "-o", "{{trace}}", "-e", "MISTAKE={}"]\nformat = "fosssim"\n'
+SCRIPT = 'name = "mine"\nrun = ["sh", "{folder}/run.sh", "{scene}", "{trace}"]\n'
+HOSTILE = f"""
+cp {INSIDE}/tests/suite/expected/*/*.csv . 2>/dev/null && echo BREACH: read the oracle >&2
+cat {INSIDE}/data/data.json >&2 && echo BREACH: read the data >&2
+echo '{{"score": 1}}' > {INSIDE}/results/results.json && echo BREACH: wrote the results >&2
+rm -rf {INSIDE}/tests && echo BREACH: removed the tests >&2
+kill -9 -1
+printf '<script>alert(1)</script>' >&2
+exit 1
+"""
 
 
 def student(mistake="", source=PROGRAM):
     return {"submission.toml": 'name = "mine"\n' + BUILD + RUN.format(mistake), "student.cpp": source}
+
+
+def script(text):
+    return {"submission.toml": SCRIPT, "run.sh": text}
 
 
 def course():
@@ -70,10 +90,19 @@ def hand_in(question, files):
 
 
 def run(program=None):
-    environment = os.environ | {
-        "PRAIRIELEARN_ROOT": str(CONTAINER), "SPRING_ORACLE": str(program or COURSE / "image" / "grade"),
-    }
-    command = [SETTING, "--no-user-namespaces", "--no-admin", "--", "bash", CONTAINER / "tests" / "run.sh"]
+    setting = ["--no-user-namespaces", "--no-admin", "--", "bash", INSIDE / "tests" / "run.sh"]
+    environment = dict(os.environ)
+    if IMAGE:
+        shutil.copy(COURSE / "image" / "grade", IMAGE / "usr/local/bin/grade")
+        shutil.copy(SETTING, IMAGE / "setting")
+        mounts = f"mount --make-rprivate / && mount -t proc proc {IMAGE}/proc && mount --rbind /dev {IMAGE}/dev"
+        inside = " ".join(map(str, ["/setting", *setting]))
+        command = ["unshare", "--mount", "sh", "-c", f"{mounts} && exec chroot {IMAGE} {inside}"]
+    else:
+        command = [SETTING, *setting]
+        environment |= {"PRAIRIELEARN_ROOT": str(CONTAINER), "SPRING_ORACLE": str(COURSE / "image" / "grade")}
+    if program:
+        environment["SPRING_ORACLE"] = program
     subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     text = (CONTAINER / "results" / "results.json").read_bytes()
     assert len(text) < 1_000_000, len(text)
@@ -117,6 +146,17 @@ def check(question):
     hand_in(question, {})
     results = run()
     assert not results["gradable"] and "submission.toml" in results["format_errors"][0]
+
+    hand_in(question, script(HOSTILE))
+    results = run()
+    assert results["gradable"] and results["score"] == 0 and "BREACH" not in json.dumps(results), results
+
+    # With the usual limits, this takes minutes.
+    hand_in(question, script("while :; do :; done\n"))
+    with open(CONTAINER / "tests/suite/assets/rubric.toml", "a", encoding="utf-8") as rubric:
+        rubric.write("\n[limits]\ncpu = 1\nwall = 2\n")
+    results = run()
+    assert results["gradable"] and results["score"] == 0 and "timed out" in json.dumps(results), results
 
     # Faults that are ours: no attempt is lost.
     hand_in(question, student())

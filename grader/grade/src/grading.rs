@@ -45,7 +45,7 @@ fn grade_once(args: &GradeArgs, interrupt: &Interrupt) -> Result<Exit, Stop> {
     let platforms = Platforms::begin(args)?;
     let graded = grade_and_report(args, interrupt, &platforms);
     if let Err(stop) = &graded {
-        platforms.write_not_graded(stop);
+        platforms.write_not_graded(stop, args);
     }
     graded
 }
@@ -82,7 +82,7 @@ fn grade_and_report(
         .then(|| provenance(&inputs, &oracle, options(&args.judge, &args.run, is_whole), path))
         .transpose()?;
     let opened = open_submission(args, &inputs);
-    interrupt.check("the submission was not built; no scene was graded")?;
+    interrupt.check("the submission was still being built; no scene was graded")?;
     let (submission, protection) = opened?;
     // With --only, run nothing but the chosen scenes.
     let checks = Checks {

@@ -1,5 +1,5 @@
 //! Handling of Ctrl-C and SIGTERM. The first signal ends the running programs, and `grade` reports what it has
-//! graded; the second ends `grade` at once.
+//! graded; another one a second later ends `grade` at once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,9 +38,9 @@ mod unix {
     use std::fs;
     use std::io;
     use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
+    use std::sync::atomic::{AtomicBool, Ordering};
     use std::thread;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     use rustix::process::{Pid, Signal, getpid, kill_process, kill_process_group};
     use sandbox::SWEEPER;
@@ -53,22 +53,25 @@ mod unix {
     /// Pause between two searches for children: a thread may have been about to start one.
     const PAUSE: Duration = Duration::from_millis(5);
 
+    /// Time after the first signal in which another one changes nothing: `timeout` sends one to its program, and at once
+    /// another to its process group.
+    const SAME: Duration = Duration::from_secs(1);
+
     pub(super) fn listen(requested: &Arc<AtomicBool>) -> io::Result<()> {
+        let ends_at_once = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
-            // The order matters: at the first signal, the flag is not yet set.
-            flag::register_conditional_shutdown(
-                signal,
-                Exit::Interrupted as i32,
-                Arc::clone(requested),
-            )?;
+            let condition = Arc::clone(&ends_at_once);
+            flag::register_conditional_shutdown(signal, Exit::Interrupted as i32, condition)?;
             flag::register(signal, Arc::clone(requested))?;
         }
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
         thread::spawn(move || {
             if signals.forever().next().is_some() {
+                let first = Instant::now();
                 loop {
                     end_children();
                     thread::sleep(PAUSE);
+                    ends_at_once.store(first.elapsed() >= SAME, Ordering::Relaxed);
                 }
             }
         });

@@ -68,17 +68,18 @@ impl Platforms {
     }
 
     /// Writes results that say why nothing was graded. On Gradescope, students read whether time ran out, and only
-    /// instructors any other reason.
-    pub(super) fn write_not_graded(&self, Stop(exit, reason): &Stop) {
+    /// instructors any other reason; an earlier submission counts as the rubric says, if that can be read.
+    pub(super) fn write_not_graded(&self, Stop(exit, reason): &Stop, args: &GradeArgs) {
         let message = match exit {
             Exit::Interrupted => format!(
                 "Your submission was not graded to the end, because grading took too long ({reason}). It has no \
-                 points. If your program is slow, make it faster; else tell your instructor."
+                 points. If your program, or its build, is slow, make it faster; else tell your instructor."
             ),
             _ => FAULT.to_owned(),
         };
         let gradescope = self.gradescope.as_ref().map(|file| {
-            let text = results::not_graded(&message, reason).map_err(Stop::fault)?;
+            let score = score_of_earlier(args).unwrap_or_default();
+            let text = results::not_graded(&message, reason, score).map_err(Stop::fault)?;
             put(text.as_bytes(), Some(file))
         });
         let prairielearn = self.prairielearn.as_ref().map(|file| {
@@ -92,6 +93,13 @@ impl Platforms {
             }
         }
     }
+}
+
+/// The points that a submission keeps that was not graded.
+fn score_of_earlier(args: &GradeArgs) -> Option<Score> {
+    let metadata = read_metadata(args.metadata.as_deref()?).ok()?;
+    let inputs = args.suite.read_for(&args.judge.judging()).ok()?;
+    Some(Score::not_graded(inputs.rubric.platform(), &metadata))
 }
 
 /// Reads the metadata of a submission.

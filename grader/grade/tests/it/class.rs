@@ -650,8 +650,9 @@ fn endless(number: &str, mark: &Path) -> String {
     RIGHT.replace("awk", &format!("{wait}\nawk"))
 }
 
-/// Starts `grade`, sends SIGINT as soon as this file exists, and waits for its end. Scratch folders are in `tmp`.
-fn interrupted(project: &Project, arguments: &[&str], once: &Path) -> Run {
+/// Starts `grade`, sends SIGINT twice, as `timeout` does, as soon as this file exists, and waits for its end. Scratch
+/// folders are in `tmp`.
+pub(super) fn interrupted(project: &Project, arguments: &[&str], once: &Path) -> Run {
     use rustix::process::{Pid, Signal, kill_process};
     use std::process::Stdio;
     fs::create_dir_all(project.path("tmp")).unwrap();
@@ -661,7 +662,11 @@ fn interrupted(project: &Project, arguments: &[&str], once: &Path) -> Run {
     while !once.exists() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    for _ in 0..2 {
+        kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+        // Signals that are not received yet count once.
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
     let output = child.wait_with_output().unwrap();
     let left: Vec<_> = fs::read_dir(project.path("tmp")).unwrap().flatten().collect();
     assert!(left.is_empty(), "{left:?}");

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use crate::class::{Project, RIGHT, Run};
+use crate::class::{Project, RIGHT, Run, interrupted};
 
 /// A project whose folder `mine` is a submission that passes all scenes but those that contain `wrong`.
 fn project(wrong: &str, rubric: &str) -> Project {
@@ -144,6 +144,32 @@ fn a_fault_of_ours_is_a_readable_result_with_the_reason_for_the_instructor() {
         let told = test(&results, "Reason, for the instructor");
         assert_eq!(told["visibility"], "hidden");
         assert!(told["output"].as_str().unwrap().contains(reason), "{told}");
+    }
+}
+
+#[test]
+fn a_submission_whose_time_ran_out_keeps_the_points_of_an_earlier_one() {
+    for (rule, score) in [("keep = \"best\"", 1.75), ("keep = \"last\"", 0.0)] {
+        let project = project("nothing", &format!("[platform]\n{rule}\n"));
+        metadata(&project, "2026-03-02T19:00:00Z", &json!([{"score": 1.75}]));
+        let mark = project.path("started");
+        let endless =
+            format!("build = [\"sh\", \"-c\", \"touch '{}'; sleep 600\"]\n", mark.display());
+        project.write("mine/submission.toml", &(endless + &project.read("mine/submission.toml")));
+        let report = ["mine", "--unprotected", "--report", "gradescope=results.json"];
+        let run =
+            interrupted(&project, &[&report[..], &["--metadata", "metadata.json"]].concat(), &mark);
+        assert_eq!(run.code, 130, "{}", run.stderr);
+        let results: Value = serde_json::from_str(&project.read("results.json")).unwrap();
+        assert_eq!(results["score"], score, "{results:#}");
+        let output = results["output"].as_str().unwrap();
+        let reason = "took too long (the submission was still being built; no scene was graded)";
+        assert!(output.contains(reason), "{output}");
+        assert_eq!(
+            output.contains("An earlier submission has 1.75 points"),
+            score > 0.0,
+            "{output}"
+        );
     }
 }
 

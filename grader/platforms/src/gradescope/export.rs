@@ -11,6 +11,7 @@
 use std::io;
 
 use super::results;
+use super::score::Score;
 use crate::package::PackageFile;
 
 /// The minor version of glibc 2 of the oldest base image, Ubuntu 22.04.
@@ -65,6 +66,7 @@ pub fn files(program: Program, settings: &Settings) -> io::Result<Vec<PackageFil
     let not_graded = results::not_graded(
         "Your submission was not graded: the autograder failed. Your instructor can see why, and run it again.",
         "grade did not start, or was killed. The standard output of the run says more.",
+        Score::default(),
     )?;
     let mut files = vec![
         PackageFile::program("setup.sh", setup),

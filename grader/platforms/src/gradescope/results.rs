@@ -229,7 +229,11 @@ impl Results<'_> {
 ///
 /// # Errors
 /// Never in practice: it writes to memory.
-pub fn not_graded(message: &str, reason: &str) -> io::Result<String> {
+pub fn not_graded(message: &str, reason: &str, score: Score) -> io::Result<String> {
+    let mut output = message.to_owned();
+    for remark in score.remarks() {
+        output += &format!("\n{remark}");
+    }
     let test = Test {
         name: "Reason, for the instructor".to_owned(),
         output: reason.to_owned(),
@@ -237,8 +241,8 @@ pub fn not_graded(message: &str, reason: &str) -> io::Result<String> {
         ..Test::default()
     };
     render(&Document {
-        score: 0.0,
-        output: message.to_owned(),
+        score: score.counted,
+        output,
         output_format: "text",
         test_output_format: "text",
         test_name_format: "text",

@@ -13,7 +13,7 @@ use grader::suite::Section;
 use super::metadata::Metadata;
 
 /// The points of a submission.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Score {
     /// Points earned, extra credit included.
     pub earned: f64,
@@ -41,12 +41,13 @@ impl Score {
         let seconds = metadata.and_then(Metadata::seconds_late);
         let lateness = seconds.and_then(|seconds| late.lateness(seconds));
         let own = lateness.map_or(earned, |lateness| lateness.remaining(earned));
-        let before = metadata.and_then(Metadata::best_before);
-        let counted = match (platform.keep, before) {
-            (Keep::Best, Some(before)) => own.max(before),
-            _ => own,
-        };
+        let counted = own.max(before(platform, metadata));
         Self { earned, lateness, own, counted }
+    }
+
+    /// The points of a submission that was not graded.
+    pub fn not_graded(platform: PlatformRule, metadata: &Metadata) -> Self {
+        Self { counted: before(platform, Some(metadata)), ..Self::default() }
     }
 
     /// What changed the points, a sentence each.
@@ -67,5 +68,15 @@ impl Score {
             ));
         }
         remarks
+    }
+}
+
+/// The points of the best earlier submission, if that counts; else 0.
+fn before(platform: PlatformRule, metadata: Option<&Metadata>) -> f64 {
+    match platform.keep {
+        Keep::Best => {
+            metadata.and_then(Metadata::best_before).map_or(0.0, |before| before.max(0.0))
+        }
+        Keep::Last => 0.0,
     }
 }

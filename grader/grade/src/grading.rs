@@ -77,10 +77,7 @@ fn grade_and_report(
     }
     let progress = Progress::new(!args.judge.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
-    let provenance = reports
-        .need_provenance()
-        .then(|| provenance(&inputs, &oracle, options(&args.judge, &args.run, is_whole), path))
-        .transpose()?;
+    let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, is_whole), path)?;
     let opened = open_submission(args, &inputs);
     interrupt.check("the submission was still being built; no scene was graded")?;
     let (submission, protection) = opened?;
@@ -94,7 +91,7 @@ fn grade_and_report(
     };
     let scenes = Scenes::new(&progress, args.fail_fast.map(|count| count as usize));
     let mut grading = inputs.grader(&oracle, checks, &scenes).grade(&submission, protection);
-    grading.provenance = provenance;
+    grading.provenance = Some(provenance);
     let (has_ended, times) = (scenes.has_ended(), scenes.times());
     drop(progress);
     if is_whole && !grading.is_own && grading.interrupted.is_none() {

@@ -84,11 +84,6 @@ impl Reports {
         self.has_pictures || !self.pages.is_empty()
     }
 
-    /// Whether a report names what was graded, by what.
-    pub(super) fn need_provenance(&self) -> bool {
-        self.plain.iter().any(|(format, _)| *format == Format::Json)
-    }
-
     /// Whether all reports can show a part of a run as such.
     pub(super) fn can_be_partial(&self) -> bool {
         self.plain.iter().all(|(format, _)| *format == Format::Text)

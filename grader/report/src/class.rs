@@ -3,9 +3,10 @@
 use std::io::{self, Write};
 
 use super::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
-use super::text::write_unprotected;
+use super::text::{write_provenance, write_unprotected};
 use grader::class::Row;
 use grader::class::entry::PassedOver;
+use grader::grading::provenance::Provenance;
 use grader::verdict::Fault;
 use sandbox::Protection;
 
@@ -74,6 +75,8 @@ pub struct Summary<'a> {
     pub passed_over: &'a [PassedOver],
     /// The protections that were in force whenever a program ran.
     pub protections: &'a [Protection],
+    /// What all submissions were graded by.
+    pub provenance: &'a Provenance,
     /// Whose submissions they are, and what was written to gradebooks, a line each.
     pub remarks: &'a [String],
 }
@@ -83,7 +86,7 @@ pub struct Summary<'a> {
 /// # Errors
 /// If writing fails.
 pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
-    let Summary { rows, unjudged, gaps, passed_over, protections, remarks } = *summary;
+    let Summary { rows, unjudged, gaps, passed_over, protections, provenance, remarks } = *summary;
     let names = [
         "submission",
         "required",
@@ -158,6 +161,7 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
         writeln!(out, "  {ODD}not graded: {name}: changed after it was planned{ODD:#}")?;
     }
     write_unprotected(out, protections)?;
+    write_provenance(out, provenance)?;
     if rows.iter().any(|row| row.verdict == "passed-shipped") {
         writeln!(out, "  {ODD}Hidden scenes were not run: `passed shipped` excludes them.{ODD:#}")?;
     }

@@ -3,16 +3,18 @@
 //! A scene that could not be judged is an error, a failed one is a failure; the type is the verdict's name. A failed
 //! scene that does not decide the outcome, such as one of extra credit, is skipped: JUnit knows no other mild end. A suite
 //! with a failure has a property `finding` for each finding in its scenes; every suite of a feature has its points. The
-//! hidden scenes
-//! of a feature are one case, skipped if they were not run.
+//! hidden scenes of a feature are one case, skipped if they were not run. The last suite has no cases, and the provenance
+//! as its properties.
 
 use std::io;
 
 use super::{SceneTimes, jacobians, text};
 use crate::testsuites::{Document, ProblemKind, TestCase, TestSuite};
 use grader::grading::points;
+use grader::grading::provenance::Provenance;
 use grader::grading::{Grading, Hidden, HiddenTally, SceneResult};
 use grader::verdict::{Verdict, number};
+use sandbox::Protection;
 
 /// Name of the case of hidden scenes.
 const HIDDEN: &str = "hidden scenes";
@@ -65,7 +67,27 @@ pub fn render(grading: &Grading, times: &SceneTimes) -> io::Result<String> {
     if let Some(probing) = &grading.probing {
         suites.extend(super::probe::junit::suites(probing));
     }
+    if let Some(provenance) = &grading.provenance {
+        suites.push(provenance_suite(provenance, grading.protection.as_deref()));
+    }
     Document { name: format!("Spring Oracle: {}", grading.submission), suites }.render()
+}
+
+/// A suite without cases, whose properties say what the report was made by and from.
+fn provenance_suite(provenance: &Provenance, protection: Option<&[Protection]>) -> TestSuite {
+    let hash = |hash: &Option<String>| hash.clone().unwrap_or_default();
+    let protection = protection.unwrap_or_default().iter().map(|protection| protection.name());
+    let properties = vec![
+        ("grader_version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("commit", hash(&provenance.commit)),
+        ("platform", provenance.platform.clone()),
+        ("rubric_sha256", hash(&provenance.rubric)),
+        ("assignment_sha256", hash(&provenance.assignment)),
+        ("oracle_sha256", provenance.oracle()),
+        ("hidden_sha256", hash(&provenance.hidden)),
+        ("protection", protection.collect::<Vec<_>>().join(" ")),
+    ];
+    TestSuite { name: "provenance".to_owned(), properties, ..TestSuite::default() }
 }
 
 /// All hidden scenes of a feature: an error where one could not be judged, else `failed` where one failed.

@@ -14,6 +14,7 @@ use grader::compare::{Criteria, FirstWrong, Tolerances};
 use grader::diagnosis::Diagnosis;
 use grader::findings::{Finding, FindingKind, Findings};
 use grader::grading::points;
+use grader::grading::provenance::Provenance;
 use grader::grading::{
     AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
     Repetition, SceneResult, Totals,
@@ -342,7 +343,31 @@ pub(super) fn write_circumstances(out: &mut dyn Write, grading: &Grading) -> io:
     if let Some(copied) = &grading.copied {
         write_copied(out, copied)?;
     }
-    Ok(())
+    match &grading.provenance {
+        Some(provenance) => write_provenance(out, provenance),
+        None => Ok(()),
+    }
+}
+
+/// Writes the grader and the start of the hashes of its inputs, which are in full in JSON and JUnit reports.
+pub(super) fn write_provenance(out: &mut dyn Write, provenance: &Provenance) -> io::Result<()> {
+    let short = |hash: &str| hash.chars().take(12).collect::<String>();
+    let commit = provenance.commit.as_deref().map(|commit| {
+        let modified = if commit.ends_with("-modified") { ", modified" } else { "" };
+        format!("commit {}{modified}, ", short(commit))
+    });
+    let rubric = provenance.rubric.as_deref().map_or("built in".to_owned(), short);
+    let hidden =
+        provenance.hidden.as_deref().map(|hash| format!(", hidden scenes {}", short(hash)));
+    writeln!(
+        out,
+        "  {DIM}Graded by grade {} ({}{}); rubric {rubric}, scenes and oracle {}{}.{DIM:#}",
+        env!("CARGO_PKG_VERSION"),
+        commit.unwrap_or_default(),
+        provenance.platform,
+        short(&provenance.oracle()),
+        hidden.unwrap_or_default()
+    )
 }
 
 /// Writes the protections that were in force, and those that were missing.

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::suite::hash_bytes;
+
 /// Provenance of a grading. Hashes are SHA-256, in hexadecimal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Provenance {
@@ -24,6 +26,17 @@ pub struct Provenance {
     pub submission: Option<SubmissionOrigin>,
     /// The options.
     pub options: GradingOptions,
+}
+
+impl Provenance {
+    /// One hash of all shipped scenes with their traces, and of the envelopes.
+    pub fn oracle(&self) -> String {
+        let mut text = format!("{:?}\n", self.envelopes);
+        for (name, SceneHashes { scene, trace }) in &self.scenes {
+            text += &format!("{name:?} {scene} {trace:?}\n");
+        }
+        hash_bytes(text.as_bytes())
+    }
 }
 
 /// Hashes of a scene.

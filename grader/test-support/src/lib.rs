@@ -79,3 +79,17 @@ pub fn without_times(junit: &str) -> String {
         text + rest
     })
 }
+
+/// A text or JUnit report without the values of its provenance, which differ from build to build.
+pub fn without_provenance(report: &str) -> String {
+    let mut in_suite = false;
+    let line = |line: &str| {
+        in_suite |= line.contains("<testsuite name=\"provenance\"");
+        let value = ["  Graded by grade ", " value=\""].into_iter().find(|it| line.contains(it));
+        match value.filter(|value| in_suite || value.starts_with("  Graded")) {
+            Some(value) => format!("{}{value}…\n", line.split(value).next().unwrap_or_default()),
+            None => format!("{line}\n"),
+        }
+    };
+    report.lines().map(line).collect()
+}

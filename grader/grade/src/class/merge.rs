@@ -61,6 +61,7 @@ impl Class<'_> {
             gaps: &gaps,
             passed_over: &plan.passed_over,
             protections: &protections,
+            provenance: &self.provenance,
             remarks: &remarks,
         };
         report::class::write(&mut text, &summary).map_err(Stop::fault)?;
@@ -74,6 +75,7 @@ impl Class<'_> {
                 gaps: &gaps,
                 passed_over: &plan.passed_over,
                 protections: &protections,
+                provenance: &self.provenance,
             };
             pages.write("", |sink| html::class(&result, sink))?;
             pages.announce();

@@ -216,8 +216,9 @@ impl Class<'_> {
             let names = plan.submissions.iter().map(|planned| &*planned.name);
             let gaps: Vec<Gap<'_>> =
                 names.map(|name| Gap { name, missing: Missing::NotReached }).collect();
-            let protections = &self.protections;
-            let result = ClassResult { rows: &[], gaps: &gaps, passed_over, protections };
+            let Self { protections, provenance, .. } = self;
+            let result =
+                ClassResult { rows: &[], gaps: &gaps, passed_over, protections, provenance };
             pages.write("", |sink| html::class(&result, sink))?;
         }
         Ok(plan)

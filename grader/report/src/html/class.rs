@@ -5,6 +5,7 @@ use std::io;
 
 use grader::class::Row;
 use grader::class::entry::PassedOver;
+use grader::grading::provenance::Provenance;
 use sandbox::Protection;
 
 use super::Sink;
@@ -28,6 +29,8 @@ pub struct ClassResult<'a> {
     pub passed_over: &'a [PassedOver],
     /// The protections under which programs ran.
     pub protections: &'a [Protection],
+    /// What all submissions were graded by.
+    pub provenance: &'a Provenance,
 }
 
 /// Writes the page of a class, with its scripts and styles.
@@ -52,6 +55,7 @@ pub fn class(result: &ClassResult<'_>, sink: Sink<'_>) -> io::Result<()> {
         html.markup("</li>");
     }
     html.lines(|out| text::write_unprotected(out, result.protections))?;
+    html.lines(|out| text::write_provenance(out, result.provenance))?;
     html.markup("</ul>");
     distribution(&mut html, result);
     findings(&mut html, result);

@@ -174,7 +174,8 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
     html.markup("<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-labelledby=\"rows\"><table><thead><tr>");
     html.markup("<th scope=\"col\">Submission</th>");
     for name in ["Required", "Extra", "Points", "Scenes", "Hidden", "Jacobians"] {
-        html.element("th", &[("scope", "col"), ("class", "number")], name);
+        let class = if name == "Points" { "number" } else { "number spare" };
+        html.element("th", &[("scope", "col"), ("class", class)], name);
     }
     html.markup(
         "<th scope=\"col\">Verdict</th><th scope=\"col\">Findings</th></tr></thead><tbody>\n",
@@ -189,15 +190,15 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
             true => format!("{}, {} not judged", row.points, row.not_judged),
             false => row.points.clone(),
         };
-        for value in [
-            format!("{}/{}", row.required.0, row.required.1),
-            format!("{}/{}", row.extra_credit.0, row.extra_credit.1),
-            points,
-            of(row.scenes),
-            row.hidden.map_or_else(nothing, of),
-            row.jacobians.map_or_else(nothing, of),
+        for (class, value) in [
+            ("number spare", format!("{}/{}", row.required.0, row.required.1)),
+            ("number spare", format!("{}/{}", row.extra_credit.0, row.extra_credit.1)),
+            ("number", points),
+            ("number spare", of(row.scenes)),
+            ("number spare", row.hidden.map_or_else(nothing, of)),
+            ("number spare", row.jacobians.map_or_else(nothing, of)),
         ] {
-            html.element("td", &[("class", "number")], &value);
+            html.element("td", &[("class", class)], &value);
         }
         let sign = match class {
             "good" => "✓",
@@ -211,7 +212,10 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
     for gap in result.gaps {
         html.markup("<tr data-verdict=\"odd\">").element("th", &[("scope", "row")], gap.name);
         let verdict = format!("? {}", gap.missing.name());
-        html.markup("<td colspan=\"6\"></td>").element("td", &[("class", "odd")], &verdict);
+        html.markup(
+            "<td class=\"spare\" colspan=\"2\"></td><td></td><td class=\"spare\" colspan=\"3\"></td>",
+        );
+        html.element("td", &[("class", "odd")], &verdict);
         html.markup("<td></td></tr>\n");
     }
     html.markup("</tbody></table></div></section>\n");

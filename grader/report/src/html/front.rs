@@ -98,7 +98,11 @@ fn features(html: &mut Html, grading: &Grading) {
     let is_hidden = grading.hidden == Hidden::Run;
     let columns = ["Group", "Integrator", "Scenes", "Error x", "Error v", "Points", "Verdict"];
     for (place, name) in columns.into_iter().enumerate() {
-        let class = if (3..6).contains(&place) { "number" } else { "" };
+        let class = match place {
+            3 | 4 => "number spare",
+            5 => "number",
+            _ => "",
+        };
         html.element("th", &[("scope", "col"), ("class", class)], name);
         if place == 2 && is_hidden {
             html.markup("<th scope=\"col\">Hidden</th>");
@@ -144,7 +148,7 @@ fn feature(html: &mut Html, result: &FeatureResult, grading: &Grading, is_hidden
     let largest = result.largest_residuals();
     let shown = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), text::residual);
     for value in [largest.map(|(position, _)| position), largest.map(|(_, velocity)| velocity)] {
-        html.element("td", &[("class", "number")], &shown(value));
+        html.element("td", &[("class", "number spare")], &shown(value));
     }
     let credit = result.credit();
     let points = match credit.unjudged > 0.0 {
@@ -192,7 +196,8 @@ fn scenes(html: &mut Html, grading: &Grading) {
     );
     html.markup("<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-labelledby=\"scenes\"><table><thead><tr>");
     for name in ["Scene", "Verdict", "First wrong", "Cause"] {
-        html.element("th", &[("scope", "col")], name);
+        let class = if name == "First wrong" { "spare" } else { "" };
+        html.element("th", &[("scope", "col"), ("class", class)], name);
     }
     html.markup("</tr></thead><tbody>\n");
     for scene in scenes {
@@ -201,7 +206,7 @@ fn scenes(html: &mut Html, grading: &Grading) {
         html.open("tr", &[("data-verdict", class)]).markup("<th scope=\"row\">");
         html.link(&scene_address(&scene.id), &scene.id).markup("</th>");
         let name = format!("{sign} {}", verdict.name().replace('-', " "));
-        html.element("td", &[("class", class)], &name).markup("<td>");
+        html.element("td", &[("class", class)], &name).markup("<td class=\"spare\">");
         if let Some(first) = &scene.comparison.first_wrong {
             html.text(&format!("step {}, t = {} s", first.place.step, number(first.time)));
         }

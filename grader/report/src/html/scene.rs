@@ -161,8 +161,8 @@ fn first_wrong(html: &mut Html, first: &FirstWrong) {
 fn about(html: &mut Html, case: &Case) {
     let scene = &case.scene;
     html.markup("<section aria-labelledby=\"about\"><h2 id=\"about\">The scene</h2>");
-    let sources: Vec<String> = case.files.iter().filter_map(source).collect();
-    if let Some(comment) = sources.iter().find_map(|source| comment(source)) {
+    let sources: Vec<_> = case.files.iter().filter_map(source).collect();
+    if let Some(comment) = sources.iter().find_map(|(_, source)| comment(source)) {
         html.element("p", &[], &comment);
     }
     let space = scene.dimension.count();
@@ -187,18 +187,19 @@ fn about(html: &mut Html, case: &Case) {
         html.element("dt", &[], name).element("dd", &[], &value);
     }
     html.markup("</dl>");
-    for source in &sources {
+    for (name, source) in &sources {
         let lines = counted(source.lines().count(), "line");
-        html.markup("<details><summary>").text(&format!("Source, {lines}"));
+        html.markup("<details><summary>").text(&format!("Source of {name}, {lines}"));
         html.markup("</summary><pre tabindex=\"0\">").text(source).markup("</pre></details>");
     }
     html.markup("</section>\n");
 }
 
-/// The text of a file that is not too long to be shown.
-fn source(file: &SceneFile) -> Option<String> {
+/// Name and text of a file that is not too long to be shown.
+fn source(file: &SceneFile) -> Option<(String, String)> {
     let is_short = fs::metadata(&file.path).is_ok_and(|metadata| metadata.len() <= SHOWN);
-    is_short.then(|| fs::read_to_string(&file.path).ok()).flatten()
+    let text = is_short.then(|| fs::read_to_string(&file.path).ok()).flatten()?;
+    Some((file.path.file_name()?.to_string_lossy().into_owned(), text))
 }
 
 /// The comment that a scene or a mesh opens with, on one line.

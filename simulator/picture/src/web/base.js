@@ -51,7 +51,7 @@ Report.color = function (name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 };
 
-/* Calls `draw` when the reader changes between light and dark. */
+/* Calls `draw` when the colours change: between light and dark, and for a printer. */
 Report.onTheme = function (draw) {
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  for (const media of ["(prefers-color-scheme: dark)", "print"]) matchMedia(media).addEventListener("change", draw);
 };

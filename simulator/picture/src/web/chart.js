@@ -190,12 +190,12 @@ Report.chart = function (host, options) {
     parts.push(text({
       transform: `translate(13 ${margin.top + inner.height / 2}) rotate(-90)`, "text-anchor": "middle",
     }, options.yLabel));
-    for (const mark of marks) {
+    const labels = marks.map((mark) => {
       const x = scale.x(mark.x);
       parts.push(Report.svg("line", { class: "mark", x1: x, x2: x, y1: margin.top, y2: bottom }));
       const end = x > margin.left + inner.width * 0.6;
-      parts.push(text({ class: "mark-label", x: x + (end ? -5 : 5), y: margin.top + 12, "text-anchor": end ? "end" : "start" }, mark.label));
-    }
+      return text({ class: "mark-label", x: x + (end ? -5 : 5), y: margin.top + 12, "text-anchor": end ? "end" : "start" }, mark.label);
+    });
     for (const each of series) {
       parts.push(Report.svg("path", { d: path(each), "stroke-linejoin": "round", ...stroke(each) }));
       if (each.marker !== undefined) {
@@ -205,7 +205,7 @@ Report.chart = function (host, options) {
       }
     }
     cursorLine = Report.svg("line", { class: "cursor", y1: margin.top, y2: bottom, visibility: "hidden" });
-    parts.push(cursorLine);
+    parts.push(...labels, cursorLine);
     drawing.setAttribute("viewBox", `0 0 ${width} ${height}`);
     drawing.setAttribute("width", width);
     drawing.setAttribute("height", height);

@@ -345,15 +345,32 @@ Report.View = class {
     context.stroke();
     const text = `${words}particle ${particle}`;
     context.font = "600 13px system-ui, sans-serif";
-    const width = context.measureText(text).width;
-    const left = Math.min(Math.max(4, x + radius + 6), this.width - width - 4);
-    const top = Math.min(Math.max(16, y - radius), this.height - 6);
-    context.fillStyle = this.colors.paper;
-    context.globalAlpha = 0.8;
-    context.fillRect(left - 3, top - 13, width + 6, 18);
-    context.globalAlpha = 1;
+    const [left, bottom] = this.labelPlace(at, x, y, radius, context.measureText(text).width);
+    context.strokeStyle = this.colors.paper;
+    context.lineWidth = 4;
+    context.lineJoin = "round";
+    context.strokeText(text, left, bottom);
     context.fillStyle = color;
-    context.fillText(text, left, top);
+    context.fillText(text, left, bottom);
+  }
+
+  /* The place around a ring where its label covers the fewest particles. */
+  labelPlace(at, x, y, radius, width) {
+    const [right, left, middle] = [x + radius + 6, x - radius - 6 - width, x - width / 2];
+    const [above, below] = [y - radius, y + radius + 8];
+    const places = [[right, above], [left, above], [right, below], [left, below], [middle, above - 10], [middle, below + 10]]
+      .map(([left, bottom]) => [
+        Math.min(Math.max(4, left), this.width - width - 4), Math.min(Math.max(16, bottom), this.height - 6),
+      ]);
+    const covered = places.map(([left, bottom]) => {
+      let count = 0;
+      for (let particle = 0; particle < this.count; particle++) {
+        const [dx, dy] = [at[3 * particle] - left, at[3 * particle + 1] - bottom];
+        if (dx > -12 && dx < width + 12 && dy > -24 && dy < 14) count++;
+      }
+      return count;
+    });
+    return places[covered.indexOf(Math.min(...covered))];
   }
 
   /* A length of 1, 2 or 5 times a power of ten, about `pixels` long. */

@@ -61,7 +61,7 @@ fn draw(page: &mut Html, map: &Map) {
     page.open(
         "svg",
         &[
-            ("class", "drawing"),
+            ("class", "drawing scaled"),
             ("role", "img"),
             ("aria-label", &label),
             ("viewBox", &format!("0 0 {all} {high}")),

@@ -453,7 +453,8 @@ Report.Live = class {
   ask(now) {
     this.missed = false;
     if (this.ended || !(this.playing || this.changed)) return;
-    const wall = this.before === null ? 1 / 60 : (now - this.before) / 1000;
+    // The time of a picture may lie before that of the last request.
+    const wall = this.before === null ? 1 / 60 : Math.max(0, now - this.before) / 1000;
     this.before = now;
     const { reset, step } = this.pending;
     const seconds = this.playing && !reset ? Math.min(wall, Report.Live.LONGEST) * this.speed() : 0;

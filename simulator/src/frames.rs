@@ -4,15 +4,21 @@
 //! a viewport, a frame shows the bounds it is given. Scenes in 3D are seen in perspective from the front, the right and
 //! above; what is further away is paler and covered by what is nearer.
 //!
+//! The faces of a mesh are shaded, on both sides: the light L falls from above and behind the viewer, and a vertex with
+//! the normal n has the share AMBIENT + (1 − AMBIENT) |n·L| of its colour (Lambert). Between vertices, the light is
+//! interpolated (Gouraud). Faces cover the vertices and edges in them.
+//!
 //! A trail (`<particlepath>`) fades over its duration. Memory is bounded: a trail keeps at most 2,000 points.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
+use std::sync::Arc;
 
-use picture::canvas::Paint;
+use picture::canvas::{Corner, Paint};
 use picture::drawing::{Drawing, Shape};
+use picture::texture::Texture;
 use serde::Serialize;
 
-use crate::scene::{Color, Dimension, ParticlePath, Scene};
+use crate::scene::{Color, Dimension, ParticlePath, Scene, SurfaceCorner};
 
 /// Maximum number of points of a trail.
 const TRAIL: u64 = 2_000;
@@ -22,6 +28,15 @@ const PARTICLE: Color = Color { r: 0.65, g: 0.29, b: 0.0 };
 
 /// Colour of edges that have none.
 const EDGE: Color = Color { r: 0.0, g: 0.39, b: 0.39 };
+
+/// Colour of surfaces without a texture.
+const SURFACE: Color = Color { r: 0.88, g: 0.56, b: 0.26 };
+
+/// Share of a surface's colour that needs no light.
+const AMBIENT: f64 = 0.35;
+
+/// Direction of the light from the surface: left, up, towards the viewer. Of length 1.
+const LIGHT: [f64; 3] = [-0.36, 0.48, 0.8];
 
 /// Colour of the background if the scene has none.
 const BACKGROUND: Color = Color { r: 1.0, g: 1.0, b: 1.0 };
@@ -174,6 +189,43 @@ pub struct Painter<'a> {
     edges: Vec<Color>,
     background: Color,
     trails: Vec<Trail>,
+    surface: Surface,
+}
+
+/// The faces of a scene.
+struct Surface {
+    triangles: Vec<[SurfaceCorner; 3]>,
+    /// Particles that are a corner of a face.
+    particles: HashSet<usize>,
+    /// Pairs of particles that are corners of one face, the smaller number first.
+    pairs: HashSet<[usize; 2]>,
+    /// The colour of triangles without texture coordinates.
+    plain: Arc<Texture>,
+    texture: Option<Arc<Texture>>,
+}
+
+impl Surface {
+    fn of(scene: &Scene) -> Self {
+        let (mut triangles, mut pairs) = (Vec::new(), HashSet::new());
+        let faces = &scene.rendering.surface.faces;
+        for face in faces {
+            for (number, first) in face.iter().enumerate() {
+                pairs.extend(face[..number].iter().map(|second| {
+                    let [a, b] = [first.particle, second.particle];
+                    [a.min(b), a.max(b)]
+                }));
+            }
+            let [first, rest @ ..] = face.as_slice() else { continue };
+            triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        }
+        let particles = faces.iter().flatten().map(|corner| corner.particle).collect();
+        let plain = Arc::new(Texture::plain(rgb(SURFACE)));
+        Self { triangles, particles, pairs, plain, texture: None }
+    }
+
+    fn covers_edge(&self, [a, b]: [usize; 2]) -> bool {
+        self.pairs.contains(&[a.min(b), a.max(b)])
+    }
 }
 
 /// A trail: times and points, the oldest first.
@@ -208,7 +260,13 @@ impl<'a> Painter<'a> {
             edges,
             background: rendering.background.unwrap_or(BACKGROUND),
             trails: rendering.particle_paths.iter().map(|path| trail(path.duration)).collect(),
+            surface: Surface::of(scene),
         }
+    }
+
+    /// Covers the surface with a texture, where the mesh has texture coordinates.
+    pub fn set_texture(&mut self, texture: Texture) {
+        self.surface.texture = Some(Arc::new(texture));
     }
 
     /// Adds a state to the trails. To be called for every state, in order.
@@ -234,13 +292,19 @@ impl<'a> Painter<'a> {
         // Depth and shape: in two dimensions trails lie below edges, and edges below particles.
         let mut shapes: Vec<(f64, Shape)> = Vec::new();
         self.draw_trails(time, positions, &mut shapes);
+        self.draw_surface(positions, &projected, &mut shapes);
         for (edge, color) in self.scene.edges.iter().zip(&self.edges) {
+            if self.surface.covers_edge(edge.particles) {
+                continue;
+            }
             let ends = edge.particles.map(|particle| projected[particle]);
             shapes.push(self.line(ends, edge.radius, *color));
         }
-        for ((particle, color), at) in
-            self.scene.particles.iter().zip(&self.particles).zip(&projected)
-        {
+        let particles = self.scene.particles.iter().zip(&self.particles).zip(&projected);
+        for (number, ((particle, color), at)) in particles.enumerate() {
+            if self.surface.particles.contains(&number) {
+                continue;
+            }
             let radius = (particle.radius * at.scale).max(0.75) as f32;
             let paint = Paint { rgb: self.faded(*color, at.depth), opacity: 1.0 };
             shapes.push((at.depth, Shape::Disc { at: at.at, radius, paint }));
@@ -254,6 +318,63 @@ impl<'a> Painter<'a> {
             background: rgb(self.background),
             shapes: shapes.into_iter().map(|(_, shape)| shape).collect(),
         }
+    }
+
+    fn draw_surface(
+        &self,
+        positions: &[f64],
+        projected: &[Projected],
+        shapes: &mut Vec<(f64, Shape)>,
+    ) {
+        let surface = &self.surface;
+        let lights = self.lights(positions);
+        for corners in &surface.triangles {
+            let at = corners.map(|corner| projected[corner.particle]);
+            let texture = surface.texture.as_ref();
+            let has_places = corners.iter().all(|corner| corner.texture.is_some());
+            let texture = texture.filter(|_| has_places).unwrap_or(&surface.plain);
+            let corners = corners.map(|SurfaceCorner { particle, texture }| {
+                let Projected { at, scale, depth } = projected[particle];
+                let fade = FADE * (1.0 - depth);
+                Corner {
+                    at,
+                    scale,
+                    texture: texture.unwrap_or_default(),
+                    gain: lights[particle] * (1.0 - fade),
+                    add: rgb(self.background).map(|value| fade * f64::from(value)),
+                }
+            });
+            let depth = at.iter().map(|corner| corner.depth).sum::<f64>() / 3.0;
+            shapes.push((depth, Shape::Triangle { corners, texture: Arc::clone(texture) }));
+        }
+    }
+
+    /// The light on each particle of the surface, from 0 to 1.
+    fn lights(&self, positions: &[f64]) -> Vec<f64> {
+        let dimension = self.scene.dimension.count();
+        let mut normals = vec![[0.0; 3]; self.scene.particles.len()];
+        for corners in &self.surface.triangles {
+            let [a, b, c] = corners.map(|corner| point(positions, corner.particle, dimension));
+            let [u, v] = [b, c].map(|end| [0, 1, 2].map(|axis| end[axis] - a[axis]));
+            // As long as twice the area: larger triangles count more.
+            let normal = [0, 1, 2].map(|axis| {
+                let [next, last] = [(axis + 1) % 3, (axis + 2) % 3];
+                u[next] * v[last] - u[last] * v[next]
+            });
+            for corner in corners {
+                for (sum, value) in normals[corner.particle].iter_mut().zip(normal) {
+                    *sum += value;
+                }
+            }
+        }
+        let light = |normal: [f64; 3]| {
+            let [x, y, z] = self.camera.turned(normal);
+            let length = (x * x + y * y + z * z).sqrt();
+            let cosine = (x * LIGHT[0] + y * LIGHT[1] + z * LIGHT[2]) / length;
+            // Without a normal there is no light.
+            AMBIENT + (1.0 - AMBIENT) * cosine.abs().max(0.0)
+        };
+        normals.into_iter().map(light).collect()
     }
 
     fn draw_trails(&self, time: f64, positions: &[f64], shapes: &mut Vec<(f64, Shape)>) {
@@ -357,15 +478,20 @@ impl Camera {
         Self { center, scale, middle: [0.5 * width, 0.5 * height], extent }
     }
 
+    /// A vector in the coordinates of the camera: right, up, towards the viewer.
+    fn turned(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let [(sy, cy), (sp, cp)] = TURN.map(f64::sin_cos);
+        let (x, z) = (cy * x + sy * z, cy * z - sy * x);
+        let (y, z) = (cp * y - sp * z, cp * z + sp * y);
+        [x, y, z]
+    }
+
     fn project(&self, point: [f64; 3]) -> Projected {
         let mut at = [0, 1, 2].map(|axis| point[axis] - self.center[axis]);
         let (mut perspective, mut depth) = (1.0, 1.0);
         if let Some(extent) = self.extent {
-            let [(sy, cy), (sp, cp)] = TURN.map(f64::sin_cos);
-            let [x, y, z] = at;
-            let (x, z) = (cy * x + sy * z, cy * z - sy * x);
-            let (y, z) = (cp * y - sp * z, cp * z + sp * y);
-            at = [x, y, z];
+            at = self.turned(at);
+            let [_, _, z] = at;
             perspective = DISTANCE / (DISTANCE - z / extent).max(0.1 * DISTANCE);
             depth = (z / extent + 0.5).clamp(0.0, 1.0);
         }
@@ -377,6 +503,8 @@ impl Camera {
 
 #[cfg(test)]
 mod tests {
+    use picture::canvas::Canvas;
+
     use super::*;
     use crate::scene::{ParseOptions, xml};
     use crate::vocabulary;
@@ -427,7 +555,7 @@ mod tests {
             .iter()
             .filter_map(|shape| match shape {
                 Shape::Line { paint, .. } => Some(1.0 - f64::from(paint.rgb[1]) / 255.0),
-                Shape::Disc { .. } => None,
+                _ => None,
             })
             .collect();
         assert_eq!(shares.last(), Some(&1.0));
@@ -445,7 +573,7 @@ mod tests {
         let painter = Painter::new(&scene, [100, 100], bounds);
         let at = |x: f64| match painter.draw(0.0, &[x, 0.0]).shapes[0] {
             Shape::Disc { at, radius, .. } => (at, radius),
-            Shape::Line { .. } => panic!("a disc"),
+            _ => panic!("a disc"),
         };
         assert_eq!(at(0.0), ([9.5, 50.0], 4.5));
         assert_eq!(at(9.0).0, [90.5, 50.0]);
@@ -465,9 +593,59 @@ mod tests {
             .iter()
             .map(|shape| match shape {
                 Shape::Disc { radius, .. } => *radius,
-                Shape::Line { .. } => panic!("no edge"),
+                _ => panic!("no edge"),
             })
             .collect();
         assert!(radii[0] < radii[1], "{radii:?}");
+    }
+
+    /// A square in front of the camera, of two triangles, with a line from its corner; the left half of its texture is red,
+    /// the right half blue.
+    #[test]
+    fn faces_are_shaded_with_their_texture_and_cover_their_edges() {
+        let scene = scene(
+            r#"<particle m="1" px="0" py="0" pz="0" vx="0" vy="0" vz="0" fixed="0" radius="0.01"/>
+            <particle m="1" px="1" py="0" pz="0" vx="0" vy="0" vz="0" fixed="0" radius="0.01"/>
+            <particle m="1" px="1" py="1" pz="0" vx="0" vy="0" vz="0" fixed="0" radius="0.01"/>
+            <particle m="1" px="0" py="1" pz="0" vx="0" vy="0" vz="0" fixed="0" radius="0.01"/>
+            <particle m="1" px="2" py="1" pz="0" vx="0" vy="0" vz="0" fixed="0" radius="0.01"/>
+            <edge i="0" j="1"/> <edge i="2" j="0"/> <edge i="4" j="2"/>"#,
+        );
+        let corner = |(particle, texture): (usize, [f64; 2])| SurfaceCorner {
+            particle,
+            texture: Some(texture),
+        };
+        let places = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let face = places.into_iter().enumerate().map(corner).collect();
+        let mut meshed = scene.clone();
+        meshed.rendering.surface.faces = vec![face];
+        let mut bounds = Bounds::default();
+        bounds.include(&scene, &scene.positions());
+        let mut painter = Painter::new(&meshed, [200, 200], bounds);
+        let mut picture = Canvas::new(2, 1, [255, 0, 0]);
+        picture.paste(&Canvas::new(1, 1, [0, 0, 255]), [1, 0]);
+        let colors = |painter: &Painter<'_>| {
+            let canvas = painter.draw(0.0, &scene.positions()).canvas();
+            [[0.25, 0.6], [0.75, 0.4]].map(|[x, y]| {
+                let [x, y] = painter.camera.project([x, y, 0.0]).at.map(|value| value as usize);
+                let at = 3 * (200 * y + x);
+                [0, 1, 2].map(|channel| canvas.pixels()[at + channel])
+            })
+        };
+        // Without a texture: the colour of surfaces, darker where the light falls at an angle, paler by its distance.
+        let [left, right] = colors(&painter);
+        for [red, green, blue] in [left, right] {
+            assert!(red < 240 && red > green && green > blue, "{left:?} {right:?}");
+        }
+        painter.set_texture(Texture::from_png(&picture.png()).unwrap());
+        let [left, right] = colors(&painter);
+        assert!(left[0] > 150 && left[2] < 100, "{left:?}");
+        assert!(right[2] > 150 && right[0] < 100, "{right:?}");
+        // What the face does not cover: an edge, and the particle at its end.
+        let drawing = painter.draw(0.0, &scene.positions());
+        let of = |is: fn(&Shape) -> bool| drawing.shapes.iter().filter(|shape| is(shape)).count();
+        let discs = of(|shape| matches!(shape, Shape::Disc { .. }));
+        let lines = of(|shape| matches!(shape, Shape::Line { .. }));
+        assert_eq!((discs, lines, drawing.shapes.len()), (1, 1, 4));
     }
 }

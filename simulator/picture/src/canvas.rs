@@ -3,6 +3,8 @@
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use zeno::{Cap, Command, Mask, PathBuilder, Stroke, Style, Transform, Vector};
 
+use crate::texture::Texture;
+
 /// Compression level of PNG files, from 0 to 10.
 const LEVEL: u8 = 8;
 
@@ -21,6 +23,38 @@ pub struct Paint {
     pub rgb: [u8; 3],
     /// From 0 to 1.
     pub opacity: f64,
+}
+
+/// A corner of a triangle in space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// Its place on the canvas.
+    pub at: [f32; 2],
+    /// Its factor of perspective.
+    pub scale: f64,
+    /// Its texture coordinates.
+    pub texture: [f64; 2],
+    /// Its share of the texture's colour.
+    pub gain: f64,
+    /// The colour that is added to it: red, green and blue from 0 to 255.
+    pub add: [f64; 3],
+}
+
+/// The colour of a triangle at a point: red, green and blue from 0 to 255. `shares` are the barycentric coordinates of the
+/// point on the canvas.
+pub fn color(corners: &[Corner; 3], shares: [f64; 3], texture: &Texture) -> [f64; 3] {
+    // On the canvas, what is linear in space is linear only after multiplication with the scale.
+    let weights: [f64; 3] = [0, 1, 2].map(|corner| shares[corner].max(0.0) * corners[corner].scale);
+    let total: f64 = weights.iter().sum();
+    let mean = |of: &dyn Fn(&Corner) -> f64| {
+        let parts = corners.iter().zip(weights).map(|(corner, weight)| weight * of(corner));
+        parts.sum::<f64>() / total
+    };
+    let texel = texture.color([0, 1].map(|axis| mean(&|corner| corner.texture[axis])));
+    let gain = mean(&|corner| corner.gain);
+    [0, 1, 2].map(|channel| {
+        (gain * texel[channel] + mean(&|corner| corner.add[channel])).clamp(0.0, 255.0)
+    })
 }
 
 impl Canvas {
@@ -53,6 +87,45 @@ impl Canvas {
     /// Draws the outline of a circle.
     pub fn circle(&mut self, centre: [f32; 2], radius: f32, width: f32, paint: Paint) {
         self.draw(&circle(centre, radius), Stroke::new(width).into(), width, paint);
+    }
+
+    /// Fills a triangle with a texture. Its edges reach half a pixel outwards, so that neighbours leave no gap.
+    pub fn triangle(&mut self, corners: &[Corner; 3], texture: &Texture) {
+        let at = corners.map(|corner| corner.at.map(f64::from));
+        let cross = |[a, b, c]: [[f64; 2]; 3]| {
+            (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        };
+        let area = cross(at);
+        if area == 0.0 || !area.is_finite() {
+            return;
+        }
+        // Height above each edge, by the corner opposite to it.
+        let heights = [(1, 2), (2, 0), (0, 1)].map(|(from, to): (usize, usize)| {
+            area.abs() / (at[to][0] - at[from][0]).hypot(at[to][1] - at[from][1])
+        });
+        let range = |axis: usize, size: u32| {
+            let of =
+                |limit: fn(f64, f64) -> f64| limit(limit(at[0][axis], at[1][axis]), at[2][axis]);
+            let within = |value: f64| value.clamp(0.0, f64::from(size)) as u32;
+            within((of(f64::min) - 1.0).floor())..within((of(f64::max) + 1.0).ceil())
+        };
+        for row in range(1, self.height) {
+            for column in range(0, self.width) {
+                let here = [f64::from(column) + 0.5, f64::from(row) + 0.5];
+                let shares = [[here, at[1], at[2]], [at[0], here, at[2]], [at[0], at[1], here]]
+                    .map(|corners| cross(corners) / area);
+                let distances = shares.iter().zip(heights).map(|(share, height)| share * height);
+                let covered = (distances.fold(f64::INFINITY, f64::min) + 1.0).clamp(0.0, 1.0);
+                if covered > 0.0 {
+                    let color = color(corners, shares, texture);
+                    let start = 3 * (row as usize * self.width as usize + column as usize);
+                    for (below, above) in self.pixels[start..start + 3].iter_mut().zip(color) {
+                        let mixed = f64::from(*below) * (1.0 - covered) + above * covered;
+                        *below = mixed.round() as u8;
+                    }
+                }
+            }
+        }
     }
 
     /// Draws a line with round ends.
@@ -220,6 +293,35 @@ mod tests {
         ] {
             assert!((area - expected).abs() <= 0.02 * expected, "{area} {expected}");
         }
+    }
+
+    #[test]
+    fn triangles_leave_no_gap_and_show_their_texture_in_perspective() {
+        let corner = |at, texture, scale| Corner { at, scale, texture, gain: 1.0, add: [0.0; 3] };
+        let corners = [[5.0, 5.0], [35.0, 4.0], [34.0, 26.0], [4.0, 25.0]];
+        let texture = Texture::plain([0; 3]);
+        let mut canvas = Canvas::new(40, 30, [255; 3]);
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+            let of = |number: usize| corner(corners[number], [0.0; 2], 1.0);
+            canvas.triangle(&[of(a), of(b), of(c)], &texture);
+        }
+        // The diagonal, and everything else inside, is covered.
+        for row in 7..24 {
+            let inside = &canvas.pixels[3 * (40 * row + 7)..3 * (40 * row + 32)];
+            assert!(inside.iter().all(|value| *value == 0), "{row}");
+        }
+        // Half a pixel around: the area and half of the outline.
+        let area = 630.0 + 0.5 * 104.0;
+        assert!((ink(&canvas) - area).abs() <= 0.02 * area, "{}", ink(&canvas));
+        // In the middle of an edge whose one end is three times nearer, a quarter of the texture has passed.
+        let mut halves = Canvas::new(4, 1, [255; 3]);
+        halves.paste(&Canvas::new(1, 1, [0; 3]), [0, 0]);
+        let halves = Texture::from_png(&halves.png()).unwrap();
+        let near = corner([0.0, 0.0], [0.125, 0.5], 3.0);
+        let [far, last] = [[0.0, 20.0], [20.0, 0.0]].map(|at| corner(at, [1.125, 0.5], 1.0));
+        let at = |share: f64| color(&[near, far, last], [1.0 - share, share, 0.0], &halves)[0];
+        assert_eq!((at(0.0), at(0.5), at(1.0)), (0.0, 255.0, 0.0));
+        assert!((at(0.4) - 4.0 * 255.0 * 0.4 / 2.2).abs() < 1e-9, "{}", at(0.4));
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! A drawing: shapes in the order in which they cover each other.
 
 use std::fmt::Write;
+use std::sync::Arc;
 
-use crate::canvas::{Canvas, Paint};
+use crate::canvas::{Canvas, Corner, Paint, color};
+use crate::texture::Texture;
 
 /// Shapes over a background.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +38,13 @@ pub enum Shape {
         /// Its colour.
         paint: Paint,
     },
+    /// A triangle of a surface.
+    Triangle {
+        /// Its corners.
+        corners: [Corner; 3],
+        /// What covers it. SVG shows the colour of its middle.
+        texture: Arc<Texture>,
+    },
 }
 
 /// Coordinates beyond this are not drawn: a rasteriser's fixed-point numbers would overflow.
@@ -48,6 +57,7 @@ impl Shape {
         match self {
             Self::Disc { at, radius, .. } => near(at) && *radius < FAR,
             Self::Line { ends, width, .. } => ends.iter().all(near) && *width < FAR,
+            Self::Triangle { corners, .. } => corners.iter().all(|corner| near(&corner.at)),
         }
     }
 }
@@ -60,6 +70,7 @@ impl Drawing {
             match shape {
                 Shape::Disc { at, radius, paint } => canvas.disc(*at, *radius, *paint),
                 Shape::Line { ends, width, paint } => canvas.round_line(*ends, *width, *paint),
+                Shape::Triangle { corners, texture } => canvas.triangle(corners, texture),
             }
         }
         canvas
@@ -91,6 +102,17 @@ impl Drawing {
                         svg,
                         "<line x1=\"{x1:.2}\" y1=\"{y1:.2}\" x2=\"{x2:.2}\" y2=\"{y2:.2}\" stroke=\"{color}\" \
                          stroke-width=\"{width:.2}\" stroke-linecap=\"round\"{opacity}/>"
+                    )
+                }
+                Shape::Triangle { corners, texture } => {
+                    let middle = color(corners, [1.0 / 3.0; 3], texture);
+                    let color = hexadecimal(middle.map(|value| value.round() as u8));
+                    let [[x1, y1], [x2, y2], [x3, y3]] = corners.map(|corner| corner.at);
+                    // The outline closes the gaps between neighbours.
+                    writeln!(
+                        svg,
+                        "<path d=\"M{x1:.2} {y1:.2}L{x2:.2} {y2:.2}L{x3:.2} {y3:.2}Z\" fill=\"{color}\" \
+                         stroke=\"{color}\" stroke-linejoin=\"round\"/>"
                     )
                 }
             };

@@ -250,6 +250,26 @@ pub struct Rendering {
     pub edge_colors: Vec<(usize, Color)>,
     /// `<particlepath>`: trails.
     pub particle_paths: Vec<ParticlePath>,
+    /// The surface of a scene in JSON: the faces of its mesh.
+    pub surface: Surface,
+}
+
+/// A surface through particles. It covers them, and the edges within a face.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surface {
+    /// Polygons of three corners or more.
+    pub faces: Vec<Vec<SurfaceCorner>>,
+    /// `png`: the file of its texture, which need not exist.
+    pub texture: Option<PathBuf>,
+}
+
+/// A corner of a face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceCorner {
+    /// The particle.
+    pub particle: usize,
+    /// Its place in the texture, if the mesh says it.
+    pub texture: Option<[f64; 2]>,
 }
 
 /// `<viewport>`.

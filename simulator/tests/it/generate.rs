@@ -10,7 +10,7 @@ use simulator::generate::{
     Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Size, Timeline,
 };
 use simulator::scene::{
-    self, Color, Dimension, Location, ParseOptions, ParticlePath, Scene, Viewport, write,
+    self, Color, Dimension, Location, ParseOptions, ParticlePath, Scene, Surface, Viewport, write,
 };
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
@@ -30,9 +30,10 @@ fn written(scene: &Scene) -> String {
     String::from_utf8(bytes).unwrap()
 }
 
-/// The scene without what depends on where it was read.
+/// The scene without what depends on where it was read, and without a surface, which XML cannot say.
 fn anywhere(mut scene: Scene) -> Scene {
     scene.name.clear();
+    scene.rendering.surface = Surface::default();
     scene.forces.iter_mut().for_each(|force| force.location = Location::default());
     scene
 }

@@ -7,7 +7,7 @@ use crate::support::{shipped_scenes, simulate, stderr};
 use simulator::scene::schema::MAX_PARAMETERS;
 use simulator::scene::{
     Color, Dimension, Edge, Location, ParseOptions, Parsed, Particle, ParticlePath, Rendering,
-    Scene, Viewport, parse_bytes,
+    Scene, Surface, Viewport, parse_bytes,
 };
 use simulator::{integrator, vocabulary};
 use tempfile::TempDir;
@@ -103,6 +103,7 @@ fn every_element_and_attribute_arrives_in_the_model() {
             duration: 1.25,
             color: Color { r: 0.7, g: 0.8, b: 0.9 },
         }],
+        surface: Surface::default(),
     };
     assert_eq!(scene.rendering, rendering);
 }

@@ -28,7 +28,7 @@ use super::resolve::{refuse_force, set_options};
 use super::schema::{Domain, ForceSchema, IntegratorOptions, IntegratorSchema, Vocabulary};
 use super::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, MAX_STEPS, MeshFile, PARTICLE_RADIUS,
-    ParseOptions, Parsed, Particle, Scene, decode, read_bounded, step_count,
+    ParseOptions, Parsed, Particle, Rendering, Scene, Surface, decode, read_bounded, step_count,
 };
 use document::{Document, NoDocument, parse_number, wrong_value};
 use obj::Mesh;
@@ -85,7 +85,8 @@ pub fn parse(
     let mut warnings = Warnings { strict: options.strict, kept: Vec::new(), count: 0 };
     let settings = Settings::read(source, &mut warnings)?;
 
-    let mesh_path = path.parent().unwrap_or(Path::new("")).join(&settings.mesh);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mesh_path = folder.join(&settings.mesh);
     let mesh_name = mesh_path.display().to_string();
     let bytes = read_mesh(&mesh_path, &settings, source)?;
     let mesh_source = &mut Source::new(&mesh_name, decode(&bytes, &mesh_name)?);
@@ -136,7 +137,10 @@ pub fn parse(
         return Err(SceneError::whole_file(&name, problem));
     }
 
+    let texture = settings.texture.map(|texture| folder.join(texture));
+    let surface = Surface { faces: mesh.faces(), texture };
     let scene = Scene {
+        rendering: Rendering { surface, ..Rendering::default() },
         duration,
         time_step,
         integrator_options,
@@ -158,6 +162,7 @@ pub fn parse(
 struct Settings<'a> {
     mesh: String,
     mesh_offset: usize,
+    texture: Option<String>,
     stiffness: f64,
     stiffness_location: Location,
     mass: Option<f64>,
@@ -185,7 +190,7 @@ impl<'a> Settings<'a> {
         let stiffness = stiffness.ok_or_else(|| missing(source, "k", "\"k\": 100"))?;
         let mass = document.number(source, "m", Domain::Positive)?;
         let wind = document.boolean(source, "wind")?;
-        document.string(source, "png")?;
+        let texture = document.string(source, "png")?;
         let mut locate = |key: &str| {
             let offset = document.find(key).map_or(0, |text| source.offset_of(text));
             source.locate(offset)
@@ -196,6 +201,7 @@ impl<'a> Settings<'a> {
             start: locate(""),
             mesh,
             mesh_offset: source.offset_of(mesh_text),
+            texture,
             stiffness,
             mass,
             pinned: document.list("b"),

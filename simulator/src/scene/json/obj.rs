@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! v x y z [w] [r g b]      a vertex; weight and colour are ignored
-//! f 1 2 3 ...              a face of two vertices or more; also f 1/2/3 ..., of which the 1 counts
+//! vt u v [w]               texture coordinates
+//! f 1 2 3 ...              a face of two vertices or more; in f 1/2/3 ... the 1 is the vertex, the 2 its texture coordinates
 //! l 1 2 3 ...              a line from vertex to vertex
 //! ```
 //!
@@ -18,11 +19,11 @@
 
 use super::problem::JsonProblem;
 use super::source::{Source, Warnings, excerpt};
+use crate::scene::SurfaceCorner;
 use crate::scene::error::SceneError;
 
 /// Statements that say nothing of the mesh's shape.
 const SKIPPED: &[&str] = &[
-    "vt",
     "vn",
     "vp",
     "p",
@@ -53,6 +54,8 @@ pub(super) struct Mesh {
     pub(super) places: Vec<u32>,
     corners: Vec<Corner>,
     elements: Vec<(ElementKind, usize)>,
+    /// Texture coordinates; `None` for a statement that has no such numbers.
+    textures: Vec<Option<[f64; 2]>>,
 }
 
 /// A vertex as a face or a line names it.
@@ -62,6 +65,8 @@ pub(super) struct Corner {
     pub(super) vertex: u32,
     /// Where it is named.
     pub(super) place: u32,
+    /// Its texture coordinates by their number in the file; `u32::MAX` if it has none.
+    texture: u32,
 }
 
 /// Kinds of elements that connect vertices.
@@ -83,6 +88,19 @@ impl Mesh {
             .iter()
             .zip(ends)
             .map(|((kind, start), end)| (*kind, &self.corners[*start..end]))
+    }
+
+    /// The faces of three corners or more. Texture coordinates that are not there are left out: only drawings need them.
+    pub(super) fn faces(&self) -> Vec<Vec<SurfaceCorner>> {
+        let corner = |corner: &Corner| SurfaceCorner {
+            particle: corner.vertex as usize,
+            texture: self.textures.get(corner.texture as usize).copied().flatten(),
+        };
+        let is_face = |(kind, corners): &(ElementKind, &[Corner])| {
+            *kind == ElementKind::Face && corners.len() > 2
+        };
+        let faces = self.elements().filter(is_face);
+        faces.map(|(_, corners)| corners.iter().map(corner).collect()).collect()
     }
 
     /// Reads a mesh.
@@ -132,6 +150,10 @@ impl Mesh {
         let [statement, arguments @ ..] = words else { return Ok(()) };
         let kind = match *statement {
             "v" => return self.vertex(statement, arguments, source),
+            "vt" => {
+                self.textures.push(texture(arguments));
+                return Ok(());
+            }
             "f" => ElementKind::Face,
             "l" => ElementKind::Line,
             skipped if SKIPPED.contains(&skipped) => return Ok(()),
@@ -148,7 +170,14 @@ impl Mesh {
         for text in arguments {
             let place = source.offset_of(text);
             let vertex = self.corner(text, place, source)?;
-            self.corners.push(Corner { vertex, place: place as u32 });
+            let number = text.split('/').nth(1).and_then(|number| number.parse::<i64>().ok());
+            let texture = match number {
+                Some(number @ ..=-1) => number.saturating_add(self.textures.len() as i64),
+                Some(number) => number - 1,
+                None => -1,
+            };
+            let texture = texture.try_into().unwrap_or(u32::MAX);
+            self.corners.push(Corner { vertex, place: place as u32, texture });
         }
         Ok(())
     }
@@ -227,11 +256,19 @@ impl Mesh {
                     sorted.windows(2).filter(next).map(|pair| pair[1]).min_by_key(|c| c.place)
                 }
             };
-            if let Some(Corner { vertex, place }) = same {
+            if let Some(Corner { vertex, place, .. }) = same {
                 let problem = JsonProblem::SameVertex { vertex: vertex as usize + 1 };
                 return Err(source.error(place as usize, problem));
             }
         }
         Ok(())
     }
+}
+
+/// The numbers of `vt`; `None` where they are not finite numbers.
+fn texture(words: &[&str]) -> Option<[f64; 2]> {
+    let [u, rest @ ..] = words else { return None };
+    let v = rest.first().copied().unwrap_or("0");
+    let numbers = [u.parse::<f64>().ok()?, v.parse::<f64>().ok()?];
+    numbers.iter().all(|number| number.is_finite()).then_some(numbers)
 }

@@ -6,6 +6,7 @@ mod allocations;
 mod assignment;
 mod bad_input;
 mod cli;
+mod course_frames;
 mod fast_mass_spring;
 mod film;
 mod fuzz_seeds;

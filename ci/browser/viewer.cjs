@@ -6,6 +6,7 @@ const { execFileSync, spawn } = require("node:child_process");
 const http = require("node:http");
 const path = require("node:path");
 const readline = require("node:readline");
+const comparePicture = require("./pictures.cjs");
 
 // A running viewer: its address, and the origin of that.
 async function start(simulate, args) {
@@ -203,6 +204,8 @@ module.exports = async function checkViewer({ browser, work, simulate, open, loo
     assert.deepEqual(faults, [], look);
     await close();
   }
+  // The heading is the path of the scene.
+  await comparePicture(browser, "view", viewer.address, "h1");
   const { page, faults, close } = await open(browser, viewer.address, viewer.origin);
   await page.locator(".pane canvas").waitFor();
   await blowUp(page);

@@ -54,13 +54,14 @@ impl Texture {
     /// The colour at texture coordinates: red, green and blue from 0 to 255, interpolated between the nearest four pixels.
     pub fn color(&self, [u, v]: [f64; 2]) -> [f64; 3] {
         let (width, height) = (self.width, self.pixels.len() / self.width);
-        // Pixel centres lie at halves.
-        let [(left, right, across), (top, bottom, down)] =
-            [(u, width), (1.0 - v, height)].map(|(at, size)| {
-                let at = at.rem_euclid(1.0) * size as f64 - 0.5;
-                let first = at.floor().rem_euclid(size as f64) as usize % size;
-                (first, (first + 1) % size, at - at.floor())
-            });
+        let axes = [(u, width), (1.0 - v, height)];
+        // Pixel centres lie at halves. The edges of the picture do not mix.
+        let [(left, right, across), (top, bottom, down)] = axes.map(|(at, size)| {
+            let at = if (0.0..=1.0).contains(&at) { at } else { at.rem_euclid(1.0) };
+            let at = (at * size as f64 - 0.5).clamp(0.0, (size - 1) as f64);
+            let first = at as usize;
+            (first, (first + 1).min(size - 1), at - first as f64)
+        });
         let mix = |a: f64, b: f64, share: f64| a + (b - a) * share;
         [0, 1, 2].map(|channel| {
             let at =

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! level      what is there: milestones 1 to 3, extra credit, everything; the rest is refused or silently left out
-//! mistakes   none to three, of what is there; one in ten from outside the grader's vocabulary
+//! mistakes   none to three, of what is there; one in ten thresholds, other formulas and stray indices
 //! delivery   a program; traces alone; a part of the traces; traces of few digits
 //! ```
 //!

@@ -9,11 +9,14 @@
 //! calibrated tolerance and the error of an iterative solver. Once that spread is a thousandth of the motion, or Newton's
 //! method no longer converges, states say nothing more; then the single steps decide.
 
-use reference::change::{Change, Model};
+use std::collections::BTreeSet;
+
+use reference::change::{Change, Model, Place};
 use simulator::scene::{Rendering, Scene};
 use simulator::trace::State;
 
 use super::form::Kind;
+use super::scope::Failing;
 use crate::calibration::Bound;
 use crate::compare::{Comparison, Criteria};
 use crate::diagnosis::{self, Evidence, Rounding, WrongSteps};
@@ -28,6 +31,9 @@ const SOLVER: f64 = 1e-10;
 
 /// Spread of replays, relative to the motion, at which states are no longer compared.
 const CHAOTIC: f64 = 1e-3;
+
+/// Multiple of the noise from which a rule is broken.
+const CLEARLY: f64 = 30.0;
 
 /// Numbers of fewer digits than this are not called rounded: few numbers have that many.
 const FEWEST: usize = 3;
@@ -207,6 +213,38 @@ impl<'a> SceneEvidence<'a> {
             tolerances[kind] = tolerance + (SOLVER + self.rounding) * size;
         }
         Some(tolerances)
+    }
+
+    /// What the wrong steps show, with the changes made.
+    pub(super) fn failing(&self, made: &[Change]) -> Failing<'_> {
+        let model = Model::new(&self.scene, made);
+        let axes = self.scene.dimension.count();
+        let is_of_fixed = |change: &Change| {
+            matches!(change.place, Place::Fixed(_)) && change.acts_in(&self.scene)
+        };
+        let holds_otherwise = made.iter().any(is_of_fixed);
+        let mut shown = [false; 2];
+        let mut wrong = BTreeSet::new();
+        for evidence in self.evidence.iter().filter(|evidence| evidence.is_wrong()) {
+            let Evidence { sample, noise: [x, v], .. } = evidence;
+            let Some(residual) = model.residual(sample) else { continue };
+            // The numbers in the rule have the trace's own errors.
+            let h = self.scene.time_step;
+            let size = largest(&sample.after.positions) + h * largest(&sample.after.velocities);
+            let unit = self.rounding.max(f64::EPSILON);
+            let bound = CLEARLY * (x + h * v + unit * size);
+            for (dof, left) in residual.position.iter().enumerate() {
+                let is_fixed = self.scene.particles[dof / axes].fixed;
+                shown[usize::from(is_fixed)] |= left.abs() > bound;
+            }
+            shown[1] |= !holds_otherwise && model.moves_fixed(sample, CLEARLY * v);
+            let bound = CLEARLY * v * residual.stiffness;
+            let momentum = residual.momentum.iter().enumerate();
+            wrong
+                .extend(momentum.filter(|(_, left)| left.abs() > bound).map(|(dof, _)| dof / axes));
+        }
+        let [moves_otherwise, moves_fixed] = shown;
+        Failing { scene: &self.case.scene, moves_otherwise, moves_fixed, wrong }
     }
 
     /// Whether every step from this state on is made from the trace's own state before it.

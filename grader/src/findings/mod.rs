@@ -3,6 +3,7 @@
 //! ```text
 //! traces ── form.rs       faults of the output, settled first
 //!        ── evidence.rs   which steps are wrong by themselves; replay of whole scenes with a change
+//!        ── fit.rs        numbers in changes, from the steps
 //!        ── search.rs     changes that make the same steps, proven by replay; up to three mistakes together
 //!        ── scope.rs      what is left: a feature, where exactly its scenes fail
 //! ```
@@ -13,6 +14,7 @@
 
 mod evidence;
 mod feature;
+mod fit;
 mod form;
 mod refusal;
 mod scope;
@@ -39,6 +41,7 @@ use evidence::SceneEvidence;
 pub use feature::{Family, Feature, Part, Symptom};
 use form::Kind;
 pub use refusal::refusal;
+use scope::Failing;
 use search::Cause;
 pub use trace::is_recorded;
 
@@ -430,7 +433,8 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
         scene.passed || (scene.explained && scene.steps.total > 0 && !lacks(*number))
     });
     let right: Vec<&Scene> = right.map(|(_, scene)| &scene.case.scene).collect();
-    let wrong: Vec<&Scene> = failing.iter().map(|scene| &scene.case.scene).collect();
+    let made: Vec<Change> = causes.iter().map(|cause| cause.change().clone()).collect();
+    let wrong: Vec<Failing<'_>> = failing.par_iter().map(|scene| scene.failing(&made)).collect();
     let found = match scope::only(&wrong, &right, FEW) {
         Some((Feature::Everything, ..)) => Vec::new(),
         Some(only) => vec![only],
@@ -463,7 +467,8 @@ fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
             .collect();
         let ran = scenes.iter().filter(|scene| scene.passed || scene.states.len() > 1);
         let right: Vec<&Scene> = ran.map(|scene| &scene.case.scene).collect();
-        let wrong: Vec<&Scene> = failing.iter().map(|scene| &scene.case.scene).collect();
+        let wrong = failing.iter().map(|scene| Failing::of(&scene.case.scene));
+        let wrong: Vec<Failing<'_>> = wrong.collect();
         let (feature, detail, _) = scope::only(&wrong, &right, FEW)?;
         Some(Finding {
             kind: FindingKind::Ends(symptom),

@@ -1,8 +1,10 @@
 //! Features of a simulator, each with the scenes that fail if it is wrong.
 
+use std::collections::BTreeSet;
+
 use simulator::integrator::IntegratorKind;
 use simulator::scene::Scene;
-use simulator::scene::schema::{self, Convergence, Masses, StepEquation};
+use simulator::scene::schema::{self, ActsOn, Convergence, Masses, StepEquation};
 use simulator::{force, integrator};
 
 use super::feature::{Family, Feature, Part};
@@ -14,6 +16,40 @@ pub(super) enum Expected {
     /// May fail: Newton's method, for example, often converges with wrong derivatives.
     May,
     Passes,
+}
+
+/// A failing scene, with what its wrong steps show.
+pub(super) struct Failing<'a> {
+    pub(super) scene: &'a Scene,
+    /// Free particles do not move by their velocities.
+    pub(super) moves_otherwise: bool,
+    /// The state of a fixed particle is wrong.
+    pub(super) moves_fixed: bool,
+    /// The free particles whose velocities are wrong.
+    pub(super) wrong: BTreeSet<usize>,
+}
+
+impl<'a> Failing<'a> {
+    /// One whose steps show nothing.
+    pub(super) fn of(scene: &'a Scene) -> Self {
+        Self { scene, moves_otherwise: false, moves_fixed: false, wrong: BTreeSet::new() }
+    }
+
+    /// Whether a feature can do what is shown: a force changes the velocities of free particles only.
+    fn can_be(&self, feature: Feature) -> bool {
+        match feature {
+            Feature::Force(_) | Feature::Jacobian(_) => !self.moves_otherwise && !self.moves_fixed,
+            Feature::Fixed(_) => !self.moves_otherwise,
+            _ => true,
+        }
+    }
+
+    fn expected(&self, hypothesis: &Hypothesis) -> Expected {
+        match self.can_be(hypothesis.feature) {
+            true => (hypothesis.expects)(self.scene),
+            false => Expected::Passes,
+        }
+    }
 }
 
 /// A cause under certain circumstances.
@@ -94,16 +130,17 @@ pub(super) type Guilty = (Feature, String, Vec<usize>);
 
 /// The only feature that is used in every failing scene and in no right one: with the circumstances in words, if it fails
 /// under these alone. `None` if there is none, more than one, or fewer than `few` failing scenes.
-pub(super) fn only(failing: &[&Scene], right: &[&Scene], few: usize) -> Option<Guilty> {
+pub(super) fn only(failing: &[Failing<'_>], right: &[&Scene], few: usize) -> Option<Guilty> {
     if failing.len() < few {
         return None;
     }
-    let all = hypotheses();
+    let mut all = hypotheses();
+    all.extend(on_particles(failing));
     let fits = |hypothesis: &&Hypothesis| {
-        let of = |scene: &&Scene| (hypothesis.expects)(scene);
+        let of = |scene: &Failing<'_>| scene.expected(hypothesis);
         let mut surely = failing.iter().map(of).filter(|expected| *expected == Expected::Fails);
         failing.iter().all(|scene| of(scene) != Expected::Passes)
-            && right.iter().all(|scene| of(scene) != Expected::Fails)
+            && right.iter().all(|scene| (hypothesis.expects)(scene) != Expected::Fails)
             && surely.next().is_some()
     };
     for special in [false, true] {
@@ -117,9 +154,9 @@ pub(super) fn only(failing: &[&Scene], right: &[&Scene], few: usize) -> Option<G
     None
 }
 
-/// The features that no right scene uses and of which some failing scenes use one only. Empty unless together they are in
-/// every failing scene.
-pub(super) fn eliminated(failing: &[&Scene], right: &[&Scene], few: usize) -> Vec<Guilty> {
+/// The features that no right scene uses and of which some failing scenes use one only, if together they are in every
+/// failing scene; otherwise none.
+pub(super) fn eliminated(failing: &[Failing<'_>], right: &[&Scene], few: usize) -> Vec<Guilty> {
     let all = hypotheses();
     let is_plain = |one: &&Hypothesis| {
         let broad = !one.special || matches!(one.feature, Feature::Integrator(_));
@@ -130,14 +167,14 @@ pub(super) fn eliminated(failing: &[&Scene], right: &[&Scene], few: usize) -> Ve
         .filter(is_plain)
         .filter(|one| right.iter().all(|scene| (one.expects)(scene) != Expected::Fails))
         .collect();
-    let suspects = |scene: &Scene| {
-        let used = open.iter().filter(|one| (one.expects)(scene) != Expected::Passes);
+    let suspects = |scene: &Failing<'_>| {
+        let used = open.iter().filter(|one| scene.expected(one) != Expected::Passes);
         let mut features: Vec<Feature> = used.map(|one| one.feature).collect();
         features.sort_unstable();
         features.dedup();
         features
     };
-    let of_each: Vec<Vec<Feature>> = failing.iter().map(|scene| suspects(scene)).collect();
+    let of_each: Vec<Vec<Feature>> = failing.iter().map(suspects).collect();
     let mut guilty: Vec<Guilty> = Vec::new();
     for features in &of_each {
         let [one] = features.as_slice() else { continue };
@@ -149,6 +186,31 @@ pub(super) fn eliminated(failing: &[&Scene], right: &[&Scene], few: usize) -> Ve
     }
     let is_covered = |number: usize| guilty.iter().any(|(_, _, scenes)| scenes.contains(&number));
     if (0..failing.len()).all(is_covered) { guilty } else { Vec::new() }
+}
+
+/// Forces on single particles, and integrators where forces act, that are wrong on those particles whose velocities are.
+fn on_particles(failing: &[Failing<'_>]) -> Vec<Hypothesis> {
+    let wrong: BTreeSet<usize> = failing.iter().flat_map(|scene| scene.wrong.clone()).collect();
+    let has_wrong = move |scene: &Scene| {
+        let each = scene.particles.iter().enumerate();
+        each.filter(|(_, particle)| !particle.fixed).any(|(number, _)| wrong.contains(&number))
+    };
+    let detail = "on some particles";
+    let mut all = Vec::new();
+    for part in parts().filter(|part| part.schema().acts_on == ActsOn::EveryParticle) {
+        let has_wrong = has_wrong.clone();
+        let expects = move |scene: &Scene| when(acts(scene, part) && has_wrong(scene));
+        all.push(hypothesis(Feature::Force(part), detail, expects));
+    }
+    for kind in integrator::REGISTRY {
+        let (name, has_wrong) = (kind.schema.name, has_wrong.clone());
+        let expects = move |scene: &Scene| {
+            let is_forced = || parts().any(|part| acts(scene, part));
+            when(scene.integrator.name == name && is_forced() && has_wrong(scene))
+        };
+        all.push(hypothesis(Feature::Integrator(name), detail, expects));
+    }
+    all
 }
 
 /// All features under all circumstances, the unconditional ones first.

@@ -13,12 +13,13 @@
 use std::collections::{BTreeSet, HashMap};
 
 use rayon::prelude::*;
-use reference::change::candidates;
+use reference::change::candidates::{self, Numbered, NumberedForce};
 use reference::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Term};
 use simulator::scene::Scene;
 use simulator::scene::schema::Convergence;
 
 use super::evidence::{Agreement, LEFT, SceneEvidence};
+use super::fit;
 use super::form::Kind;
 use crate::diagnosis::Evidence;
 
@@ -49,6 +50,9 @@ const REPLAYED: usize = 12;
 
 /// Samples of a scene by which changes are chosen first.
 const FIRST: usize = 4;
+
+/// Coordinates of the largest scenes in which numbers in formulas are looked for.
+const NUMBERED: usize = 40;
 
 /// Minimum ratio of a defect to the noise for changes to be distinguishable.
 const CLEAR: f64 = 300.0;
@@ -534,6 +538,11 @@ fn weigh(
             _ => {}
         }
     }
+    // Something moves: then not nothing moves.
+    let is_idle = |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Idle));
+    if weighed.changes.iter().any(is_idle) && 9 * weighed.unexplained > weighed.explained.len() {
+        return None;
+    }
     (is_probe || !weighed.explained.is_empty()).then_some(weighed)
 }
 
@@ -566,6 +575,7 @@ fn survivors(scene: &SceneEvidence<'_>, made: &[Change], time_steps: &[f64]) -> 
     whole.extend(candidates::of_fixed(inner));
     whole.extend(candidates::of_reading(inner, time_steps));
     whole.extend(candidates::of_process(inner));
+    whole.extend(fit::of_rules(scene, made, &samples, |_| true));
     let by_steps = whole.par_iter().filter(|change| {
         let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();
         let model = Model::new(inner, &all);
@@ -573,6 +583,10 @@ fn survivors(scene: &SceneEvidence<'_>, made: &[Change], time_steps: &[f64]) -> 
     });
     let by_steps: Vec<Change> = by_steps.cloned().collect();
     found.extend(by_steps);
+    if found.is_empty() {
+        found.extend(fit::between(scene, made, &samples));
+        found.extend(numbered_in_terms(&model, &samples));
+    }
     if found.is_empty() {
         found = in_jacobians_of_newton(scene, made);
     }
@@ -595,6 +609,7 @@ fn with_rules(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
     let samples = clear_samples(scene);
     let mut rules = candidates::of_integrator(inner);
     rules.extend(candidates::of_fixed(inner));
+    rules.extend(fit::of_rules(scene, made, &samples, Numbered::moves));
     let of = |rule: &Change| -> Vec<Vec<Change>> {
         let with: Vec<Change> = made.iter().chain([rule]).cloned().collect();
         let model = Model::new(inner, &with);
@@ -623,6 +638,27 @@ fn in_terms(model: &Model, integrator: &'static str, samples: &[&Evidence]) -> V
     for quantity in [&[Quantity::Force], &[Quantity::ByPosition], &[Quantity::ByVelocity]] {
         let make = |factor: f64| candidates::integrator_factor(integrator, quantity[0], factor);
         found.extend(base.factor(&all, quantity, &make));
+    }
+    found
+}
+
+/// Changes of one term with a number in them that cancels the residual.
+fn numbered_in_terms(model: &Model, samples: &[&Evidence]) -> Vec<Change> {
+    let is_large = |evidence: &&Evidence| evidence.sample.before.positions.len() > NUMBERED;
+    if samples.iter().any(is_large) {
+        return Vec::new();
+    }
+    let Some(base) = Base::of(model, samples) else { return Vec::new() };
+    let terms = || (0..model.n_terms()).map(|number| model.term(number));
+    let forces: Vec<NumberedForce> = terms().flat_map(candidates::numbered_forces).collect();
+    let mut found: Vec<Change> =
+        forces.par_iter().filter_map(|force| base.numbered(force)).collect();
+    let jacobians = [Quantity::ByPosition, Quantity::ByVelocity];
+    for (term, quantity) in terms().flat_map(|term| jacobians.map(|quantity| (term, quantity))) {
+        let blocks = [[0, 0], [0, 1], [1, 0], [1, 1]];
+        let make =
+            |place: [usize; 2]| move |by: f64| candidates::scaled_block(term, quantity, place, by);
+        found.extend(blocks.into_iter().filter_map(|place| base.scaled(&make(place))));
     }
     found
 }
@@ -661,6 +697,47 @@ impl<'a> Base<'a> {
                 .zip(residual)
                 .all(|(effect, residual)| (residual + effect).abs() <= *bound)
         })
+    }
+
+    /// The effects of a change on all samples, in units of their bounds, after the residuals.
+    fn left(&self, change: &Change) -> Option<Vec<f64>> {
+        let mut all = Vec::new();
+        for (evidence, (residual, bound)) in self.samples.iter().zip(&self.residuals) {
+            let (_, effect) = self.model.effect(change, &evidence.sample)?;
+            all.extend(effect.iter().zip(residual).map(|(effect, left)| (effect + left) / bound));
+        }
+        Some(all)
+    }
+
+    /// The number with which a changed force cancels the residual, if there is one.
+    fn numbered(&self, force: &NumberedForce) -> Option<Change> {
+        let (evidence, (residual, _)) = self.samples.iter().zip(&self.residuals).next()?;
+        let along = |number: f64| -> Option<f64> {
+            let (_, effect) = self.model.effect(&force.with(number), &evidence.sample)?;
+            let sum: f64 = effect.iter().zip(residual).map(|(a, b)| (a + b) * b).sum();
+            sum.is_finite().then_some(sum)
+        };
+        let arguments = if force.is_angle() { fit::angles() } else { fit::sizes() };
+        let fits = |number: f64| self.is_cancelled(&force.with(number));
+        let number = fit::roots(&along, &arguments).into_iter().find(|number| fits(*number))?;
+        Some(force.with(simplest(number, &fits)))
+    }
+
+    /// The factor with which a part cancels the residual: the effect is affine in it, and vanishes at 1.
+    fn scaled(&self, make: &dyn Fn(f64) -> Change) -> Option<Change> {
+        let residual = self.all();
+        let left_out = self.left(&make(0.0))?;
+        let effect: Vec<f64> = left_out.iter().zip(&residual).map(|(a, b)| a - b).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let number = 1.0 + dot(&residual, &effect) / dot(&effect, &effect);
+        let fits = |number: f64| self.is_cancelled(&make(number));
+        (number.is_finite() && fits(number)).then(|| make(simplest(number, &fits)))
+    }
+
+    /// All residuals, in units of their bounds.
+    fn all(&self) -> Vec<f64> {
+        let each = self.residuals.iter();
+        each.flat_map(|(residual, bound)| residual.iter().map(move |value| value / bound)).collect()
     }
 
     /// The factor of some quantities of some terms that cancels the residual, if there is one.
@@ -710,7 +787,7 @@ impl<'a> Base<'a> {
 }
 
 /// The simplest number near `exact` that fits.
-fn simplest(exact: f64, fits: &dyn Fn(f64) -> bool) -> f64 {
+pub(super) fn simplest(exact: f64, fits: &dyn Fn(f64) -> bool) -> f64 {
     for denominator in 1..=6 {
         let fraction = (exact * f64::from(denominator)).round() / f64::from(denominator);
         if (fraction - exact).abs() < 1e-6 * exact.abs().max(1.0) && fits(fraction) {

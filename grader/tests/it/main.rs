@@ -1,5 +1,6 @@
 //! Integration tests of the grading itself.
 
 mod calibration;
+mod change;
 mod conformance;
 mod jacobians;

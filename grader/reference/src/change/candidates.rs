@@ -7,8 +7,8 @@ use std::sync::{Arc, LazyLock};
 use simulator::scene::schema::StepEquation;
 use simulator::scene::{Dimension, Scene};
 
-use super::edit::edits;
-use super::expression::{Expression, Leaf};
+use super::edit::{self, NumberedEdit, edits};
+use super::expression::{Expression, Function, Leaf};
 use super::forms::Forms;
 use super::model::{HELD, NEWTON, forms_of};
 use super::{
@@ -41,6 +41,9 @@ const BY_POSITION: &[Quantity] = &[Quantity::ByPosition];
 const BY_VELOCITY: &[Quantity] = &[Quantity::ByVelocity];
 const JACOBIANS: &[Quantity] = &[Quantity::ByPosition, Quantity::ByVelocity];
 
+/// Ends the words of a change of a force that its Jacobians have as well.
+const IN_JACOBIANS: &str = ", in its Jacobians as well";
+
 /// `springforce's damping`, `dF/dx of springforce's damping`.
 fn name(term: Term, quantity: Quantity) -> String {
     match quantity {
@@ -57,8 +60,7 @@ pub fn factor_words(number: f64) -> String {
     } else if number == -1.0 {
         "has the wrong sign".to_owned()
     } else {
-        let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
-        format!("is multiplied by {rounded}").replace('-', "−")
+        format!("is multiplied by {}", decimal(number))
     }
 }
 
@@ -100,6 +102,170 @@ pub fn integrator_factor(name: &'static str, quantity: Quantity, number: f64) ->
         words: format!("{name}: {what} {}", factor_words(number)),
         effect: Effect::Method(name, rule),
         rank: 3,
+    }
+}
+
+/// A number in words.
+fn decimal(number: f64) -> String {
+    let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
+    rounded.to_string().replace('-', "−")
+}
+
+/// Rules of an integrator with numbers in them that steps determine. The residual is affine in the numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Numbered {
+    /// `x' = x + h (a v + b v')`.
+    Position,
+    /// `x' = x + a h v` or `x' = x + a h v'`: of the velocity that is right.
+    Distance,
+    /// `M (v' − a v) = h F`.
+    Old,
+    /// `M (v' − a v) = a h F`.
+    Damped,
+    /// `a` is added to the masses.
+    Diagonal,
+}
+
+impl Numbered {
+    /// Those of a method, with the numbers of a right program.
+    pub fn of(method: OnePoint) -> Vec<(Self, Vec<f64>)> {
+        let position = if method == OnePoint::Explicit { [1.0, 0.0] } else { [0.0, 1.0] };
+        let mut all = vec![
+            (Self::Damped, vec![1.0]),
+            (Self::Old, vec![1.0]),
+            (Self::Distance, vec![1.0]),
+            (Self::Position, position.to_vec()),
+        ];
+        if method != OnePoint::Implicit {
+            all.push((Self::Diagonal, vec![0.0]));
+        }
+        all
+    }
+
+    /// Whether it is about positions, not velocities.
+    pub fn moves(self) -> bool {
+        matches!(self, Self::Position | Self::Distance)
+    }
+
+    /// The change with these numbers, of an integrator of this name and method; `None` for another count of numbers.
+    pub fn with(self, name: &'static str, method: OnePoint, numbers: &[f64]) -> Option<Change> {
+        let (rule, words) = match (self, numbers) {
+            (Self::Position, &[old, new]) => {
+                let [a, b] = [old, new].map(decimal);
+                let words = format!("positions move with the velocity {a} v + {b} v'");
+                (Rule::Position { old, new, h: 1 }, words.replace("+ −", "− "))
+            }
+            (Self::Distance, &[factor]) => {
+                let [old, new] = match method {
+                    OnePoint::Explicit => [factor, 0.0],
+                    _ => [0.0, factor],
+                };
+                let words = format!("positions move {} times as far", decimal(factor));
+                (Rule::Position { old, new, h: 1 }, words)
+            }
+            (Self::Old, &[old]) => {
+                let words = format!("the old velocity {}", factor_words(old));
+                (Rule::Kick { old, forces: 1.0 }, words)
+            }
+            (Self::Damped, &[factor]) => {
+                let words =
+                    format!("old velocity and forces are multiplied by {}", decimal(factor));
+                (Rule::Kick { old: factor, forces: factor }, words)
+            }
+            (Self::Diagonal, &[added]) => {
+                let words = match method {
+                    OnePoint::Linearized => "is added to the diagonal of the matrix",
+                    _ => "is added to the mass that forces are divided by",
+                };
+                (Rule::Diagonal(added), format!("{} {words}", decimal(added)))
+            }
+            _ => return None,
+        };
+        let rank = 2 + numbers.len() as u8;
+        Some(of_method(name, rule, &words, rank))
+    }
+}
+
+/// A change of a term's force by a formula with a number in it.
+pub struct NumberedForce {
+    term: Term,
+    edit: NumberedEdit,
+    is_derived: bool,
+}
+
+/// The changes of a term's force by formulas with a number in them.
+pub fn numbered_forces(term: Term) -> Vec<NumberedForce> {
+    let Some(forms) = forms_of(term) else { return Vec::new() };
+    let mut scalars = scalars(term);
+    scalars.retain(|scalar| !matches!(scalar, Expression::Leaf(Leaf::Parameter(..))));
+    let both: &[bool] =
+        if term.schema().depends_on().has_jacobian() { &[false, true] } else { &[false] };
+    let of = |is_derived: bool| {
+        let edits = forms.force.iter().flat_map(|formula| edit::numbered(formula, &scalars));
+        edits.map(move |edit| NumberedForce { term, edit, is_derived }).collect::<Vec<_>>()
+    };
+    both.iter().flat_map(|is_derived| of(*is_derived)).collect()
+}
+
+impl NumberedForce {
+    /// Whether the number is an angle in degrees; otherwise it is positive.
+    pub fn is_angle(&self) -> bool {
+        self.edit.is_angle
+    }
+
+    /// The change with this number.
+    pub fn with(&self, number: f64) -> Change {
+        let formula = Arc::new((self.edit.with)(number));
+        let words = format!("{} {}", self.term, (self.edit.words)(&decimal(number)));
+        let place = Place::Force(self.term);
+        match self.is_derived {
+            true => Change {
+                place,
+                words: format!("{words}{IN_JACOBIANS}"),
+                effect: Effect::Derived(self.term, formula),
+                rank: 4,
+            },
+            false => Change {
+                place,
+                words,
+                effect: Effect::Formula(self.term, Quantity::Force, formula),
+                rank: 3,
+            },
+        }
+    }
+}
+
+/// A block of a pair's Jacobian multiplied by a number.
+pub fn scaled_block(term: Term, quantity: Quantity, [row, column]: [usize; 2], by: f64) -> Change {
+    let particle = |number: usize| ["i", "j"][number];
+    let block = format!("block {} {}", particle(row), particle(column));
+    Change {
+        place: Place::Jacobian(term),
+        words: format!("{} has its {block} multiplied by {}", name(term, quantity), decimal(by)),
+        effect: Effect::Blocks(term, quantity, Blocks::Scaled(row, column, by)),
+        rank: 3,
+    }
+}
+
+/// The speed limit of an integrator.
+pub fn speed_limit(name: &'static str, limit: f64) -> Change {
+    let words = format!("no velocity is larger than {}", decimal(limit));
+    of_method(name, Rule::SpeedLimit(limit), &words, 3)
+}
+
+/// Forces at another point between the ends of a step.
+pub fn forces_at(name: &'static str, part: f64, is_implicit: bool) -> Change {
+    let velocity = if is_implicit { "v'" } else { "v" };
+    let words = format!("forces are evaluated at x + {} h {velocity}", decimal(part));
+    of_method(name, Rule::ForcesAt(part), &words.replace("+ −", "− "), 3)
+}
+
+fn of_method(name: &'static str, rule: Rule, words: &str, rank: u8) -> Change {
+    Change {
+        place: Place::Integrator(name),
+        words: format!("{name}: {words}"),
+        effect: Effect::Method(name, rule),
+        rank,
     }
 }
 
@@ -179,7 +345,11 @@ fn scalars(term: Term) -> Vec<Expression> {
 }
 
 fn of_formulas(term: Term, forms: &Forms) -> Vec<Change> {
-    let scalars = scalars(term);
+    let mut scalars = scalars(term);
+    // The sizes of what the law itself consists of.
+    let own = forms.force.iter().flat_map(edit::numbers_in);
+    let size = |own: Expression| Expression::Applied(Function::Absolute, Box::new(own));
+    scalars.extend(own.map(size));
     let mut all = Vec::new();
     let quantities = [&forms.force, &forms.by_position, &forms.by_velocity];
     for (quantity, formulas) in Quantity::ALL.into_iter().zip(quantities) {
@@ -195,7 +365,7 @@ fn of_formulas(term: Term, forms: &Forms) -> Vec<Change> {
                 if quantity == Quantity::Force && term.schema().depends_on().has_jacobian() {
                     all.push(Change {
                         place,
-                        words: format!("{words}, in its Jacobians as well"),
+                        words: format!("{words}{IN_JACOBIANS}"),
                         effect: Effect::Derived(term, Arc::clone(&formula)),
                         rank: rank + 1,
                     });
@@ -326,6 +496,7 @@ fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
             (Axes::Filled, "fills each row with its diagonal entry"),
             (Axes::Diagonal, "lacks the entries off the diagonal of its blocks"),
             (Axes::Swapped, "has x and y swapped"),
+            (Axes::RowsSwapped, "has the rows of its blocks swapped"),
         ] {
             add(quantity, words, Effect::Axes(term, quantity, axes), 2);
         }
@@ -367,14 +538,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     let name = scene.integrator.name;
     let Some(method) = Method::one_point(scene.integrator) else { return Vec::new() };
     let mut all = Vec::new();
-    let mut add = |rule: Rule, rank: u8, words: &str| {
-        all.push(Change {
-            place: Place::Integrator(name),
-            words: format!("{name}: {words}"),
-            effect: Effect::Method(name, rule),
-            rank,
-        });
-    };
+    let mut add = |rule: Rule, rank: u8, words: &str| all.push(of_method(name, rule, words, rank));
     for (factor, words) in [
         (Factor::number(-1.0), "the sum of all forces has the wrong sign"),
         (Factor::number(0.0), "the sum of all forces is missing"),
@@ -452,12 +616,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
 pub fn of_process(scene: &Scene) -> Vec<Change> {
     let name = scene.integrator.name;
     let Some(method) = Method::one_point(scene.integrator) else { return Vec::new() };
-    let change = |rule: Rule, rank: u8, words: String| Change {
-        place: Place::Integrator(name),
-        words: format!("{name}: {words}"),
-        effect: Effect::Method(name, rule),
-        rank,
-    };
+    let change = |rule: Rule, rank: u8, words: String| of_method(name, rule, &words, rank);
     let mut all = Vec::new();
     if method == OnePoint::Implicit {
         for iterations in 1..=6 {

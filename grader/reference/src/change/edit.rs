@@ -2,12 +2,14 @@
 //!
 //! ```text
 //! sum        a term is left out, has the other sign, counts twice or half
-//! product    a factor is left out; one is added: a parameter, a mass, l, h, or its inverse
+//! product    a factor is left out; one is added: a parameter, a mass, l, h, or its inverse; a projection is left out
 //! power      another exponent
 //! number     twice or half
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
 //! matrix     a bᵀ for b aᵀ, a aᵀ for a bᵀ, I for R
-//! scalar     one parameter or length for another; |x|, max(x, 0), min(x, 0) of a sum or a dot product
+//! scalar     one parameter or length for another, or another norm; |x|, max(x, 0), min(x, 0) of a sum or a dot product;
+//!            one component for a dot product
+//! numbered   a limit, a number added to a length or to 1/x, another angle, a factor 1 + c x: the steps determine c
 //! ```
 //!
 //! An edit that makes no sense evaluates to NaN and explains nothing.
@@ -132,6 +134,12 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
         }
         Expression::Dot(a, b) => {
             clamps(node, &mut all);
+            for axis in 0..2 {
+                let unit = Box::new(Expression::Leaf(Leaf::Axis(axis)));
+                let new = Expression::Dot(b.clone(), unit);
+                let words = format!("has {new} in the place of {node}");
+                all.push(Edit::new(new, words, 3));
+            }
             if a != b {
                 let square =
                     |x: &Expression| Expression::Dot(Box::new(x.clone()), Box::new(x.clone()));
@@ -182,6 +190,12 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 }
                 let rest = Expression::Product(without(factors, place));
                 all.push(Edit::new(rest, format!("lacks the factor {}", shown(factor)), 1));
+                // (a·b) a is b along a.
+                let Expression::Dot(a, b) = factor else { continue };
+                let Some(along) = factors.iter().position(|other| other == &**a) else { continue };
+                let whole = without(&replaced(factors, along, (**b).clone()), place);
+                let words = format!("has {b} in the place of its part along {a}");
+                all.push(Edit::new(Expression::Product(whole), words, 1));
             }
             for scalar in scalars {
                 let with = |new: Expression| {
@@ -234,8 +248,18 @@ fn is_scalar(leaf: Leaf) -> bool {
 /// Leaves and sums of leaves that are mistaken for this one.
 fn others(leaf: Leaf) -> Vec<Expression> {
     let one = Expression::Leaf;
+    let over = |length: Leaf| {
+        let inverse = Expression::Power(Box::new(one(length)), -1);
+        Expression::Product(vec![one(Leaf::Difference), inverse])
+    };
     match leaf {
-        Leaf::Direction => vec![one(Leaf::Difference), one(Leaf::RelativeVelocity)],
+        Leaf::Direction => vec![
+            one(Leaf::Difference),
+            one(Leaf::RelativeVelocity),
+            over(Leaf::SumLength),
+            over(Leaf::LargestLength),
+        ],
+        Leaf::Length => vec![one(Leaf::SumLength), one(Leaf::LargestLength)],
         Leaf::Difference => vec![one(Leaf::Direction)],
         Leaf::RelativeVelocity => vec![
             one(Leaf::Velocity(0)),
@@ -249,11 +273,184 @@ fn others(leaf: Leaf) -> Vec<Expression> {
         Leaf::Mass(0) => vec![one(Leaf::Mass(1))],
         Leaf::Mass(_) => vec![one(Leaf::Mass(0))],
         Leaf::Parameter(..)
-        | Leaf::Length
+        | Leaf::SumLength
+        | Leaf::LargestLength
+        | Leaf::Axis(_)
         | Leaf::TimeStep
         | Leaf::Velocity(_)
         | Leaf::Speed
         | Leaf::Identity
         | Leaf::Field => Vec::new(),
     }
+}
+
+/// The numbers in `formula`: sums, and dot products.
+pub fn numbers_in(formula: &Expression) -> Vec<Expression> {
+    let is_one = |node: &Expression| {
+        matches!(node, Expression::Sum(_) | Expression::Dot(..)) && node.is_number()
+    };
+    nodes(formula).into_iter().map(|(node, _)| node).filter(is_one).collect()
+}
+
+/// A formula with another node in the place of one.
+type Replacing = Box<dyn Fn(Expression) -> Expression + Send + Sync>;
+
+/// Every node, with the formula around it.
+fn nodes(formula: &Expression) -> Vec<(Expression, Replacing)> {
+    let mut all: Vec<(Expression, Replacing)> = vec![(formula.clone(), Box::new(|new| new))];
+    let mut below = |child: &Expression,
+                     around: fn(&Expression, usize, Expression) -> Expression,
+                     place: usize| {
+        for (node, replacing) in nodes(child) {
+            let whole = formula.clone();
+            all.push((node, Box::new(move |new| around(&whole, place, replacing(new)))));
+        }
+    };
+    match formula {
+        Expression::Sum(parts) | Expression::Product(parts) => {
+            for (place, part) in parts.iter().enumerate() {
+                below(part, with_part, place);
+            }
+        }
+        Expression::Power(base, _) => below(base, with_part, 0),
+        Expression::Dot(a, b) | Expression::Outer(a, b) => {
+            below(a, with_part, 0);
+            below(b, with_part, 1);
+        }
+        Expression::Transposed(inner) | Expression::Applied(_, inner) => below(inner, with_part, 0),
+        Expression::Number(_) | Expression::Leaf(_) => {}
+    }
+    all
+}
+
+/// `whole` with another one of its parts.
+fn with_part(whole: &Expression, place: usize, new: Expression) -> Expression {
+    let new = |old: &Expression, number: usize| {
+        Box::new(if number == place { new.clone() } else { old.clone() })
+    };
+    match whole {
+        Expression::Sum(parts) => {
+            Expression::Sum(replaced(parts, place, *new(&parts[place], place)))
+        }
+        Expression::Product(parts) => {
+            Expression::Product(replaced(parts, place, *new(&parts[place], place)))
+        }
+        Expression::Power(base, exponent) => Expression::Power(new(base, 0), *exponent),
+        Expression::Dot(a, b) => Expression::Dot(new(a, 0), new(b, 1)),
+        Expression::Outer(a, b) => Expression::Outer(new(a, 0), new(b, 1)),
+        Expression::Transposed(inner) => Expression::Transposed(new(inner, 0)),
+        Expression::Applied(function, inner) => Expression::Applied(*function, new(inner, 0)),
+        Expression::Number(_) | Expression::Leaf(_) => whole.clone(),
+    }
+}
+
+/// A formula with a number in it that the steps determine.
+pub struct NumberedEdit {
+    /// The formula with this number.
+    pub with: Box<dyn Fn(f64) -> Expression + Send + Sync>,
+    /// The operation in words, with the number as text.
+    pub words: Box<dyn Fn(&str) -> String + Send + Sync>,
+    /// Whether the number is an angle in degrees; otherwise it is positive.
+    pub is_angle: bool,
+}
+
+/// All edits of `formula` with a number; `scalars` are the quantities that it may depend on besides.
+pub fn numbered(formula: &Expression, scalars: &[Expression]) -> Vec<NumberedEdit> {
+    let mut all = Vec::new();
+    let mut add = |with: Replacing,
+                   node: String,
+                   is_angle: bool,
+                   words: &'static str,
+                   of: fn(&Expression, f64) -> Expression,
+                   old: Expression| {
+        all.push(NumberedEdit {
+            with: Box::new(move |number| with(of(&old, number))),
+            words: Box::new(move |number| words.replace("{node}", &node).replace("{c}", number)),
+            is_angle,
+        });
+    };
+    for (node, with) in nodes(formula) {
+        let name = shown(&node);
+        if *formula == node {
+            let words = "is limited to a size of {c}";
+            add(with, name, false, words, at_most, node);
+            continue;
+        }
+        let is_own = matches!(node, Expression::Sum(_) | Expression::Dot(..));
+        match &node {
+            Expression::Leaf(Leaf::Length) => {
+                add(with, name, false, "has an l of at least {c} in one place", at_least, node);
+            }
+            Expression::Leaf(Leaf::Turn) => {
+                add(with, name, true, "is turned by {c} degrees, not 90", turned, node);
+            }
+            Expression::Power(_, exponent) if *exponent < 0 => {
+                add(
+                    with,
+                    name,
+                    false,
+                    "has {c} added to the denominator of {node}",
+                    softened,
+                    node,
+                );
+            }
+            _ if is_own && node.is_number() => {
+                add(with, name, false, "has {node} limited to {c}", at_most, node);
+            }
+            _ => {}
+        }
+    }
+    for scalar in scalars {
+        for (power, words) in
+            [(1, "is multiplied by 1 + {c} {node}"), (-1, "is divided by 1 + {c} {node}")]
+        {
+            let (whole, of) = (formula.clone(), scalar.clone());
+            let name = shown(scalar);
+            all.push(NumberedEdit {
+                with: Box::new(move |number| {
+                    let product = Expression::Product(vec![Expression::Number(number), of.clone()]);
+                    let sum = Expression::Sum(vec![Expression::Number(1.0), product]);
+                    Expression::Product(vec![
+                        Expression::Power(Box::new(sum), power),
+                        whole.clone(),
+                    ])
+                }),
+                words: Box::new(move |number| {
+                    words
+                        .replace("{c}", number)
+                        .replace("+ 1 {node}", "+ {node}")
+                        .replace("{node}", &name)
+                }),
+                is_angle: false,
+            });
+        }
+    }
+    all
+}
+
+fn at_most(node: &Expression, number: f64) -> Expression {
+    Expression::Applied(Function::AtMost(number), Box::new(node.clone()))
+}
+
+fn at_least(node: &Expression, number: f64) -> Expression {
+    Expression::Applied(Function::AtLeast(number), Box::new(node.clone()))
+}
+
+/// The rotation by an angle in degrees.
+fn turned(node: &Expression, degrees: f64) -> Expression {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let times =
+        |number: f64, of: Expression| Expression::Product(vec![Expression::Number(number), of]);
+    Expression::Sum(vec![times(cos, Expression::Leaf(Leaf::Identity)), times(sin, node.clone())])
+}
+
+/// `1/(x + c)` for `1/x`.
+fn softened(node: &Expression, number: f64) -> Expression {
+    let Expression::Power(base, exponent) = node else { return node.clone() };
+    let inverse = match -exponent {
+        1 => (**base).clone(),
+        exponent => Expression::Power(base.clone(), exponent),
+    };
+    let sum = Expression::Sum(vec![inverse, Expression::Number(number)]);
+    Expression::Power(Box::new(sum), -1)
 }

@@ -41,6 +41,12 @@ pub enum Leaf {
     Mass(usize),
     /// `l`.
     Length,
+    /// `|d|₁`, the sum of the sizes of the components of `d`.
+    SumLength,
+    /// `|d|∞`, the largest of these.
+    LargestLength,
+    /// A unit vector along x, y or z.
+    Axis(usize),
     /// The time step.
     TimeStep,
     /// `d`.
@@ -62,7 +68,7 @@ pub enum Leaf {
 }
 
 /// A function of a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Function {
     /// `|x|`.
     Absolute,
@@ -70,6 +76,10 @@ pub enum Function {
     Positive,
     /// `min(x, 0)`.
     Negative,
+    /// A number between −c and c; a vector of length at most c.
+    AtMost(f64),
+    /// `max(x, c)`.
+    AtLeast(f64),
 }
 
 /// The arguments of a formula for one element.
@@ -179,6 +189,9 @@ impl Leaf {
             Self::Parameter(number, _) => Value::Number(at.parameters[number]),
             Self::Mass(side) => Value::Number(at.masses[side]),
             Self::Length => Value::Number(at.l),
+            Self::SumLength => Value::Number(at.d.abs().sum()),
+            Self::LargestLength => Value::Number(at.d.amax()),
+            Self::Axis(axis) => Value::Vector(Vector3::ith(axis, 1.0)),
             Self::TimeStep => Value::Number(at.h),
             Self::Difference => Value::Vector(at.d),
             Self::Direction => Value::Vector(at.n()),
@@ -196,6 +209,11 @@ impl Leaf {
         let lengthening = || at.n().dot(&along.d);
         match self {
             Self::Length => Value::Number(lengthening()),
+            Self::SumLength => Value::Number(at.d.map(f64::signum).dot(&along.d)),
+            Self::LargestLength => {
+                let axis = at.d.iamax();
+                Value::Number(at.d[axis].signum() * along.d[axis])
+            }
             Self::Difference => Value::Vector(along.d),
             Self::Direction => Value::Vector((along.d - at.n() * lengthening()) / at.l),
             Self::RelativeVelocity => Value::Vector(along.v[0] - along.v[1]),
@@ -203,12 +221,32 @@ impl Leaf {
             Self::Speed => Value::Number(at.v[0].dot(&along.v[0]) / at.v[0].norm()),
             Self::Parameter(..) | Self::Mass(_) | Self::TimeStep => Value::Number(0.0),
             Self::Identity | Self::Turn => Value::Matrix(Matrix3::zeros()),
-            Self::Field => Value::Vector(Vector3::zeros()),
+            Self::Field | Self::Axis(_) => Value::Vector(Vector3::zeros()),
         }
     }
 }
 
 impl Expression {
+    /// Whether its value is a number.
+    pub fn is_number(&self) -> bool {
+        match self {
+            Self::Number(_) | Self::Power(..) | Self::Dot(..) => true,
+            Self::Leaf(leaf) => matches!(
+                leaf,
+                Leaf::Parameter(..)
+                    | Leaf::Mass(_)
+                    | Leaf::Length
+                    | Leaf::SumLength
+                    | Leaf::LargestLength
+                    | Leaf::TimeStep
+                    | Leaf::Speed
+            ),
+            Self::Sum(parts) | Self::Product(parts) => parts.iter().all(Self::is_number),
+            Self::Outer(..) | Self::Transposed(_) => false,
+            Self::Applied(_, inner) => inner.is_number(),
+        }
+    }
+
     /// The value.
     pub fn value(&self, at: &Inputs) -> Value {
         match self {
@@ -236,6 +274,11 @@ impl Expression {
                 (Function::Absolute, Value::Number(x)) => Value::Number(x.abs()),
                 (Function::Positive, Value::Number(x)) => Value::Number(x.max(0.0)),
                 (Function::Negative, Value::Number(x)) => Value::Number(x.min(0.0)),
+                (Function::AtMost(most), Value::Number(x)) => {
+                    Value::Number(x.signum() * x.abs().min(*most))
+                }
+                (Function::AtMost(most), Value::Vector(x)) => Value::Vector(x.cap_magnitude(*most)),
+                (Function::AtLeast(least), Value::Number(x)) => Value::Number(x.max(*least)),
                 _ => Value::INVALID,
             },
         }
@@ -290,6 +333,19 @@ impl Expression {
                     (Function::Negative, Value::Number(x), Value::Number(change)) => {
                         Value::Number(if x < 0.0 { change } else { 0.0 })
                     }
+                    (Function::AtMost(most), Value::Number(x), Value::Number(change)) => {
+                        Value::Number(if x.abs() < *most { change } else { 0.0 })
+                    }
+                    (Function::AtMost(most), Value::Vector(x), Value::Vector(change)) => {
+                        let (size, n) = (x.norm(), x.normalize());
+                        Value::Vector(match size < *most {
+                            true => change,
+                            false => (change - n * n.dot(&change)) * (*most / size),
+                        })
+                    }
+                    (Function::AtLeast(least), Value::Number(x), Value::Number(change)) => {
+                        Value::Number(if x > *least { change } else { 0.0 })
+                    }
                     _ => Value::INVALID,
                 }
             }
@@ -321,6 +377,11 @@ impl fmt::Display for Leaf {
             Self::Mass(0) => "m_i",
             Self::Mass(_) => "m_j",
             Self::Length => "l",
+            Self::SumLength => "|d|₁",
+            Self::LargestLength => "|d|∞",
+            Self::Axis(0) => "e_x",
+            Self::Axis(1) => "e_y",
+            Self::Axis(_) => "e_z",
             Self::TimeStep => "h",
             Self::Difference => "d",
             Self::Direction => "n",
@@ -396,6 +457,8 @@ impl fmt::Display for Expression {
             Self::Applied(Function::Absolute, x) => write!(f, "|{x}|"),
             Self::Applied(Function::Positive, x) => write!(f, "max({x}, 0)"),
             Self::Applied(Function::Negative, x) => write!(f, "min({x}, 0)"),
+            Self::Applied(Function::AtMost(most), x) => write!(f, "min(|{x}|, {most})"),
+            Self::Applied(Function::AtLeast(least), x) => write!(f, "max({x}, {least})"),
         }
     }
 }

@@ -252,7 +252,7 @@ pub enum Ends {
 }
 
 /// Blocks of a pair's Jacobian; the right ones are `k, −k; −k, k`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Blocks {
     /// `k, 0; 0, k`.
     Own,
@@ -276,6 +276,8 @@ pub enum Blocks {
     Symmetrized,
     /// The right ones, of the first two particles whatever the pair.
     LocalIndices,
+    /// The right ones, but for a factor of the one in this row and column.
+    Scaled(usize, usize, f64),
 }
 
 /// Components of a vector or a matrix.
@@ -287,6 +289,8 @@ pub enum Axes {
     Not(usize),
     /// x and y exchanged.
     Swapped,
+    /// Of a matrix: its first two rows exchanged.
+    RowsSwapped,
     /// Of a matrix: every entry of a block is the diagonal's.
     Filled,
     /// Of a matrix: the diagonal of each block alone.
@@ -341,6 +345,17 @@ pub enum Rule {
         /// The power.
         h: i32,
     },
+    /// `M (v' − a v) = b h F`, in the place of `M (v' − v) = h F`.
+    Kick {
+        /// `a`.
+        old: f64,
+        /// `b`.
+        forces: f64,
+    },
+    /// A number added to every mass of the matrix, or of the velocity update.
+    Diagonal(f64),
+    /// No particle moves faster than this.
+    SpeedLimit(f64),
     /// The end of Newton's method.
     Newton(Newton),
     /// This many steps of the same method in the place of one.

@@ -90,6 +90,11 @@ pub(super) struct Rules {
     pub(super) forces_at: Option<f64>,
     pub(super) jacobians_at: Option<f64>,
     pub(super) stale: bool,
+    /// The factor of the old velocity.
+    pub(super) old: f64,
+    /// What is added to the masses.
+    pub(super) diagonal: f64,
+    pub(super) speed_limit: Option<f64>,
     pub(super) position: Option<[f64; 3]>,
     pub(super) newton: Newton,
 }
@@ -167,6 +172,9 @@ impl Model {
             forces_at: None,
             jacobians_at: None,
             stale: false,
+            old: 1.0,
+            diagonal: 0.0,
+            speed_limit: None,
             position: None,
             newton,
         };
@@ -302,6 +310,12 @@ impl Model {
             Rule::Position { old, new, h } => {
                 rules.position = Some([old, new, f64::from(h)]);
             }
+            Rule::Kick { old, forces } => {
+                rules.old = old;
+                rules.forces = rules.forces.and(Factor::number(forces));
+            }
+            Rule::Diagonal(added) => rules.diagonal = added,
+            Rule::SpeedLimit(limit) => rules.speed_limit = Some(limit),
             Rule::Newton(newton) => rules.newton = newton,
             Rule::Substeps(count) => {
                 self.substeps = count;
@@ -664,6 +678,11 @@ impl Blocks {
             Self::Transposed => four(k.transpose()),
             Self::Symmetrized => four((k + k.transpose()) * 0.5),
             Self::LocalIndices => return ([0, 1], four(k)),
+            Self::Scaled(row, column, factor) => {
+                let mut all = four(k);
+                all[row][column] *= factor;
+                all
+            }
         };
         (pair, blocks)
     }
@@ -679,7 +698,7 @@ impl Axes {
                 Vector3::from_fn(|row, _| if row == axis { 0.0 } else { vector[row] })
             }
             Self::Swapped => Vector3::new(vector.y, vector.x, vector.z),
-            Self::Filled | Self::Diagonal => vector,
+            Self::RowsSwapped | Self::Filled | Self::Diagonal => vector,
         }
     }
 
@@ -696,6 +715,7 @@ impl Axes {
                 let order = [1, 0, 2];
                 Matrix3::from_fn(|row, column| matrix[(order[row], order[column])])
             }
+            Self::RowsSwapped => Matrix3::from_fn(|row, column| matrix[([1, 0, 2][row], column)]),
             Self::Filled => Matrix3::from_fn(|row, _| matrix[(row, row)]),
             Self::Diagonal => keep(&|row, column| row == column),
         }

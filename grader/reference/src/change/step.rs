@@ -33,7 +33,7 @@ pub struct Stepped {
 /// The residual of a step, coordinate by coordinate.
 #[derive(Debug, Clone)]
 pub struct Residual {
-    /// `r`, zero for fixed particles.
+    /// `r`, zero for fixed particles and at a speed limit.
     pub momentum: Vec<f64>,
     /// `x' − x − h v` or `x' − x − h v'`.
     pub position: Vec<f64>,
@@ -86,6 +86,7 @@ impl Model {
             }
         }
         self.fix(&old, state);
+        self.limit(state);
         self.drift(&old, state);
         Some(converged)
     }
@@ -131,7 +132,8 @@ impl Model {
         for (dof, velocity) in state.velocities.iter_mut().enumerate() {
             if !self.is_held(dof) {
                 let given = self.force_coefficient(self.mass[dof]) * force[dof];
-                *velocity += given / self.mass[dof].powi(self.rules.inertia_matrix);
+                let mass = self.mass[dof].powi(self.rules.inertia_matrix) + self.rules.diagonal;
+                *velocity = self.rules.old * *velocity + given / mass;
             }
         }
     }
@@ -237,14 +239,15 @@ impl Model {
         let mut matrix = DMatrix::from_fn(size, size, |row, column| {
             let [of_k, of_b] = self.matrix_coefficients(self.mass[row]);
             let inertia = match row == column {
-                true => self.mass[row].powi(self.rules.inertia_matrix),
+                true => self.mass[row].powi(self.rules.inertia_matrix) + self.rules.diagonal,
                 false => 0.0,
             };
             inertia - of_k * k[(row, column)] - of_b * b[(row, column)]
         });
         let (power, sign) = self.rules.inertia_right;
         let mut right = DVector::from_fn(size, |dof, _| {
-            let inertia = sign * self.mass[dof].powi(power) * (u[dof] - old.velocities[dof]);
+            let kept = self.rules.old * old.velocities[dof];
+            let inertia = sign * self.mass[dof].powi(power) * (u[dof] - kept);
             self.force_coefficient(self.mass[dof]) * force[dof] - inertia
         });
         self.hold(&mut matrix, &mut right);
@@ -295,6 +298,24 @@ impl Model {
                 state.velocities[dof] = old.velocities[dof] + self.h * g;
             }
         }
+    }
+
+    /// Shortens the velocities of free particles to the speed limit.
+    fn limit(&self, state: &mut State) {
+        let Some(limit) = self.rules.speed_limit else { return };
+        for (particle, velocity) in state.velocities.chunks_mut(self.dimension).enumerate() {
+            let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if speed > limit && !self.fixed[particle * self.dimension] {
+                velocity.iter_mut().for_each(|v| *v *= limit / speed);
+            }
+        }
+    }
+
+    /// Whether the velocity of this coordinate's particle is one that the speed limit leaves.
+    fn is_limited(&self, dof: usize, velocities: &[f64]) -> bool {
+        let first = dof - dof % self.dimension;
+        let speed = velocities[first..first + self.dimension].iter().map(|v| v * v).sum::<f64>();
+        self.rules.speed_limit.is_some_and(|limit| speed.sqrt() > (1.0 - 1e-9) * limit)
     }
 
     /// The factors of the old and the new velocity in `x' − x`.
@@ -370,7 +391,7 @@ impl Model {
             let mass = self.mass[dof];
             let [of_k, of_b] = self.matrix_coefficients(mass);
             *value *= match quantity {
-                _ if self.fixed[dof] => 0.0,
+                _ if self.fixed[dof] || self.is_limited(dof, &sample.after.velocities) => 0.0,
                 Quantity::Force => -self.force_coefficient(mass),
                 Quantity::ByPosition => -of_k,
                 Quantity::ByVelocity => -of_b,
@@ -383,16 +404,27 @@ impl Model {
     pub fn residual(&self, sample: &Sample) -> Option<Residual> {
         let method = self.method.filter(|_| self.substeps == 1)?;
         let delta = change(sample);
-        let (power, sign) = match method {
-            OnePoint::Implicit => self.rules.inertia_right,
-            _ => (self.rules.inertia_matrix, 1.0),
+        let of_old = 1.0 - self.rules.old;
+        let inertia = |dof: usize| {
+            let (mass, old) = (self.mass[dof], of_old * sample.before.velocities[dof]);
+            let (right, sign) = self.rules.inertia_right;
+            let of_matrix = mass.powi(self.rules.inertia_matrix) + self.rules.diagonal;
+            match method {
+                OnePoint::Implicit => sign * mass.powi(right) * (delta[dof] + old),
+                OnePoint::Linearized => of_matrix * delta[dof] + sign * mass.powi(right) * old,
+                OnePoint::Explicit | OnePoint::Symplectic => of_matrix * (delta[dof] + old),
+            }
         };
-        let inertia = |dof: usize| sign * self.mass[dof].powi(power) * delta[dof];
         let mut momentum: Vec<f64> =
             (0..delta.len()).map(|dof| if self.fixed[dof] { 0.0 } else { inertia(dof) }).collect();
         for (term, quantity) in self.quantities() {
             let value = self.contribution(term, quantity, sample);
             momentum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+        }
+        for (dof, value) in momentum.iter_mut().enumerate() {
+            if self.is_limited(dof, &sample.after.velocities) {
+                *value = 0.0;
+            }
         }
         let [of_old, of_new] = self.position_rule();
         let position = (0..delta.len()).map(|dof| {

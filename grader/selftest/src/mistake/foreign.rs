@@ -1,4 +1,4 @@
-//! Mistakes outside the vocabulary of the grader's search.
+//! Mistakes that were outside the vocabulary of the grader's search when the list was written.
 
 use grader::findings::Part;
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Opens the pages of `grade --html` and `simulate view` in Chromium: no console error, no request elsewhere, playback,
-# keyboard, hostile text, accessibility, runs that blow up, requests of other sites, pictures of the pages. Installs Chromium, playwright-core and axe-core where it can, and says what it skips.
+# keyboard, hostile text, accessibility, runs that blow up, requests of other sites, pictures of the pages. Installs
+# Chromium, playwright-core and axe-core where it can, and says what it skips.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

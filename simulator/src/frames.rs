@@ -327,6 +327,9 @@ impl<'a> Painter<'a> {
         shapes: &mut Vec<(f64, Shape)>,
     ) {
         let surface = &self.surface;
+        if surface.triangles.is_empty() {
+            return;
+        }
         let lights = self.lights(positions);
         for corners in &surface.triangles {
             let at = corners.map(|corner| projected[corner.particle]);

@@ -150,6 +150,11 @@ pub enum StoredError {
     NoProvenance,
 }
 
+/// The start of a hash, as texts show it.
+pub(crate) fn short_hash(hash: &str) -> String {
+    hash.chars().take(12).collect()
+}
+
 impl StoredReport {
     /// Reads a report.
     ///
@@ -212,8 +217,7 @@ impl StoredReport {
         add("grader", grader(self, old_inputs), grader(new, new_inputs));
         let protection = |report: &Self| report.protection.as_ref().map(|names| names.join(" "));
         add("protection", protection(self), protection(new));
-        let short =
-            |hash: &Option<String>| hash.as_ref().map(|hash| hash.chars().take(12).collect());
+        let short = |hash: &Option<String>| hash.as_deref().map(short_hash);
         for (what, of) in [
             ("rubric", (|inputs| &inputs.rubric) as fn(&JsonProvenance) -> &Option<String>),
             ("assignment", |inputs| &inputs.assignment),

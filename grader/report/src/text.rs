@@ -8,6 +8,7 @@ use anstyle::Style;
 
 use super::digits::{self, DiffLine, LineKind};
 use super::{jacobians, probe};
+use crate::provenance::short_hash;
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use grader::altered::Copied;
 use grader::compare::{Criteria, FirstWrong, Tolerances};
@@ -351,21 +352,20 @@ pub(super) fn write_circumstances(out: &mut dyn Write, grading: &Grading) -> io:
 
 /// Writes the grader and the start of the hashes of its inputs, which are in full in JSON and JUnit reports.
 pub(super) fn write_provenance(out: &mut dyn Write, provenance: &Provenance) -> io::Result<()> {
-    let short = |hash: &str| hash.chars().take(12).collect::<String>();
     let commit = provenance.commit.as_deref().map(|commit| {
         let modified = if commit.ends_with("-modified") { ", modified" } else { "" };
-        format!("commit {}{modified}, ", short(commit))
+        format!("commit {}{modified}, ", short_hash(commit))
     });
-    let rubric = provenance.rubric.as_deref().map_or("built in".to_owned(), short);
+    let rubric = provenance.rubric.as_deref().map_or("built in".to_owned(), short_hash);
     let hidden =
-        provenance.hidden.as_deref().map(|hash| format!(", hidden scenes {}", short(hash)));
+        provenance.hidden.as_deref().map(|hash| format!(", hidden scenes {}", short_hash(hash)));
     writeln!(
         out,
         "  {DIM}Graded by grade {} ({}{}); rubric {rubric}, scenes and oracle {}{}.{DIM:#}",
         env!("CARGO_PKG_VERSION"),
         commit.unwrap_or_default(),
         provenance.platform,
-        short(&provenance.oracle()),
+        short_hash(&provenance.oracle()),
         hidden.unwrap_or_default()
     )
 }

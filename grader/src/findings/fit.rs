@@ -57,7 +57,8 @@ pub(super) fn of_rules(
     found
 }
 
-/// The numbers near which the residual vanishes; `None` if there are none, more than one, or those of a right program.
+/// The numbers with which the residuals of all samples vanish. `None` if no numbers do, if the samples do not determine
+/// them, or if they are those of a right program.
 fn affine(
     with: &dyn Fn(&[f64]) -> Model,
     right: &[f64],

@@ -699,16 +699,6 @@ impl<'a> Base<'a> {
         })
     }
 
-    /// The effects of a change on all samples, in units of their bounds, after the residuals.
-    fn left(&self, change: &Change) -> Option<Vec<f64>> {
-        let mut all = Vec::new();
-        for (evidence, (residual, bound)) in self.samples.iter().zip(&self.residuals) {
-            let (_, effect) = self.model.effect(change, &evidence.sample)?;
-            all.extend(effect.iter().zip(residual).map(|(effect, left)| (effect + left) / bound));
-        }
-        Some(all)
-    }
-
     /// The number with which a changed force cancels the residual, if there is one.
     fn numbered(&self, force: &NumberedForce) -> Option<Change> {
         let (evidence, (residual, _)) = self.samples.iter().zip(&self.residuals).next()?;
@@ -725,19 +715,13 @@ impl<'a> Base<'a> {
 
     /// The factor with which a part cancels the residual: the effect is affine in it, and vanishes at 1.
     fn scaled(&self, make: &dyn Fn(f64) -> Change) -> Option<Change> {
-        let residual = self.all();
-        let left_out = self.left(&make(0.0))?;
-        let effect: Vec<f64> = left_out.iter().zip(&residual).map(|(a, b)| a - b).collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let number = 1.0 + dot(&residual, &effect) / dot(&effect, &effect);
-        let fits = |number: f64| self.is_cancelled(&make(number));
-        (number.is_finite() && fits(number)).then(|| make(simplest(number, &fits)))
-    }
-
-    /// All residuals, in units of their bounds.
-    fn all(&self) -> Vec<f64> {
-        let each = self.residuals.iter();
-        each.flat_map(|(residual, bound)| residual.iter().map(move |value| value / bound)).collect()
+        let left_out = make(0.0);
+        let value = |evidence: &&Evidence| -> Option<Vec<f64>> {
+            let (_, effect) = self.model.effect(&left_out, &evidence.sample)?;
+            Some(effect.into_iter().map(|effect| -effect).collect())
+        };
+        let values = self.samples.iter().map(value).collect::<Option<Vec<_>>>()?;
+        self.fitted(&values).map(make)
     }
 
     /// The factor of some quantities of some terms that cancels the residual, if there is one.
@@ -758,6 +742,15 @@ impl<'a> Base<'a> {
             sum
         };
         let values: Vec<Vec<f64>> = self.samples.iter().map(|evidence| value(evidence)).collect();
+        let number = self.fitted(&values)?;
+        // The others are among the listed changes.
+        let is_unusual = ![0.0, -1.0, 2.0, 0.5].contains(&number);
+        is_unusual.then(|| Change { rank: 3, ..make(number) })
+    }
+
+    /// The factor of `values`, a part of each sample's residual, that cancels the residuals; `None` if there is none, or
+    /// if it is 1.
+    fn fitted(&self, values: &[Vec<f64>]) -> Option<f64> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (mut product, mut square) = (0.0, 0.0);
         for (value, (residual, bound)) in values.iter().zip(&self.residuals) {
@@ -776,13 +769,8 @@ impl<'a> Base<'a> {
                 pairs.into_iter().all(|(g, r)| (r + (factor - 1.0) * g).abs() <= *bound)
             })
         };
-        if !fits(exact) || (exact - 1.0).abs() < 1e-4 {
-            return None;
-        }
-        let number = simplest(exact, &fits);
-        // The others are among the listed changes.
-        let is_unusual = ![0.0, -1.0, 2.0, 0.5].contains(&number);
-        is_unusual.then(|| Change { rank: 3, ..make(number) })
+        let is_other = (exact - 1.0).abs() >= 1e-4;
+        (fits(exact) && is_other).then(|| simplest(exact, &fits))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Changes with numbers in them, which the search determines from steps.
 
 use nalgebra::Vector3;
-use reference::change::candidates::{self, Numbered};
+use reference::change::candidates::Numbered;
 use reference::change::expression::{Direction, Inputs};
 use reference::change::{Change, Model, Sample, Term, edit, forms};
 use reference::method::Method;

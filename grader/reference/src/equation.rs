@@ -1,13 +1,15 @@
 //! Residual of a step in its method's equation, from two states and the reference laws.
 //!
-//! The equations are those of [`Method`]: explicit substeps, the force at the end of the step, or that linearized:
+//! The equations are those of [`Method`]: explicit substeps or stages, the force at the end of the step or a part of it,
+//! or that linearized:
 //!
 //! ```text
 //! explicit      M (v' − v) = Σ c h F             over the kicks, each force at the state before it
 //!               x' − x     = Σ c h v             over the drifts, by the velocity before the first kick, after the last,
 //!                                                or as kicked so far
+//! stages        M (v' − v) = h Σ a F,  x' − x = h Σ b V  over the stages, made again from the start
 //! linearized    (M − h² K − h B) (v' − v) = h F          F, K, B at (x + h v, v);  x' = x + h v'
-//! implicit      M (v' − v) = h F(x', v')                 x' = x + h v'
+//! implicit      M (v' − v) = h F(x̂, v̂),  x' = x + h v̂    x̂ = x + c (x' − x), v̂ = v + c (v' − v), c the part
 //! ```
 //!
 //! The check uses only the simulator's states. The bound of a residual is the rounding error of its terms plus the
@@ -21,13 +23,19 @@
 //! 256 is the backward error at which the simulator accepts a linear solution, `8 p`, for the 28 entries of the
 //! fullest row in the suite. Numbers below 2⁻¹⁰²² are multiples of 2⁻¹⁰⁷⁴ = ε 2⁻¹⁰²² and have the same rounding error
 //! as 2⁻¹⁰²². This is added to the size of each term: `m + h² k + h b` times for a velocity, once for a force.
+//! The rounding error of a stage is that of its own terms and what those before it pass on to it:
+//!
+//! ```text
+//! δF = |F| + k δX + b δV        δV = |v| + |V| + h Σ |a| (|F| + δF)/m        δX = |x| + |X| + h Σ |b| (|V| + δV)
+//! ```
+//!
 //! A method with a fixed number of rounds solves no equation, so only `x' = x + h v'` is checked. Cost: two or three
 //! evaluations of the force per step.
 
 use simulator::scene::Scene;
 
 use crate::laws::{Laws, Magnitude};
-use crate::method::{Method, Substep};
+use crate::method::{Arithmetic, Method, Substep, Tableau};
 
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
@@ -55,6 +63,36 @@ pub struct Equation {
     axes: usize,
 }
 
+/// Evaluates stages of a step that starts at this time, and keeps where and how large.
+struct Stages<'a> {
+    equation: &'a Equation,
+    time: f64,
+    magnitudes: Vec<Vec<Magnitude>>,
+    states: Vec<State>,
+}
+
+impl Arithmetic for Stages<'_> {
+    fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64> {
+        let laws = &self.equation.laws;
+        self.magnitudes.push(laws.magnitudes(x, v, self.time + after));
+        self.states.push(State { x: x.to_vec(), v: v.to_vec() });
+        laws.force(x, v, self.time + after)
+    }
+
+    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
+        x.iter_mut().zip(v).for_each(|(x, v)| *x += h * v);
+    }
+
+    fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {
+        for (dof, (v, force)) in v.iter_mut().zip(force).enumerate() {
+            let particle = dof / self.equation.axes;
+            if !self.equation.fixed[particle] {
+                *v += h * force / self.equation.masses[particle];
+            }
+        }
+    }
+}
+
 /// The largest residual so far, as a multiple of its bound.
 #[derive(Default)]
 struct Worst(f64);
@@ -65,9 +103,9 @@ impl Worst {
         self.0 = if excess > self.0 || excess.is_nan() { excess } else { self.0 };
     }
 
-    /// `x' − x = h v`.
-    fn note_drift(&mut self, start: f64, end: f64, moved: f64) {
-        let allowed = ROUNDING * (start.abs() + end.abs() + moved.abs() + SMALLEST);
+    /// `x' − x = moved`, of terms of this size.
+    fn note_drift(&mut self, start: f64, end: f64, (moved, size): (f64, f64)) {
+        let allowed = ROUNDING * (start.abs() + end.abs() + size + SMALLEST);
         self.note(end - start - moved, allowed);
     }
 }
@@ -91,8 +129,11 @@ impl Equation {
     pub fn excess(&self, from: &State, to: &State, time: f64) -> (f64, f64) {
         match self.method {
             Method::Explicit(substeps) => self.excess_of_substeps(substeps, from, to, time),
-            Method::Backward { linearized } => self.excess_of_end(Some(linearized), from, to, time),
-            Method::Rounds => self.excess_of_end(None, from, to, time),
+            Method::Stages(tableau) => self.excess_of_stages(tableau, from, to, time),
+            Method::Backward { linearized, part } => {
+                self.excess_of_end((Some(linearized), part), from, to, time)
+            }
+            Method::Rounds => self.excess_of_end((None, 1.0), from, to, time),
         }
     }
 
@@ -145,7 +186,7 @@ impl Equation {
         }
         let mut worst = Worst::default();
         for ((start, end), moved) in from.x.iter().zip(&to.x).zip(&moved) {
-            worst.note_drift(*start, *end, *moved);
+            worst.note_drift(*start, *end, (*moved, moved.abs()));
         }
         let mut sum = 0.0;
         for dof in 0..size {
@@ -163,27 +204,100 @@ impl Equation {
         (worst.0, sum)
     }
 
-    /// The same for a method with the force at the end of the step, linearized or not. `None` stands for rounds, of which
-    /// only the positions are checked.
+    /// The same for a method of stages.
+    fn excess_of_stages(
+        &self,
+        tableau: &Tableau,
+        from: &State,
+        to: &State,
+        time: f64,
+    ) -> (f64, f64) {
+        let size = from.x.len();
+        let mut stages =
+            Stages { equation: self, time, magnitudes: Vec::new(), states: Vec::new() };
+        let slopes = tableau.slopes(&mut stages, self.h, &from.x, &from.v);
+        let Stages { magnitudes, states, .. } = stages;
+        let mass = |dof: usize| self.masses[dof / self.axes];
+        let free = |dof: &usize| !self.fixed[dof / self.axes];
+        // Bounds of rounding errors of the stages, in units of ε: of each coordinate's force, and the largest of a
+        // velocity.
+        let (mut of_forces, mut of_velocities): (Vec<Vec<f64>>, Vec<f64>) = Default::default();
+        let pushed = |of_forces: &[Vec<f64>], row: &[f64], dof: usize| -> f64 {
+            let terms = row.iter().zip(of_forces);
+            terms.map(|(c, force)| (c * self.h).abs() * force[dof]).sum()
+        };
+        let moved = |of_velocities: &[f64], row: &[f64], dof: usize| -> f64 {
+            let terms = row.iter().zip(&slopes.velocities).zip(of_velocities);
+            terms.map(|((c, u), rounding)| (c * self.h).abs() * (u[dof].abs() + rounding)).sum()
+        };
+        for ((stage, at), magnitudes) in tableau.stages.iter().zip(&states).zip(&magnitudes) {
+            let largest = |of: &dyn Fn(usize) -> f64| (0..size).map(of).fold(0.0, f64::max);
+            let of_velocity = largest(&|dof| {
+                let pushed = pushed(&of_forces, stage.velocity, dof) / mass(dof);
+                from.v[dof].abs() + at.v[dof].abs() + if free(&dof) { pushed } else { 0.0 }
+            });
+            of_velocities.push(of_velocity);
+            let of_position = largest(&|dof| {
+                from.x[dof].abs() + at.x[dof].abs() + moved(&of_velocities, stage.position, dof)
+            });
+            let of_force = |dof: usize| {
+                let magnitude = magnitudes.get(dof / self.axes).copied().unwrap_or_default();
+                magnitude.force
+                    + magnitude.by_position * of_position
+                    + magnitude.by_velocity * of_velocity
+            };
+            of_forces.push((0..size).map(of_force).collect());
+        }
+        let mut worst = Worst::default();
+        let mut sum = 0.0;
+        for dof in 0..size {
+            let weighted = |row: &[f64], values: &[Vec<f64>]| -> f64 {
+                row.iter().zip(values).map(|(c, value)| c * self.h * value[dof]).sum()
+            };
+            let terms = moved(&of_velocities, tableau.end.position, dof);
+            let drifted = weighted(tableau.end.position, &slopes.velocities);
+            worst.note_drift(from.x[dof], to.x[dof], (drifted, terms));
+            let change = to.v[dof] - from.v[dof];
+            if !free(&dof) {
+                worst.note(change, 0.0);
+                continue;
+            }
+            let mut rounding = mass(dof) * (from.v[dof].abs() + to.v[dof].abs());
+            rounding += pushed(&of_forces, tableau.end.velocity, dof);
+            rounding += (mass(dof) + 1.0) * SMALLEST;
+            sum += ROUNDING * rounding;
+            let given = weighted(tableau.end.velocity, &slopes.forces);
+            worst.note(mass(dof) * change - given, ROUNDING * rounding);
+        }
+        (worst.0, sum)
+    }
+
+    /// The same for a method with the force at the end of a part of the step, linearized or not. `None` stands for
+    /// rounds, of which only the positions are checked.
     fn excess_of_end(
         &self,
-        linearized: Option<bool>,
+        (linearized, part): (Option<bool>, f64),
         from: &State,
         to: &State,
         time: f64,
     ) -> (f64, f64) {
         let (h, tolerance) = (self.h, self.tolerance);
         let mut worst = Worst::default();
-        for ((start, end), v) in from.x.iter().zip(&to.x).zip(&to.v) {
-            worst.note_drift(*start, *end, h * v);
+        let between = |start: &[f64], end: &[f64]| -> Vec<f64> {
+            start.iter().zip(end).map(|(start, end)| (1.0 - part) * start + part * end).collect()
+        };
+        let ends = [between(&from.x, &to.x), between(&from.v, &to.v)];
+        for (dof, v) in ends[1].iter().enumerate() {
+            let size = (1.0 - part) * from.v[dof].abs() + part * to.v[dof].abs();
+            worst.note_drift(from.x[dof], to.x[dof], (h * v, h * size));
         }
         let moved: Vec<f64> = from.x.iter().zip(&from.v).map(|(x, v)| x + h * v).collect();
         let change: Vec<f64> = to.v.iter().zip(&from.v).map(|(end, start)| end - start).collect();
-        let at = time + h;
+        let at = time + part * h;
         let (x, v) = match linearized {
             Some(true) => (&moved, &from.v),
             // For rounds, used only for the bound.
-            Some(false) | None => (&to.x, &to.v),
+            Some(false) | None => (&ends[0], &ends[1]),
         };
         let mut force = match linearized {
             Some(_) => self.laws.force(x, v, at),

@@ -4,12 +4,15 @@
 //! explicit    both      x ← x + c h v,  v ← v + c h M⁻¹ F(x, v, t)     at once
 //!             kick      v ← v + c h M⁻¹ F(x, v, t)
 //!             drift     x ← x + c h v,  t ← t + c h
+//! stages      Vᵢ = v + h Σ aᵢⱼ Aⱼ,  Xᵢ = x + h Σ bᵢⱼ Vⱼ,  Aᵢ = M⁻¹ F(Xᵢ, Vᵢ, t + h Σ bᵢⱼ)     the end likewise
 //! backward    implicit  M (v' − v) = h F(x', v', t + h),  x' = x + h v'
 //!             linearized: one Newton step of it, from v' = v
+//!             of a part c of the step: to x + c (x' − x), v + c (v' − v)
 //! rounds      x' = x + h v' alone
 //! ```
 //!
-//! An explicit method is a list of substeps. From this description follow the check that a step obeys its equation
+//! An explicit method is a list of substeps, each from the end of the one before, or of stages, each from the start of
+//! the step. From this description follow the check that a step obeys its equation
 //! ([`crate::equation`]), the second stepper ([`crate::second`]), and the matrix of an oscillator's step
 //! ([`Method::oscillator`]). A new [`StepEquation`] does not compile until this file states it.
 
@@ -20,10 +23,14 @@ use simulator::scene::schema::{Convergence, IntegratorSchema, StepEquation};
 pub enum Method {
     /// Substeps, one after the other, each by what is known before it.
     Explicit(&'static [Substep]),
-    /// The force at the end of the step.
+    /// Stages, each from the start of the step by what is known before it.
+    Stages(&'static Tableau),
+    /// The force at the end of a part of the step; the whole step goes on along the same line.
     Backward {
         /// One Newton step in the place of a solution.
         linearized: bool,
+        /// The part.
+        part: f64,
     },
     /// A number of rounds that solve no equation exactly.
     Rounds,
@@ -39,6 +46,103 @@ pub enum Substep {
     /// Positions.
     Drift(f64),
 }
+
+/// Coefficients of a Runge–Kutta method, which may differ for positions and velocities.
+#[derive(Debug, PartialEq)]
+pub struct Tableau {
+    /// The states at which forces are evaluated.
+    pub stages: &'static [Stage],
+    /// The end of the step, made like a stage.
+    pub end: Stage,
+}
+
+/// Coefficients of a state in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stage {
+    /// Of the stages' velocities in its position, its own among them. Their sum is its time in the step.
+    pub position: &'static [f64],
+    /// Of the stages' accelerations in its velocity.
+    pub velocity: &'static [f64],
+}
+
+impl Stage {
+    /// The same coefficients for both.
+    const fn of(row: &'static [f64]) -> Self {
+        Self { position: row, velocity: row }
+    }
+
+    /// Its time in the step, as a part of the step.
+    pub fn time(&self) -> f64 {
+        self.position.iter().sum()
+    }
+}
+
+/// What stages are made of, in somebody's arithmetic. Slices hold `n·D` numbers.
+pub trait Arithmetic {
+    /// The force at a state, at this time after the start of the step.
+    fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64>;
+    /// `x ← x + h v`.
+    fn drift(&self, x: &mut [f64], v: &[f64], h: f64);
+    /// `v ← v + h M⁻¹ F`, not for fixed particles.
+    fn kick(&self, v: &mut [f64], force: &[f64], h: f64);
+}
+
+/// Stages that were evaluated: their velocities and forces.
+#[derive(Debug, Default)]
+pub struct Slopes {
+    /// `Vᵢ`.
+    pub velocities: Vec<Vec<f64>>,
+    /// `M Aᵢ`.
+    pub forces: Vec<Vec<f64>>,
+}
+
+impl Tableau {
+    /// Evaluates the stages of a step of `h`.
+    pub fn slopes(&self, by: &mut impl Arithmetic, h: f64, x: &[f64], v: &[f64]) -> Slopes {
+        let mut slopes = Slopes::default();
+        for stage in self.stages {
+            let mut u = v.to_vec();
+            for (c, force) in stage.velocity.iter().zip(&slopes.forces) {
+                by.kick(&mut u, force, c * h);
+            }
+            slopes.velocities.push(u.clone());
+            let mut at = x.to_vec();
+            for (c, u) in stage.position.iter().zip(&slopes.velocities) {
+                by.drift(&mut at, u, c * h);
+            }
+            slopes.forces.push(by.force(&at, &u, stage.time() * h));
+        }
+        slopes
+    }
+
+    /// Takes a step of `h`.
+    pub fn step(&self, by: &mut impl Arithmetic, h: f64, x: &mut [f64], v: &mut [f64]) {
+        let slopes = self.slopes(by, h, x, v);
+        for (c, force) in self.end.velocity.iter().zip(&slopes.forces) {
+            by.kick(v, force, c * h);
+        }
+        for (c, u) in self.end.position.iter().zip(&slopes.velocities) {
+            by.drift(x, u, c * h);
+        }
+    }
+}
+
+/// Velocity Verlet: the velocity of its second stage is that of an explicit step.
+static VELOCITY_VERLET: Tableau = Tableau {
+    stages: &[Stage::of(&[]), Stage { position: &[0.5, 0.5], velocity: &[1.0] }],
+    end: Stage::of(&[0.5, 0.5]),
+};
+
+/// The classical Runge–Kutta method.
+static RUNGE_KUTTA_4: Tableau = Tableau {
+    stages: &[
+        Stage::of(&[]),
+        Stage::of(&[0.5]),
+        Stage::of(&[0.0, 0.5]),
+        Stage::of(&[0.0, 0.0, 1.0]),
+    ],
+    end: Stage::of(&[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0]),
+};
 
 /// A method with one evaluation of the forces in its equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,9 +165,12 @@ impl Method {
         match equation {
             StepEquation::ExplicitEuler => Self::Explicit(&[Both(1.0)]),
             StepEquation::SymplecticEuler => Self::Explicit(&[Kick(1.0), Drift(1.0)]),
-            StepEquation::LinearizedImplicitEuler => Self::Backward { linearized: true },
-            StepEquation::ImplicitEuler => Self::Backward { linearized: false },
+            StepEquation::LinearizedImplicitEuler => Self::Backward { linearized: true, part: 1.0 },
+            StepEquation::ImplicitEuler => Self::Backward { linearized: false, part: 1.0 },
             StepEquation::LocalGlobal => Self::Rounds,
+            StepEquation::VelocityVerlet => Self::Stages(&VELOCITY_VERLET),
+            StepEquation::RungeKutta4 => Self::Stages(&RUNGE_KUTTA_4),
+            StepEquation::ImplicitMidpoint => Self::Backward { linearized: false, part: 0.5 },
         }
     }
 
@@ -82,9 +189,22 @@ impl Method {
                     product(matrix, before)
                 })
             }
-            Self::Backward { .. } => {
+            Self::Stages(tableau) => {
+                // Both columns: the ends of steps from (1, 0) and (0, 1).
+                let column = |start: [f64; 2]| {
+                    let [mut x, mut v] = start.map(|value| [value]);
+                    tableau.step(&mut Oscillator { zeta }, a, &mut x, &mut v);
+                    [x[0], v[0]]
+                };
+                let [first, second] = [column([1.0, 0.0]), column([0.0, 1.0])];
+                [[first[0], second[0]], [first[1], second[1]]]
+            }
+            Self::Backward { part, .. } => {
+                let a = part * a;
                 let d = 1.0 + 2.0 * zeta * a + a * a;
-                [[(1.0 + 2.0 * zeta * a) / d, a / d], [-a / d, 1.0 / d]]
+                let [[p, q], [r, s]] = [[(1.0 + 2.0 * zeta * a) / d, a / d], [-a / d, 1.0 / d]];
+                let whole = |entry: f64, start: f64| start + (entry - start) / part;
+                [[whole(p, 1.0), whole(q, 0.0)], [whole(r, 0.0), whole(s, 1.0)]]
             }
             Self::Rounds => {
                 let d = 1.0 + a * a;
@@ -93,36 +213,36 @@ impl Method {
         }
     }
 
-    /// The factors of `h v` and `h v'` in `x' − x`; `None` where positions move by a velocity between the two.
-    pub fn drift(self) -> Option<[f64; 2]> {
-        let Self::Explicit(substeps) = self else { return Some([0.0, 1.0]) };
-        let is_kick = |substep: &&Substep| !matches!(substep, Drift(_));
-        let n_kicks = substeps.iter().filter(is_kick).count();
-        let (mut kicks, mut factors) = (0, [0.0, 0.0]);
-        for substep in substeps {
-            if let Both(c) | Drift(c) = *substep {
-                match kicks {
-                    0 => factors[0] += c,
-                    _ if kicks == n_kicks => factors[1] += c,
-                    _ => return None,
-                }
-            }
-            kicks += usize::from(is_kick(&substep));
-        }
-        Some(factors)
-    }
-
     /// The method with one evaluation of the forces, where it is one and `integrator` solves it to rounding.
     pub fn one_point(integrator: &IntegratorSchema) -> Option<OnePoint> {
         match (Self::of(integrator.equation), integrator.convergence) {
             (Self::Explicit([Both(1.0)]), _) => Some(OnePoint::Explicit),
             (Self::Explicit([Kick(1.0), Drift(1.0)]), _) => Some(OnePoint::Symplectic),
-            (Self::Backward { linearized: true }, _) => Some(OnePoint::Linearized),
-            (Self::Backward { linearized: false }, Convergence::Update(_)) => {
+            (Self::Backward { linearized: true, part: 1.0 }, _) => Some(OnePoint::Linearized),
+            (Self::Backward { linearized: false, part: 1.0 }, Convergence::Update(_)) => {
                 Some(OnePoint::Implicit)
             }
             _ => None,
         }
+    }
+}
+
+/// `x'' = −x − 2 ζ x'`, of one coordinate.
+struct Oscillator {
+    zeta: f64,
+}
+
+impl Arithmetic for Oscillator {
+    fn force(&mut self, x: &[f64], v: &[f64], _: f64) -> Vec<f64> {
+        vec![-x[0] - 2.0 * self.zeta * v[0]]
+    }
+
+    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
+        x[0] += h * v[0];
+    }
+
+    fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {
+        v[0] += h * force[0];
     }
 }
 
@@ -141,6 +261,10 @@ fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 /// implicit     det = 1/(1 + 2ζa + a²), tr = (2 + 2ζa) det            any a
 /// local-global det = (1 − 2ζa)/(1 + a²), tr = (2 − 2ζa)/(1 + a²)     4 − 4ζa + a² ≥ 0:  any a for ζ ≤ 1, and all
 ///                                                                    but 2(ζ − √(ζ²−1)) < a < 2(ζ + √(ζ²−1)) above
+/// Verlet       det = 1 − 2ζa + 2ζ²a² − ζa³/2    tr = 2 − 2ζa − a² + 2ζ²a² + ζa³/2       ζ a ≤ 1 (ζ > ½), and
+///                                                (4ζ² − 1) a² − 4ζa + 4 ≥ 0     a ≤ 2/(ζ + √(1 − 3ζ²)) (ζ ≤ ½)
+/// midpoint     det = (1 − ζa + a²/4)/(1 + ζa + a²/4), |tr| < 1 + det  any a
+/// Runge–Kutta  eigenvalues R(z), z = a (−ζ ± √(ζ²−1)), R the Taylor polynomial of eᶻ of degree 4    |R(z)| ≤ 1
 /// ```
 ///
 /// Explicit Euler, overdamped: both eigenvalues `1 − a (ζ ± √(ζ²−1))` must be at least −1. Symplectic Euler: the
@@ -154,6 +278,101 @@ pub fn stable_steps(equation: StepEquation, zeta: f64) -> [f64; 2] {
         StepEquation::LocalGlobal if zeta > 1.0 => [2.0 / (zeta + root()), 2.0 * (zeta + root())],
         StepEquation::LocalGlobal
         | StepEquation::LinearizedImplicitEuler
-        | StepEquation::ImplicitEuler => [f64::INFINITY; 2],
+        | StepEquation::ImplicitEuler
+        | StepEquation::ImplicitMidpoint => [f64::INFINITY; 2],
+        StepEquation::VelocityVerlet if zeta > 0.5 => [1.0 / zeta, f64::INFINITY],
+        StepEquation::VelocityVerlet => {
+            [2.0 / (zeta + (1.0 - 3.0 * zeta * zeta).sqrt()), f64::INFINITY]
+        }
+        StepEquation::RungeKutta4 => [along_the_ray(&TAYLOR, zeta), f64::INFINITY],
+    }
+}
+
+/// Coefficients of `eᶻ` up to degree 4.
+const TAYLOR: [f64; 5] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0];
+
+/// The longest `a` with `|R(z)| ≤ 1` for `z = a (−ζ ± √(ζ²−1))` and all shorter ones, of the polynomial `R` with these
+/// coefficients, the first of which is 1.
+///
+/// For `ζ ≤ 1`, `z = a e^{iφ}` with `cos φ = −ζ`, and `|R|² − 1` is a polynomial in `a` with the coefficients
+/// `Σ r_j r_k cos (j − k)φ`, `j + k = m`: its terms that cancel do so without rounding errors of the size of 1. Beyond,
+/// the larger of both `|z|` is on the negative axis. No limit is shorter than 1/2 or longer than 8 there.
+fn along_the_ray(coefficients: &[f64], zeta: f64) -> f64 {
+    let (angle, scale) = match zeta <= 1.0 {
+        true => ((-zeta).acos(), 1.0),
+        false => (std::f64::consts::PI, zeta + (zeta * zeta - 1.0).sqrt()),
+    };
+    let growth = |size: f64| -> f64 {
+        let mut sum = 0.0;
+        for m in (1..=2 * (coefficients.len() - 1)).rev() {
+            let of = |j: usize| {
+                let pair = Some((coefficients.get(j)?, coefficients.get(m - j)?));
+                pair.map(|(a, b)| a * b * ((2.0 * j as f64 - m as f64) * angle).cos())
+            };
+            sum = sum * size + (0..=m).filter_map(of).sum::<f64>();
+        }
+        sum
+    };
+    let sizes = (32..=512).map(|number| f64::from(number) / 64.0);
+    let mut limit = [0.0, f64::INFINITY];
+    for size in sizes {
+        if growth(size) > 0.0 {
+            limit[1] = size;
+            break;
+        }
+        limit[0] = size;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (limit[0] + limit[1]);
+        limit[usize::from(growth(middle) > 0.0)] = middle;
+    }
+    limit[0] / scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `Σ weights · values`, over the stages.
+    fn sum(weights: &[f64], value: impl Fn(usize) -> f64) -> f64 {
+        weights.iter().enumerate().map(|(number, weight)| weight * value(number)).sum()
+    }
+
+    /// Conditions of order up to 4 of a method with the same coefficients for positions and velocities: for each rooted
+    /// tree, a sum over the stages and its value. Hairer, Nørsett and Wanner, table II.2.1.
+    fn conditions(tableau: &Tableau) -> Vec<(u32, f64, f64)> {
+        let b = tableau.end.velocity;
+        let stages = tableau.stages;
+        let c = |i: usize| stages[i].time();
+        let a = |i: usize, value: &dyn Fn(usize) -> f64| sum(stages[i].velocity, value);
+        let ac = |i: usize| a(i, &c);
+        vec![
+            (1, sum(b, |_| 1.0), 1.0),
+            (2, sum(b, c), 1.0 / 2.0),
+            (3, sum(b, |i| c(i) * c(i)), 1.0 / 3.0),
+            (3, sum(b, ac), 1.0 / 6.0),
+            (4, sum(b, |i| c(i).powi(3)), 1.0 / 4.0),
+            (4, sum(b, |i| c(i) * ac(i)), 1.0 / 8.0),
+            (4, sum(b, |i| a(i, &|j| c(j) * c(j))), 1.0 / 12.0),
+            (4, sum(b, |i| a(i, &ac)), 1.0 / 24.0),
+        ]
+    }
+
+    #[test]
+    fn the_classical_method_fulfils_the_conditions_of_its_order() {
+        for (order, found, value) in conditions(&RUNGE_KUTTA_4) {
+            assert!((found - value).abs() < 1e-15, "order {order}: {found}, not {value}");
+        }
+    }
+
+    #[test]
+    fn the_limits_of_undamped_and_overdamped_steps_are_known_numbers() {
+        let limit = |equation, zeta| stable_steps(equation, zeta)[0];
+        assert_eq!(limit(StepEquation::VelocityVerlet, 0.0), 2.0);
+        let found = limit(StepEquation::RungeKutta4, 0.0);
+        assert!((found - 8.0_f64.sqrt()).abs() < 1e-14, "{found}");
+        // The real root of 24 + 12 z + 4 z² + z³, from Hairer and Wanner, section IV.2.
+        let found = limit(StepEquation::RungeKutta4, 1.0);
+        assert!((found - 2.785_293_563_405_28).abs() < 1e-12, "{found}");
     }
 }

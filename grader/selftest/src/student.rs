@@ -19,7 +19,7 @@ use std::ops::Index;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use reference::laws::Laws;
-use reference::method::{Method, Substep};
+use reference::method::{Method, Substep, Tableau};
 use simulator::scene::schema::{Family, StepEquation};
 use simulator::scene::{Dimension, ForceElement, Particle, Scene};
 use simulator::trace::State;
@@ -206,7 +206,14 @@ pub(crate) struct Others {
     pub(crate) factors: fn(&str) -> [f64; 2],
     /// The substeps that are made of a method's.
     pub(crate) substeps: fn(&[Substep]) -> Vec<Substep>,
+    /// The rows that are made of a method's stages, that of the end last.
+    pub(crate) stages: fn(Vec<Row>) -> Vec<Row>,
+    /// The part of the step that is made of a method's, of one that solves for a part.
+    pub(crate) part: fn(f64) -> f64,
 }
+
+/// Coefficients of velocities in a stage's position, and of accelerations in its velocity.
+pub(crate) type Row = [Vec<f64>; 2];
 
 /// The forces that have a formula here.
 pub(crate) const OWN_FORCES: [&str; 7] = [
@@ -392,7 +399,12 @@ impl Student {
                 ahead: |_, moved| moved,
                 position: |_, moved| moved,
             },
-            others: Others { factors: |_| [1.0; 2], substeps: <[Substep]>::to_vec },
+            others: Others {
+                factors: |_| [1.0; 2],
+                substeps: <[Substep]>::to_vec,
+                stages: |rows| rows,
+                part: |part| part,
+            },
         }
     }
 
@@ -419,6 +431,12 @@ impl Student {
             next_state: 0,
         }
     }
+}
+
+/// The rows of a method's stages, and that of its end.
+fn rows(tableau: &Tableau) -> Vec<Row> {
+    let all = tableau.stages.iter().chain([&tableau.end]);
+    all.map(|stage| [stage.position.to_vec(), stage.velocity.to_vec()]).collect()
 }
 
 /// A running simulation.
@@ -459,6 +477,10 @@ impl Run {
             StepEquation::ImplicitEuler => self.implicit_step(student.implicit),
             _ => match Method::of(equation) {
                 Method::Explicit(substeps) => self.substeps((student.others.substeps)(substeps)),
+                Method::Stages(tableau) => self.stages((student.others.stages)(rows(tableau))),
+                Method::Backward { linearized: false, part } => {
+                    self.implicit_part((student.others.part)(part));
+                }
                 method => panic!("the student cannot step by {method:?}"),
             },
         }
@@ -485,6 +507,45 @@ impl Run {
                 }
             }
         }
+    }
+
+    /// Stages from the start of the step, the last of which is the end.
+    fn stages(&mut self, rows: Vec<Row>) {
+        let h = self.scene.time_step;
+        let fixed = self.student.fixed;
+        let (mut velocities, mut forces): (Vec<Vec<Vec2>>, Vec<Vec<Vec2>>) = Default::default();
+        for (number, [of_velocities, of_forces]) in rows.iter().enumerate() {
+            let mut u = self.v.clone();
+            for (c, force) in of_forces.iter().zip(&forces) {
+                for (i, particle) in self.scene.particles.iter().enumerate() {
+                    let free = u[i] + c * h / particle.mass * force[i];
+                    u[i] = if particle.fixed { (fixed.held)(u[i], free) } else { free };
+                }
+            }
+            velocities.push(u.clone());
+            let mut q = self.q.clone();
+            for (i, particle) in self.scene.particles.iter().enumerate() {
+                let along = of_velocities.iter().zip(&velocities).map(|(c, u)| c * h * u[i]);
+                let moved = q[i] + along.sum::<Vec2>();
+                q[i] = if particle.fixed { (fixed.position)(q[i], moved) } else { moved };
+            }
+            if number + 1 == rows.len() {
+                (self.q, self.v) = (q, u);
+                return;
+            }
+            forces.push(self.force(&q, &u));
+        }
+    }
+
+    /// Implicit Euler for a part of the step, and the same again for the rest of it.
+    fn implicit_part(&mut self, part: f64) {
+        let (h, q, v) = (self.scene.time_step, self.q.clone(), self.v.clone());
+        self.scene.time_step = part * h;
+        self.implicit_step(Student::faultless().implicit);
+        self.scene.time_step = h;
+        let whole = |start: Vec2, end: Vec2| start + (end - start) / part;
+        self.q = q.iter().zip(&self.q).map(|(start, end)| whole(*start, *end)).collect();
+        self.v = v.iter().zip(&self.v).map(|(start, end)| whole(*start, *end)).collect();
     }
 
     fn explicit_step(&mut self, method: Explicit) {

@@ -44,18 +44,14 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 };
 
 /// A hundred quadratically converging iterations would be far more than a solvable step takes.
-const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-9, max_iterations: 100 };
+pub(super) const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-9, max_iterations: 100 };
 
 fn build<const D: usize>(
     scene: &Scene,
     system: &System<D>,
     solver: LinearSolver,
 ) -> Box<dyn Integrator<D>> {
-    let zeros = vec![0.0; system.n_particles() * D];
-    let linearisation = Linearisation::new(system, solver);
-    let variational = scene.forces.iter().all(ForceElement::is_variational);
-    let descent = variational.then_some(EnergyDescent { solver, minimiser: None });
-    Box::new(ImplicitEuler { linearisation, iterate: zeros.clone(), delta: zeros, descent })
+    Box::new(ImplicitEuler::new(scene, system, solver))
 }
 
 /// Descent to near the minimum, where Newton's method takes over: with projected Hessians the last digits converge
@@ -74,7 +70,7 @@ struct EnergyDescent<const D: usize> {
     minimiser: Option<ProjectedNewton<D>>,
 }
 
-struct ImplicitEuler<const D: usize> {
+pub(super) struct ImplicitEuler<const D: usize> {
     /// `None` unless all forces derive from energies.
     descent: Option<EnergyDescent<D>>,
     linearisation: Linearisation<D>,
@@ -115,6 +111,14 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
 }
 
 impl<const D: usize> ImplicitEuler<D> {
+    pub(super) fn new(scene: &Scene, system: &System<D>, solver: LinearSolver) -> Self {
+        let zeros = vec![0.0; system.n_particles() * D];
+        let linearisation = Linearisation::new(system, solver);
+        let variational = scene.forces.iter().all(ForceElement::is_variational);
+        let descent = variational.then_some(EnergyDescent { solver, minimiser: None });
+        Self { linearisation, iterate: zeros.clone(), delta: zeros, descent }
+    }
+
     /// Newton's method from the iterate.
     fn newton(
         &mut self,

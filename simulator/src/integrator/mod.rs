@@ -23,9 +23,12 @@ mod observe;
 mod explicit_euler;
 mod fast_mass_spring;
 mod implicit_euler;
+mod implicit_midpoint;
 mod linearized_implicit_euler;
 mod projected_newton;
+mod runge_kutta_4;
 mod symplectic_euler;
+mod velocity_verlet;
 
 pub use observe::{NewtonSystem, Observer};
 
@@ -37,6 +40,9 @@ pub static REGISTRY: &[&IntegratorKind] = &[
     &implicit_euler::KIND,
     &projected_newton::KIND,
     &fast_mass_spring::KIND,
+    &velocity_verlet::KIND,
+    &runge_kutta_4::KIND,
+    &implicit_midpoint::KIND,
 ];
 
 /// An integrator as the registry knows it.

@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 
 use error::{Problem, SceneError};
 use schema::{
-    ForceSchema, IntegratorOptions, IntegratorSchema, MAX_PARAMETERS, PartSchema, Potential,
-    Vocabulary,
+    Dependence, ForceSchema, IntegratorOptions, IntegratorSchema, MAX_PARAMETERS, PartSchema,
+    Potential, Vocabulary,
 };
 
 /// The most steps a scene may ask for.
@@ -206,6 +206,12 @@ impl ForceElement {
     /// Whether the element has this part of its force: one of the parameters that scale it is not zero.
     pub fn has_part(&self, part: &PartSchema) -> bool {
         part.scaled_by.iter().any(|name| self.parameter(name) != 0.0)
+    }
+
+    /// What the parts that act in this element depend on.
+    pub fn depends_on(&self) -> Dependence {
+        let parts = self.schema.parts.iter().filter(|part| self.has_part(part));
+        parts.fold(Dependence::NOTHING, |sum, part| sum.or(part.depends_on))
     }
 
     /// Takes this part out of the element.

@@ -365,6 +365,12 @@ pub enum StepEquation {
     /// Rounds of local and global steps: springs towards their rest lengths, other forces at `(x, v, t)`. Only
     /// `x' = x + h v'` holds for any number of rounds.
     LocalGlobal,
+    /// `a = M⁻¹ F(x, v, t)`, `x' = x + h v + h²/2 a`, `v' = v + h/2 (a + M⁻¹ F(x', v + h a, t + h))`.
+    VelocityVerlet,
+    /// The classical Runge–Kutta method of four stages.
+    RungeKutta4,
+    /// `M (v' − v) = h F((x + x')/2, (v + v')/2, t + h/2)`, `x' = x + h (v + v')/2`.
+    ImplicitMidpoint,
 }
 
 /// Families of integrators.
@@ -375,7 +381,7 @@ pub enum Family {
     /// The same, and the step is a symplectic map if forces depend only on positions: momentum and angular momentum are
     /// conserved up to rounding.
     Symplectic,
-    /// The new velocities are the solution of an equation.
+    /// The new velocities, or those of the step's middle, are the solution of an equation.
     Implicit,
     /// The new positions minimise a function, and the new velocities are their change over `h`.
     Minimization,
@@ -386,7 +392,7 @@ pub enum Family {
 pub enum Matrix {
     /// None.
     None,
-    /// `M − h² ∂F/∂x − h ∂F/∂v`, recomputed at every iterate.
+    /// `M − h² ∂F/∂x − h ∂F/∂v`, with `h` the time step or a part of it, recomputed at every iterate.
     Jacobians,
     /// A matrix that is constant over a run.
     Constant,

@@ -6,7 +6,7 @@ use crate::support::{bits, largest, largest_difference, parse, simulate, stderr}
 use simulator::force::{Block, Coupling, ForceKind, JacobianSink, REGISTRY as FORCES};
 use simulator::integrator::{BuildIntegrator, REGISTRY as INTEGRATORS, Step};
 use simulator::scene::Scene;
-use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions};
+use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions, IntegratorSchema};
 use simulator::scene::write::write;
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::solver::linear::LinearSolver;
@@ -60,11 +60,6 @@ fn statistics(scene: &Scene) -> Statistics {
     let mut simulation = Simulation::new(scene);
     while simulation.advance().unwrap() {}
     simulation.statistics().clone()
-}
-
-/// Whether the method solves for the forces at the end of the step.
-fn is_implicit(name: &str) -> bool {
-    name.contains("implicit") || name == "projected-newton"
 }
 
 fn names() -> impl Iterator<Item = &'static str> {
@@ -448,21 +443,26 @@ fn oscillation(x: f64, v: f64, t: f64) -> [f64; 2] {
 }
 
 #[test]
-fn every_integrator_is_of_first_order() {
-    for name in names() {
+fn every_integrator_has_its_order() {
+    for kind in INTEGRATORS {
+        let IntegratorSchema { name, order, .. } = kind.schema;
+        let order = f64::from(order.with_velocity);
         let error = |dt: f64| {
             let states = states(&scene(name, dt, 1.0, OSCILLATOR));
             let [x, v] = states.last().unwrap();
             let [[x0, v0], [x1, v1]] = [oscillation(1.0, 0.25, 1.0), oscillation(-0.5, 2.0, 1.0)];
             largest_difference(&[x[2], x[3], v[2], v[3]], &[x0, x1, v0, v1])
         };
-        let (coarse, fine) = (error(1.0 / 512.0), error(1.0 / 1024.0));
+        // Shorter for a low order, so that the next term of the error is small beside the first one.
+        let dt = if order == 1.0 { 1.0 / 512.0 } else { 1.0 / 64.0 };
+        let (coarse, fine) = (error(dt), error(0.5 * dt));
         let slope = (coarse / fine).log2();
         assert!(
-            (slope - 1.0).abs() < 0.05,
+            (slope - order).abs() < 0.05,
             "{name}: order {slope}, errors {coarse:e} and {fine:e}"
         );
-        assert!(fine > 1e-5, "{name}: an error so small is no first order");
+        let least = 1e-2 * (0.5 * dt).powf(order);
+        assert!(fine > least, "{name}: an error so small is no order of {order}");
     }
 }
 
@@ -505,6 +505,27 @@ fn steps_of_the_oscillator_follow_their_closed_recurrences() {
                 let v = ((m - h * b) * v - h * k * x) / (m + h * h * k);
                 [x + h * v, v]
             }
+            // Drag by the velocity of a step of explicit Euler.
+            "velocity-verlet" => {
+                let a = |x: f64, v: f64| (-k * x - b * v) / m;
+                let (start, moved) = (a(x, v), x + h * v + h * h / 2.0 * a(x, v));
+                [moved, v + h / 2.0 * (start + a(moved, v + h * start))]
+            }
+            // The Taylor polynomial of degree 4 of the motion.
+            "runge-kutta-4" => {
+                let (mut sum, mut term) = ([x, v], [x, v]);
+                for number in 1..=4 {
+                    let [x, v] = term;
+                    term = [v, (-k * x - b * v) / m].map(|rate| h / f64::from(number) * rate);
+                    sum = [sum[0] + term[0], sum[1] + term[1]];
+                }
+                sum
+            }
+            // 2 m (v½ − v) = h (−k (x + h/2 v½) − b v½).
+            "implicit-midpoint" => {
+                let middle = (2.0 * m * v - h * k * x) / (2.0 * m + h * b + h * h * k / 2.0);
+                [x + h * middle, 2.0 * middle - v]
+            }
             _ => panic!("{name} has no recurrence here: add it"),
         };
         let mut expected = [[1.0, 0.25], [-0.5, 2.0]];
@@ -523,7 +544,14 @@ fn drag_divides_or_multiplies_the_velocity_by_the_same_factor_every_step() {
     let elements =
         r#"<particle m="4" px="1" py="2" vx="3" vy="-4" fixed="0"/><dragdamping b="0.5"/>"#;
     for name in names() {
-        let factor: f64 = if is_implicit(name) { 1.0 / (1.0 + h * b / m) } else { 1.0 - h * b / m };
+        let z: f64 = h * b / m;
+        let factor = match name {
+            "velocity-verlet" => 1.0 - z + z * z / 2.0,
+            "runge-kutta-4" => 1.0 - z + z.powi(2) / 2.0 - z.powi(3) / 6.0 + z.powi(4) / 24.0,
+            "implicit-midpoint" => (1.0 - z / 2.0) / (1.0 + z / 2.0),
+            "linearized-implicit-euler" | "implicit-euler" | "projected-newton" => 1.0 / (1.0 + z),
+            _ => 1.0 - z,
+        };
         for (i, [_, v]) in states(&scene(name, h, 10.0, elements)).iter().enumerate() {
             let expected = [3.0, -4.0].map(|v| v * factor.powi(i as i32));
             assert!(largest_difference(v, &expected) < 1e-14, "{name}, step {i}: {v:?}");
@@ -533,12 +561,18 @@ fn drag_divides_or_multiplies_the_velocity_by_the_same_factor_every_step() {
 
 #[test]
 fn a_free_fall_is_exact_in_binary() {
-    // After n steps v = n h g, and x = h² g n (n ± 1)/2: minus where the step starts with the old velocity.
+    // After n steps v = n h g, and x = h² g n (n ± 1)/2: minus where the step starts with the old velocity. Methods of
+    // higher order are exact: x = h² g n²/2.
     let elements = r#"<particle m="3" px="0" py="0" vx="0" vy="0" fixed="0"/><simplegravity fx="0.5" fy="-10"/>"#;
-    for name in names() {
+    for kind in INTEGRATORS {
+        let IntegratorSchema { name, order, .. } = kind.schema;
         let (steps, h) = (64.0, 0.125);
         let states = states(&scene(name, h, steps * h, elements));
-        let side = if name == "explicit-euler" { -1.0 } else { 1.0 };
+        let side = match name {
+            _ if order.without_velocity > 1 => 0.0,
+            "explicit-euler" => -1.0,
+            _ => 1.0,
+        };
         let distance = h * h * steps * (steps + side) / 2.0;
         let [x, v] = states.last().unwrap();
         // Implicit methods divide m h g by m.
@@ -571,8 +605,12 @@ fn a_circular_orbit_gains_keeps_or_loses_energy_as_its_integrator_does() {
         match name {
             "explicit-euler" => assert!(end > -1.9, "{name}: {end}"),
             // Gravitation is explicit to the local-global method: its step is symplectic Euler's.
-            "symplectic-euler" | "fast-mass-spring" => {
+            "symplectic-euler" | "fast-mass-spring" | "velocity-verlet" => {
                 assert!((end + 2.0).abs() < 1e-3, "{name}: {end}");
+            }
+            // Their errors are far smaller than that of the first order.
+            "runge-kutta-4" | "implicit-midpoint" => {
+                assert!((end + 2.0).abs() < 1e-7, "{name}: {end}");
             }
             _ => assert!(end < -2.1, "{name}: {end}"),
         }
@@ -717,6 +755,20 @@ fn explicit_methods_evaluate_once_a_step_and_never_solve() {
         let expected = Statistics { steps: 20, force_evaluations: 20, ..Statistics::default() };
         assert_eq!(statistics(&everything(name, 0.01, 2, 1)), expected, "{name}");
     }
+}
+
+#[test]
+fn methods_of_stages_evaluate_as_often_as_they_have_stages() {
+    let evaluations = |name, elements: &str| {
+        let statistics = statistics(&scene(name, 0.01, 0.2, elements));
+        assert_eq!((statistics.steps, statistics.assemblies), (20, 0), "{name}");
+        statistics.force_evaluations
+    };
+    assert_eq!(evaluations("runge-kutta-4", OSCILLATOR), 80);
+    assert_eq!(evaluations("velocity-verlet", OSCILLATOR), 40);
+    // Without drag, the force at the end of a step is that at the start of the next one.
+    let undamped = OSCILLATOR.replace(r#"<dragdamping b="1.5"/>"#, "");
+    assert_eq!(evaluations("velocity-verlet", &undamped), 21);
 }
 
 #[test]

@@ -154,6 +154,10 @@ fn every_spelling_of_an_integrator_means_the_same_method() {
         ("projected-newton", "projected-newton"),
         ("fast-mass-spring", "fast-mass-spring"),
         ("local-global", "fast-mass-spring"),
+        ("velocity-verlet", "velocity-verlet"),
+        ("runge-kutta-4", "runge-kutta-4"),
+        ("rk4", "runge-kutta-4"),
+        ("implicit-midpoint", "implicit-midpoint"),
     ];
     for (spelling, name) in spellings {
         // Of forces that every method takes.

@@ -121,7 +121,7 @@ pub struct Model {
     pub(super) mass: Vec<f64>,
     /// Whether a coordinate is a fixed particle's.
     pub(super) fixed: Vec<bool>,
-    /// `None`: explicit substeps, or a method that cannot be stepped here.
+    /// `None`: explicit substeps or stages, or a method that cannot be stepped here.
     pub(super) method: Option<OnePoint>,
     /// The integrator with that method.
     stepped_as: Option<&'static str>,
@@ -219,7 +219,10 @@ impl Model {
     pub fn can_step(&self) -> bool {
         self.idle
             || self.method.is_some()
-            || matches!(Method::of(self.scene.integrator.equation), Method::Explicit(_))
+            || matches!(
+                Method::of(self.scene.integrator.equation),
+                Method::Explicit(_) | Method::Stages(_)
+            )
     }
 
     /// Whether a change that acts in the scene has an effect: that of a method only where it steps.

@@ -12,7 +12,7 @@ use simulator::trace::State;
 
 use super::model::{Model, Point, Sample, TermModel};
 use super::{Change, Factor, Guess, Hold, Norm, Quantity, Unknowns};
-use crate::method::{Method, OnePoint, Substep};
+use crate::method::{Arithmetic, Method, OnePoint, Substep};
 
 /// A step of implicit Euler whose Newton iteration needs more than this is not reproducible: where it ends depends on
 /// the limit of the program, or on rounding.
@@ -39,6 +39,30 @@ pub struct Residual {
     pub position: Vec<f64>,
     /// Momentum per velocity: a bound of the row sums of `M − h² K − h B`.
     pub stiffness: f64,
+}
+
+/// Evaluates stages of a step that starts at this time.
+struct Evaluation<'a> {
+    model: &'a Model,
+    time: f64,
+}
+
+impl Arithmetic for Evaluation<'_> {
+    fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64> {
+        self.model.force(&Point { x: x.to_vec(), v: v.to_vec(), time: self.time + after })
+    }
+
+    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
+        x.iter_mut().zip(v).for_each(|(x, v)| *x += h * v);
+    }
+
+    fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {
+        for (dof, (v, force)) in v.iter_mut().zip(force).enumerate() {
+            if !self.model.fixed[dof] {
+                *v += h * force / self.model.mass[dof];
+            }
+        }
+    }
 }
 
 impl Model {
@@ -78,10 +102,15 @@ impl Model {
                 converged = self.solve(time, earlier, &old, state)?;
             }
             None => {
-                let Method::Explicit(substeps) = Method::of(self.scene.integrator.equation) else {
-                    return None;
-                };
-                self.explicit(time, substeps, state);
+                match Method::of(self.scene.integrator.equation) {
+                    Method::Explicit(substeps) => self.explicit(time, substeps, state),
+                    Method::Stages(tableau) => {
+                        let State { positions, velocities, .. } = state;
+                        let by = &mut Evaluation { model: self, time };
+                        tableau.step(by, self.h, positions, velocities);
+                    }
+                    Method::Backward { .. } | Method::Rounds => return None,
+                }
                 return Some(true);
             }
         }

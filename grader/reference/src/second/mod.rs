@@ -1,13 +1,14 @@
 //! Second stepper for the course's methods, built like a student's program: dense matrices over all particles.
 //!
 //! ```text
-//! explicit                v' = v + h F/m, q' = q + h v, by the substeps of the method
+//! explicit                v' = v + h F/m, q' = q + h v, by the substeps or the stages of the method
 //! linearized, implicit    (M − h² K − h B) δ = −M (u − v) + h F          u ← u + δ
 //! the same, unreduced     ⎡  I     −h I   ⎤ ⎡δq⎤   ⎡        0         ⎤  q̂ ← q̂ + δq, u ← u + δ
 //!                         ⎣−h K   M − h B ⎦ ⎣δ ⎦ = ⎣−M (u − v) + h F ⎦
 //! ```
 //!
-//! with `F`, `K = ∂F/∂x` and `B = ∂F/∂v` at `(q̂, u)`, from `q̂ = q + h v`, `u = v`. The forces are those of
+//! with `F`, `K = ∂F/∂x` and `B = ∂F/∂v` at `(q̂, u)`, from `q̂ = q + h v`, `u = v`. Implicit midpoint is the same
+//! for half of the step, twice. The forces are those of
 //! [`arithmetic`], the Jacobians are the law's dual numbers; both are independent of the simulator. Cost:
 //! `O((n·D)³)` per solve, and one evaluation of the law per column.
 
@@ -19,7 +20,7 @@ pub mod arithmetic;
 
 use crate::law::Jacobians;
 use crate::laws::Laws;
-use crate::method::{Method, Substep};
+use crate::method::{self, Method, Substep, Tableau};
 use arithmetic::{Arithmetic, Pair};
 
 /// Newton's method is given up beyond this many iterations.
@@ -96,10 +97,14 @@ pub struct Second {
 #[derive(Clone, Copy)]
 enum Stepping {
     Explicit(&'static [Substep]),
+    Stages(&'static Tableau),
     /// One Newton step.
     Linearized,
-    /// Newton's method until the norm of an update is below this.
-    Newton(f64),
+    /// Newton's method for a part of the step, until the norm of an update is below a tolerance.
+    Newton {
+        part: f64,
+        tolerance: f64,
+    },
 }
 
 impl Stepping {
@@ -107,11 +112,12 @@ impl Stepping {
     fn of(integrator: &IntegratorSchema) -> Option<Self> {
         match (Method::of(integrator.equation), integrator.convergence) {
             (Method::Explicit(substeps), _) => Some(Self::Explicit(substeps)),
-            (Method::Backward { linearized: true }, _) => Some(Self::Linearized),
-            (Method::Backward { linearized: false }, Convergence::Update(tolerance)) => {
-                Some(Self::Newton(tolerance))
+            (Method::Stages(tableau), _) => Some(Self::Stages(tableau)),
+            (Method::Backward { linearized: true, .. }, _) => Some(Self::Linearized),
+            (Method::Backward { linearized: false, part }, Convergence::Update(tolerance)) => {
+                Some(Self::Newton { part, tolerance })
             }
-            (Method::Backward { linearized: false }, _) | (Method::Rounds, _) => None,
+            (Method::Backward { linearized: false, .. }, _) | (Method::Rounds, _) => None,
         }
     }
 }
@@ -127,7 +133,7 @@ impl Second {
     /// Whether it steps the scene by solving linear systems.
     pub fn is_implicit(scene: &Scene) -> bool {
         let method = Stepping::of(scene.integrator);
-        matches!(method, Some(Stepping::Linearized | Stepping::Newton(_)))
+        matches!(method, Some(Stepping::Linearized | Stepping::Newton { .. }))
     }
 
     /// Takes the step of this number; false where it has no answer.
@@ -138,8 +144,23 @@ impl Second {
                 self.explicit(time, x, v, substeps);
                 Some(())
             }
-            Stepping::Linearized => self.implicit(time, x, v, 0.0, 1),
-            Stepping::Newton(tolerance) => self.implicit(time, x, v, tolerance, MAX_ITERATIONS),
+            Stepping::Stages(tableau) => {
+                let h = self.scene.time_step;
+                tableau.step(&mut Evaluation { second: self, time }, h, x, v);
+                Some(())
+            }
+            Stepping::Linearized => self.implicit(time, x, v, None),
+            Stepping::Newton { part, tolerance } => {
+                let (h, start) = (self.scene.time_step, v.to_vec());
+                let done = self.implicit(time, x, v, Some((part, tolerance)));
+                if part < 1.0 {
+                    drift(self.style.arithmetic, (1.0 - part) * h, v, x);
+                    for (v, start) in v.iter_mut().zip(&start) {
+                        *v = start + (*v - start) / part;
+                    }
+                }
+                done
+            }
         };
         done.is_some() && x.iter().chain(v.iter()).all(|value| value.is_finite())
     }
@@ -163,9 +184,14 @@ impl Second {
     }
 
     fn kick(&self, time: f64, x: &[f64], v: &mut [f64], h: f64) {
-        let arithmetic = self.style.arithmetic;
         let force = self.force(x, v, time);
-        for (place, (velocity, force)) in v.iter_mut().zip(&force).enumerate() {
+        self.push(v, &force, h);
+    }
+
+    /// `v ← v + h M⁻¹ F`.
+    fn push(&self, v: &mut [f64], force: &[f64], h: f64) {
+        let arithmetic = self.style.arithmetic;
+        for (place, (velocity, force)) in v.iter_mut().zip(force).enumerate() {
             let particle = &self.scene.particles[place / self.dimension()];
             if !particle.fixed {
                 *velocity = match self.style.scaled_kick {
@@ -176,22 +202,24 @@ impl Second {
         }
     }
 
+    /// Newton's method for a part of the step to a tolerance, or one Newton step for all of it.
     fn implicit(
         &mut self,
         time: f64,
         x: &mut [f64],
         v: &mut [f64],
-        tolerance: f64,
-        most: usize,
+        newton: Option<(f64, f64)>,
     ) -> Option<()> {
-        let h = self.scene.time_step;
+        let (part, tolerance) = newton.unwrap_or((1.0, 0.0));
+        let most = newton.map_or(1, |_| MAX_ITERATIONS);
+        let h = part * self.scene.time_step;
         let arithmetic = self.style.arithmetic;
         let mut u = v.to_vec();
         let mut ahead = x.to_vec();
         drift(arithmetic, h, &u, &mut ahead);
         let (mut reached, mut made) = (false, 0);
         while made < most {
-            let delta = self.update(time + h, v, &ahead, &u)?;
+            let delta = self.update((time, h), v, &ahead, &u)?;
             made += 1;
             for (u, delta) in u.iter_mut().zip(&delta) {
                 *u += delta;
@@ -223,9 +251,15 @@ impl Second {
         Some(())
     }
 
-    /// Newton's update of the velocities; 0 for fixed particles.
-    fn update(&mut self, time: f64, v: &[f64], ahead: &[f64], u: &[f64]) -> Option<Vec<f64>> {
-        let h = self.scene.time_step;
+    /// Newton's update of the velocities in a step of `h` from `time` on; 0 for fixed particles.
+    fn update(
+        &mut self,
+        (time, h): (f64, f64),
+        v: &[f64],
+        ahead: &[f64],
+        u: &[f64],
+    ) -> Option<Vec<f64>> {
+        let time = time + h;
         let dimension = self.dimension();
         let force = self.force(ahead, u, time);
         let Jacobians { by_position: k, by_velocity: b } = self.laws.jacobians(ahead, u, time);
@@ -338,6 +372,26 @@ impl Second {
     /// The force of one element on every particle, as the law has it.
     fn by_law(&self, element: &ForceElement, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
         Laws::of(&self.scene, std::slice::from_ref(element)).force(x, v, time)
+    }
+}
+
+/// Evaluates stages of a step that starts at this time.
+struct Evaluation<'a> {
+    second: &'a Second,
+    time: f64,
+}
+
+impl method::Arithmetic for Evaluation<'_> {
+    fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64> {
+        self.second.force(x, v, self.time + after)
+    }
+
+    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
+        drift(self.second.style.arithmetic, h, v, x);
+    }
+
+    fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {
+        self.second.push(v, force, h);
     }
 }
 

@@ -5,7 +5,7 @@ use reference::method::{Method, Substep};
 use simulator::scene::schema::{Family, ForceSchema, IntegratorSchema};
 use simulator::{force, integrator};
 
-use super::super::student::{OWN_FORCES, Student, steps_by_itself};
+use super::super::student::{OWN_FORCES, Row, Student, steps_by_itself};
 use super::{Area, Mistake, Scope, Subject};
 
 /// The forces that the student takes from the reference.
@@ -44,25 +44,64 @@ pub(super) fn in_integrators() -> Vec<Mistake> {
     let of = |schema: &'static IntegratorSchema| {
         let scope = Scope::Integrator(schema.name);
         let subject = Subject { area: Area::Integrator, name: schema.name, scope };
-        [
-            subject.mistake("its last substep missing", |s: &mut Student| {
-                s.others.substeps = |substeps| substeps[..substeps.len() - 1].to_vec();
-            }),
-            subject.mistake("substeps of the whole step's length", |s: &mut Student| {
-                s.others.substeps = |substeps| substeps.iter().map(whole).collect();
-            }),
-            subject.mistake("a step of explicit Euler", |s: &mut Student| {
-                s.others.substeps = |_| vec![Substep::Both(1.0)];
-            }),
-        ]
+        match Method::of(schema.equation) {
+            Method::Explicit(_) => in_substeps(&subject),
+            Method::Stages(_) => in_stages(&subject),
+            Method::Backward { .. } => in_parts(&subject),
+            Method::Rounds => Vec::new(),
+        }
     };
     let schemas = integrator::REGISTRY.iter().map(|kind| &kind.schema);
     let derived = schemas.filter(|schema| {
-        let is_known = schema.family != Family::Minimization
-            && matches!(Method::of(schema.equation), Method::Explicit(_));
-        is_known && !steps_by_itself(schema.equation)
+        schema.family != Family::Minimization && !steps_by_itself(schema.equation)
     });
     derived.flat_map(of).collect()
+}
+
+fn in_substeps(subject: &Subject) -> Vec<Mistake> {
+    vec![
+        subject.mistake("its last substep missing", |s: &mut Student| {
+            s.others.substeps = |substeps| substeps[..substeps.len() - 1].to_vec();
+        }),
+        subject.mistake("substeps of the whole step's length", |s: &mut Student| {
+            s.others.substeps = |substeps| substeps.iter().map(whole).collect();
+        }),
+        subject.mistake("a step of explicit Euler", |s: &mut Student| {
+            s.others.substeps = |_| vec![Substep::Both(1.0)];
+        }),
+    ]
+}
+
+fn in_stages(subject: &Subject) -> Vec<Mistake> {
+    vec![
+        subject.mistake("its last stage has no weight", |s: &mut Student| {
+            s.others.stages = |mut rows| {
+                if let Some(end) = rows.last_mut() {
+                    end.iter_mut().for_each(|row| row.truncate(row.len() - 1));
+                }
+                rows
+            };
+        }),
+        subject.mistake("positions move with the velocity at the start", |s: &mut Student| {
+            s.others.stages = |rows| rows.into_iter().map(by_the_first).collect();
+        }),
+        subject.mistake("a step of explicit Euler", |s: &mut Student| {
+            s.others.stages = |_| vec![Row::default(), [vec![1.0], vec![1.0]]];
+        }),
+    ]
+}
+
+fn in_parts(subject: &Subject) -> Vec<Mistake> {
+    vec![
+        subject.mistake("a step of implicit Euler", |s: &mut Student| s.others.part = |_| 1.0),
+        subject.mistake("the force of another time", |s: &mut Student| {
+            s.others.part = |part| 0.5 * (1.0 + part);
+        }),
+    ]
+}
+
+fn by_the_first([of_velocities, of_forces]: Row) -> Row {
+    [vec![of_velocities.iter().sum()], of_forces]
 }
 
 fn whole(substep: &Substep) -> Substep {

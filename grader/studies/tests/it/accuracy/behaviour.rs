@@ -6,6 +6,9 @@
 //! explicit     E_n = E_0 (1 + h²ω²)^n
 //! implicit     E_n = E_0 (1 + h²ω²)^{−n}
 //! symplectic   v² + ω²x² − hω² x v is conserved: E_n/E_0 within (1 ± hω/2)/(1 ∓ hω/2)
+//! Verlet       v² + ω²x² (1 − h²ω²/4) is conserved: E_n/E_0 within 1 − h²ω²/4 and its reciprocal
+//! Runge–Kutta  E_n = E_0 |R(ihω)|^{2n}, |R|² = 1 − (hω)⁶/72 + (hω)⁸/576
+//! midpoint     E_n = E_0
 //! ```
 
 use simulator::integrator::REGISTRY;
@@ -92,6 +95,50 @@ fn the_energy_of_symplectic_euler_stays_within_its_bound() {
     assert!(most - least > 0.1 * half, "{least} … {most}");
 }
 
+/// The least and the largest energy over a thousand steps of `a = hω`, and that at the end, in terms of the first.
+fn range_of_energy(name: &str, a: f64) -> [f64; 3] {
+    let mut scene = by(&oscillator(), name);
+    scene.time_step = a / OMEGA;
+    scene.duration = 1000.0 * scene.time_step;
+    let (mut start, mut range) = (0.0, [f64::INFINITY, 0.0, 0.0]);
+    energies(&scene, |step, energy| {
+        start = if step == 0 { energy } else { start };
+        let ratio = energy / start;
+        range = [ratio.min(range[0]), ratio.max(range[1]), ratio];
+    });
+    range
+}
+
+#[test]
+fn the_energy_of_velocity_verlet_stays_within_its_bound() {
+    for a in [0.02, 0.5, 1.9] {
+        let least = 1.0 - 0.25 * a * a;
+        let [low, high, _] = range_of_energy("velocity-verlet", a);
+        let rounding = 1.0 + 1e-12;
+        assert!(low >= least / rounding && high <= rounding / least, "{a}: {low} … {high}");
+        assert!(high - low > 0.2 * a * a, "{a}: {low} … {high}");
+    }
+}
+
+#[test]
+fn runge_kutta_loses_energy_at_the_predicted_rate() {
+    for a in [0.1_f64, 0.5, 2.0] {
+        let rate = 1.0 - a.powi(6) / 72.0 + a.powi(8) / 576.0;
+        let [_, high, end] = range_of_energy("runge-kutta-4", a);
+        let (expected, rounding) = (rate.powi(1000), 1e-11);
+        assert!((end / expected - 1.0).abs() < rounding, "{a}: {end}, not {expected}");
+        assert!(high <= 1.0 + rounding, "{a}: {high}");
+    }
+}
+
+#[test]
+fn implicit_midpoint_keeps_a_quadratic_energy_at_any_step() {
+    for a in [0.02, 1.0, 30.0] {
+        let [low, high, _] = range_of_energy("implicit-midpoint", a);
+        assert!(high - low < 1e-11, "{a}: {low} … {high}");
+    }
+}
+
 /// Momentum, and angular momentum about the origin.
 fn momenta(scene: &Scene, x: &[f64], v: &[f64]) -> [f64; 3] {
     let mut sum = [0.0; 3];
@@ -143,12 +190,16 @@ fn every_method_keeps_the_momentum_that_inner_forces_cannot_change() {
 }
 
 #[test]
-fn symplectic_euler_keeps_the_angular_momentum_of_central_forces_and_others_do_not() {
+fn symplectic_methods_keep_the_angular_momentum_of_central_forces_and_others_do_not() {
     for name in ["kepler-orbit", "squared-springs"] {
         let mut scene = problem(name).scene();
         scene.time_step /= 8.0;
-        let [_, angular] = drift(&by(&scene, "symplectic-euler"));
-        assert!(angular < 1e-12, "{name}: {angular:e}");
+        for symplectic in ["symplectic-euler", "velocity-verlet", "implicit-midpoint"] {
+            let [_, angular] = drift(&by(&scene, symplectic));
+            assert!(angular < 1e-12, "{name}, {symplectic}: {angular:e}");
+        }
+        let [_, angular] = drift(&by(&scene, "runge-kutta-4"));
+        assert!(angular > 1e-9, "{name}, runge-kutta-4: {angular:e}");
         for other in ["explicit-euler", "linearized-implicit-euler", "implicit-euler"] {
             let [_, angular] = drift(&by(&scene, other));
             // Each step changes the angular momentum by h² times force and velocity: first order overall.

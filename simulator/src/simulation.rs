@@ -376,6 +376,10 @@ pub enum FailureKind {
         "the line search found no descent: after {iterations} iterations, Newton's step of {update:.1e} does not decrease the energy"
     )]
     NoDescent { iterations: u64, update: f64 },
+    #[error(
+        "error control does not reach the end of the step: after {trials} steps, the last one is {size:.1e} s long"
+    )]
+    ErrorControl { trials: u64, size: f64 },
     #[error("the linear system of the step cannot be solved: {0}")]
     Linear(LinearError),
     #[error("the energy of the state is not finite")]
@@ -398,6 +402,7 @@ impl FailureKind {
                 Self::BelowRounding { iterations, update, speed }
             }
             StepError::NoDescent { iterations, update } => Self::NoDescent { iterations, update },
+            StepError::ErrorControl { trials, size } => Self::ErrorControl { trials, size },
             StepError::Linear(error) => Self::Linear(error),
         }
     }
@@ -411,6 +416,9 @@ impl FailureKind {
             }
             Self::NoDescent { .. } => {
                 "project the Hessian (projection=\"clamp\"), or shorten the time step"
+            }
+            Self::ErrorControl { .. } => {
+                "shorten the time step, enlarge the tolerance, or soften the forces"
             }
             Self::BelowRounding { .. } => "choose units in which the velocities are smaller",
             Self::EnergyNotFinite => "separate coincident particles; check masses and velocities",

@@ -27,12 +27,34 @@ pub struct Statistics {
     pub max_local_global_iterations: u64,
     /// Steps that reached the maximum number of rounds before the tolerance.
     pub unconverged_steps: u64,
+    /// Steps of error control, of which the steps of the scene are made.
+    pub control: ControlStatistics,
     /// Description of the linear solver; empty for an explicit method.
     pub linear_solver: String,
     /// Counts of the linear solver's work.
     pub linear: LinearStatistics,
     /// Fallbacks taken for steps that failed.
     pub fallback: FallbackStatistics,
+}
+
+/// Counts of the steps of error control.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ControlStatistics {
+    /// Steps whose estimated error was within the tolerance.
+    pub taken: u64,
+    /// The most of them in a step of the scene.
+    pub max_taken: u64,
+    /// Steps that were made again, shorter.
+    pub rejected: u64,
+}
+
+impl ControlStatistics {
+    /// Adds those of a step of the scene.
+    pub fn add(&mut self, taken: u64, rejected: u64) {
+        self.taken += taken;
+        self.max_taken = self.max_taken.max(taken);
+        self.rejected += rejected;
+    }
 }
 
 /// Counts of a linear solver's work.

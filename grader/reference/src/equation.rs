@@ -29,13 +29,17 @@
 //! δF = |F| + k δX + b δV        δV = |v| + |V| + h Σ |a| (|F| + δF)/m        δX = |x| + |X| + h Σ |b| (|V| + δV)
 //! ```
 //!
+//! Of a controlled step, the parts depend on the last bits of the estimate, and each may be wrong by the tolerance: the
+//! bound is the tolerance times the number of parts, times 4 for errors that grow in the step.
+//!
 //! A method with a fixed number of rounds solves no equation, so only `x' = x + h v'` is checked. Cost: two or three
 //! evaluations of the force per step.
 
 use simulator::scene::Scene;
+use simulator::scene::schema::Convergence;
 
 use crate::laws::{Laws, Magnitude};
-use crate::method::{Arithmetic, Method, Substep, Tableau};
+use crate::method::{Arithmetic, Method, Pair, Substep, Tableau};
 
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
@@ -57,26 +61,28 @@ pub struct Equation {
     method: Method,
     /// The largest last update of the velocities.
     tolerance: f64,
+    /// The largest estimated error of a part of a controlled step.
+    estimate: f64,
     h: f64,
     masses: Vec<f64>,
     fixed: Vec<bool>,
     axes: usize,
 }
 
-/// Evaluates stages of a step that starts at this time, and keeps where and how large.
+/// Evaluates stages of a step that starts at this time.
 struct Stages<'a> {
     equation: &'a Equation,
     time: f64,
-    magnitudes: Vec<Vec<Magnitude>>,
-    states: Vec<State>,
+    /// Where, if it is kept.
+    states: Option<Vec<State>>,
 }
 
 impl Arithmetic for Stages<'_> {
     fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64> {
-        let laws = &self.equation.laws;
-        self.magnitudes.push(laws.magnitudes(x, v, self.time + after));
-        self.states.push(State { x: x.to_vec(), v: v.to_vec() });
-        laws.force(x, v, self.time + after)
+        if let Some(states) = &mut self.states {
+            states.push(State { x: x.to_vec(), v: v.to_vec() });
+        }
+        self.equation.laws.force(x, v, self.time + after)
     }
 
     fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
@@ -117,6 +123,10 @@ impl Equation {
             laws: Laws::new(scene),
             method: Method::of(scene.integrator.equation),
             tolerance: scene.integrator.convergence.tolerance(scene),
+            estimate: match scene.integrator.convergence {
+                Convergence::ErrorEstimate(name) => scene.integrator_options.number(name),
+                _ => 0.0,
+            },
             h: scene.time_step,
             masses: scene.particles.iter().map(|particle| particle.mass).collect(),
             fixed: scene.particles.iter().map(|particle| particle.fixed).collect(),
@@ -130,6 +140,7 @@ impl Equation {
         match self.method {
             Method::Explicit(substeps) => self.excess_of_substeps(substeps, from, to, time),
             Method::Stages(tableau) => self.excess_of_stages(tableau, from, to, time),
+            Method::Controlled(pair) => self.excess_of_control(pair, from, to, time),
             Method::Backward { linearized, part } => {
                 self.excess_of_end((Some(linearized), part), from, to, time)
             }
@@ -213,10 +224,9 @@ impl Equation {
         time: f64,
     ) -> (f64, f64) {
         let size = from.x.len();
-        let mut stages =
-            Stages { equation: self, time, magnitudes: Vec::new(), states: Vec::new() };
+        let mut stages = Stages { equation: self, time, states: Some(Vec::new()) };
         let slopes = tableau.slopes(&mut stages, self.h, &from.x, &from.v);
-        let Stages { magnitudes, states, .. } = stages;
+        let states = stages.states.unwrap_or_default();
         let mass = |dof: usize| self.masses[dof / self.axes];
         let free = |dof: &usize| !self.fixed[dof / self.axes];
         // Bounds of rounding errors of the stages, in units of ε: of each coordinate's force, and the largest of a
@@ -230,7 +240,8 @@ impl Equation {
             let terms = row.iter().zip(&slopes.velocities).zip(of_velocities);
             terms.map(|((c, u), rounding)| (c * self.h).abs() * (u[dof].abs() + rounding)).sum()
         };
-        for ((stage, at), magnitudes) in tableau.stages.iter().zip(&states).zip(&magnitudes) {
+        for (stage, at) in tableau.stages.iter().zip(&states) {
+            let magnitudes = self.laws.magnitudes(&at.x, &at.v, time + stage.time() * self.h);
             let largest = |of: &dyn Fn(usize) -> f64| (0..size).map(of).fold(0.0, f64::max);
             let of_velocity = largest(&|dof| {
                 let pushed = pushed(&of_forces, stage.velocity, dof) / mass(dof);
@@ -268,6 +279,29 @@ impl Equation {
             sum += ROUNDING * rounding;
             let given = weighted(tableau.end.velocity, &slopes.forces);
             worst.note(mass(dof) * change - given, ROUNDING * rounding);
+        }
+        (worst.0, sum)
+    }
+
+    /// The same for a step divided by error control, made again by the laws.
+    fn excess_of_control(&self, pair: &Pair, from: &State, to: &State, time: f64) -> (f64, f64) {
+        let mut stages = Stages { equation: self, time, states: None };
+        let (mut x, mut v) = (from.x.clone(), from.v.clone());
+        let tolerance = self.estimate;
+        let parts = pair.step(&mut stages, (self.h, tolerance), &mut x, &mut v);
+        let Some(parts) = parts else { return (f64::INFINITY, 0.0) };
+        let allowed = 4.0 * parts as f64 * (tolerance + ROUNDING);
+        let mut worst = Worst::default();
+        let mut sum = 0.0;
+        for dof in 0..x.len() {
+            worst.note(to.x[dof] - x[dof], allowed * (1.0 + x[dof].abs()));
+            if self.fixed[dof / self.axes] {
+                worst.note(to.v[dof] - from.v[dof], 0.0);
+                continue;
+            }
+            let of_velocity = allowed * (1.0 + v[dof].abs());
+            sum += self.masses[dof / self.axes] * of_velocity;
+            worst.note(to.v[dof] - v[dof], of_velocity);
         }
         (worst.0, sum)
     }

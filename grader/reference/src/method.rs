@@ -5,6 +5,7 @@
 //!             kick      v ← v + c h M⁻¹ F(x, v, t)
 //!             drift     x ← x + c h v,  t ← t + c h
 //! stages      Vᵢ = v + h Σ aᵢⱼ Aⱼ,  Xᵢ = x + h Σ bᵢⱼ Vⱼ,  Aᵢ = M⁻¹ F(Xᵢ, Vᵢ, t + h Σ bᵢⱼ)     the end likewise
+//! controlled  stages, for as many steps of as long as an estimate of the error allows
 //! backward    implicit  M (v' − v) = h F(x', v', t + h),  x' = x + h v'
 //!             linearized: one Newton step of it, from v' = v
 //!             of a part c of the step: to x + c (x' − x), v + c (v' − v)
@@ -25,6 +26,8 @@ pub enum Method {
     Explicit(&'static [Substep]),
     /// Stages, each from the start of the step by what is known before it.
     Stages(&'static Tableau),
+    /// Steps of stages, whose number and length an estimate of the error decides.
+    Controlled(&'static Pair),
     /// The force at the end of a part of the step; the whole step goes on along the same line.
     Backward {
         /// One Newton step in the place of a solution.
@@ -127,6 +130,93 @@ impl Tableau {
     }
 }
 
+/// A method with an estimate of its error.
+#[derive(Debug, PartialEq)]
+pub struct Pair {
+    /// The method. Its last stage is the end of the step.
+    pub tableau: Tableau,
+    /// Coefficients of the stages in the estimate.
+    pub error: &'static [f64],
+    /// The order of the estimate in the step size.
+    pub order: u32,
+}
+
+impl Pair {
+    /// Takes a step of `h`, divided so that the estimate of every part is at most `tolerance (1 + |y|)` in every coordinate
+    /// `y`. Returns the number of parts; `None` beyond 10,000 tries.
+    pub fn step(
+        &self,
+        by: &mut impl Arithmetic,
+        (h, tolerance): (f64, f64),
+        x: &mut [f64],
+        v: &mut [f64],
+    ) -> Option<u64> {
+        let (mut after, mut k, mut parts, mut longest) = (0.0, h, 0, 5.0);
+        for _ in 0..10_000 {
+            let is_last = k >= h - after;
+            k = if is_last { h - after } else { k };
+            let mut part = Part { by: &mut *by, after };
+            let Slopes { velocities, forces } = self.tableau.slopes(&mut part, k, x, v);
+            let (mut new_x, mut new_v) = (x.to_vec(), v.to_vec());
+            let mut error = [vec![0.0; x.len()], vec![0.0; x.len()]];
+            let terms = velocities.iter().zip(&forces).enumerate();
+            for (number, (velocity, force)) in terms {
+                let weight = self.tableau.end.velocity.get(number).copied().unwrap_or(0.0);
+                by.drift(&mut new_x, velocity, weight * k);
+                by.kick(&mut new_v, force, weight * k);
+                by.drift(&mut error[0], velocity, self.error[number] * k);
+                by.kick(&mut error[1], force, self.error[number] * k);
+            }
+            let ratio = |((error, start), end): ((&f64, &f64), &f64)| {
+                (error / (1.0 + start.abs().max(end.abs()))).abs() / tolerance
+            };
+            let positions = error[0].iter().zip(&*x).zip(&new_x).map(ratio);
+            let ratios = positions.chain(error[1].iter().zip(&*v).zip(&new_v).map(ratio));
+            let norm =
+                ratios.fold(
+                    0.0,
+                    |most: f64, ratio| {
+                        if ratio.is_nan() { f64::INFINITY } else { most.max(ratio) }
+                    },
+                );
+            let is_taken = norm <= 1.0;
+            if is_taken {
+                parts += 1;
+                after += k;
+                x.copy_from_slice(&new_x);
+                v.copy_from_slice(&new_v);
+                if is_last {
+                    return Some(parts);
+                }
+            }
+            let exponent = -1.0 / f64::from(self.order);
+            k *= (0.9 * norm.powf(exponent)).clamp(0.2, longest);
+            longest = if is_taken { 5.0 } else { 1.0 };
+        }
+        None
+    }
+}
+
+/// A part of a step that starts later than the step.
+struct Part<'a, A> {
+    by: &'a mut A,
+    after: f64,
+}
+
+impl<A: Arithmetic> Arithmetic for Part<'_, A> {
+    fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64> {
+        self.by.force(x, v, self.after + after)
+    }
+
+    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
+        self.by.drift(x, v, h);
+    }
+
+    fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {
+        self.by.kick(v, force, h);
+    }
+}
+
 /// Velocity Verlet: the velocity of its second stage is that of an explicit step.
 static VELOCITY_VERLET: Tableau = Tableau {
     stages: &[Stage::of(&[]), Stage { position: &[0.5, 0.5], velocity: &[1.0] }],
@@ -143,6 +233,43 @@ static RUNGE_KUTTA_4: Tableau = Tableau {
     ],
     end: Stage::of(&[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0]),
 };
+
+/// Dormand and Prince's pair of orders 5 and 4, from Hairer, Nørsett and Wanner, table II.5.2. The estimate is the
+/// difference of its two rows of weights.
+static DORMAND_PRINCE: Pair = Pair {
+    tableau: Tableau {
+        stages: &[
+            Stage::of(&[]),
+            Stage::of(&[0.2]),
+            Stage::of(&[0.075, 0.225]),
+            Stage::of(&[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0]),
+            Stage::of(&[19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0]),
+            Stage::of(&[
+                9017.0 / 3168.0,
+                -355.0 / 33.0,
+                46732.0 / 5247.0,
+                49.0 / 176.0,
+                -5103.0 / 18656.0,
+            ]),
+            Stage::of(FIFTH_ORDER),
+        ],
+        end: Stage::of(FIFTH_ORDER),
+    },
+    error: &[
+        FIFTH_ORDER[0] - 5179.0 / 57600.0,
+        0.0,
+        FIFTH_ORDER[2] - 7571.0 / 16695.0,
+        FIFTH_ORDER[3] - 393.0 / 640.0,
+        FIFTH_ORDER[4] + 92097.0 / 339_200.0,
+        FIFTH_ORDER[5] - 187.0 / 2100.0,
+        -1.0 / 40.0,
+    ],
+    order: 5,
+};
+
+/// The weights of order 5.
+const FIFTH_ORDER: &[f64] =
+    &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0];
 
 /// A method with one evaluation of the forces in its equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,11 +298,12 @@ impl Method {
             StepEquation::VelocityVerlet => Self::Stages(&VELOCITY_VERLET),
             StepEquation::RungeKutta4 => Self::Stages(&RUNGE_KUTTA_4),
             StepEquation::ImplicitMidpoint => Self::Backward { linearized: false, part: 0.5 },
+            StepEquation::DormandPrince => Self::Controlled(&DORMAND_PRINCE),
         }
     }
 
     /// The matrix `A` of `(x, v/ω) ← A (x, v/ω)`: a step of `x'' = −ω² x − 2 ζ ω v`, with `a = h ω`. Rounds are of
-    /// a spring of rest length zero, whose damping is explicit.
+    /// a spring of rest length zero, whose damping is explicit. A controlled step is not divided.
     pub fn oscillator(self, a: f64, zeta: f64) -> [[f64; 2]; 2] {
         let kept = 1.0 - 2.0 * zeta * a;
         match self {
@@ -189,7 +317,7 @@ impl Method {
                     product(matrix, before)
                 })
             }
-            Self::Stages(tableau) => {
+            Self::Stages(tableau) | Self::Controlled(Pair { tableau, .. }) => {
                 // Both columns: the ends of steps from (1, 0) and (0, 1).
                 let column = |start: [f64; 2]| {
                     let [mut x, mut v] = start.map(|value| [value]);
@@ -265,6 +393,8 @@ fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 ///                                                (4ζ² − 1) a² − 4ζa + 4 ≥ 0     a ≤ 2/(ζ + √(1 − 3ζ²)) (ζ ≤ ½)
 /// midpoint     det = (1 − ζa + a²/4)/(1 + ζa + a²/4), |tr| < 1 + det  any a
 /// Runge–Kutta  eigenvalues R(z), z = a (−ζ ± √(ζ²−1)), R the Taylor polynomial of eᶻ of degree 4    |R(z)| ≤ 1
+/// Dormand–     the same with R the Taylor polynomial of degree 5 and z⁶/600
+/// Prince
 /// ```
 ///
 /// Explicit Euler, overdamped: both eigenvalues `1 − a (ζ ± √(ζ²−1))` must be at least −1. Symplectic Euler: the
@@ -284,12 +414,13 @@ pub fn stable_steps(equation: StepEquation, zeta: f64) -> [f64; 2] {
         StepEquation::VelocityVerlet => {
             [2.0 / (zeta + (1.0 - 3.0 * zeta * zeta).sqrt()), f64::INFINITY]
         }
-        StepEquation::RungeKutta4 => [along_the_ray(&TAYLOR, zeta), f64::INFINITY],
+        StepEquation::RungeKutta4 => [along_the_ray(&TAYLOR[..5], zeta), f64::INFINITY],
+        StepEquation::DormandPrince => [along_the_ray(&TAYLOR, zeta), f64::INFINITY],
     }
 }
 
-/// Coefficients of `eᶻ` up to degree 4.
-const TAYLOR: [f64; 5] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0];
+/// Coefficients of `eᶻ` up to degree 5, and that of `z⁶` of Dormand and Prince's method.
+const TAYLOR: [f64; 7] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 600.0];
 
 /// The longest `a` with `|R(z)| ≤ 1` for `z = a (−ζ ± √(ζ²−1))` and all shorter ones, of the polynomial `R` with these
 /// coefficients, the first of which is 1.
@@ -338,7 +469,7 @@ mod tests {
         weights.iter().enumerate().map(|(number, weight)| weight * value(number)).sum()
     }
 
-    /// Conditions of order up to 4 of a method with the same coefficients for positions and velocities: for each rooted
+    /// Conditions of order up to 5 of a method with the same coefficients for positions and velocities: for each rooted
     /// tree, a sum over the stages and its value. Hairer, Nørsett and Wanner, table II.2.1.
     fn conditions(tableau: &Tableau) -> Vec<(u32, f64, f64)> {
         let b = tableau.end.velocity;
@@ -346,6 +477,7 @@ mod tests {
         let c = |i: usize| stages[i].time();
         let a = |i: usize, value: &dyn Fn(usize) -> f64| sum(stages[i].velocity, value);
         let ac = |i: usize| a(i, &c);
+        let acc = |i: usize| a(i, &|j| c(j) * c(j));
         vec![
             (1, sum(b, |_| 1.0), 1.0),
             (2, sum(b, c), 1.0 / 2.0),
@@ -353,16 +485,39 @@ mod tests {
             (3, sum(b, ac), 1.0 / 6.0),
             (4, sum(b, |i| c(i).powi(3)), 1.0 / 4.0),
             (4, sum(b, |i| c(i) * ac(i)), 1.0 / 8.0),
-            (4, sum(b, |i| a(i, &|j| c(j) * c(j))), 1.0 / 12.0),
+            (4, sum(b, acc), 1.0 / 12.0),
             (4, sum(b, |i| a(i, &ac)), 1.0 / 24.0),
+            (5, sum(b, |i| c(i).powi(4)), 1.0 / 5.0),
+            (5, sum(b, |i| c(i) * c(i) * ac(i)), 1.0 / 10.0),
+            (5, sum(b, |i| ac(i) * ac(i)), 1.0 / 20.0),
+            (5, sum(b, |i| c(i) * acc(i)), 1.0 / 15.0),
+            (5, sum(b, |i| c(i) * a(i, &ac)), 1.0 / 30.0),
+            (5, sum(b, |i| a(i, &|j| c(j).powi(3))), 1.0 / 20.0),
+            (5, sum(b, |i| a(i, &|j| c(j) * ac(j))), 1.0 / 40.0),
+            (5, sum(b, |i| a(i, &acc)), 1.0 / 60.0),
+            (5, sum(b, |i| a(i, &|j| a(j, &ac))), 1.0 / 120.0),
         ]
     }
 
     #[test]
-    fn the_classical_method_fulfils_the_conditions_of_its_order() {
-        for (order, found, value) in conditions(&RUNGE_KUTTA_4) {
-            assert!((found - value).abs() < 1e-15, "order {order}: {found}, not {value}");
+    fn the_methods_fulfil_the_conditions_of_their_order_and_not_of_the_next() {
+        let order_of = |tableau: &Tableau| {
+            let failed = conditions(tableau).into_iter().find(|(_, found, value)| {
+                let is_met = (found - value).abs() < 1e-14;
+                !is_met
+            });
+            failed.map(|(order, ..)| order - 1)
+        };
+        assert_eq!(order_of(&RUNGE_KUTTA_4), Some(4));
+        let Pair { tableau, error, .. } = &DORMAND_PRINCE;
+        assert_eq!(order_of(tableau), None);
+        // The estimate is that of a method of order 4: it vanishes up to there.
+        let time = |i: usize| tableau.stages[i].time();
+        for power in 0..4 {
+            let of_error = sum(error, |i| time(i).powi(power));
+            assert!(of_error.abs() < 1e-14, "{power}: {of_error:e}");
         }
+        assert!(sum(error, |i| time(i).powi(4)).abs() > 1e-4);
     }
 
     #[test]
@@ -374,5 +529,7 @@ mod tests {
         // The real root of 24 + 12 z + 4 z² + z³, from Hairer and Wanner, section IV.2.
         let found = limit(StepEquation::RungeKutta4, 1.0);
         assert!((found - 2.785_293_563_405_28).abs() < 1e-12, "{found}");
+        let found = limit(StepEquation::DormandPrince, 1.0);
+        assert!((found - 3.306_567_892_634_7).abs() < 1e-9, "{found}");
     }
 }

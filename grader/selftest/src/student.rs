@@ -252,12 +252,13 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
     -p["k"] * (pair.l() - p["l0"]) * pair.n()
 }
 
-/// Whether the student supports the scene: two dimensions, with the methods and forces below. The simulator's tests
+/// Whether the student supports the scene: two dimensions, with the methods and forces below, and without error control. The simulator's tests
 /// compare other scenes with other references.
 pub fn knows(scene: &Scene) -> bool {
     let minimizes = scene.integrator.family == Family::Minimization;
+    let is_controlled = matches!(Method::of(scene.integrator.equation), Method::Controlled(_));
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
-    scene.dimension == Dimension::Two && !minimizes && !by_time
+    scene.dimension == Dimension::Two && !minimizes && !is_controlled && !by_time
 }
 
 /// `F_i = −2 k (l²/l0² − 1) (x_i − x_j)`.

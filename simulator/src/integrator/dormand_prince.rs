@@ -201,7 +201,7 @@ impl<const D: usize> Integrator<D> for DormandPrince {
             if trial == MAX_TRIALS {
                 return Err(StepError::ErrorControl { trials: trial, size: k });
             }
-            // A NaN is the smaller of none.
+            // Of a NaN, the shortest.
             let factor = 0.9 * norm.powf(-0.2);
             k *= if factor >= 0.2 { factor.min(longest) } else { 0.2 };
             longest = if is_taken { 5.0 } else { 1.0 };

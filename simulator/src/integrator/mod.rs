@@ -20,6 +20,7 @@ use crate::system::System;
 mod backward;
 mod observe;
 
+mod dormand_prince;
 mod explicit_euler;
 mod fast_mass_spring;
 mod implicit_euler;
@@ -43,6 +44,7 @@ pub static REGISTRY: &[&IntegratorKind] = &[
     &velocity_verlet::KIND,
     &runge_kutta_4::KIND,
     &implicit_midpoint::KIND,
+    &dormand_prince::KIND,
 ];
 
 /// An integrator as the registry knows it.
@@ -90,6 +92,8 @@ impl BuildIntegrator<3> for IntegratorKind {
 }
 
 /// A method with the room it needs for one system.
+///
+/// A step depends on its start alone, and on no step before it: single steps are taken again from the states of a trace.
 pub trait Integrator<const D: usize>: Send {
     /// Replaces the state by the one a time `step.size` later.
     ///
@@ -158,6 +162,13 @@ pub enum StepError {
         iterations: u64,
         /// Largest component of the step, as a change of velocity.
         update: f64,
+    },
+    /// Error control divides the step without end.
+    ErrorControl {
+        /// Steps tried, taken or rejected.
+        trials: u64,
+        /// The size of the last one, in seconds.
+        size: f64,
     },
     /// A linear system could not be solved.
     Linear(LinearError),

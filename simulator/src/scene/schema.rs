@@ -371,6 +371,8 @@ pub enum StepEquation {
     RungeKutta4,
     /// `M (v' − v) = h F((x + x')/2, (v + v')/2, t + h/2)`, `x' = x + h (v + v')/2`.
     ImplicitMidpoint,
+    /// Steps of Dormand and Prince's pair of orders 5 and 4, as many as error control asks for.
+    DormandPrince,
 }
 
 /// Families of integrators.
@@ -407,6 +409,8 @@ pub enum Convergence {
     Update(f64),
     /// The largest component of an update of the velocities is at most the value of this option.
     UpdateOption(&'static str),
+    /// The step is divided until the estimated error of each part is at most the value of this option.
+    ErrorEstimate(&'static str),
     /// The number of rounds is the value of this option.
     Rounds(&'static str),
 }
@@ -415,7 +419,7 @@ impl Convergence {
     /// The largest last update of the velocities in a step of `scene`; 0 if it has no such bound.
     pub fn tolerance(self, scene: &super::Scene) -> f64 {
         match self {
-            Self::Direct | Self::Rounds(_) => 0.0,
+            Self::Direct | Self::ErrorEstimate(_) | Self::Rounds(_) => 0.0,
             Self::Update(tolerance) => tolerance,
             Self::UpdateOption(name) => scene.integrator_options.number(name),
         }

@@ -306,6 +306,13 @@ fn statistics_are_rows_of_a_name_and_a_value() {
                 // The force at the end of the first step is that at the start of the second.
                 "velocity-verlet" => 3,
                 "runge-kutta-4" => 8,
+                "dormand-prince" => {
+                    let taken = value(&output, "controlled steps").unwrap();
+                    let rejected: u64 = value(&output, "rejected steps").unwrap().parse().unwrap();
+                    let (taken, most) = taken.split_once(", at most ").unwrap();
+                    assert!(most.ends_with(" a step"), "{output}");
+                    6 * (taken.parse::<u64>().unwrap() + rejected) + 2
+                }
                 _ => 2,
             };
             assert_eq!((newton, evaluations), (None, expected), "{name}: {output}");

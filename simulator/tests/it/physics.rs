@@ -10,7 +10,7 @@ use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions, Integrato
 use simulator::scene::write::write;
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::solver::linear::LinearSolver;
-use simulator::statistics::Statistics;
+use simulator::statistics::{ControlStatistics, Statistics};
 use simulator::system::{BuildForce, System};
 use simulator::vocabulary;
 use tempfile::TempDir;
@@ -37,8 +37,11 @@ fn fitted(mut scene: Scene, integrator: &str) -> Scene {
     scene.forces.retain(|force| (schema.refuses)(force).is_none());
     scene.integrator = schema;
     scene.integrator_options = IntegratorOptions::defaults(schema);
-    if integrator == "projected-newton" {
-        scene.integrator_options.set("tolerance", "1e-11").unwrap();
+    match integrator {
+        "projected-newton" => scene.integrator_options.set("tolerance", "1e-11").unwrap(),
+        // Steps that are not divided.
+        "dormand-prince" => scene.integrator_options.set("tolerance", "1e9").unwrap(),
+        _ => {}
     }
     scene
 }
@@ -454,14 +457,18 @@ fn every_integrator_has_its_order() {
             largest_difference(&[x[2], x[3], v[2], v[3]], &[x0, x1, v0, v1])
         };
         // Shorter for a low order, so that the next term of the error is small beside the first one.
-        let dt = if order == 1.0 { 1.0 / 512.0 } else { 1.0 / 64.0 };
+        let dt = match kind.schema.order.with_velocity {
+            1 => 1.0 / 512.0,
+            2 | 3 => 1.0 / 128.0,
+            _ => 1.0 / 32.0,
+        };
         let (coarse, fine) = (error(dt), error(0.5 * dt));
         let slope = (coarse / fine).log2();
         assert!(
             (slope - order).abs() < 0.05,
             "{name}: order {slope}, errors {coarse:e} and {fine:e}"
         );
-        let least = 1e-2 * (0.5 * dt).powf(order);
+        let least = 1e-3 * (0.5 * dt).powf(order);
         assert!(fine > least, "{name}: an error so small is no order of {order}");
     }
 }
@@ -511,12 +518,13 @@ fn steps_of_the_oscillator_follow_their_closed_recurrences() {
                 let (start, moved) = (a(x, v), x + h * v + h * h / 2.0 * a(x, v));
                 [moved, v + h / 2.0 * (start + a(moved, v + h * start))]
             }
-            // The Taylor polynomial of degree 4 of the motion.
-            "runge-kutta-4" => {
+            // The Taylor polynomial of the motion of degree 4, or 5 with a sixth term of 1/600.
+            "runge-kutta-4" | "dormand-prince" => {
                 let (mut sum, mut term) = ([x, v], [x, v]);
-                for number in 1..=4 {
+                let divisors = [1.0, 2.0, 3.0, 4.0, 5.0, 5.0];
+                for divisor in &divisors[..if name == "runge-kutta-4" { 4 } else { 6 }] {
                     let [x, v] = term;
-                    term = [v, (-k * x - b * v) / m].map(|rate| h / f64::from(number) * rate);
+                    term = [v, (-k * x - b * v) / m].map(|rate| h / divisor * rate);
                     sum = [sum[0] + term[0], sum[1] + term[1]];
                 }
                 sum
@@ -549,6 +557,10 @@ fn drag_divides_or_multiplies_the_velocity_by_the_same_factor_every_step() {
             "velocity-verlet" => 1.0 - z + z * z / 2.0,
             "runge-kutta-4" => 1.0 - z + z.powi(2) / 2.0 - z.powi(3) / 6.0 + z.powi(4) / 24.0,
             "implicit-midpoint" => (1.0 - z / 2.0) / (1.0 + z / 2.0),
+            "dormand-prince" => {
+                let taylor = 1.0 - z + z.powi(2) / 2.0 - z.powi(3) / 6.0 + z.powi(4) / 24.0;
+                taylor - z.powi(5) / 120.0 + z.powi(6) / 600.0
+            }
             "linearized-implicit-euler" | "implicit-euler" | "projected-newton" => 1.0 / (1.0 + z),
             _ => 1.0 - z,
         };
@@ -609,7 +621,7 @@ fn a_circular_orbit_gains_keeps_or_loses_energy_as_its_integrator_does() {
                 assert!((end + 2.0).abs() < 1e-3, "{name}: {end}");
             }
             // Their errors are far smaller than that of the first order.
-            "runge-kutta-4" | "implicit-midpoint" => {
+            "runge-kutta-4" | "implicit-midpoint" | "dormand-prince" => {
                 assert!((end + 2.0).abs() < 1e-7, "{name}: {end}");
             }
             _ => assert!(end < -2.1, "{name}: {end}"),
@@ -769,6 +781,43 @@ fn methods_of_stages_evaluate_as_often_as_they_have_stages() {
     // Without drag, the force at the end of a step is that at the start of the next one.
     let undamped = OSCILLATOR.replace(r#"<dragdamping b="1.5"/>"#, "");
     assert_eq!(evaluations("velocity-verlet", &undamped), 21);
+}
+
+#[test]
+fn error_control_divides_steps_as_its_tolerance_asks() {
+    let run = |tolerance: &str, dt: f64| {
+        let mut scene = scene("dormand-prince", dt, 3.0, OSCILLATOR);
+        scene.integrator_options.set("tolerance", tolerance).unwrap();
+        let [x, v] = states(&scene).pop().unwrap();
+        let [[x0, v0], [x1, v1]] = [oscillation(1.0, 0.25, 3.0), oscillation(-0.5, 2.0, 3.0)];
+        let error = largest_difference(&[x[2], x[3], v[2], v[3]], &[x0, x1, v0, v1]);
+        (error, statistics(&scene))
+    };
+    for (tolerance, bound) in [("1e-4", 1e-3), ("1e-7", 1e-6), ("1e-10", 1e-9)] {
+        let (error, statistics) = run(tolerance, 1.5);
+        let control = statistics.control;
+        assert!(error < bound && error > 1e-3 * bound, "{tolerance}: {error:e}");
+        assert!(control.max_taken <= control.taken && control.rejected >= 2, "{control:?}");
+        assert_eq!(statistics.steps, 2);
+        let trials = control.taken + control.rejected;
+        assert_eq!(statistics.force_evaluations, 6 * trials + 2);
+    }
+    let [rough, fine] = ["1e-4", "1e-10"].map(|tolerance| run(tolerance, 1.5).1.control.taken);
+    assert!(fine > 8 * rough, "{rough} and {fine} steps");
+    // Every step meets this one.
+    let (_, statistics) = run("1e9", 0.25);
+    let expected = ControlStatistics { taken: 12, max_taken: 1, rejected: 0 };
+    assert_eq!(statistics.control, expected);
+}
+
+#[test]
+fn error_control_that_does_not_end_is_an_error() {
+    let stiff = OSCILLATOR.replace(r#"k="6""#, r#"k="1e18""#);
+    let mut simulation = Simulation::new(&parse(&format!(
+        r#"<scene><duration time="1"/><integrator type="dormand-prince" dt="1"/>{stiff}</scene>"#
+    )));
+    let error = simulation.advance().unwrap_err();
+    assert!(matches!(error.kind, FailureKind::ErrorControl { trials: 10_000, .. }), "{error}");
 }
 
 #[test]

@@ -158,6 +158,8 @@ fn every_spelling_of_an_integrator_means_the_same_method() {
         ("runge-kutta-4", "runge-kutta-4"),
         ("rk4", "runge-kutta-4"),
         ("implicit-midpoint", "implicit-midpoint"),
+        ("dormand-prince", "dormand-prince"),
+        ("rk45", "dormand-prince"),
     ];
     for (spelling, name) in spellings {
         // Of forces that every method takes.

@@ -109,7 +109,9 @@ impl Model {
                         let by = &mut Evaluation { model: self, time };
                         tableau.step(by, self.h, positions, velocities);
                     }
-                    Method::Backward { .. } | Method::Rounds => return None,
+                    Method::Controlled(_) | Method::Backward { .. } | Method::Rounds => {
+                        return None;
+                    }
                 }
                 return Some(true);
             }

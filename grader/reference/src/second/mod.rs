@@ -13,14 +13,14 @@
 //! `O((n·D)³)` per solve, and one evaluation of the law per column.
 
 use nalgebra::{DMatrix, DVector};
-use simulator::scene::schema::{Convergence, IntegratorSchema};
+use simulator::scene::schema::Convergence;
 use simulator::scene::{ForceElement, Scene};
 
 pub mod arithmetic;
 
 use crate::law::Jacobians;
 use crate::laws::Laws;
-use crate::method::{self, Method, Substep, Tableau};
+use crate::method::{self, Method, Pair as Embedded, Substep, Tableau};
 use arithmetic::{Arithmetic, Pair};
 
 /// Newton's method is given up beyond this many iterations.
@@ -98,6 +98,8 @@ pub struct Second {
 enum Stepping {
     Explicit(&'static [Substep]),
     Stages(&'static Tableau),
+    /// Stages with an estimate of their error, to a tolerance.
+    Controlled(&'static Embedded, f64),
     /// One Newton step.
     Linearized,
     /// Newton's method for a part of the step, until the norm of an update is below a tolerance.
@@ -109,10 +111,15 @@ enum Stepping {
 
 impl Stepping {
     /// `None` where the result depends on how a method goes about it: its own tolerance, or its rounds.
-    fn of(integrator: &IntegratorSchema) -> Option<Self> {
+    fn of(scene: &Scene) -> Option<Self> {
+        let integrator = scene.integrator;
         match (Method::of(integrator.equation), integrator.convergence) {
             (Method::Explicit(substeps), _) => Some(Self::Explicit(substeps)),
             (Method::Stages(tableau), _) => Some(Self::Stages(tableau)),
+            (Method::Controlled(pair), Convergence::ErrorEstimate(name)) => {
+                Some(Self::Controlled(pair, scene.integrator_options.number(name)))
+            }
+            (Method::Controlled(_), _) => None,
             (Method::Backward { linearized: true, .. }, _) => Some(Self::Linearized),
             (Method::Backward { linearized: false, part }, Convergence::Update(tolerance)) => {
                 Some(Self::Newton { part, tolerance })
@@ -125,14 +132,14 @@ impl Stepping {
 impl Second {
     /// `None` where the scene's method has no second implementation: it ends at a tolerance of its own, or takes rounds.
     pub fn new(scene: &Scene, style: Style, seed: u64) -> Option<Self> {
-        let method = Stepping::of(scene.integrator)?;
+        let method = Stepping::of(scene)?;
         let (scene, laws) = (scene.clone(), Laws::new(scene));
         Some(Self { scene, style, method, laws, random: fastrand::Rng::with_seed(seed) })
     }
 
     /// Whether it steps the scene by solving linear systems.
     pub fn is_implicit(scene: &Scene) -> bool {
-        let method = Stepping::of(scene.integrator);
+        let method = Stepping::of(scene);
         matches!(method, Some(Stepping::Linearized | Stepping::Newton { .. }))
     }
 
@@ -148,6 +155,10 @@ impl Second {
                 let h = self.scene.time_step;
                 tableau.step(&mut Evaluation { second: self, time }, h, x, v);
                 Some(())
+            }
+            Stepping::Controlled(pair, tolerance) => {
+                let h = self.scene.time_step;
+                pair.step(&mut Evaluation { second: self, time }, (h, tolerance), x, v).map(|_| ())
             }
             Stepping::Linearized => self.implicit(time, x, v, None),
             Stepping::Newton { part, tolerance } => {

@@ -48,7 +48,7 @@ pub(super) fn in_integrators() -> Vec<Mistake> {
             Method::Explicit(_) => in_substeps(&subject),
             Method::Stages(_) => in_stages(&subject),
             Method::Backward { .. } => in_parts(&subject),
-            Method::Rounds => Vec::new(),
+            Method::Controlled(_) | Method::Rounds => Vec::new(),
         }
     };
     let schemas = integrator::REGISTRY.iter().map(|kind| &kind.schema);

@@ -80,6 +80,7 @@ pub const REASONS: &[&str] = &[
     "unsettled",
     "out of memory",
     "not finite",
+    "error control",
 ];
 
 /// The reason of a failure, one of [`REASONS`].
@@ -98,6 +99,7 @@ pub(super) fn reason(kind: &FailureKind) -> &'static str {
         FailureKind::Linear(LinearError::NotFinite { .. })
         | FailureKind::EnergyNotFinite
         | FailureKind::NotFinite { .. } => 8,
+        FailureKind::ErrorControl { .. } => 9,
     };
     REASONS[place]
 }

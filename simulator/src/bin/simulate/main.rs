@@ -463,6 +463,7 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
         local_global_iterations,
         max_local_global_iterations,
         unconverged_steps,
+        control,
         linear_solver,
         linear,
         fallback,
@@ -510,6 +511,15 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
                 format!("{local_global_iterations}, at most {max_local_global_iterations} a step"),
             ),
             ("unconverged steps", unconverged_steps.to_string()),
+        ]);
+    }
+    if control.taken > 0 {
+        rows.extend([
+            (
+                "controlled steps",
+                format!("{}, at most {} a step", control.taken, control.max_taken),
+            ),
+            ("rejected steps", control.rejected.to_string()),
         ]);
     }
     if fallback.steps() > 0 {

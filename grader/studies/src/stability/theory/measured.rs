@@ -77,6 +77,8 @@ impl Linear {
             Convergence::Direct | Convergence::Update(_) => {}
             // Below it, a step is not taken at all; and a drift is no oscillation.
             Convergence::UpdateOption(name) => set(&mut scene, name, "1e-9"),
+            // A step that is not divided: the map of a divided one is not linear.
+            Convergence::ErrorEstimate(name) => set(&mut scene, name, "1e300"),
             // The distance to project on is zero: the first round solves.
             Convergence::Rounds(name) => set(&mut scene, name, "2"),
         }

@@ -313,6 +313,6 @@ fn an_unknown_assignment_is_an_error_that_names_the_others() {
         Command::new(GRADE).args(["--assignment", "t1m4", "--root"]).arg(root()).output().unwrap();
     assert_eq!(graded.status.code(), Some(2));
     let message = String::from_utf8_lossy(&graded.stderr).into_owned();
-    let known = "all, elastodynamics, fast-mass-spring, t1m1, t1m2, t1m3";
+    let known = "all, elastodynamics, fast-mass-spring, higher-order, t1m1, t1m2, t1m3";
     assert!(message.contains("no assignment \"t1m4\"") && message.contains(known), "{message}");
 }

@@ -50,7 +50,12 @@ fn every_integrator_has_the_order_of_theory_on_smooth_scenes() {
     }
     for kind in integrator::REGISTRY {
         let name = kind.schema.name;
-        let least = if is_high(&kind.schema.order) { 1 } else { 3 };
+        // At order 5 no scene leaves five errors above rounding; simulator/tests/it/physics.rs measures that order.
+        let least = match kind.schema.order.without_velocity {
+            ..=2 => 3,
+            3 | 4 => 1,
+            _ => 0,
+        };
         assert!(seen.iter().filter(|seen| **seen == name).count() >= least, "{name}: {seen:?}");
     }
 }

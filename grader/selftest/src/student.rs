@@ -252,8 +252,8 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
     -p["k"] * (pair.l() - p["l0"]) * pair.n()
 }
 
-/// Whether the student supports the scene: two dimensions, with the methods and forces below, and without error control. The simulator's tests
-/// compare other scenes with other references.
+/// Whether the student supports the scene: two dimensions, with the methods and forces below, and without error control.
+/// The simulator's tests compare other scenes with other references.
 pub fn knows(scene: &Scene) -> bool {
     let minimizes = scene.integrator.family == Family::Minimization;
     let is_controlled = matches!(Method::of(scene.integrator.equation), Method::Controlled(_));

@@ -48,8 +48,8 @@ async function blowUp(page) {
 
   await page.locator("select[name=integrator]").selectOption("implicit-euler");
   await press(page, "r");
+  await verdict.waitFor({ state: "hidden" });
   await page.waitForFunction(() => Number(document.querySelector(".pane canvas").dataset.step) > 20);
-  assert.equal(await verdict.isVisible(), false);
   assert.ok(Math.abs(await energy(page)) < 1e5, "implicit Euler holds");
   await press(page, "k");
   await settled(page);

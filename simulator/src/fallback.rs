@@ -10,6 +10,8 @@
 //! step. A step that succeeds is never changed, so a run without failures has the same bits with and without
 //! fallbacks. Inaccuracy and unbounded growth are not failures. A second integrator, built at the first failure,
 //! makes the attempts; the factors of the first one stay untouched. Cost: a copy of the state per step.
+//!
+//! A step that error control could not end is not tried again: the method has shortened it already.
 
 /// The most times a step is halved.
 pub const MAX_HALVINGS: u32 = 10;

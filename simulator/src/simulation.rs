@@ -120,8 +120,9 @@ impl Simulation {
         };
         let taken = self.stepper.step(step).map_err(|error| FailureKind::of(error, &self.forces));
         let taken = taken.and_then(|()| self.not_finite().map_or(Ok(()), Err));
+        // Error control has shortened the step already, as far as it may.
         if let Err(kind) = taken
-            && !self.fall_back()
+            && (matches!(kind, FailureKind::ErrorControl { .. }) || !self.fall_back())
         {
             return Err(self.failure(kind));
         }

@@ -171,7 +171,7 @@ pub(crate) struct Fixed {
 }
 
 /// The formulas and rules of the simulator.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Student {
     /// Reading of the scene; may change it.
     pub(crate) read: fn(&mut Scene),
@@ -200,16 +200,23 @@ pub struct Student {
 }
 
 /// What becomes of the forces and methods without a formula here.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct Others {
     /// A force's factor and its Jacobians', by its tag.
     pub(crate) factors: fn(&str) -> [f64; 2],
-    /// The substeps that are made of a method's.
-    pub(crate) substeps: fn(&[Substep]) -> Vec<Substep>,
-    /// The rows that are made of a method's stages, that of the end last.
-    pub(crate) stages: fn(Vec<Row>) -> Vec<Row>,
-    /// The part of the step that is made of a method's, of one that solves for a part.
-    pub(crate) part: fn(f64) -> f64,
+    /// What is made of the description of a method, by its name.
+    pub(crate) methods: Vec<(&'static str, Deviation)>,
+}
+
+/// Another description of a method.
+#[derive(Clone, Copy)]
+pub(crate) enum Deviation {
+    /// Of its substeps.
+    Substeps(fn(&[Substep]) -> Vec<Substep>),
+    /// Of the rows of its stages, that of the end last.
+    Stages(fn(Vec<Row>) -> Vec<Row>),
+    /// Of the part of the step that it solves for.
+    Part(fn(f64) -> f64),
 }
 
 /// Coefficients of velocities in a stage's position, and of accelerations in its velocity.
@@ -400,12 +407,7 @@ impl Student {
                 ahead: |_, moved| moved,
                 position: |_, moved| moved,
             },
-            others: Others {
-                factors: |_| [1.0; 2],
-                substeps: <[Substep]>::to_vec,
-                stages: |rows| rows,
-                part: |part| part,
-            },
+            others: Others { factors: |_| [1.0; 2], methods: Vec::new() },
         }
     }
 
@@ -426,7 +428,7 @@ impl Student {
         Run {
             q: scene.particles.iter().map(|particle| xy(&particle.position)).collect(),
             v: scene.particles.iter().map(|particle| xy(&particle.velocity)).collect(),
-            student: *self,
+            student: self.clone(),
             n_steps: (scene.duration / scene.time_step).ceil() as u64,
             scene,
             next_state: 0,
@@ -469,21 +471,42 @@ impl StateSource for Run {
 impl Run {
     /// Advances by one step; the scene names the integrator.
     fn step(&mut self) {
-        let student = self.student;
+        let Student { explicit, symplectic, linearized, implicit, .. } = self.student;
         let equation = self.scene.integrator.equation;
         match equation {
-            StepEquation::ExplicitEuler => self.explicit_step(student.explicit),
-            StepEquation::SymplecticEuler => self.explicit_step(student.symplectic),
-            StepEquation::LinearizedImplicitEuler => self.implicit_step(student.linearized),
-            StepEquation::ImplicitEuler => self.implicit_step(student.implicit),
-            _ => match Method::of(equation) {
-                Method::Explicit(substeps) => self.substeps((student.others.substeps)(substeps)),
-                Method::Stages(tableau) => self.stages((student.others.stages)(rows(tableau))),
-                Method::Backward { linearized: false, part } => {
-                    self.implicit_part((student.others.part)(part));
-                }
-                method => panic!("the student cannot step by {method:?}"),
-            },
+            StepEquation::ExplicitEuler => self.explicit_step(explicit),
+            StepEquation::SymplecticEuler => self.explicit_step(symplectic),
+            StepEquation::LinearizedImplicitEuler => self.implicit_step(linearized),
+            StepEquation::ImplicitEuler => self.implicit_step(implicit),
+            _ => self.described_step(Method::of(equation)),
+        }
+    }
+
+    /// A step by the description of a method, with its deviations.
+    fn described_step(&mut self, method: Method) {
+        let name = self.scene.integrator.name;
+        let own = self.student.others.methods.iter().filter(|(of, _)| *of == name);
+        let deviations: Vec<Deviation> = own.map(|(_, deviation)| *deviation).collect();
+        match method {
+            Method::Explicit(substeps) => {
+                let made = deviations.iter().fold(substeps.to_vec(), |made, deviation| {
+                    if let Deviation::Substeps(make) = deviation { make(&made) } else { made }
+                });
+                self.substeps(made);
+            }
+            Method::Stages(tableau) => {
+                let made = deviations.iter().fold(rows(tableau), |made, deviation| {
+                    if let Deviation::Stages(make) = deviation { make(made) } else { made }
+                });
+                self.stages(made);
+            }
+            Method::Backward { linearized: false, part } => {
+                let made = deviations.iter().fold(part, |made, deviation| {
+                    if let Deviation::Part(make) = deviation { make(made) } else { made }
+                });
+                self.implicit_part(made);
+            }
+            method => panic!("the student cannot step by {method:?}"),
         }
     }
 

@@ -271,12 +271,9 @@ impl Findings {
         let other_roots = other_roots(&mut scenes, &roots);
         let causes = search::causes(&mut scenes);
         // A wrong Jacobian leads Newton's method elsewhere.
-        let is_linearized =
-            |scene: &SceneEvidence<'_>| scene.scene.integrator.convergence == Convergence::Direct;
-        let has_wrong_jacobian = scenes.iter().any(|scene| {
-            let is_open = scene.is_suspect() && !scene.explained;
-            is_open && is_linearized(scene) && scene.scene.integrator.matrix == Matrix::Jacobians
-        });
+        let has_wrong_jacobian = scenes
+            .iter()
+            .any(|scene| scene.is_suspect() && !scene.explained && is_linearized(scene));
         let is_known = |cause: &Cause| matches!(cause.change().place, Place::Jacobian(_));
         if !has_wrong_jacobian && !causes.iter().any(is_known) {
             list.extend(other_roots);
@@ -418,6 +415,12 @@ fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Optio
     })
 }
 
+/// Whether a step is one step of Newton's method.
+fn is_linearized(scene: &SceneEvidence<'_>) -> bool {
+    let integrator = scene.case.scene.integrator;
+    integrator.convergence == Convergence::Direct && integrator.matrix == Matrix::Jacobians
+}
+
 /// The features to look at: the one whose scenes are exactly those that are wrong for no proven reason, or those that
 /// remain when every feature of a right scene is set aside.
 fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
@@ -435,11 +438,24 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
     let right: Vec<&Scene> = right.map(|(_, scene)| &scene.case.scene).collect();
     let made: Vec<Change> = causes.iter().map(|cause| cause.change().clone()).collect();
     let wrong: Vec<Failing<'_>> = failing.par_iter().map(|scene| scene.failing(&made)).collect();
-    let found = match scope::only(&wrong, &right, FEW) {
+    let mut found = match scope::only(&wrong, &right, FEW) {
         Some((Feature::Everything, ..)) => Vec::new(),
         Some(only) => vec![only],
         None => scope::eliminated(&wrong, &right, FEW),
     };
+    // A wrong Jacobian leads Newton's method astray. One step of it, in a scene that passed, shows a right one.
+    let passed = scenes.iter().filter(|scene| scene.passed && is_linearized(scene));
+    let known: BTreeSet<Term> = passed.flat_map(|scene| terms(&scene.case.scene)).collect();
+    found.retain(|(feature, _, numbers)| {
+        let is_newton = |scene: &SceneEvidence<'_>| {
+            matches!(scene.case.scene.integrator.convergence, Convergence::Update(_))
+        };
+        let is_open = |number: &usize| {
+            let scene = failing[*number];
+            is_newton(scene) && !terms(&scene.case.scene).is_subset(&known)
+        };
+        !(matches!(feature, Feature::Integrator(_)) && numbers.iter().any(is_open))
+    });
     let finding = |(feature, detail, numbers): scope::Guilty| Finding {
         kind: FindingKind::Feature,
         features: vec![feature],

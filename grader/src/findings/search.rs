@@ -176,8 +176,22 @@ fn mark_open(scenes: &mut [SceneEvidence<'_>], found: &[Cause]) {
             let is_astray = is_newton && acting.iter().any(is_jacobian);
             let model = Model::new(&scene.scene, &made);
             let agrees = || scene.agrees_with(&model, usize::MAX) != Agreement::Differs;
-            scene.open = is_astray || !acting.is_empty() && model.can_step() && agrees();
+            scene.open = is_astray
+                || !acting.is_empty() && model.can_step() && agrees()
+                || steps_otherwise(scene, &made);
         });
+}
+
+/// Whether another method's steps are those of the scene: it is evidence of nothing else, though too little to say that the
+/// scene's own method is not there.
+fn steps_otherwise(scene: &SceneEvidence<'_>, made: &[Change]) -> bool {
+    let mut lacks = candidates::replacements(&scene.scene).into_iter().filter(is_lack);
+    lacks.any(|change| {
+        let all = [made, &[change]].concat();
+        let model = Model::new(&scene.scene, &all);
+        scene.agrees_with(&model, usize::MAX) == Agreement::Agrees
+            && scene.replay(&all) == Agreement::Agrees
+    })
 }
 
 /// Drops the mistakes that more scenes refute than they explain. A scene refutes one if nothing explains it, and all its

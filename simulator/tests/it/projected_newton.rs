@@ -122,13 +122,18 @@ fn the_stretched_square_of_8_segments_moves_as_the_lectures_algorithm_moves_it()
 }
 
 #[test]
-fn hookean_squares_move_as_the_lectures_algorithm_moves_them() {
-    for segments in [4, 16] {
-        agrees_with_the_peer(segments, SpringLaw::Hooke, "hooke");
-    }
+fn a_hookean_square_of_4_segments_moves_as_the_lectures_algorithm_moves_it() {
+    agrees_with_the_peer(4, SpringLaw::Hooke, "hooke");
 }
 
 #[test]
+#[ignore = "the peer takes half a minute"]
+fn a_hookean_square_of_16_segments_moves_as_the_lectures_algorithm_moves_it() {
+    agrees_with_the_peer(16, SpringLaw::Hooke, "hooke");
+}
+
+#[test]
+#[ignore = "the peer takes a minute"]
 fn the_stretched_square_of_16_segments_moves_as_the_lectures_algorithm_moves_it_until_it_buckles() {
     // In the ninth step this square stands at a saddle of the incremental potential, and rounding decides
     // to which side it buckles. What the algorithm itself does not agree on, nudged by a rounding error, is

@@ -111,6 +111,7 @@ pub(super) struct FixedRules {
 }
 
 /// The steps of a scene with changes made.
+#[derive(Clone)]
 pub struct Model {
     pub(super) scene: Scene,
     pub(super) dimension: usize,
@@ -121,8 +122,10 @@ pub struct Model {
     pub(super) mass: Vec<f64>,
     /// Whether a coordinate is a fixed particle's.
     pub(super) fixed: Vec<bool>,
-    /// `None`: explicit substeps or stages, or a method that cannot be stepped here.
+    /// `None`: a method of [`Model::several`], or one that cannot be stepped here.
     pub(super) method: Option<OnePoint>,
+    /// Of a method that solves for a part of the step: the part, and implicit Euler for it.
+    pub(super) part: Option<(f64, Box<Self>)>,
     /// The integrator with that method.
     stepped_as: Option<&'static str>,
     /// Nothing moves.
@@ -193,6 +196,7 @@ impl Model {
             mass,
             fixed,
             method: Method::one_point(scene.integrator),
+            part: None,
             stepped_as: None,
             idle: false,
             terms: terms_of(&scene),
@@ -200,6 +204,17 @@ impl Model {
             fixed_rules,
             scene,
         };
+        if let (Method::Backward { linearized: false, part }, Convergence::Update(_), None) = (
+            Method::of(model.scene.integrator.equation),
+            model.scene.integrator.convergence,
+            model.method,
+        ) {
+            let mut inner = model.clone();
+            inner.h *= part;
+            inner.method = Some(OnePoint::Implicit);
+            changes.iter().for_each(|change| inner.make(&change.effect));
+            model.part = Some((part, Box::new(inner)));
+        }
         // A method in the place of another has the mistakes of both.
         for change in changes {
             if let Effect::Method(name, rule @ (Rule::Replaced(_) | Rule::Idle)) = change.effect
@@ -219,10 +234,11 @@ impl Model {
     pub fn can_step(&self) -> bool {
         self.idle
             || self.method.is_some()
-            || matches!(
-                Method::of(self.scene.integrator.equation),
-                Method::Explicit(_) | Method::Stages(_)
-            )
+            || match Method::of(self.scene.integrator.equation) {
+                Method::Explicit(_) | Method::Stages(_) | Method::Controlled(_) => true,
+                Method::Backward { .. } => self.part.is_some(),
+                Method::Rounds => false,
+            }
     }
 
     /// Whether a change that acts in the scene has an effect: that of a method only where it steps.

@@ -8,6 +8,7 @@
 //! several terms add up.
 
 use nalgebra::{DMatrix, DVector};
+use simulator::scene::schema::Convergence;
 use simulator::trace::State;
 
 use super::model::{Model, Point, Sample, TermModel};
@@ -53,12 +54,16 @@ impl Arithmetic for Evaluation<'_> {
     }
 
     fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
-        x.iter_mut().zip(v).for_each(|(x, v)| *x += h * v);
+        for (dof, (x, v)) in x.iter_mut().zip(v).enumerate() {
+            if !self.model.stands(dof) {
+                *x += h * v;
+            }
+        }
     }
 
     fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {
         for (dof, (v, force)) in v.iter_mut().zip(force).enumerate() {
-            if !self.model.fixed[dof] {
+            if !self.model.is_held(dof) {
                 *v += h * force / self.model.mass[dof];
             }
         }
@@ -101,25 +106,41 @@ impl Model {
             Some(OnePoint::Linearized | OnePoint::Implicit) => {
                 converged = self.solve(time, earlier, &old, state)?;
             }
-            None => {
-                match Method::of(self.scene.integrator.equation) {
-                    Method::Explicit(substeps) => self.explicit(time, substeps, state),
-                    Method::Stages(tableau) => {
-                        let State { positions, velocities, .. } = state;
-                        let by = &mut Evaluation { model: self, time };
-                        tableau.step(by, self.h, positions, velocities);
-                    }
-                    Method::Controlled(_) | Method::Backward { .. } | Method::Rounds => {
-                        return None;
-                    }
-                }
-                return Some(true);
-            }
+            None => return self.several(time, earlier, state),
         }
         self.fix(&old, state);
         self.limit(state);
         self.drift(&old, state);
         Some(converged)
+    }
+
+    /// A step of a method with several evaluations of the forces, or for a part of the step.
+    fn several(&self, time: f64, earlier: Option<&State>, state: &mut State) -> Option<bool> {
+        let old = state.clone();
+        let State { positions, velocities, .. } = state;
+        let by = &mut Evaluation { model: self, time };
+        match Method::of(self.scene.integrator.equation) {
+            Method::Explicit(substeps) => self.explicit(time, substeps, state),
+            Method::Stages(tableau) => tableau.step(by, self.h, positions, velocities),
+            Method::Controlled(pair) => {
+                let Convergence::ErrorEstimate(name) = self.scene.integrator.convergence else {
+                    return None;
+                };
+                let tolerance = self.scene.integrator_options.number(name);
+                pair.step(by, (self.h, tolerance), positions, velocities)?;
+            }
+            Method::Backward { .. } => {
+                let (part, inner) = self.part.as_ref()?;
+                let converged = inner.substep(time, earlier, state)?;
+                let whole = |end: &mut f64, start: &f64| *end = start + (*end - start) / part;
+                state.positions.iter_mut().zip(&old.positions).for_each(|(x, y)| whole(x, y));
+                state.velocities.iter_mut().zip(&old.velocities).for_each(|(v, w)| whole(v, w));
+                return Some(converged);
+            }
+            Method::Rounds => return None,
+        }
+        self.fix(&old, state);
+        Some(true)
     }
 
     /// The substeps of an explicit method, in order.
@@ -130,7 +151,7 @@ impl Model {
                 let at = Point { x: state.positions.clone(), v: old.clone(), time };
                 let force = self.force(&at);
                 for (dof, velocity) in state.velocities.iter_mut().enumerate() {
-                    if !self.fixed[dof] {
+                    if !self.is_held(dof) {
                         *velocity += c * self.h * force[dof] / self.mass[dof];
                     }
                 }
@@ -138,8 +159,10 @@ impl Model {
             if let Substep::Both(c) | Substep::Drift(c) = *substep {
                 let along =
                     if matches!(substep, Substep::Both(_)) { &old } else { &state.velocities };
-                for (x, v) in state.positions.iter_mut().zip(along) {
-                    *x += c * self.h * v;
+                for (dof, (x, v)) in state.positions.iter_mut().zip(along).enumerate() {
+                    if !self.stands(dof) {
+                        *x += c * self.h * v;
+                    }
                 }
                 time += c * self.h;
             }
@@ -154,6 +177,11 @@ impl Model {
                 Some(None) => false,
                 Some(Some(axis)) => dof % self.dimension != axis,
             }
+    }
+
+    /// Whether it is a fixed particle's, and fixed particles do not move.
+    fn stands(&self, dof: usize) -> bool {
+        self.fixed[dof] && self.fixed_rules.stand
     }
 
     /// Velocities of an explicit method.
@@ -363,7 +391,7 @@ impl Model {
     fn drift(&self, old: &State, state: &mut State) {
         let [of_old, of_new] = self.position_rule();
         for (dof, x) in state.positions.iter_mut().enumerate() {
-            if !(self.fixed[dof] && self.fixed_rules.stand) {
+            if !self.stands(dof) {
                 *x += of_old * old.velocities[dof] + of_new * state.velocities[dof];
             }
         }
@@ -461,7 +489,7 @@ impl Model {
         let position = (0..delta.len()).map(|dof| {
             let moved =
                 of_old * sample.before.velocities[dof] + of_new * sample.after.velocities[dof];
-            let moved = if self.fixed[dof] && self.fixed_rules.stand { 0.0 } else { moved };
+            let moved = if self.stands(dof) { 0.0 } else { moved };
             sample.after.positions[dof] - sample.before.positions[dof] - moved
         });
         let position = position.collect();

@@ -5,7 +5,7 @@ use reference::method::{Method, Substep};
 use simulator::scene::schema::{Family, ForceSchema, IntegratorSchema};
 use simulator::{force, integrator};
 
-use super::super::student::{OWN_FORCES, Row, Student, steps_by_itself};
+use super::super::student::{Deviation, OWN_FORCES, Row, Student, steps_by_itself};
 use super::{Area, Mistake, Scope, Subject};
 
 /// The forces that the student takes from the reference.
@@ -59,45 +59,41 @@ pub(super) fn in_integrators() -> Vec<Mistake> {
 }
 
 fn in_substeps(subject: &Subject) -> Vec<Mistake> {
+    let of = |description, make| deviating(subject, description, Deviation::Substeps(make));
     vec![
-        subject.mistake("its last substep missing", |s: &mut Student| {
-            s.others.substeps = |substeps| substeps[..substeps.len() - 1].to_vec();
-        }),
-        subject.mistake("substeps of the whole step's length", |s: &mut Student| {
-            s.others.substeps = |substeps| substeps.iter().map(whole).collect();
-        }),
-        subject.mistake("a step of explicit Euler", |s: &mut Student| {
-            s.others.substeps = |_| vec![Substep::Both(1.0)];
-        }),
+        of("its last substep missing", |substeps| substeps[..substeps.len() - 1].to_vec()),
+        of("substeps of the whole step's length", |substeps| substeps.iter().map(whole).collect()),
+        of("a step of explicit Euler", |_| vec![Substep::Both(1.0)]),
     ]
 }
 
 fn in_stages(subject: &Subject) -> Vec<Mistake> {
+    let of = |description, make| deviating(subject, description, Deviation::Stages(make));
     vec![
-        subject.mistake("its last stage has no weight", |s: &mut Student| {
-            s.others.stages = |mut rows| {
-                if let Some(end) = rows.last_mut() {
-                    end.iter_mut().for_each(|row| row.truncate(row.len() - 1));
-                }
-                rows
-            };
+        of("its last stage has no weight", |mut rows| {
+            if let Some(end) = rows.last_mut() {
+                end.iter_mut().for_each(|row| row.truncate(row.len() - 1));
+            }
+            rows
         }),
-        subject.mistake("positions move with the velocity at the start", |s: &mut Student| {
-            s.others.stages = |rows| rows.into_iter().map(by_the_first).collect();
+        of("positions move with the velocity at the start", |rows| {
+            rows.into_iter().map(by_the_first).collect()
         }),
-        subject.mistake("a step of explicit Euler", |s: &mut Student| {
-            s.others.stages = |_| vec![Row::default(), [vec![1.0], vec![1.0]]];
-        }),
+        of("a step of explicit Euler", |_| vec![Row::default(), [vec![1.0], vec![1.0]]]),
     ]
 }
 
 fn in_parts(subject: &Subject) -> Vec<Mistake> {
+    let of = |description, make| deviating(subject, description, Deviation::Part(make));
     vec![
-        subject.mistake("a step of implicit Euler", |s: &mut Student| s.others.part = |_| 1.0),
-        subject.mistake("the force of another time", |s: &mut Student| {
-            s.others.part = |part| 0.5 * (1.0 + part);
-        }),
+        of("a step of implicit Euler", |_| 1.0),
+        of("the force of another time", |part| 0.5 * (1.0 + part)),
     ]
+}
+
+fn deviating(subject: &Subject, description: &'static str, deviation: Deviation) -> Mistake {
+    let name = subject.name;
+    subject.mistake(description, move |s: &mut Student| s.others.methods.push((name, deviation)))
 }
 
 fn by_the_first([of_velocities, of_forces]: Row) -> Row {

@@ -18,7 +18,7 @@ mod jacobian;
 
 use grader::findings::{Family, Feature, Part};
 use simulator::scene::Scene;
-use simulator::scene::schema::Matrix;
+use simulator::scene::schema::{Convergence, Matrix};
 
 use super::student::Student;
 
@@ -136,6 +136,14 @@ impl Mistake {
     /// Whether it can have an effect on this scene.
     pub fn can_matter_on(&self, scene: &Scene) -> bool {
         self.scope.contains(scene)
+    }
+
+    /// Whether it can change the trace of this scene: it can have an effect, and not only on the way to the root of an
+    /// equation that Newton's method solves.
+    pub fn can_show_on(&self, scene: &Scene) -> bool {
+        let is_solved = matches!(scene.integrator.convergence, Convergence::Update(_));
+        let is_on_the_way = self.area == Area::Jacobian && is_solved;
+        self.can_matter_on(scene) && !is_on_the_way
     }
 
     /// Marks the mistake as missed by the course's own scenes.

@@ -39,7 +39,7 @@ pub(crate) fn catches() -> Vec<Catch> {
             let Mistake { subject, description, .. } = &row.mistake;
             let matters = |section| {
                 let of_section = scenes.values().filter(|(_, own)| *own == section);
-                of_section.clone().any(|(case, _)| row.mistake.can_matter_on(&case.scene))
+                of_section.clone().any(|(case, _)| row.mistake.can_show_on(&case.scene))
             };
             // A mistake that shows in required scenes costs points there.
             let section = [Section::Required, Section::ExtraCredit]

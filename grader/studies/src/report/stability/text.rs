@@ -161,14 +161,19 @@ fn write_amplifications(out: &mut dyn Write, all: &[Amplification]) -> io::Resul
             Cell::left(each.method),
             Cell::right(each.zeta.to_string()),
             Cell::right(each.a.to_string()),
-            Cell::right(format!("{:.9}", each.measured)),
-            Cell::right(format!("{:.9}", each.theory)),
-            Cell::right(format!("{:.9}", each.exact)),
+            Cell::right(size(each.measured)),
+            Cell::right(size(each.theory)),
+            Cell::right(size(each.exact)),
             Cell::right(optional(each.damping, |value| signed(value, 6))),
             Cell::right(optional(each.period, |value| signed(100.0 * value, 3) + " %")),
         ]);
     }
     table::write(out, &rows)
+}
+
+/// Nine decimals, of which rounding leaves fewer in a large value.
+fn size(value: f64) -> String {
+    if value < 10.0 { format!("{value:.9}") } else { format!("{value:.3}") }
 }
 
 /// A number with its sign, unless it rounds to zero.

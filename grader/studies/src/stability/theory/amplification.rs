@@ -26,6 +26,9 @@ pub struct Amplification {
     pub measured: f64,
     /// `|λ|` of the method's matrix.
     pub theory: f64,
+    /// Bound of the rounding errors of the two: `4 √ε` times the largest entry of the method's matrix, at least 1. That of
+    /// a double eigenvalue is the square root of its matrix's.
+    pub rounding: f64,
     /// `|λ|` of the exact solution.
     pub exact: f64,
     /// Numerical damping ratio; `None` if the motion does not oscillate.
@@ -47,6 +50,9 @@ pub fn amplifications() -> Vec<Amplification> {
                 let Some(matrix) = scene.matrix(&kind.schema, a) else { continue };
                 let entry = |row, column| matrix[(row, column)];
                 let value = leading([[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]);
+                let theory = Method::of(kind.schema.equation).oscillator(a, zeta);
+                let largest =
+                    theory.as_flattened().iter().fold(1.0, |most: f64, e| most.max(e.abs()));
                 let turn = (1.0 - zeta * zeta).max(0.0).sqrt();
                 let oscillates = turn > 0.0 && value.im > 0.0;
                 let logarithm = value.ln();
@@ -55,7 +61,8 @@ pub fn amplifications() -> Vec<Amplification> {
                     a,
                     zeta,
                     measured: value.norm(),
-                    theory: leading(Method::of(kind.schema.equation).oscillator(a, zeta)).norm(),
+                    theory: leading(theory).norm(),
+                    rounding: 4.0 * f64::EPSILON.sqrt() * largest,
                     exact: (-a * zeta).exp(),
                     damping: oscillates.then(|| -logarithm.re / logarithm.norm() - zeta),
                     period: oscillates.then(|| a * turn / value.arg() - 1.0),

@@ -508,6 +508,10 @@ impl Run {
             }
             method => panic!("the student cannot step by {method:?}"),
         }
+        let (velocity, fall) = (self.student.fixed.velocity, self.scene.time_step * self.gravity());
+        for (v, _) in self.v.iter_mut().zip(&self.scene.particles).filter(|(_, p)| p.fixed) {
+            *v = velocity(*v, fall);
+        }
     }
 
     fn substeps(&mut self, substeps: Vec<Substep>) {
@@ -564,9 +568,12 @@ impl Run {
     /// Implicit Euler for a part of the step, and the same again for the rest of it.
     fn implicit_part(&mut self, part: f64) {
         let (h, q, v) = (self.scene.time_step, self.q.clone(), self.v.clone());
+        let Student { implicit, fixed, .. } = Student::faultless();
+        let velocity = std::mem::replace(&mut self.student.fixed.velocity, fixed.velocity);
         self.scene.time_step = part * h;
-        self.implicit_step(Student::faultless().implicit);
+        self.implicit_step(implicit);
         self.scene.time_step = h;
+        self.student.fixed.velocity = velocity;
         let whole = |start: Vec2, end: Vec2| start + (end - start) / part;
         self.q = q.iter().zip(&self.q).map(|(start, end)| whole(*start, *end)).collect();
         self.v = v.iter().zip(&self.v).map(|(start, end)| whole(*start, *end)).collect();

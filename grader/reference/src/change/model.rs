@@ -213,6 +213,8 @@ impl Model {
             inner.h *= part;
             inner.method = Some(OnePoint::Implicit);
             changes.iter().for_each(|change| inner.make(&change.effect));
+            // The velocities of fixed particles are set at the end of the whole step.
+            (inner.fixed_rules.stop, inner.fixed_rules.fall) = (false, false);
             model.part = Some((part, Box::new(inner)));
         }
         // A method in the place of another has the mistakes of both.

@@ -117,6 +117,7 @@ impl Model {
     /// A step of a method with several evaluations of the forces, or for a part of the step.
     fn several(&self, time: f64, earlier: Option<&State>, state: &mut State) -> Option<bool> {
         let old = state.clone();
+        let mut converged = true;
         let State { positions, velocities, .. } = state;
         let by = &mut Evaluation { model: self, time };
         match Method::of(self.scene.integrator.equation) {
@@ -131,16 +132,15 @@ impl Model {
             }
             Method::Backward { .. } => {
                 let (part, inner) = self.part.as_ref()?;
-                let converged = inner.substep(time, earlier, state)?;
+                converged = inner.substep(time, earlier, state)?;
                 let whole = |end: &mut f64, start: &f64| *end = start + (*end - start) / part;
                 state.positions.iter_mut().zip(&old.positions).for_each(|(x, y)| whole(x, y));
                 state.velocities.iter_mut().zip(&old.velocities).for_each(|(v, w)| whole(v, w));
-                return Some(converged);
             }
             Method::Rounds => return None,
         }
         self.fix(&old, state);
-        Some(true)
+        Some(converged)
     }
 
     /// The substeps of an explicit method, in order.

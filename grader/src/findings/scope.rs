@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use simulator::integrator::IntegratorKind;
 use simulator::scene::Scene;
-use simulator::scene::schema::{self, ActsOn, Convergence, Masses, StepEquation};
+use simulator::scene::schema::{self, ActsOn, Convergence, Masses, Matrix, StepEquation};
 use simulator::{force, integrator};
 
 use super::feature::{Family, Feature, Part};
@@ -148,8 +148,18 @@ pub(super) fn only(failing: &[Failing<'_>], right: &[&Scene], few: usize) -> Opt
             all.iter().filter(|one| one.special == special).filter(fits).collect();
         let Some(first) = fitting.first() else { continue };
         let is_alone = fitting.iter().all(|one| one.feature == first.feature);
+        // Where every failing scene uses the derivatives of a force, they may be wrong as well as the force.
+        let is_derivative = |one: &&Hypothesis| match (one.feature, first.feature) {
+            (Feature::Jacobian(part), Feature::Force(force)) => part == force,
+            _ => false,
+        };
+        let may_be = |one: &Hypothesis| {
+            failing.iter().all(|scene| scene.expected(one) != Expected::Passes)
+                && right.iter().all(|scene| (one.expects)(scene) != Expected::Fails)
+        };
+        let is_sure = is_alone && !all.iter().filter(is_derivative).any(may_be);
         let every = (0..failing.len()).collect();
-        return is_alone.then(|| (first.feature, first.detail.clone(), every));
+        return is_sure.then(|| (first.feature, first.detail.clone(), every));
     }
     None
 }
@@ -227,7 +237,7 @@ fn hypotheses() -> Vec<Hypothesis> {
             let expects = move |scene: &Scene| match scene.integrator.equation {
                 _ if !(acts(scene, part) && holds(scene, part)) => Expected::Passes,
                 StepEquation::LinearizedImplicitEuler => Expected::Fails,
-                _ if family(scene) == Family::Implicit => Expected::May,
+                _ if scene.integrator.matrix == Matrix::Jacobians => Expected::May,
                 _ => Expected::Passes,
             };
             all.push(hypothesis(Feature::Jacobian(part), detail, expects));
@@ -242,7 +252,9 @@ fn hypotheses() -> Vec<Hypothesis> {
         }
     }
     // Newton's method may end too early, and be near enough in most scenes.
-    let ends = |kind: &&&IntegratorKind| matches!(kind.schema.convergence, Convergence::Update(_));
+    let ends = |kind: &&&IntegratorKind| {
+        matches!(kind.schema.convergence, Convergence::Update(_) | Convergence::UpdateOption(_))
+    };
     for kind in integrator::REGISTRY.iter().filter(ends) {
         let name = kind.schema.name;
         let newton = move |scene: &Scene| match scene.integrator.name == name {

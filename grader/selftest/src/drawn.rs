@@ -388,7 +388,8 @@ pub struct Plan {
 
 /// Draws and grades programs; `suite` must contain only scenes that the student supports.
 pub fn run(suite: &Suite, oracle: &Oracle, rubric: &Rubric, plan: Plan) -> Vec<Result> {
-    let (own, foreign) = (mistake::all(), mistake::foreign());
+    let own = mistake::possible(suite, mistake::all());
+    let foreign = mistake::foreign();
     let one = |number: u64| {
         let seed = plan.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number);
         let drawn = Drawn::draw(suite, &own, &foreign, seed);

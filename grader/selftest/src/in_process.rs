@@ -13,6 +13,7 @@ use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Case, Suite};
+use simulator::scene::schema::Family;
 use simulator::trace::State;
 
 /// Rows of the correct student and of every mistake, or of those with this subject; `suite` must contain only scenes that
@@ -57,7 +58,7 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric, subject: Option<&st
             result: Outcome::Graded(Graded::of(&grading)),
         }
     };
-    let mut mistakes = mistake::all();
+    let mut mistakes = mistake::possible(suite, mistake::all());
     mistakes.retain(|mistake| subject.is_none_or(|subject| mistake.subject == subject));
     rows.extend(mistakes.par_iter().map(row).collect::<Vec<Row>>());
     rows
@@ -81,7 +82,10 @@ pub fn of_two(
 /// The second simulator is written in Rust, and built with the grader.
 const LANGUAGE: &str = "Rust";
 
-/// Keeps the scenes of a suite that the student supports.
+/// Keeps the scenes of a suite that the student supports, except those under methods that minimise: no steps of these are
+/// redone to find a cause.
 pub fn known(suite: &mut Suite) {
-    suite.cases.retain(|case| student::knows(&case.scene));
+    suite.cases.retain(|Case { scene, .. }| {
+        student::knows(scene) && scene.integrator.family != Family::Minimization
+    });
 }

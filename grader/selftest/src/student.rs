@@ -1,5 +1,6 @@
 //! Second simulator, written from the hand-outs alone like a student's: two dimensions, dense matrices over all
-//! particles, fixed particles held by clearing rows and columns.
+//! particles, fixed particles held by clearing rows and columns. Fast mass-spring is a program of its own, in three
+//! dimensions.
 //!
 //! It shares only the parsed scene with the simulator crate: no force, Jacobian, integrator or solver. Every formula
 //! and rule is a field of [`Student`], so that a mistake replaces one field and the code here stays correct.
@@ -7,17 +8,23 @@
 //! ```text
 //! explicit, symplectic    v' = v + h F(q, v)/m                      q' = q + h v  or  q + h v'
 //! linearized, implicit    (M − h² ∂F/∂q − h ∂F/∂v) δ = −M (u − v) + h F(q + h u, u),  u ← u + δ
+//! projected Newton        student/projected_newton.rs
+//! fast mass-spring        student/fast_mass_spring.rs
 //! ```
 //!
 //! A force or an explicit method that has no formula here is computed by the `reference` crate's law or substeps, in
 //! the student's own loop; `Others` holds the mistakes made with them.
 //!
 //! Sources: hand-out of milestone 2, section 3; of milestone 3, sections 5 to 10; the course's
-//! definition of the vortex force, of which the Jacobians are derived by hand.
+//! definition of the vortex force, of which the Jacobians are derived by hand; the lecture on elastodynamics; the
+//! hand-out on fast mass-spring systems.
+
+mod fast_mass_spring;
+mod projected_newton;
 
 use std::ops::Index;
 
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2, Vector3};
 use reference::laws::Laws;
 use reference::method::{Method, Substep, Tableau};
 use simulator::scene::schema::{Family, StepEquation};
@@ -27,8 +34,15 @@ use simulator::trace::State;
 use grader::submission::StateSource;
 use grader::verdict::Failure;
 
+pub(crate) use fast_mass_spring::{FastMassSpring, wind};
+pub(crate) use projected_newton::{ProjectedNewton, largest};
+
 pub(crate) type Vec2 = Vector2<f64>;
+pub(crate) type Vec3 = Vector3<f64>;
 pub(crate) type Mat2 = Matrix2<f64>;
+
+/// Blocks of a matrix for the particles i and j.
+pub(crate) type Blocks = [[Mat2; 2]; 2];
 
 /// Parameters of a force element, by their attributes: `p["k"]`.
 pub(crate) struct Parameters(ForceElement);
@@ -111,7 +125,7 @@ pub(crate) struct Jacobian {
     /// The derivative of the force on i by i.
     pub(crate) block: PairFormula<Mat2>,
     /// All four blocks, from that one.
-    pub(crate) spread: fn(Mat2) -> [[Mat2; 2]; 2],
+    pub(crate) spread: fn(Mat2) -> Blocks,
     /// Block rows and columns of the global matrix for particles i and j.
     pub(crate) place: fn([usize; 2]) -> [usize; 2],
 }
@@ -155,6 +169,27 @@ pub(crate) struct Implicit {
     pub(crate) tolerance: f64,
 }
 
+/// Coefficient of a term in a method that minimises: `scale · quantityᵃ · hᵇ`.
+#[derive(Clone, Copy)]
+pub(crate) struct Coefficient {
+    pub(crate) scale: f64,
+    /// `a`, of the mass or stiffness that the term belongs to.
+    pub(crate) of_quantity: i32,
+    /// `b`.
+    pub(crate) of_h: i32,
+}
+
+impl Coefficient {
+    /// Without a mistake, its scale is 1.
+    fn new(of_quantity: i32, of_h: i32) -> Self {
+        Self { scale: 1.0, of_quantity, of_h }
+    }
+
+    fn value(self, quantity: f64, h: f64) -> f64 {
+        self.scale * quantity.powi(self.of_quantity) * h.powi(self.of_h)
+    }
+}
+
 /// Treatment of fixed particles.
 #[derive(Clone, Copy)]
 pub(crate) struct Fixed {
@@ -180,6 +215,7 @@ pub struct Student {
     pub(crate) drag: BodyForce,
     pub(crate) elastic: PairForce,
     pub(crate) green: PairForce,
+    pub(crate) green_energy: PairFormula<f64>,
     pub(crate) damping: PairForce,
     pub(crate) gravitation: PairForce,
     pub(crate) vortex: PairForce,
@@ -195,6 +231,8 @@ pub struct Student {
     pub(crate) symplectic: Explicit,
     pub(crate) linearized: Implicit,
     pub(crate) implicit: Implicit,
+    pub(crate) projected_newton: ProjectedNewton,
+    pub(crate) fast_mass_spring: FastMassSpring,
     pub(crate) fixed: Fixed,
     pub(crate) others: Others,
 }
@@ -259,13 +297,30 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
     -p["k"] * (pair.l() - p["l0"]) * pair.n()
 }
 
-/// Whether the student supports the scene: two dimensions, with the methods and forces below, and without error control.
-/// The simulator's tests compare other scenes with other references.
+/// Whether the student supports the scene: fast mass-spring without acceleration; otherwise two dimensions, with the
+/// methods and forces below, and without error control. The simulator's tests compare other scenes with other references.
 pub fn knows(scene: &Scene) -> bool {
-    let minimizes = scene.integrator.family == Family::Minimization;
-    let is_controlled = matches!(Method::of(scene.integrator.equation), Method::Controlled(_));
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
-    scene.dimension == Dimension::Two && !minimizes && !is_controlled && !by_time
+    let is_plane = scene.dimension == Dimension::Two && !by_time;
+    match Method::of(scene.integrator.equation) {
+        Method::Controlled(_) => false,
+        Method::Rounds => {
+            let is_plain = scene.integrator_options.choice("acceleration") == "none";
+            is_plain && (is_plane || scene.dimension == Dimension::Three)
+        }
+        _ => is_plane,
+    }
+}
+
+/// Whether a step minimises by projected Newton.
+fn is_minimised(scene: &Scene) -> bool {
+    scene.integrator.family == Family::Minimization
+        && scene.integrator.equation == StepEquation::ImplicitEuler
+}
+
+/// `l0² k/2 (l²/l0² − 1)²`.
+fn green_energy(pair: &Pair, p: &Parameters) -> f64 {
+    0.5 * p["k"] * p["l0"].powi(2) * ((pair.l() / p["l0"]).powi(2) - 1.0).powi(2)
 }
 
 /// `F_i = −2 k (l²/l0² − 1) (x_i − x_j)`.
@@ -344,7 +399,7 @@ fn action_and_reaction(f: Vec2) -> [Vec2; 2] {
 }
 
 /// The derivatives, by Newton's third law.
-pub(crate) fn four_blocks(k: Mat2) -> [[Mat2; 2]; 2] {
+pub(crate) fn four_blocks(k: Mat2) -> Blocks {
     [[k, -k], [-k, k]]
 }
 
@@ -385,6 +440,7 @@ impl Student {
             drag,
             elastic: force(elastic),
             green: force(green),
+            green_energy,
             damping: force(damping),
             gravitation: force(gravitation),
             vortex: force(vortex),
@@ -400,6 +456,8 @@ impl Student {
             symplectic: Explicit { position: |q, _, new, h| q + h * new, ..explicit },
             linearized: Implicit { max_iterations: 1, ..implicit },
             implicit,
+            projected_newton: ProjectedNewton::faultless(),
+            fast_mass_spring: FastMassSpring::faultless(),
             fixed: Fixed {
                 held: |old, _| old,
                 hold: clear,
@@ -416,24 +474,32 @@ impl Student {
         !std::ptr::fn_addr_eq(self.read, Self::faultless().read)
     }
 
-    /// The states of a two-dimensional scene, computed lazily.
+    /// The states of a scene, computed lazily.
     ///
     /// # Panics
     /// If it does not [support](knows) the scene.
     pub fn simulate(&self, scene: &Scene) -> Run {
-        assert_eq!(scene.dimension, Dimension::Two, "{}: the student knows no z", scene.name);
         let mut scene = scene.clone();
         (self.read)(&mut scene);
-        let xy = |vector: &[f64; 3]| Vec2::new(vector[0], vector[1]);
-        Run {
-            q: scene.particles.iter().map(|particle| xy(&particle.position)).collect(),
-            v: scene.particles.iter().map(|particle| xy(&particle.velocity)).collect(),
-            student: self.clone(),
-            n_steps: (scene.duration / scene.time_step).ceil() as u64,
-            scene,
-            next_state: 0,
-        }
+        let (time_step, n_steps) =
+            (scene.time_step, (scene.duration / scene.time_step).ceil() as u64);
+        let motion: Box<dyn Motion> = match scene.integrator.equation {
+            StepEquation::LocalGlobal => {
+                Box::new(fast_mass_spring::Net::new(self.fast_mass_spring, scene))
+            }
+            _ => Box::new(Plane::new(self.clone(), scene)),
+        };
+        Run { motion, time_step, next_state: 0, n_steps }
     }
+}
+
+/// Steps of a scene.
+trait Motion: Send {
+    /// Advances by one step.
+    fn step(&mut self);
+
+    /// Positions and velocities, particle by particle.
+    fn state(&self) -> [Vec<f64>; 2];
 }
 
 /// The rows of a method's stages, and that of its end.
@@ -444,10 +510,8 @@ fn rows(tableau: &Tableau) -> Vec<Row> {
 
 /// A running simulation.
 pub struct Run {
-    student: Student,
-    scene: Scene,
-    q: Vec<Vec2>,
-    v: Vec<Vec2>,
+    motion: Box<dyn Motion>,
+    time_step: f64,
     next_state: u64,
     n_steps: u64,
 }
@@ -458,27 +522,53 @@ impl StateSource for Run {
             return Ok(false);
         }
         if self.next_state > 0 {
-            self.step();
+            self.motion.step();
         }
-        state.time = Some(self.next_state as f64 * self.scene.time_step);
-        state.positions = flat(&self.q);
-        state.velocities = flat(&self.v);
+        state.time = Some(self.next_state as f64 * self.time_step);
+        [state.positions, state.velocities] = self.motion.state();
         self.next_state += 1;
         Ok(true)
     }
 }
 
-impl Run {
-    /// Advances by one step; the scene names the integrator.
+/// A motion in the plane.
+struct Plane {
+    student: Student,
+    scene: Scene,
+    q: Vec<Vec2>,
+    v: Vec<Vec2>,
+}
+
+impl Motion for Plane {
+    /// The scene names the integrator.
     fn step(&mut self) {
-        let Student { explicit, symplectic, linearized, implicit, .. } = self.student;
+        let Student { explicit, symplectic, linearized, implicit, projected_newton, .. } =
+            self.student;
         let equation = self.scene.integrator.equation;
         match equation {
+            _ if is_minimised(&self.scene) => self.projected_newton_step(projected_newton),
             StepEquation::ExplicitEuler => self.explicit_step(explicit),
             StepEquation::SymplecticEuler => self.explicit_step(symplectic),
             StepEquation::LinearizedImplicitEuler => self.implicit_step(linearized),
             StepEquation::ImplicitEuler => self.implicit_step(implicit),
             _ => self.described_step(Method::of(equation)),
+        }
+    }
+
+    fn state(&self) -> [Vec<f64>; 2] {
+        [flat(&self.q), flat(&self.v)]
+    }
+}
+
+impl Plane {
+    fn new(student: Student, scene: Scene) -> Self {
+        assert_eq!(scene.dimension, Dimension::Two, "{}: the student knows no z", scene.name);
+        let xy = |vector: &[f64; 3]| Vec2::new(vector[0], vector[1]);
+        Self {
+            student,
+            q: scene.particles.iter().map(|particle| xy(&particle.position)).collect(),
+            v: scene.particles.iter().map(|particle| xy(&particle.velocity)).collect(),
+            scene,
         }
     }
 
@@ -598,7 +688,8 @@ impl Run {
         let mut u = self.v.clone();
         for _ in 0..method.max_iterations {
             let force = self.force(&self.ahead(&u, method.force_at), &u);
-            let (dx, dv) = self.jacobians(&self.ahead(&u, method.jacobians_at), &u);
+            let at = self.ahead(&u, method.jacobians_at);
+            let (dx, dv) = self.jacobians(&at, &u, |blocks| blocks);
             let mass = self.mass_matrix(method.mass);
             let mut matrix = DMatrix::from_fn(2 * u.len(), 2 * u.len(), |row, column| {
                 let entry = (row, column);
@@ -706,13 +797,18 @@ impl Run {
         force
     }
 
-    /// `∂F/∂q` and `∂F/∂v`, of every particle by every particle.
-    fn jacobians(&self, q: &[Vec2], v: &[Vec2]) -> (DMatrix<f64>, DMatrix<f64>) {
+    /// `∂F/∂q` and `∂F/∂v`, of every particle by every particle; those of a pair as `made` of its blocks.
+    fn jacobians(
+        &self,
+        q: &[Vec2],
+        v: &[Vec2],
+        made: impl Fn(Blocks) -> Blocks,
+    ) -> (DMatrix<f64>, DMatrix<f64>) {
         let student = &self.student;
         let mut dx = DMatrix::zeros(2 * q.len(), 2 * q.len());
         let mut dv = dx.clone();
         let of_pair = |law: Jacobian, ij: [usize; 2], p: &Parameters, matrix: &mut DMatrix<f64>| {
-            let blocks = (law.spread)((law.block)(&self.pair(ij, q, v), p));
+            let blocks = made((law.spread)((law.block)(&self.pair(ij, q, v), p)));
             let at = (law.place)(ij);
             for (row, blocks) in at.into_iter().zip(blocks) {
                 for (column, block) in at.into_iter().zip(blocks) {

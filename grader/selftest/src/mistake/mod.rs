@@ -7,20 +7,24 @@
 //! - in the damping's `∂F/∂x`, `w nᵀ` instead of `n wᵀ`, and swapped factors: both have the same effect as the
 //!   missing `n wᵀ`, since `nᵀ (I − n nᵀ) = 0`; and reversed `w`, which is the flipped sign;
 //! - clearing only the rows of a fixed particle: its δ is 0 then, whatever its columns contain;
-//! - i and j swapped in a Jacobian of a pair force: the four blocks are the same.
+//! - i and j swapped in a Jacobian of a pair force: the four blocks are the same;
+//! - with fast mass-spring, both signs of the incidence matrix swapped: `AᵀA` and `Aᵀd` are the same.
 
 mod derived;
+mod fast_mass_spring;
 mod fixed;
 mod force;
 mod foreign;
 mod integrator;
 mod jacobian;
+mod projected_newton;
 
 use grader::findings::{Family, Feature, Part};
+use grader::suite::{Case, Suite};
 use simulator::scene::Scene;
-use simulator::scene::schema::{Convergence, Matrix};
+use simulator::scene::schema::{self, Convergence, Matrix, StepEquation};
 
-use super::student::Student;
+use super::student::{Coefficient, Student};
 
 /// Part of a simulator with a mistake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +55,7 @@ impl Area {
 }
 
 /// Scenes on which a mistake can have an effect; on others its code does not run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 enum Scope {
     /// Scenes with this force.
     Force(Part),
@@ -61,12 +65,19 @@ enum Scope {
     Integrator(&'static str),
     /// Scenes with a fixed particle; where the mistake is in one of the explicit or implicit methods, under these.
     Fixed(Family),
+    /// Scenes under this integrator that have something, and the feature to blame.
+    Within(&'static str, fn(&Scene) -> bool, Feature),
 }
 
 impl Scope {
     fn contains(self, scene: &Scene) -> bool {
-        let implicit = scene.integrator.matrix != Matrix::None;
-        let has = |part: Part| scene.forces.iter().any(|force| force.schema.tag == part.tag());
+        let implicit = scene.integrator.matrix == Matrix::Jacobians;
+        // Methods that minimise refuse damping.
+        let minimises = scene.integrator.family == schema::Family::Minimization;
+        let has = |part: Part| {
+            let mut forces = scene.forces.iter().filter(|force| force.schema.tag == part.tag());
+            forces.any(|force| !minimises || part.is_in(force))
+        };
         match self {
             Self::Force(part) => has(part),
             Self::Jacobian(part) => implicit && has(part),
@@ -79,6 +90,7 @@ impl Scope {
                 };
                 concerned && scene.particles.iter().any(|particle| particle.fixed)
             }
+            Self::Within(name, has, _) => scene.integrator.name == name && has(scene),
         }
     }
 
@@ -89,6 +101,7 @@ impl Scope {
             Self::Jacobian(part) => Feature::Jacobian(part),
             Self::Integrator(name) => Feature::Integrator(name),
             Self::Fixed(family) => Feature::Fixed(family),
+            Self::Within(_, _, feature) => feature,
         }
     }
 }
@@ -135,15 +148,28 @@ impl Mistake {
 
     /// Whether it can have an effect on this scene.
     pub fn can_matter_on(&self, scene: &Scene) -> bool {
-        self.scope.contains(scene)
+        let is_of_method = matches!(self.scope, Scope::Integrator(_) | Scope::Within(..));
+        if is_of_method || scene.integrator.equation != StepEquation::LocalGlobal {
+            return self.scope.contains(scene);
+        }
+        // Fast mass-spring has formulas of its own, and shares only the reading.
+        self.misreads(scene)
     }
 
     /// Whether it can change the trace of this scene: it can have an effect, and not only on the way to the root of an
-    /// equation that Newton's method solves.
+    /// equation that Newton's method solves, nor by a reading that leaves the scene as it is.
     pub fn can_show_on(&self, scene: &Scene) -> bool {
         let is_solved = matches!(scene.integrator.convergence, Convergence::Update(_));
         let is_on_the_way = self.area == Area::Jacobian && is_solved;
-        self.can_matter_on(scene) && !is_on_the_way
+        let is_idle = self.student().misreads() && !self.misreads(scene);
+        self.can_matter_on(scene) && !is_on_the_way && !is_idle
+    }
+
+    /// Whether it reads this scene otherwise.
+    fn misreads(&self, scene: &Scene) -> bool {
+        let mut read = scene.clone();
+        (self.student().read)(&mut read);
+        read != *scene
     }
 
     /// Marks the mistake as missed by the course's own scenes.
@@ -177,6 +203,17 @@ impl Subject {
     }
 }
 
+/// An operation on a coefficient, with a description.
+type Operation = (&'static str, fn(&mut Coefficient));
+
+const OMIT: fn(&mut Coefficient) = |coefficient| coefficient.scale = 0.0;
+const NEGATE: fn(&mut Coefficient) = |coefficient| coefficient.scale = -1.0;
+const OMIT_QUANTITY: fn(&mut Coefficient) = |coefficient| coefficient.of_quantity = 0;
+/// `h` in the place of `h²`.
+const TAKE_ROOT_OF_H: fn(&mut Coefficient) = |coefficient| coefficient.of_h /= 2;
+const OMIT_H: fn(&mut Coefficient) = |coefficient| coefficient.of_h = 0;
+const MULTIPLY_BY_H_SQUARED: fn(&mut Coefficient) = |coefficient| coefficient.of_h += 2;
+
 /// Thresholds, other formulas, stray indices. When the list was written, no operation of the grader made them; operations
 /// with a number that the steps determine, and those on norms and projections, now make about half of them.
 pub fn foreign() -> Vec<Mistake> {
@@ -190,5 +227,14 @@ pub fn all() -> Vec<Mistake> {
     forces.extend(derived::in_forces());
     jacobians.extend(derived::in_jacobians());
     integrators.extend(derived::in_integrators());
+    integrators.extend(projected_newton::mistakes());
+    integrators.extend(fast_mass_spring::mistakes());
     [forces, jacobians, integrators, fixed::mistakes()].into_iter().flatten().collect()
+}
+
+/// Those that can have an effect on a scene of the suite.
+pub fn possible(suite: &Suite, mut mistakes: Vec<Mistake>) -> Vec<Mistake> {
+    let matters = |mistake: &Mistake, case: &Case| mistake.can_matter_on(&case.scene);
+    mistakes.retain(|mistake| suite.cases.iter().any(|case| matters(mistake, case)));
+    mistakes
 }

@@ -14,7 +14,8 @@ const INTRODUCTION: &str = "\
 submission, and says how often the verdicts were right. It exits with 1 where a target is missed; CI runs it.
 
 - **In process**: the second simulator, written in Rust without the first, spoilt in one place at a time
-  ([mistakes.md](mistakes.md) says which scenes catch each of its mistakes). It needs no compiler.
+  ([mistakes.md](mistakes.md) says which scenes catch each of its mistakes). It needs no compiler. Projected Newton and
+  fast mass-spring are left out: no step of them is redone to find a cause.
 - **Programs** in C++, C and Python (`grader/selftest/src/programs`), with mistakes of a program's own: output,
   precision, reading, crashes, Newton's method. They are built and run under protection. What cannot be built
   where the self-test runs is shown as skipped, and counts in no rate.

@@ -9,6 +9,7 @@
 
 mod assignments;
 mod calibrated;
+mod findings;
 mod judging;
 mod probing;
 mod table;

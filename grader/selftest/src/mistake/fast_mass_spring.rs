@@ -1,0 +1,211 @@
+//! Mistakes in fast mass-spring: operations on the terms of `Q` and `b`; and its local step, rounds, pins and wind.
+
+use grader::findings::{Family, Feature, Part};
+use simulator::scene::Scene;
+use simulator::scene::schema::StepEquation;
+
+use super::super::student::{Coefficient, Student, Vec3, wind};
+use super::{
+    Area, MULTIPLY_BY_H_SQUARED, Mistake, NEGATE, OMIT, OMIT_H, OMIT_QUANTITY, Operation, Scope,
+    Subject, TAKE_ROOT_OF_H,
+};
+
+const NAME: &str = "fast-mass-spring";
+
+/// A term of the equation: its places in `Q` and `b`, and what may happen to it.
+struct TermMistakes {
+    /// Names of these mistakes in `Q` and `b`, in `Q` alone, in `b` alone.
+    names: [&'static str; 3],
+    place: usize,
+    operations: &'static [Operation],
+}
+
+static TERMS: [TermMistakes; 2] = [
+    TermMistakes {
+        names: [
+            "fast mass-spring, springs",
+            "fast mass-spring, springs in Q",
+            "fast mass-spring, springs in b",
+        ],
+        place: 0,
+        operations: &[
+            ("missing", OMIT),
+            ("wrong sign", NEGATE),
+            ("without the stiffness", OMIT_QUANTITY),
+            ("times h²", MULTIPLY_BY_H_SQUARED),
+        ],
+    },
+    TermMistakes {
+        names: [
+            "fast mass-spring, inertia",
+            "fast mass-spring, inertia in Q",
+            "fast mass-spring, inertia in b",
+        ],
+        place: 1,
+        operations: &[
+            ("missing", OMIT),
+            ("wrong sign", NEGATE),
+            ("without the mass", OMIT_QUANTITY),
+            ("over h instead of h²", TAKE_ROOT_OF_H),
+            ("not over h²", OMIT_H),
+        ],
+    },
+];
+
+pub(super) fn mistakes() -> Vec<Mistake> {
+    let mut mistakes = Vec::new();
+    for TermMistakes { names, place, operations } in &TERMS {
+        for (name, [in_matrix, in_right]) in
+            names.iter().zip([[true, true], [true, false], [false, true]])
+        {
+            let of = subject(name);
+            mistakes.extend(operations.iter().map(|(description, operation)| {
+                of.mistake(description, move |s| {
+                    if in_matrix {
+                        operation(&mut s.fast_mass_spring.matrix[*place]);
+                    }
+                    if in_right {
+                        operation(&mut s.fast_mass_spring.right[*place]);
+                    }
+                })
+            }));
+        }
+    }
+    mistakes.extend([in_steps(), in_pins(), in_constant_force(), in_wind()].into_iter().flatten());
+    mistakes
+}
+
+fn subject(name: &'static str) -> Subject {
+    Subject { area: Area::Integrator, name, scope: Scope::Integrator(NAME) }
+}
+
+fn in_steps() -> Vec<Mistake> {
+    let local = subject("fast mass-spring, local step");
+    let of = subject("fast mass-spring");
+    vec![
+        local.mistake("d without l0", |s| s.fast_mass_spring.local = |v, _| v.normalize()),
+        local.mistake("d not normalised", |s| s.fast_mass_spring.local = |v, l0| l0 * v),
+        local.mistake("d is the spring itself", |s| s.fast_mass_spring.local = |v, _| v),
+        local.mistake("wrong sign of d", |s| {
+            s.fast_mass_spring.local = |v, l0| -l0 * v.normalize();
+        }),
+        local.mistake("springs pull only", |s| {
+            s.fast_mass_spring.local = |v, l0| v.norm().min(l0) * v.normalize();
+        }),
+        local.mistake("both ends of A are 1", |s| s.fast_mass_spring.incidence = [1.0; 2]),
+        local.mistake("one end of A only", |s| s.fast_mass_spring.incidence = [1.0, 0.0]),
+        of.mistake("a single round", |s| s.fast_mass_spring.rounds = |_| 1),
+        of.mistake("half the rounds", |s| s.fast_mass_spring.rounds = |rounds| rounds / 2),
+        of.mistake("a round too few", |s| s.fast_mass_spring.rounds = |rounds| rounds - 1),
+        of.mistake("a round too many", |s| s.fast_mass_spring.rounds = |rounds| rounds + 1),
+        of.mistake("starts from q + h v", |s| s.fast_mass_spring.first = |q, v, h| q + h * v),
+        of.mistake("y = q", |s| s.fast_mass_spring.ahead = |q, _, _| q),
+        of.mistake("y = q + v", |s| s.fast_mass_spring.ahead = |q, v, _| q + v),
+        of.mistake("y = q − h v", |s| s.fast_mass_spring.ahead = |q, v, h| q - h * v),
+        of.mistake("y = q + 2 h v", |s| s.fast_mass_spring.ahead = |q, v, h| q + 2.0 * h * v),
+        of.mistake("y = h v", |s| s.fast_mass_spring.ahead = |_, v, h| h * v),
+        of.mistake("damps velocities by a hundredth", |s| {
+            s.fast_mass_spring.ahead = |q, v, h| q + 0.99 * h * v;
+        }),
+        of.mistake("external forces missing", |s| OMIT(&mut s.fast_mass_spring.right[3])),
+        of.mistake("external forces times h²", |s| {
+            MULTIPLY_BY_H_SQUARED(&mut s.fast_mass_spring.right[3]);
+        }),
+        of.mistake("velocity not renewed", |s| s.fast_mass_spring.velocity = |_, _, v, _| v),
+        of.mistake("velocity without 1/h", |s| {
+            s.fast_mass_spring.velocity = |q, p, _, _| p - q;
+        }),
+    ]
+}
+
+fn in_pins() -> Vec<Mistake> {
+    let feature = Feature::Fixed(Family::Implicit);
+    let by_penalty =
+        |scene: &Scene| scene.integrator_options.choice("pins") == "penalty" && n_pins(scene) > 0;
+    let of = |name, has: fn(&Scene) -> bool| Subject {
+        scope: Scope::Within(NAME, has, feature),
+        area: Area::Fixed,
+        name,
+    };
+    let [penalty, any, several] = [
+        of("fast mass-spring, pins", by_penalty),
+        of("fast mass-spring, pins", |scene| n_pins(scene) > 0),
+        of("fast mass-spring, pins", |scene| n_pins(scene) > 1),
+    ];
+    let on_both = |s: &mut Student, operation: fn(&mut Coefficient)| {
+        operation(&mut s.fast_mass_spring.matrix[2]);
+        operation(&mut s.fast_mass_spring.right[2]);
+    };
+    vec![
+        penalty.mistake("not held", move |s| on_both(s, OMIT)),
+        penalty.mistake("weight is 1", move |s| on_both(s, OMIT_QUANTITY)),
+        penalty.mistake("missing in Q", |s| OMIT(&mut s.fast_mass_spring.matrix[2])),
+        penalty.mistake("missing in b", |s| OMIT(&mut s.fast_mass_spring.right[2])),
+        penalty.mistake("wrong sign in Q", |s| NEGATE(&mut s.fast_mass_spring.matrix[2])),
+        penalty.mistake("wrong sign in b", |s| NEGATE(&mut s.fast_mass_spring.right[2])),
+        several.mistake("only the first is held", |s| {
+            s.read = |scene| {
+                let fixed = scene.particles.iter_mut().filter(|particle| particle.fixed);
+                if scene.integrator.equation == StepEquation::LocalGlobal {
+                    fixed.skip(1).for_each(|particle| particle.fixed = false);
+                }
+            };
+        }),
+        any.mistake("counted from 0", |s| {
+            s.read = |scene| {
+                if scene.integrator.equation == StepEquation::LocalGlobal {
+                    let mut fixed: Vec<bool> = scene.particles.iter().map(|p| p.fixed).collect();
+                    fixed.rotate_right(1);
+                    let particles = scene.particles.iter_mut().zip(fixed);
+                    particles.for_each(|(particle, fixed)| particle.fixed = fixed);
+                }
+            };
+        }),
+    ]
+}
+
+fn n_pins(scene: &Scene) -> usize {
+    scene.particles.iter().filter(|particle| particle.fixed).count()
+}
+
+fn in_constant_force() -> Vec<Mistake> {
+    let of = under("fast mass-spring, constant force", "constantforce", |scene| {
+        has(scene, "constantforce")
+    });
+    vec![
+        of.mistake("missing", |s| s.fast_mass_spring.constant_force = |_, _| Vec3::zeros()),
+        of.mistake("wrong sign", |s| s.fast_mass_spring.constant_force = |f, _| -f),
+        of.mistake("scaled by mass", |s| s.fast_mass_spring.constant_force = |f, m| m * f),
+        of.mistake("y and z swapped", |s| s.fast_mass_spring.constant_force = |f, _| f.xzy()),
+    ]
+}
+
+fn in_wind() -> Vec<Mistake> {
+    let of = under("fast mass-spring, wind", "windforce", |scene| has(scene, "windforce"));
+    vec![
+        of.mistake("missing", |s| s.fast_mass_spring.wind = |_| Vec3::zeros()),
+        of.mistake("wrong sign", |s| {
+            s.fast_mass_spring.wind = |gust| -wind(gust.place + gust.time);
+        }),
+        of.mistake("scaled by mass", |s| {
+            s.fast_mass_spring.wind = |gust| gust.mass * wind(gust.place + gust.time);
+        }),
+        of.mistake("the same everywhere", |s| s.fast_mass_spring.wind = |gust| wind(gust.time)),
+        of.mistake("the same at any time", |s| s.fast_mass_spring.wind = |gust| wind(gust.place)),
+        of.mistake("that of the end of the step", |s| {
+            s.fast_mass_spring.wind = |gust| wind(gust.place + gust.time + gust.h);
+        }),
+        of.mistake("y and z swapped", |s| {
+            s.fast_mass_spring.wind = |gust| wind(gust.place + gust.time).xzy();
+        }),
+    ]
+}
+
+fn under(name: &'static str, tag: &'static str, matters: fn(&Scene) -> bool) -> Subject {
+    let scope = Scope::Within(NAME, matters, Feature::Force(Part::All(tag)));
+    Subject { area: Area::Force, name, scope }
+}
+
+fn has(scene: &Scene, tag: &str) -> bool {
+    scene.forces.iter().any(|force| force.schema.tag == tag)
+}

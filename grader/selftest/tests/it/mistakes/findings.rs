@@ -1,0 +1,81 @@
+//! Findings on mistakes in the methods that minimise, graded as the assignments that ask for them.
+//!
+//! No step of these methods is redone to find a cause, so that most mistakes leave no finding. No finding is false.
+
+use grader::assignment::Assignment;
+use grader::findings::Finding;
+use grader::grading::{self, Grading};
+use grader::oracle::Oracle;
+use grader::rubric::Rubric;
+use grader::suite::{Case, Section, Suite};
+use rayon::prelude::*;
+use selftest::mistake::{self, Mistake};
+use selftest::student::Student;
+use test_support::root;
+
+use super::whole_suite;
+
+struct Inputs {
+    suite: Suite,
+    oracle: Oracle,
+    rubric: Rubric,
+}
+
+impl Inputs {
+    fn of(name: &str) -> Self {
+        let folder = root().join("assets");
+        let mut assignment =
+            Assignment::load(&folder.join("assignments"), name).expect("an assignment");
+        let mut suite = whole_suite();
+        assignment.narrow(&mut suite).expect("scenes");
+        let mut rubric = Rubric::load(&folder.join("rubric.toml")).expect("a rubric");
+        rubric.assign(assignment);
+        let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
+        Self { suite, oracle, rubric }
+    }
+
+    fn grade(&self, student: &Student) -> Grading {
+        let Self { suite, oracle, rubric } = self;
+        grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
+            let start = || Ok(Box::new(student.simulate(&case.scene)) as Box<_>);
+            grading::judge(case, oracle, criteria, start)
+        })
+    }
+}
+
+/// Mistakes that can have an effect on a required scene, one in so many, and the findings on them that are false.
+fn false_findings(name: &str, one_in: usize) -> Vec<String> {
+    let inputs = Inputs::of(name);
+    assert_eq!(inputs.grade(&Student::faultless()).findings.list, []);
+    let required = |case: &&Case| case.feature.section == Section::Required;
+    let required: Vec<&Case> = inputs.suite.cases.iter().filter(required).collect();
+    let is_possible =
+        |mistake: &Mistake| required.iter().any(|case| mistake.can_show_on(&case.scene));
+    let mistakes: Vec<Mistake> =
+        mistake::all().into_iter().filter(is_possible).step_by(one_in).collect();
+    let found = |mistake: &Mistake| {
+        let list = inputs.grade(&mistake.student()).findings.list;
+        let is_false = |finding: &&Finding| !finding.features.contains(&mistake.feature());
+        let found: Vec<String> = list.iter().filter(is_false).map(ToString::to_string).collect();
+        (!found.is_empty())
+            .then(|| format!("{}, {}: {found:?}", mistake.subject, mistake.description))
+    };
+    mistakes.par_iter().filter_map(found).collect()
+}
+
+const ASSIGNMENTS: [&str; 2] = ["elastodynamics", "fast-mass-spring"];
+
+#[test]
+fn nothing_false_is_said_of_methods_that_minimise() {
+    for name in ASSIGNMENTS {
+        assert_eq!(false_findings(name, 4), [""; 0], "{name}");
+    }
+}
+
+#[test]
+#[ignore = "it takes half a minute"]
+fn nothing_false_is_said_of_any_mistake_in_methods_that_minimise() {
+    for name in ASSIGNMENTS {
+        assert_eq!(false_findings(name, 1), [""; 0], "{name}");
+    }
+}

@@ -16,7 +16,7 @@ const INVISIBLE: [(&str, &str); 1] = [("t1m1", "force at q + h v")];
 /// Mistakes in one assignment: possible ones, and those that too few of its scenes catch.
 pub(crate) struct Catch {
     pub(crate) assignment: Assignment,
-    /// Mistakes that can have an effect on a required scene, then those that can on extra credit only.
+    /// Mistakes that can show in a required scene, then those that can in extra credit only.
     pub(crate) possible: [usize; 2],
     /// Mistakes that fewer than [`ENOUGH`] scenes catch, in words.
     pub(crate) escaped: Vec<String>,
@@ -67,8 +67,9 @@ pub(crate) fn catches() -> Vec<Catch> {
 /// The part of `docs/mistakes.md` about assignments.
 pub(crate) fn markdown() -> String {
     let mut text = "\n## Assignments\n\n\
-        Each assignment is held by itself: every mistake that can have an effect on one of its required scenes is caught by\n\
-        two of them at least, and every other one by two of its extra-credit scenes.\n\n\
+        Each assignment is held by itself: every mistake that can show in one of its required scenes is caught by two of\n\
+        them at least, and every other one by two of its extra-credit scenes. A Jacobian shows only where Newton's method is not\n\
+        run to the root of its equation.\n\n\
         | assignment | mistakes in required scenes | in extra credit only |\n| --- | ---: | ---: |\n"
         .to_owned();
     for Catch { assignment, possible: [required, extra], .. } in catches() {

@@ -450,7 +450,7 @@ mod tests {
         let before = run.positions().to_vec();
         type Edit = fn(&mut Settings);
         let wrong: [(&str, Edit); 6] = [
-            ("integrator \"rk4\"", |settings| settings.integrator = "rk4".to_owned()),
+            ("integrator \"bdf2\"", |settings| settings.integrator = "bdf2".to_owned()),
             ("time step is 0 s", |settings| settings.time_step = 0.0),
             ("time step is NaN s", |settings| settings.time_step = f64::NAN),
             ("k of <springforce> is -100", |settings| settings.stiffness = -1.0),

@@ -198,7 +198,7 @@ fn options_replace_what_the_scene_says_as_if_the_scene_said_so() {
 
 #[test]
 fn an_override_heals_a_scene_of_unknown_integrator_and_of_too_many_steps() {
-    let scene = SCENE.replace("symplectic-euler", "rk4");
+    let scene = SCENE.replace("symplectic-euler", "bdf2");
     assert_eq!(csv_of(&scene, &["--integrator", "symplectic"]), csv_of(SCENE, &[]));
     let scene = SCENE.replace("time=\"1\"", "time=\"1e300\"");
     assert_eq!(csv_of(&scene, &["--duration", "1"]), csv_of(SCENE, &[]));

@@ -85,10 +85,6 @@ impl Arithmetic for Stages<'_> {
         self.equation.laws.force(x, v, self.time + after)
     }
 
-    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
-        x.iter_mut().zip(v).for_each(|(x, v)| *x += h * v);
-    }
-
     fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {
         for (dof, (v, force)) in v.iter_mut().zip(force).enumerate() {
             let particle = dof / self.equation.axes;

@@ -85,7 +85,9 @@ pub trait Arithmetic {
     /// The force at a state, at this time after the start of the step.
     fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64>;
     /// `x ← x + h v`.
-    fn drift(&self, x: &mut [f64], v: &[f64], h: f64);
+    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
+        x.iter_mut().zip(v).for_each(|(x, v)| *x += h * v);
+    }
     /// `v ← v + h M⁻¹ F`, not for fixed particles.
     fn kick(&self, v: &mut [f64], force: &[f64], h: f64);
 }
@@ -172,13 +174,10 @@ impl Pair {
             };
             let positions = error[0].iter().zip(&*x).zip(&new_x).map(ratio);
             let ratios = positions.chain(error[1].iter().zip(&*v).zip(&new_v).map(ratio));
-            let norm =
-                ratios.fold(
-                    0.0,
-                    |most: f64, ratio| {
-                        if ratio.is_nan() { f64::INFINITY } else { most.max(ratio) }
-                    },
-                );
+            let larger = |most: f64, ratio: f64| {
+                if ratio.is_nan() { f64::INFINITY } else { most.max(ratio) }
+            };
+            let norm = ratios.fold(0.0, larger);
             let is_taken = norm <= 1.0;
             if is_taken {
                 parts += 1;
@@ -363,10 +362,6 @@ struct Oscillator {
 impl Arithmetic for Oscillator {
     fn force(&mut self, x: &[f64], v: &[f64], _: f64) -> Vec<f64> {
         vec![-x[0] - 2.0 * self.zeta * v[0]]
-    }
-
-    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
-        x[0] += h * v[0];
     }
 
     fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {

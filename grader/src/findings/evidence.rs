@@ -12,6 +12,7 @@
 use std::collections::BTreeSet;
 
 use reference::change::{Change, Model, Place};
+use simulator::scene::schema::Convergence;
 use simulator::scene::{Rendering, Scene};
 use simulator::trace::State;
 
@@ -111,6 +112,11 @@ impl<'a> SceneEvidence<'a> {
             (scene.steps, scene.evidence) = diagnosis::examine(&case.scene, states);
         }
         scene
+    }
+
+    /// Whether Newton's method solves its steps.
+    pub(super) fn is_newton(&self) -> bool {
+        matches!(self.scene.integrator.convergence, Convergence::Update(_))
     }
 
     /// Whether its steps are evidence of a mistake.

@@ -447,12 +447,9 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
     let passed = scenes.iter().filter(|scene| scene.passed && is_linearized(scene));
     let known: BTreeSet<Term> = passed.flat_map(|scene| terms(&scene.case.scene)).collect();
     found.retain(|(feature, _, numbers)| {
-        let is_newton = |scene: &SceneEvidence<'_>| {
-            matches!(scene.case.scene.integrator.convergence, Convergence::Update(_))
-        };
         let is_open = |number: &usize| {
             let scene = failing[*number];
-            is_newton(scene) && !terms(&scene.case.scene).is_subset(&known)
+            scene.is_newton() && !terms(&scene.case.scene).is_subset(&known)
         };
         !(matches!(feature, Feature::Integrator(_)) && numbers.iter().any(is_open))
     });

@@ -16,7 +16,6 @@ use rayon::prelude::*;
 use reference::change::candidates::{self, Numbered, NumberedForce};
 use reference::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Term};
 use simulator::scene::Scene;
-use simulator::scene::schema::Convergence;
 
 use super::evidence::{Agreement, LEFT, SceneEvidence};
 use super::fit;
@@ -171,9 +170,8 @@ fn mark_open(scenes: &mut [SceneEvidence<'_>], found: &[Cause]) {
             let acts = |change: &&Change| change.acts_in(&scene.scene);
             let acting: Vec<&Change> = made.iter().filter(acts).collect();
             // With a wrong Jacobian, Newton's method ends where it may.
-            let is_newton = matches!(scene.scene.integrator.convergence, Convergence::Update(_));
             let is_jacobian = |change: &&Change| matches!(change.place, Place::Jacobian(_));
-            let is_astray = is_newton && acting.iter().any(is_jacobian);
+            let is_astray = scene.is_newton() && acting.iter().any(is_jacobian);
             let model = Model::new(&scene.scene, &made);
             let agrees = || scene.agrees_with(&model, usize::MAX) != Agreement::Differs;
             scene.open = is_astray
@@ -762,8 +760,8 @@ impl<'a> Base<'a> {
         is_unusual.then(|| Change { rank: 3, ..make(number) })
     }
 
-    /// The factor of `values`, a part of each sample's residual, that cancels the residuals; `None` if there is none, or
-    /// if it is 1.
+    /// `values` are a part of the residual of each sample. Returns the factor of that part with which all residuals vanish;
+    /// `None` if no factor does it, or 1.
     fn fitted(&self, values: &[Vec<f64>]) -> Option<f64> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (mut product, mut square) = (0.0, 0.0);

@@ -144,8 +144,10 @@ fn the_stretched_square_of_16_segments_moves_as_the_lectures_algorithm_moves_it_
     }
     let (found, _) = run(&square(16, SpringLaw::Green, STEPS, &[("tolerance", "1e-9")])).unwrap();
     let found: Vec<&[f64]> = found.chunks(found.len() / (STEPS as usize + 1)).collect();
-    let expected = peer(16, "green", STEPS, 0.0);
-    let nudged = peer(16, "green", STEPS, 1e-15);
+    let [expected, nudged] = std::thread::scope(|scope| {
+        let run = |nudge: f64| scope.spawn(move || peer(16, "green", STEPS, nudge));
+        [0.0, 1e-15].map(run).map(|peer| peer.join().unwrap())
+    });
     let mut steps = 0;
     for ((found, expected), nudged) in found.into_iter().zip(&expected).zip(&nudged) {
         let unsure = largest_difference(expected, nudged);

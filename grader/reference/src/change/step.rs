@@ -42,7 +42,7 @@ pub struct Residual {
     pub stiffness: f64,
 }
 
-/// Evaluates stages of a step that starts at this time.
+/// Evaluates stages and substeps of a step that starts at this time.
 struct Evaluation<'a> {
     model: &'a Model,
     time: f64,
@@ -144,27 +144,20 @@ impl Model {
     }
 
     /// The substeps of an explicit method, in order.
-    fn explicit(&self, mut time: f64, substeps: &[Substep], state: &mut State) {
+    fn explicit(&self, time: f64, substeps: &[Substep], state: &mut State) {
+        let State { positions, velocities, .. } = state;
+        let mut by = Evaluation { model: self, time };
+        let mut after = 0.0;
         for substep in substeps {
-            let old = state.velocities.clone();
+            let old = velocities.clone();
             if let Substep::Both(c) | Substep::Kick(c) = *substep {
-                let at = Point { x: state.positions.clone(), v: old.clone(), time };
-                let force = self.force(&at);
-                for (dof, velocity) in state.velocities.iter_mut().enumerate() {
-                    if !self.is_held(dof) {
-                        *velocity += c * self.h * force[dof] / self.mass[dof];
-                    }
-                }
+                let force = by.force(positions, &old, after);
+                by.kick(velocities, &force, c * self.h);
             }
             if let Substep::Both(c) | Substep::Drift(c) = *substep {
-                let along =
-                    if matches!(substep, Substep::Both(_)) { &old } else { &state.velocities };
-                for (dof, (x, v)) in state.positions.iter_mut().zip(along).enumerate() {
-                    if !self.stands(dof) {
-                        *x += c * self.h * v;
-                    }
-                }
-                time += c * self.h;
+                let along = if matches!(substep, Substep::Both(_)) { &old } else { &*velocities };
+                by.drift(positions, along, c * self.h);
+                after += c * self.h;
             }
         }
     }

@@ -5,10 +5,11 @@
 //! d = l0 v/|v| with v = A p, of each spring; p = q at first; v' = (p − q)/h
 //! ```
 //!
-//! In three dimensions; in the plane, z stays 0. `Q` is dense, and inverted once; each round solves for the change of `p`, from
-//! `b − Q p`, which keeps the digits of small changes. Pins that are eliminated have a row of the identity in `Q`, and their
-//! place in `b`; a pin keeps its velocity, and its place moves with it. External forces are
-//! those at the start of the step: the constant force and the wind by the formulas here, others by the `reference` crate.
+//! In three dimensions; in the plane, z stays 0. `Q` is dense, and inverted once. Each round solves for the change of `p`,
+//! from `b − Q p`, which keeps the digits of small changes. Pins that are eliminated have a row of the identity in `Q`, and
+//! their place in `b`. A pin keeps its velocity, and its place moves with it. External forces are those at the start of the
+//! step: the constant force and the wind by the formulas here, others by the `reference` crate.
+//!
 //! Source: hand-out "Computer Graphics – Mass-Spring Systems"; the wind is that of its program.
 
 use nalgebra::DMatrix;
@@ -264,7 +265,7 @@ fn matrix(
     matrix
 }
 
-/// The inverse; of NaN if there is none.
+/// The inverse, or a matrix of NaN if there is none.
 fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let nonsense = || DMatrix::repeat(matrix.nrows(), matrix.ncols(), f64::NAN);
     matrix.clone().try_inverse().unwrap_or_else(nonsense)

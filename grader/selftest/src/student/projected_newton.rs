@@ -142,7 +142,7 @@ impl Plane {
         self.q = x;
     }
 
-    /// The part of the step that does not increase `E`; NaN if there is none.
+    /// `α`: 1, halved until `E` does not increase, or NaN if it becomes too short.
     fn search(
         &self,
         rules: ProjectedNewton,

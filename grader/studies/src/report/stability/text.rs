@@ -126,10 +126,10 @@ fn write_boundaries(out: &mut dyn Write, boundaries: &[Boundary]) -> io::Result<
         let (steps, verdict) = match boundary.confirmed {
             Some((steps, true)) => (steps.to_string(), "decays below, grows above"),
             Some((steps, false)) => (steps.to_string(), "NOT confirmed"),
-            None if boundary.measured == 0.0 || boundary.measured.is_infinite() => {
-                ("-".to_owned(), "")
+            None if boundary.exists() => {
+                ("-".to_owned(), "grows too slowly above to be seen in a run")
             }
-            None => ("-".to_owned(), "grows too slowly above to be seen in a run"),
+            None => ("-".to_owned(), ""),
         };
         let error = match boundary.error() {
             0.0 => "0".to_owned(),

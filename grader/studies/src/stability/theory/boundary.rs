@@ -44,6 +44,11 @@ pub struct Boundary {
 }
 
 impl Boundary {
+    /// Whether some of the steps tried are stable and others are not.
+    pub fn exists(&self) -> bool {
+        self.measured.is_finite() && self.measured > 0.0
+    }
+
     /// The difference of the two relative to theory; 0 if both say none or all.
     pub fn error(&self) -> f64 {
         match self.theory == self.measured {
@@ -96,14 +101,17 @@ pub fn boundary(scene: &Linear, integrator: &'static IntegratorSchema) -> Bounda
             stable
         }
     };
-    let has_boundary = measured.is_finite() && measured > 0.0;
-    Boundary {
+    let mut boundary = Boundary {
         method: integrator.name,
         scene: scene.name.clone(),
         theory: scene.limit(integrator),
         measured,
-        confirmed: has_boundary.then(|| confirm(scene, integrator, measured)).flatten(),
+        confirmed: None,
+    };
+    if boundary.exists() {
+        boundary.confirmed = confirm(scene, integrator, measured);
     }
+    boundary
 }
 
 /// Runs the scene on both sides of the boundary. `None` if no run of [`MAX_STEPS`] shows the growth above it.

@@ -64,7 +64,7 @@ pub struct Finding {
     pub kind: FindingKind,
     /// The feature at fault; several if each explains everything alike.
     pub features: Vec<Feature>,
-    /// The mistake as a sentence, one for each feature.
+    /// The mistake as a sentence, one for each feature; the same for features at fault together, which follow each other.
     pub words: Vec<String>,
     /// The scenes that it explains, by name.
     pub scenes: Vec<String>,
@@ -108,7 +108,9 @@ impl FindingKind {
 impl Finding {
     /// The finding as a sentence.
     pub fn sentence(&self) -> String {
-        let all = self.words.join(", or ");
+        let mut all = self.words.clone();
+        all.dedup();
+        let all = all.join(", or ");
         match self.kind {
             FindingKind::Feature => format!("Look at {all}"),
             FindingKind::NotImplemented => format!("Not implemented: {all}"),

@@ -7,8 +7,9 @@
 //! ```
 //!
 //! The residual of a step is a sum over terms, so the effect of a changed term is computed once, and pairs of changes are
-//! found by sorting. Limits: [`ROUNDS`] changes, [`TRIED`] scenes in each round, [`WEIGHED`] changes that are compared with
-//! other scenes, [`REPLAYED`] that are replayed.
+//! found by sorting. A choice between changes that explain the same is made again once another cause is known. Limits:
+//! [`ROUNDS`] changes, [`TRIED`] scenes in each round, [`WEIGHED`] changes that are compared with other scenes, [`REPLAYED`]
+//! that are replayed, [`RETRIES`] further searches.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -38,7 +39,7 @@ const PASSED: usize = 12;
 const TRIED: usize = 8;
 
 /// Changes of one scene, and of one place in it, that are compared with one step of [`PROBED`] other scenes; and those
-/// that are compared with all evidence.
+/// that are compared with all evidence, with one in each of as many other places.
 const WEIGHED: usize = 48;
 const WEIGHED_OF_PLACE: usize = 8;
 const PROBED: usize = 24;
@@ -53,6 +54,18 @@ const FIRST: usize = 4;
 /// Coordinates of the largest scenes in which numbers in formulas are looked for.
 const NUMBERED: usize = 40;
 
+/// Searches without what explains few scenes.
+const RETRIES: usize = 2;
+
+/// Changes kept that explain some of the scenes of a cause.
+const RIVALS: usize = 12;
+
+/// The least rank of changes that only most of their scenes prove.
+const FAR_FETCHED: u8 = 3;
+
+/// Jacobians that the same change of the matrix may be in.
+const TOGETHER: usize = 2;
+
 /// Minimum ratio of a defect to the noise for changes to be distinguishable.
 const CLEAR: f64 = 300.0;
 
@@ -61,6 +74,8 @@ const CLEAR: f64 = 300.0;
 pub(super) struct Cause {
     /// Equally good descriptions, the simplest first.
     pub(super) alternatives: Vec<Change>,
+    /// Changes that explain some of its scenes, and possibly more once other causes are known.
+    rivals: Vec<Change>,
     /// Scenes that it explains, with the causes found before it: by number.
     pub(super) scenes: Vec<usize>,
     /// Scenes where Newton's method does not converge with it: no statement.
@@ -120,7 +135,45 @@ impl Weighed {
 }
 
 /// Finds the causes of the wrong steps of these scenes, and marks the scenes that they explain.
+///
+/// Where mistakes explain fewer scenes than they leave wrong, the search is repeated without them. The result that explains
+/// more scenes by at most as many mistakes counts.
 pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
+    let start: Vec<bool> = scenes.iter().map(|scene| scene.explained).collect();
+    let mut found = search(scenes, &[]);
+    let mut excluded: Vec<Change> = Vec::new();
+    for _ in 0..RETRIES {
+        let doubtful =
+            found.iter().filter(|cause| !cause.is_lack() && cause.unexplained > cause.scenes.len());
+        let before = excluded.len();
+        excluded.extend(doubtful.flat_map(|cause| cause.alternatives.clone()));
+        if excluded.len() == before {
+            break;
+        }
+        let marks: Vec<[bool; 2]> = scenes.iter().map(|s| [s.explained, s.open]).collect();
+        for (scene, explained) in scenes.iter_mut().zip(&start) {
+            (scene.explained, scene.open) = (*explained, false);
+        }
+        let other = search(scenes, &excluded);
+        let mistakes = |found: &[Cause]| found.iter().filter(|cause| !cause.is_lack()).count();
+        let n_explained = scenes.iter().filter(|scene| scene.explained).count();
+        let is_better = n_explained > marks.iter().filter(|[explained, _]| *explained).count()
+            && mistakes(&other) <= mistakes(&found);
+        if is_better {
+            found = other;
+        } else {
+            for (scene, [explained, open]) in scenes.iter_mut().zip(marks) {
+                (scene.explained, scene.open) = (explained, open);
+            }
+            break;
+        }
+    }
+    drop_all(scenes, &mut found, is_unlikely);
+    found
+}
+
+/// Causes of the wrong steps of these scenes, other than the excluded changes.
+fn search(scenes: &mut [SceneEvidence<'_>], excluded: &[Change]) -> Vec<Cause> {
     let mut time_steps: Vec<f64> = scenes.iter().map(|scene| scene.scene.time_step).collect();
     time_steps.extend([0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 1.0 / 60.0, 1.0 / 30.0, 1.0]);
     time_steps.sort_by(f64::total_cmp);
@@ -133,7 +186,7 @@ pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
         let full = found.iter().filter(|cause| !cause.is_lack()).count() >= MISTAKES;
         let mut next = lacks(scenes, &made);
         if next.is_empty() {
-            next = round(scenes, &made, &time_steps, &mut tried);
+            next = round(scenes, &made, excluded, &time_steps, &mut tried);
         }
         next.retain(|cause| !full || cause.is_lack());
         if next.is_empty() {
@@ -146,18 +199,56 @@ pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
             found.push(cause);
         }
         explain_more(scenes, &mut found);
+        if prefer_rivals(scenes, &mut found) {
+            found.retain(|cause| !cause.scenes.is_empty());
+            explain_more(scenes, &mut found);
+        }
     }
     mark_open(scenes, &found);
-    if drop_refuted(scenes, &mut found) {
-        explain_more(scenes, &mut found);
-        found.retain(|cause| !cause.scenes.is_empty());
-        mark_open(scenes, &found);
-    }
-    for cause in &mut found {
-        let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
-        cause.unexplained = scenes.iter().filter(|scene| scene.is_left()).filter(acts).count();
-    }
+    drop_all(scenes, &mut found, is_refuted);
     found
+}
+
+/// Replaces causes by their rivals, where these explain more scenes beside the other causes. Returns whether it did.
+fn prefer_rivals(scenes: &mut [SceneEvidence<'_>], found: &mut [Cause]) -> bool {
+    let mut is_changed = false;
+    for number in 0..found.len() {
+        let others = found.iter().enumerate().filter(|(other, _)| *other != number);
+        let made: Vec<Change> = others.map(|(_, cause)| cause.change().clone()).collect();
+        let cause = &found[number];
+        let better = |rival: &Change| {
+            let all = [made.as_slice(), std::slice::from_ref(rival)].concat();
+            let explains = |scene: &SceneEvidence<'_>| {
+                let model = Model::new(&scene.scene, &all);
+                model.can_step() && scene.agrees_with(&model, usize::MAX) == Agreement::Agrees
+            };
+            let mut left = scenes.iter().filter(|scene| scene.is_left());
+            if !left.any(|scene| rival.acts_in(&scene.scene) && explains(scene)) {
+                return None;
+            }
+            let weighed = weigh(scenes, &made, vec![rival.clone()], false)?;
+            let Weighed { changes, explained, .. } = prove(scenes, &made, weighed)?;
+            let is_still = |scene: &&usize| scenes[**scene].replay(&all) == Agreement::Agrees;
+            let mut still: BTreeSet<usize> =
+                cause.scenes.par_iter().filter(is_still).copied().collect();
+            still.extend(explained);
+            (still.len() > cause.scenes.len()).then_some((changes, still))
+        };
+        let Some((changes, explained)) = cause.rivals.iter().find_map(better) else { continue };
+        let before = std::mem::take(&mut found[number].scenes);
+        for scene in before.into_iter().chain(explained.iter().copied()) {
+            scenes[scene].explained = explained.contains(&scene);
+        }
+        for cause in found.iter_mut() {
+            cause.scenes.retain(|&scene| scenes[scene].explained);
+        }
+        let cause = &mut found[number];
+        cause.rivals.retain(|rival| !changes.contains(rival));
+        cause.alternatives = changes;
+        cause.scenes = explained.into_iter().collect();
+        is_changed = true;
+    }
+    is_changed
 }
 
 /// Marks the scenes that show nothing more with the changes found.
@@ -192,34 +283,53 @@ fn steps_otherwise(scene: &SceneEvidence<'_>, made: &[Change]) -> bool {
     })
 }
 
-/// Drops the mistakes that more scenes refute than they explain. A scene refutes one if nothing explains it, and all its
-/// terms and rules are in a scene that the mistake explains: nothing else can be wrong there. What a dropped mistake
-/// explained, alone or with others, is unexplained again. Returns whether one was dropped.
-fn drop_refuted(scenes: &mut [SceneEvidence<'_>], found: &mut Vec<Cause>) -> bool {
+/// Whether more scenes refute a mistake than it explains. A scene refutes one if nothing explains it, and all its terms and
+/// rules are in a scene that the mistake explains: nothing else can be wrong there.
+fn is_refuted(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
     let is_within = |inner: &Scene, outer: &Scene| {
         let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
         inner.integrator.name == outer.integrator.name
             && super::terms(inner).is_subset(&super::terms(outer))
             && (has_fixed(outer) || !has_fixed(inner))
     };
-    let is_refuted = |cause: &Cause| {
-        let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
-        let refuting = scenes.iter().filter(|scene| scene.is_left()).filter(acts).filter(|left| {
-            let mut explained = cause.scenes.iter().map(|&number| &scenes[number].scene);
-            explained.any(|explained| is_within(&left.scene, explained))
-        });
-        !cause.is_lack() && refuting.count() > cause.scenes.len()
-    };
-    let (refuted, mut kept): (Vec<Cause>, Vec<Cause>) =
-        std::mem::take(found).into_iter().partition(is_refuted);
-    for &number in refuted.iter().flat_map(|cause| &cause.scenes) {
-        scenes[number].explained = false;
+    let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
+    let refuting = scenes.iter().filter(|scene| scene.is_left()).filter(acts).filter(|left| {
+        let mut explained = cause.scenes.iter().map(|&number| &scenes[number].scene);
+        explained.any(|explained| is_within(&left.scene, explained))
+    });
+    !cause.is_lack() && refuting.count() > cause.scenes.len()
+}
+
+/// Whether a far-fetched mistake, such as a number that the steps determine, leaves more scenes wrong than it explains: it
+/// may be another formula that has this value in a few scenes.
+fn is_unlikely(_: &[SceneEvidence<'_>], cause: &Cause) -> bool {
+    cause.change().rank >= FAR_FETCHED && cause.unexplained > cause.scenes.len()
+}
+
+/// Drops such mistakes. What a dropped mistake explained, alone or with others, is unexplained again.
+fn drop_all(
+    scenes: &mut [SceneEvidence<'_>],
+    found: &mut Vec<Cause>,
+    is_dropped: fn(&[SceneEvidence<'_>], &Cause) -> bool,
+) {
+    let (dropped, mut kept): (Vec<Cause>, Vec<Cause>) =
+        std::mem::take(found).into_iter().partition(|cause| is_dropped(scenes, cause));
+    if !dropped.is_empty() {
+        for &number in dropped.iter().flat_map(|cause| &cause.scenes) {
+            scenes[number].explained = false;
+        }
+        for cause in &mut kept {
+            cause.scenes.retain(|&number| scenes[number].explained);
+        }
+        explain_more(scenes, &mut kept);
+        kept.retain(|cause| !cause.scenes.is_empty());
+        mark_open(scenes, &kept);
     }
     for cause in &mut kept {
-        cause.scenes.retain(|&number| scenes[number].explained);
+        let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
+        cause.unexplained = scenes.iter().filter(|scene| scene.is_left()).filter(acts).count();
     }
     *found = kept;
-    !refuted.is_empty()
 }
 
 /// Marks the scenes that the changes made so far explain together.
@@ -253,6 +363,7 @@ fn explain_more(scenes: &mut [SceneEvidence<'_>], found: &mut [Cause]) {
 fn round(
     scenes: &[SceneEvidence<'_>],
     made: &[Change],
+    excluded: &[Change],
     time_steps: &[f64],
     tried: &mut HashMap<(usize, bool), usize>,
 ) -> Vec<Cause> {
@@ -286,7 +397,7 @@ fn round(
                 continue;
             }
             most -= 1;
-            let survivors: Vec<Vec<Change>> = match pairs {
+            let mut survivors: Vec<Vec<Change>> = match pairs {
                 false => {
                     let found = survivors(scene, made, time_steps);
                     found.into_iter().map(|change| vec![change]).collect()
@@ -297,11 +408,12 @@ fn round(
                     found
                 }
             };
+            survivors.retain(|changes| !changes.iter().any(|change| excluded.contains(change)));
             let first = |changes: &Vec<Change>| weigh(scenes, made, changes.clone(), true);
             let mut found: Vec<Weighed> =
                 few_of_each_place(survivors).par_iter().filter_map(first).collect();
             found.sort_by_key(|one| (std::cmp::Reverse(one.score()), one.rank()));
-            found.truncate(WEIGHED_FULLY);
+            keep_best(&mut found);
             let fully = |one: Weighed| weigh(scenes, made, one.changes, false);
             let found: Vec<Weighed> = found.into_par_iter().filter_map(fully).collect();
             if found.is_empty() {
@@ -315,6 +427,17 @@ fn round(
         }
     }
     Vec::new()
+}
+
+/// Keeps the first of this sorted list, and the first in each other place.
+fn keep_best(sorted: &mut Vec<Weighed>) {
+    let mut places: BTreeSet<Place> = BTreeSet::new();
+    let mut kept = 0;
+    sorted.retain(|one| {
+        let is_new = places.insert(one.changes[0].place);
+        kept += 1;
+        kept <= WEIGHED_FULLY || is_new && places.len() <= WEIGHED_FULLY
+    });
 }
 
 /// Features that are left out: forces whose own scenes show it, and methods in whose place another one steps.
@@ -342,7 +465,8 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
         let of = |change: Change| weigh(scenes, made, vec![change], false);
         changes.into_par_iter().filter_map(of).collect()
     };
-    let silent = weighed(silent);
+    let mut silent = weighed(silent);
+    silent.retain(is_in_most);
     changes.retain(|change| !made.contains(change));
     let mut found = weighed(changes);
     found.retain(|one| {
@@ -372,6 +496,7 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
     {
         let cause = |one: Weighed| Cause {
             alternatives: one.changes,
+            rivals: Vec::new(),
             scenes: one.explained.into_iter().filter(|number| all.contains(number)).collect(),
             open: one.open,
             unexplained: 0,
@@ -384,7 +509,8 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
         all.extend(causes.iter().map(|cause| cause.change().clone()));
         if let Some(Weighed { changes, explained, open, .. }) = prove(scenes, &all, one) {
             let scenes = explained.into_iter().collect();
-            causes.push(Cause { alternatives: changes, scenes, open, unexplained: 0 });
+            let (alternatives, rivals) = (changes, Vec::new());
+            causes.push(Cause { alternatives, rivals, scenes, open, unexplained: 0 });
         }
     }
     causes
@@ -395,8 +521,7 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
 fn is_convincing(scenes: &[SceneEvidence<'_>], one: &Weighed) -> bool {
     let Place::Force(term) = one.changes[0].place else {
         let is_idle = matches!(one.changes[0].effect, Effect::Method(_, Rule::Idle));
-        let is_most = one.explained.len() >= 9 * one.unexplained;
-        return one.explained.len() > 2 && (is_most || !is_idle);
+        return one.explained.len() > 2 && (is_in_most(one) || !is_idle);
     };
     let integrators: BTreeSet<&str> =
         one.explained.iter().map(|&number| scenes[number].scene.integrator.name).collect();
@@ -419,11 +544,17 @@ fn is_convincing(scenes: &[SceneEvidence<'_>], one: &Weighed) -> bool {
     one.explained.len() > 1 && 10 * shown >= 9 * own.len()
 }
 
+/// Whether it explains nine tenths of the failing scenes in which it acts.
+fn is_in_most(one: &Weighed) -> bool {
+    one.explained.len() >= 9 * one.unexplained
+}
+
 /// The best of these that whole replays prove, with its alternatives.
 fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighed>) -> Vec<Cause> {
     // Stable: of equal ones, the first that was enumerated.
     weighed.sort_by_key(|one| (std::cmp::Reverse(one.score()), one.open, one.rank()));
     let mut best: Option<(Weighed, Vec<Weighed>)> = None;
+    let mut rivals: Vec<Change> = Vec::new();
     let mut replayed = 0;
     for one in weighed {
         match &mut best {
@@ -437,13 +568,18 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
                 }
             }
             Some((best, others)) => {
+                let ([known], [change]) = (best.changes.as_slice(), one.changes.as_slice()) else {
+                    continue;
+                };
+                let is_new = change != known && !rivals.contains(change);
+                if is_new && rivals.len() < RIVALS && !one.explained.is_disjoint(&best.explained) {
+                    rivals.push(change.clone());
+                }
                 // What explains the same scenes, by a change in another place.
                 let is_same = one.explained.is_superset(&best.explained);
-                let is_other = best.changes.len() == 1
-                    && one.changes.len() == 1
-                    && std::iter::once(&*best)
-                        .chain(others.iter())
-                        .all(|known| known.changes[0].place != one.changes[0].place);
+                let is_other = std::iter::once(&*best)
+                    .chain(others.iter())
+                    .all(|known| known.changes[0].place != change.place);
                 let is_usual = one.rank() <= best.rank() + 2;
                 if is_same
                     && is_other
@@ -458,13 +594,15 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
         }
     }
     let Some((best, others)) = best else { return Vec::new() };
-    let scenes: Vec<usize> = best.explained.iter().copied().collect();
     let (open, lack) = (best.open, is_lack(&best.changes[0]));
+    let together = in_each_jacobian(scenes, made, &best);
+    let scenes: Vec<usize> = best.explained.iter().copied().collect();
     let mut causes: Vec<Cause> = best
         .changes
         .into_iter()
         .map(|change| Cause {
             alternatives: vec![change],
+            rivals: Vec::new(),
             scenes: scenes.clone(),
             open,
             unexplained: 0,
@@ -473,8 +611,33 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
     let is_clear_lack = lack && scenes.len() > 2;
     if let ([cause], false) = (causes.as_mut_slice(), is_clear_lack) {
         cause.alternatives.extend(others.into_iter().flat_map(|other| other.changes));
+        cause.alternatives.extend(together);
+        cause.rivals = rivals;
     }
     causes
+}
+
+/// If the change is one of a kind of Jacobian in the matrix, and the scenes that it explains have few of that kind: the same
+/// change of each of these, in the same words.
+fn in_each_jacobian(scenes: &[SceneEvidence<'_>], made: &[Change], best: &Weighed) -> Vec<Change> {
+    let [Change { effect: Effect::Method(_, Rule::Matrix(quantity, factor)), .. }] =
+        best.changes.as_slice()
+    else {
+        return Vec::new();
+    };
+    let explained = best.explained.iter().map(|&number| &scenes[number].scene);
+    let mut terms: BTreeSet<Term> = explained.flat_map(super::terms).collect();
+    terms.retain(|term| !made.contains(&candidates::omission(*term)));
+    let depends = |term: &Term| candidates::groups(*term).contains(&[*quantity].as_slice());
+    let terms: Vec<Term> = terms.into_iter().filter(depends).collect();
+    if terms.len() < 2 || terms.len() > TOGETHER {
+        return Vec::new();
+    }
+    let changes = candidates::in_each(&terms, *quantity, *factor);
+    let explained = best.explained.clone();
+    let weighed = Weighed { changes, explained, unexplained: 0, open: 0 };
+    let proven = prove(scenes, made, weighed);
+    proven.filter(|one| one.explained == best.explained).map_or_else(Vec::new, |one| one.changes)
 }
 
 /// Replays whole scenes: the changes must leave alone what passed, and keeps those scenes that they reproduce.

@@ -2,6 +2,7 @@
 //! and on the reading of the scene. The most usual come first.
 
 use std::collections::HashMap;
+use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
 use simulator::scene::schema::StepEquation;
@@ -41,11 +42,14 @@ const BY_POSITION: &[Quantity] = &[Quantity::ByPosition];
 const BY_VELOCITY: &[Quantity] = &[Quantity::ByVelocity];
 const JACOBIANS: &[Quantity] = &[Quantity::ByPosition, Quantity::ByVelocity];
 
+const WITHOUT_H: &str = "is not multiplied by h";
+const TOO_OFTEN_H: &str = "is multiplied by h once too often";
+
 /// Ends the words of a change of a force that its Jacobians have as well.
 const IN_JACOBIANS: &str = ", in its Jacobians as well";
 
 /// `springforce's damping`, `dF/dx of springforce's damping`.
-fn name(term: Term, quantity: Quantity) -> String {
+fn name(term: impl Display, quantity: Quantity) -> String {
     match quantity {
         Quantity::Force => term.to_string(),
         Quantity::ByPosition => format!("dF/dx of {term}"),
@@ -103,6 +107,28 @@ pub fn integrator_factor(name: &'static str, quantity: Quantity, number: f64) ->
         effect: Effect::Method(name, rule),
         rank: 3,
     }
+}
+
+/// The same factor of one Jacobian of each of these terms: a change for each, all in the same words.
+pub fn in_each(terms: &[Term], quantity: Quantity, by: Factor) -> Vec<Change> {
+    let quantities = match quantity {
+        Quantity::Force => FORCE,
+        Quantity::ByPosition => BY_POSITION,
+        Quantity::ByVelocity => BY_VELOCITY,
+    };
+    let names: Vec<String> = terms.iter().map(Term::to_string).collect();
+    let what = match by.h {
+        0 => factor_words(by.number),
+        1 => TOO_OFTEN_H.to_owned(),
+        _ => WITHOUT_H.to_owned(),
+    };
+    let change = |term: &Term| Change {
+        place: Place::Jacobian(*term),
+        words: format!("{} {what}", name(names.join(" and "), quantity)),
+        effect: Effect::Factor(*term, quantities, by),
+        rank: 1,
+    };
+    terms.iter().map(change).collect()
 }
 
 /// A number in words.
@@ -256,8 +282,10 @@ pub fn speed_limit(name: &'static str, limit: f64) -> Change {
 /// Forces at another point between the ends of a step.
 pub fn forces_at(name: &'static str, part: f64, is_implicit: bool) -> Change {
     let velocity = if is_implicit { "v'" } else { "v" };
-    let words = format!("forces are evaluated at x + {} h {velocity}", decimal(part));
-    of_method(name, Rule::ForcesAt(part), &words.replace("+ −", "− "), 3)
+    let part_words = if part == 1.0 { String::new() } else { decimal(part) + " " };
+    let words = format!("forces are evaluated at x + {part_words}h {velocity}");
+    let rank = if (2.0 * part).fract() == 0.0 { 2 } else { 3 };
+    of_method(name, Rule::ForcesAt(part), &words.replace("+ −", "− "), rank)
 }
 
 fn of_method(name: &'static str, rule: Rule, words: &str, rank: u8) -> Change {
@@ -313,8 +341,8 @@ fn named_factors(term: Term, quantities: &'static [Quantity]) -> Vec<Change> {
     let named = [
         ("is multiplied by the mass", Factor::mass(1)),
         ("is divided by the mass", Factor::mass(-1)),
-        ("is not multiplied by h", Factor::h(-1)),
-        ("is multiplied by h once too often", Factor::h(1)),
+        (WITHOUT_H, Factor::h(-1)),
+        (TOO_OFTEN_H, Factor::h(1)),
     ];
     let change = |(words, factor): (&str, Factor)| Change {
         place: what.place,

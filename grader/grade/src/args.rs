@@ -50,7 +50,7 @@ pub(super) enum Command {
         #[command(flatten)]
         suite: SuiteArgs,
     },
-    /// Explain one scene that failed: the findings, the first wrong step, and its equation with the numbers put in
+    /// Explain one scene that failed: the findings, the first step that is wrong by itself, and its equation with the numbers put in
     #[command(
         after_help = "Exit codes: 0 the scene passed, 1 it failed, 2 bad usage or input, 3 it could not be judged, 130 \
                       interrupted (Ctrl-C)."

@@ -54,16 +54,11 @@ impl WrongSteps {
         };
         let Self { total, wrong, ranges, .. } = self;
         let rest = match (*wrong, ranges.as_slice()) {
-            (0, _) => format!("all {total} steps are right up to rounding"),
+            (0, _) => format!("each of the {total} steps is right within its error bound"),
             (wrong, _) if wrong == *total => {
                 format!("all {total} steps are wrong")
             }
-            (1, [[only, _]]) => {
-                format!("only step {only} of {total} is wrong, and causes the other differences")
-            }
-            (2, [[first, last]]) if last - first == 1 => format!(
-                "steps {first} and {last} of {total} are wrong, which fits a wrong state {first}"
-            ),
+            (1, [[only, _]]) => format!("only step {only} of {total} is wrong"),
             (wrong, ranges) => {
                 let name = |&[first, last]: &[u64; 2]| match first == last {
                     true => first.to_string(),

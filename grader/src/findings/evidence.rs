@@ -226,7 +226,8 @@ impl<'a> SceneEvidence<'a> {
         let model = Model::new(&self.scene, made);
         let axes = self.scene.dimension.count();
         let is_of_fixed = |change: &Change| {
-            matches!(change.place, Place::Fixed(_)) && change.acts_in(&self.scene)
+            matches!(change.place, Place::Fixed(_) | Place::FixedUnder(_))
+                && change.acts_in(&self.scene)
         };
         let holds_otherwise = made.iter().any(is_of_fixed);
         let mut shown = [false; 2];

@@ -157,6 +157,19 @@ pub enum Family {
     Implicit,
 }
 
+impl Family {
+    /// The family of an integrator, by its name.
+    pub(super) fn of(integrator: &str) -> Self {
+        use simulator::scene::schema::Matrix;
+        let mut kinds = simulator::integrator::REGISTRY.iter();
+        let kind = kinds.find(|kind| kind.schema.name == integrator);
+        match kind.map(|kind| kind.schema.matrix) {
+            Some(Matrix::Jacobians) => Self::Implicit,
+            _ => Self::Explicit,
+        }
+    }
+}
+
 impl fmt::Display for Family {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -39,11 +39,14 @@ pub(super) enum Kind {
     TooMuch,
     Malformed,
     NotFiniteAtLast,
-    OneStateOff,
+    StateTooMany,
+    StateTooFew,
     Duration,
     InitialMissing,
     ByteOrder,
     Order,
+    Late,
+    VelocitiesLate,
     SingleBytes,
     InitialVelocity,
     FixedStopped,
@@ -67,11 +70,14 @@ impl fmt::Display for Kind {
             Self::TooMuch => "output limit exceeded",
             Self::Malformed => "malformed",
             Self::NotFiniteAtLast => "right, except for non-finite numbers at the end",
-            Self::OneStateOff => "one too many or too few",
+            Self::StateTooMany => "too many",
+            Self::StateTooFew => "one too few",
             Self::Duration => "wrong duration or dt",
             Self::InitialMissing => "the initial state is missing",
             Self::ByteOrder => "reversed byte order",
             Self::Order => "right numbers in the wrong order",
+            Self::Late => "each state is written one step late",
+            Self::VelocitiesLate => "the velocities are those of the step before",
             Self::SingleBytes => "4-byte numbers instead of 8-byte ones",
             Self::InitialVelocity => "initial velocities are not read",
             Self::FixedStopped => "their velocities are set to 0",
@@ -99,7 +105,7 @@ impl Kind {
             | Self::Crash
             | Self::TimeOut
             | Self::Memory => return None,
-            Self::OneStateOff => Feature::States,
+            Self::StateTooMany | Self::StateTooFew => Feature::States,
             Self::Duration | Self::InitialVelocity | Self::InitialState => Feature::Reading,
             Self::FixedStopped => Feature::Fixed(Family::Any),
             Self::Digits(_) | Self::Decimals(_) | Self::Single => Feature::Precision,
@@ -110,6 +116,8 @@ impl Kind {
             | Self::InitialMissing
             | Self::ByteOrder
             | Self::Order
+            | Self::Late
+            | Self::VelocitiesLate
             | Self::SingleBytes => Feature::Output,
         })
     }
@@ -160,7 +168,8 @@ fn length(failure: &Failure) -> Kind {
     match failure {
         Failure::TooShort { states: 0, .. } => Kind::NoTrace,
         Failure::TooShort { states, expected } if states + 1 < *expected => Kind::Duration,
-        _ => Kind::OneStateOff,
+        Failure::TooShort { .. } => Kind::StateTooFew,
+        _ => Kind::StateTooMany,
     }
 }
 
@@ -173,8 +182,36 @@ fn in_numbers(scene: &Scene, first: &FirstWrong) -> Option<Kind> {
             return Some(kind);
         }
     }
-    let rounded = in_digits(&first.context);
+    if let Some(kind) = late(scene, &first.context) {
+        return Some(kind);
+    }
+    // An initial state can differ by rounding alone, whatever the later ones do.
+    let rounded = match (first.place.step, row(0)) {
+        (0, Some(initial)) => in_digits(std::slice::from_ref(initial)),
+        _ => in_digits(&first.context),
+    };
     if rounded.is_none() && first.place.step == 0 { Some(Kind::InitialState) } else { rounded }
+}
+
+/// Whether the states are those of the step before, or their velocities.
+fn late(scene: &Scene, context: &[ContextRow]) -> Option<Kind> {
+    let axes = scene.dimension.count();
+    let pairs = || context.windows(2).filter(|pair| pair[0].step + 1 == pair[1].step);
+    let moves = |pair: &&[ContextRow]| !same(&pair[0].expected, &pair[1].expected);
+    if pairs().filter(moves).count() < 2 {
+        return None;
+    }
+    if pairs().all(|pair| same(&pair[1].got, &pair[0].expected)) {
+        return Some(Kind::Late);
+    }
+    let of_velocities = |pair: &[ContextRow]| {
+        let (position, velocity) = pair[1].got.split_at(axes);
+        same(position, &pair[1].expected[..axes]) && same(velocity, &pair[0].expected[axes..])
+    };
+    let changes =
+        |pair: &&[ContextRow]| !same(&pair[0].expected[axes..], &pair[1].expected[axes..]);
+    let is_shown = pairs().filter(changes).count() > 1;
+    (is_shown && pairs().all(of_velocities)).then_some(Kind::VelocitiesLate)
 }
 
 /// The kind of failure of a wrong initial state.
@@ -197,14 +234,17 @@ fn in_order(
     let state: Vec<f64> = of_all(|particle| &particle.position)
         .chain(of_all(|particle| &particle.velocity))
         .collect();
+    let place = |axis: usize| 2 * (axes * particle + axis);
     let singles = (0..axes).all(|axis| {
-        let at = 2 * (axes * particle + axis);
+        let at = place(axis);
         let bits = got[axis].to_bits();
         let halves = [f32::from_bits(bits as u32), f32::from_bits((bits >> 32) as u32)];
         let wanted = state.get(at..at + 2);
         wanted.is_some_and(|wanted| halves[0] == wanted[0] as f32 && halves[1] == wanted[1] as f32)
     });
-    if singles {
+    let is_shown =
+        state.get(place(0)..place(axes)).is_some_and(|all| all.iter().any(|v| *v != 0.0));
+    if singles && is_shown {
         return Some(Kind::SingleBytes);
     }
     let (position, velocity) = got.split_at(axes);

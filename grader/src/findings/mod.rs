@@ -68,7 +68,7 @@ pub struct Finding {
     pub words: Vec<String>,
     /// The scenes that it explains, by name.
     pub scenes: Vec<String>,
-    /// Scenes in which Newton's method does not converge with the mistake: they are neither for nor against it.
+    /// Scenes in which Newton's method converges slowly or not at all with the mistake: neither for nor against it.
     pub open: usize,
     /// Wrong scenes in which the mistake acts, and that nothing explains.
     pub unexplained: usize,
@@ -150,7 +150,9 @@ impl Finding {
         };
         let open = match self.open {
             0 => String::new(),
-            open => format!("; in {open} more, Newton's method does not converge with it"),
+            open => format!(
+                "; {open} more show nothing: Newton's method converges slowly or not at all with it"
+            ),
         };
         match self.kind {
             FindingKind::Cause => {
@@ -165,7 +167,7 @@ impl Finding {
                 )
             }
             FindingKind::Feature => format!(
-                "differs in all {} where it matters; no single change explains it",
+                "differs in all {} where it matters; no change that grade tries explains it",
                 scenes(count)
             ),
             FindingKind::OtherRoot => {
@@ -230,6 +232,7 @@ impl From<Place> for Feature {
             Place::Fixed(None) => Self::Fixed(Family::Any),
             Place::Fixed(Some(false)) => Self::Fixed(Family::Explicit),
             Place::Fixed(Some(true)) => Self::Fixed(Family::Implicit),
+            Place::FixedUnder(name) => Self::Fixed(Family::of(name)),
             Place::Reading => Self::Reading,
         }
     }
@@ -280,12 +283,12 @@ impl Findings {
         if !has_wrong_jacobian && !causes.iter().any(is_known) {
             list.extend(other_roots);
         }
-        list.extend(causes.iter().map(|cause| of_cause(cause, &scenes)));
+        list.extend(causes.iter().map(|cause| of_cause(cause, is_lack(cause, &causes), &scenes)));
         list.extend(features(&scenes, &causes));
         list.extend(ends(&scenes));
         let mut diagnoses = Vec::new();
         for (number, (scene, root)) in scenes.iter().zip(&roots).enumerate() {
-            let lacks = causes.iter().find(|c| c.is_lack() && c.scenes.contains(&number));
+            let lacks = causes.iter().find(|c| is_lack(c, &causes) && c.scenes.contains(&number));
             let lacks = lacks.map(|cause| cause.change().words.clone());
             let is_wrong = !scene.passed && scene.steps.total > 0;
             let diagnosis = is_wrong.then(|| {
@@ -339,8 +342,14 @@ fn drop_lacking(list: &mut Vec<Finding>) {
     list.retain(|_| kept.next() == Some(true));
 }
 
-fn of_cause(cause: &Cause, scenes: &[SceneEvidence<'_>]) -> Finding {
-    let kind = if cause.is_lack() { FindingKind::NotImplemented } else { FindingKind::Cause };
+/// Whether a cause is a feature that is not there. A method with a mistake of its own is there.
+fn is_lack(cause: &Cause, causes: &[Cause]) -> bool {
+    let is_of_it = |other: &Cause| !other.is_lack() && other.change().place == cause.change().place;
+    cause.is_lack() && !causes.iter().any(is_of_it)
+}
+
+fn of_cause(cause: &Cause, is_lack: bool, scenes: &[SceneEvidence<'_>]) -> Finding {
+    let kind = if is_lack { FindingKind::NotImplemented } else { FindingKind::Cause };
     Finding {
         kind,
         features: cause.alternatives.iter().map(|change| change.place.into()).collect(),
@@ -369,6 +378,12 @@ fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
         }
     }
     kinds.sort_by_key(|(_, numbers)| std::cmp::Reverse(numbers.len()));
+    // A fault of nearly all traces can look like another one in a few.
+    let count = |(_, numbers): &(Kind, Vec<usize>)| numbers.len();
+    let all: usize = kinds.iter().map(count).sum();
+    if kinds.first().is_some_and(|first| 10 * count(first) >= 9 * all) {
+        kinds.truncate(1);
+    }
     let mut list: Vec<Finding> = Vec::new();
     for (kind, numbers) in kinds {
         let Some(feature) = kind.feature() else { continue };
@@ -433,7 +448,8 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
         is_wrong && !scene.explained && !scene.open
     };
     let failing: Vec<&SceneEvidence<'_>> = scenes.iter().filter(|scene| is_left(scene)).collect();
-    let lacks = |number: usize| causes.iter().any(|c| c.is_lack() && c.scenes.contains(&number));
+    let lacks =
+        |number: usize| causes.iter().any(|c| is_lack(c, causes) && c.scenes.contains(&number));
     let right = scenes.iter().enumerate().filter(|(number, scene)| {
         scene.passed || (scene.explained && scene.steps.total > 0 && !lacks(*number))
     });
@@ -475,7 +491,7 @@ fn in_words(feature: Feature, circumstances: &str) -> String {
 
 /// The features whose scenes are exactly those that crash, do not end, or take too much memory.
 fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
-    let of = |symptom: Symptom| {
+    let of = |symptom: Symptom| -> Vec<Finding> {
         let failing: Vec<&SceneEvidence<'_>> = scenes
             .iter()
             .filter(|scene| scene.kind.as_ref().is_some_and(|kind| kind.symptom() == symptom))
@@ -484,17 +500,21 @@ fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
         let right: Vec<&Scene> = ran.map(|scene| &scene.case.scene).collect();
         let wrong = failing.iter().map(|scene| Failing::of(&scene.case.scene));
         let wrong: Vec<Failing<'_>> = wrong.collect();
-        let (feature, detail, _) = scope::only(&wrong, &right, FEW)?;
-        Some(Finding {
+        let found = match scope::only(&wrong, &right, FEW) {
+            Some(only) => vec![only],
+            None => scope::eliminated(&wrong, &right, FEW),
+        };
+        let finding = |(feature, detail, numbers): scope::Guilty| Finding {
             kind: FindingKind::Ends(symptom),
             features: vec![feature],
             words: vec![in_words(feature, &detail)],
-            scenes: names(failing.into_iter()),
+            scenes: names(numbers.into_iter().map(|number| failing[number])),
             open: 0,
             unexplained: 0,
-        })
+        };
+        found.into_iter().map(finding).collect()
     };
-    [Symptom::Crash, Symptom::TimeOut, Symptom::Memory].into_iter().filter_map(of).collect()
+    [Symptom::Crash, Symptom::TimeOut, Symptom::Memory].into_iter().flat_map(of).collect()
 }
 
 /// What the program says that it lacks, one finding for each name.
@@ -554,20 +574,25 @@ fn progress(judged: &[JudgedScene<'_>], list: &[Finding]) -> Option<Progress> {
         return None;
     }
     let passed = || judged.iter().filter(|scene| scene.comparison.verdict.is_pass());
+    // What a finding names is not said to be there.
+    let named = || list.iter().flat_map(|finding| &finding.features);
     let mut implemented = Vec::new();
     if passed().any(|scene| scene.case.scene.forces.is_empty()) {
         implemented.push("free motion".to_owned());
     }
     for kind in force::REGISTRY {
         let has = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == kind.schema.tag);
-        if passed().any(|scene| has(&scene.case.scene)) {
+        let tag = kind.schema.tag;
+        let is_named = named().any(|f| matches!(f, Feature::Force(part) if part.tag() == tag));
+        if !is_named && passed().any(|scene| has(&scene.case.scene)) {
             implemented.push(kind.schema.title.to_owned());
         }
     }
     for kind in integrator::REGISTRY {
         let is_of =
             |scene: &Scene| scene.integrator.name == kind.schema.name && !scene.forces.is_empty();
-        if passed().any(|scene| is_of(&scene.case.scene)) {
+        let is_named = named().any(|f| *f == Feature::Integrator(kind.schema.name));
+        if !is_named && passed().any(|scene| is_of(&scene.case.scene)) {
             implemented.push(kind.schema.name.to_owned());
         }
     }

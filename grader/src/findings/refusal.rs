@@ -69,10 +69,12 @@ fn names(case: &Case) -> Vec<String> {
     names
 }
 
-/// Whether `name` stands in `line` by itself: not as a part of a longer name, nor as that of a source file.
+/// Whether `name` stands in `line` by itself: not as a part of a longer name, nor as that of a source file. Hyphens and
+/// underscores inside names do not count: `implicit-euler` is the class `ImplicitEuler`.
 fn has_word(line: &str, name: &str) -> bool {
-    let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
-    line.match_indices(name).any(|(place, _)| {
+    let [line, name] = [line, name].map(|text| text.replace(['-', '_'], ""));
+    let is_part = |c: char| c.is_alphanumeric();
+    line.match_indices(&name).any(|(place, _)| {
         let before = line[..place].chars().next_back();
         let mut after = line[place + name.len()..].chars();
         let next = after.next();

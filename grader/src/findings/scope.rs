@@ -273,9 +273,8 @@ fn hypotheses() -> Vec<Hypothesis> {
             all.push(hypothesis(Feature::Fixed(of), detail, expects));
         }
     }
-    all.push(hypothesis(Feature::Reading, "with several forces", |scene: &Scene| {
-        when(scene.forces.len() > 1)
-    }));
+    let several = "or adding up its forces, where there are several";
+    all.push(hypothesis(Feature::Reading, several, |scene: &Scene| when(scene.forces.len() > 1)));
     all.push(hypothesis(Feature::Reading, "masses", |scene: &Scene| {
         // What is proportional to the mass accelerates alike whatever it is.
         let feels = |part: Part| part.schema().masses != Masses::Own && acts(scene, part);

@@ -38,6 +38,9 @@ const PASSED: usize = 12;
 /// Scenes whose changes are enumerated in a round.
 const TRIED: usize = 8;
 
+/// Maximum number of rounds that find nothing.
+const EMPTY: usize = 2;
+
 /// Changes of one scene, and of one place in it, that are compared with one step of [`PROBED`] other scenes; and those
 /// that are compared with all evidence, with one in each of as many other places.
 const WEIGHED: usize = 48;
@@ -64,7 +67,7 @@ const RIVALS: usize = 12;
 const FAR_FETCHED: u8 = 3;
 
 /// Jacobians that the same change of the matrix may be in.
-const TOGETHER: usize = 2;
+const TOGETHER: usize = 3;
 
 /// Minimum ratio of a defect to the noise for changes to be distinguishable.
 const CLEAR: f64 = 300.0;
@@ -181,16 +184,23 @@ fn search(scenes: &mut [SceneEvidence<'_>], excluded: &[Change]) -> Vec<Cause> {
     let mut found: Vec<Cause> = Vec::new();
     // Scenes that no change explained, with the number of changes that acted in them then.
     let mut tried: HashMap<(usize, bool), usize> = HashMap::new();
+    let mut empty = 0;
     for _ in 0..ROUNDS {
         let made: Vec<Change> = found.iter().map(|cause| cause.change().clone()).collect();
         let full = found.iter().filter(|cause| !cause.is_lack()).count() >= MISTAKES;
+        let n_tried = tried.len();
         let mut next = lacks(scenes, &made);
         if next.is_empty() {
             next = round(scenes, &made, excluded, &time_steps, &mut tried);
         }
         next.retain(|cause| !full || cause.is_lack());
         if next.is_empty() {
-            break;
+            // Other scenes are tried then.
+            if full || empty == EMPTY || tried.len() == n_tried {
+                break;
+            }
+            empty += 1;
+            continue;
         }
         for cause in next {
             for &number in &cause.scenes {
@@ -300,10 +310,20 @@ fn is_refuted(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
     !cause.is_lack() && refuting.count() > cause.scenes.len()
 }
 
-/// Whether a far-fetched mistake, such as a number that the steps determine, leaves more scenes wrong than it explains: it
-/// may be another formula that has this value in a few scenes.
-fn is_unlikely(_: &[SceneEvidence<'_>], cause: &Cause) -> bool {
-    cause.change().rank >= FAR_FETCHED && cause.unexplained > cause.scenes.len()
+/// Whether a mistake leaves too many scenes wrong in which it acts. A far-fetched one, such as a number that the steps
+/// determine, may be another formula that has this value in a few scenes; a method that steps as another one does so in all
+/// scenes. They must explain most. Others must explain a third, as other mistakes may be in the same scenes.
+fn is_unlikely(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
+    let change = cause.change();
+    let acts = |scene: &&SceneEvidence<'_>| change.acts_in(&scene.scene) && scene.is_suspect();
+    let unsettled = scenes.iter().filter(acts).filter(|scene| !scene.explained).count();
+    let explained = cause.scenes.len();
+    let is_replaced = matches!(change.effect, Effect::Method(_, Rule::Replaced(_)));
+    let is_far_fetched = !cause.is_lack() && change.rank >= FAR_FETCHED;
+    match is_replaced || is_far_fetched {
+        true => explained <= unsettled,
+        false => !cause.is_lack() && 2 * explained < cause.unexplained,
+    }
 }
 
 /// Drops such mistakes. What a dropped mistake explained, alone or with others, is unexplained again.
@@ -517,11 +537,12 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
 }
 
 /// Whether at least two scenes, and nearly all that use no other force, show that a feature is left out. Of a method, at
-/// least three; that nothing moves under it, nearly all, since a scene at rest shows the same without a force.
+/// least three, and half of its scenes; that nothing moves under it, nearly all, since a scene at rest shows the same without a force.
 fn is_convincing(scenes: &[SceneEvidence<'_>], one: &Weighed) -> bool {
     let Place::Force(term) = one.changes[0].place else {
         let is_idle = matches!(one.changes[0].effect, Effect::Method(_, Rule::Idle));
-        return one.explained.len() > 2 && (is_in_most(one) || !is_idle);
+        let is_enough = one.explained.len() >= one.unexplained;
+        return one.explained.len() > 2 && (is_in_most(one) || is_enough && !is_idle);
     };
     let integrators: BTreeSet<&str> =
         one.explained.iter().map(|&number| scenes[number].scene.integrator.name).collect();

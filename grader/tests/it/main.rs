@@ -3,4 +3,5 @@
 mod calibration;
 mod change;
 mod conformance;
+mod findings;
 mod jacobians;

@@ -116,7 +116,9 @@ pub fn in_each(terms: &[Term], quantity: Quantity, by: Factor) -> Vec<Change> {
         Quantity::ByPosition => BY_POSITION,
         Quantity::ByVelocity => BY_VELOCITY,
     };
-    let names: Vec<String> = terms.iter().map(Term::to_string).collect();
+    let mut names: Vec<String> = terms.iter().map(Term::to_string).collect();
+    let last = names.pop().unwrap_or_default();
+    let names = if names.is_empty() { last } else { format!("{} and {last}", names.join(", ")) };
     let what = match by.h {
         0 => factor_words(by.number),
         1 => TOO_OFTEN_H.to_owned(),
@@ -124,7 +126,7 @@ pub fn in_each(terms: &[Term], quantity: Quantity, by: Factor) -> Vec<Change> {
     };
     let change = |term: &Term| Change {
         place: Place::Jacobian(*term),
-        words: format!("{} {what}", name(names.join(" and "), quantity)),
+        words: format!("{} {what}", name(&names, quantity)),
         effect: Effect::Factor(*term, quantities, by),
         rank: 1,
     };
@@ -652,9 +654,10 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
             let words = format!("Newton's method ends after {iterations} {times}");
             all.push(change(Rule::Newton(Newton { iterations, ..NEWTON }), 1, words));
         }
-        for exponent in 1..=16 {
+        for exponent in 0..=16 {
             let tolerance = 10.0_f64.powf(-f64::from(exponent) / 2.0);
             let written = match exponent % 2 {
+                0 if exponent == 0 => "1".to_owned(),
                 0 => format!("1e-{}", exponent / 2),
                 _ => format!("{tolerance:.1e}"),
             };
@@ -664,6 +667,7 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
         for (norm, words) in [
             (Norm::First, "Newton's method looks at the first component of the update only"),
             (Norm::Sum, "Newton's method adds up the components of the update with their signs"),
+            (Norm::SignedSum, "Newton's method stops where the sum of the update is negative"),
         ] {
             all.push(change(Rule::Newton(Newton { norm, ..NEWTON }), 2, words.to_owned()));
         }
@@ -688,8 +692,25 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
     all
 }
 
-/// Changes of the treatment of fixed particles; empty where there are none.
+/// Changes of the treatment of fixed particles, by all methods, by a family of them or by the scene's alone; empty where
+/// there are none.
 pub fn of_fixed(scene: &Scene) -> Vec<Change> {
+    let name = scene.integrator.name;
+    let mut all = of_fixed_by_family(scene);
+    let alone = |change: &Change| {
+        let words = match change.words.split_once(" methods ") {
+            Some((_, rest)) => format!("steps of {name} {rest}"),
+            None => format!("{name}: {}", change.words),
+        };
+        let place = Place::FixedUnder(name);
+        Change { place, words, effect: change.effect.clone(), rank: change.rank + 1 }
+    };
+    let by_it: Vec<Change> = all.iter().map(alone).collect();
+    all.extend(by_it);
+    all
+}
+
+fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     if !scene.particles.iter().any(|particle| particle.fixed) {
         return Vec::new();
     }
@@ -765,6 +786,9 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     let reading = Place::Reading;
     add(reading, SceneRule::Masses(1.0), 1, "every mass is taken as 1".to_owned());
     add(reading, SceneRule::FirstMass, 2, "every mass is that of the first particle".to_owned());
+    if scene.particles.iter().any(|particle| particle.mass.fract() != 0.0) {
+        add(reading, SceneRule::IntegerMasses, 2, "masses are read as integers".to_owned());
+    }
     add(reading, SceneRule::Velocities, 1, "initial velocities are taken as 0".to_owned());
     add(reading, SceneRule::SingleTimeStep, 2, "dt is rounded to single precision".to_owned());
     for step in time_steps.iter().filter(|step| **step != scene.time_step) {
@@ -774,6 +798,12 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         for (last, which) in [(false, "first"), (true, "last")] {
             let words = format!("only the {which} force of a scene is read");
             add(reading, SceneRule::OneForce { last }, 1, words);
+        }
+        for (even_alone, words) in [
+            (true, "the last force of a scene is left out"),
+            (false, "the last force of a scene is left out where there are several"),
+        ] {
+            add(reading, SceneRule::NotLastForce { even_alone }, 1, words.to_owned());
         }
     }
     let mut tags: Vec<&'static str> = Vec::new();
@@ -820,6 +850,17 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             for value in [0.0, 1.0] {
                 let words = format!("{tag} uses {name} = {value}");
                 add(place, SceneRule::Parameter(tag, name, value), 1, words);
+            }
+            let values = || of_it().map(|element| element.parameter(name));
+            if values().any(|value| value.fract() != 0.0) {
+                let words = format!("{tag} reads {name} as an integer");
+                add(place, SceneRule::Integer(tag, name), 2, words);
+            }
+            if values().any(|value| value == 0.0) && values().any(|value| value != 0.0)
+                || values().all(|value| value == 0.0)
+            {
+                let words = format!("{tag} uses {name} = 1 where it is not given");
+                add(place, SceneRule::Default(tag, name, 1.0), 2, words);
             }
             for other in schema.parameters.iter().filter(|other| other.name != name) {
                 if other.three_dimensional && scene.dimension == Dimension::Two {

@@ -88,11 +88,15 @@ impl Change {
                 scene.integrator.name == *name || SUBSTITUTES.contains(name)
             }
             (Effect::Fixed(_) | Effect::Scene(SceneRule::Unfixed | SceneRule::Unjoined), place) => {
-                let family = match place {
+                let concerned = match place {
                     Place::Fixed(Some(family)) => family == implicit(),
+                    // A method in the place of another has its mistakes there.
+                    Place::FixedUnder(name) => {
+                        scene.integrator.name == name || SUBSTITUTES.contains(&name)
+                    }
                     _ => true,
                 };
-                family && scene.particles.iter().any(|particle| particle.fixed)
+                concerned && scene.particles.iter().any(|particle| particle.fixed)
             }
             (_, Place::Force(term)) => has(&term),
             _ => true,
@@ -136,6 +140,8 @@ pub enum Place {
     Integrator(&'static str),
     /// Fixed particles, under explicit methods (`Some(false)`), implicit ones (`Some(true)`) or all.
     Fixed(Option<bool>),
+    /// Fixed particles under one integrator, by its name.
+    FixedUnder(&'static str),
     /// The reading of scenes.
     Reading,
 }
@@ -388,6 +394,8 @@ pub enum Norm {
     First,
     /// The absolute sum, signs included.
     Sum,
+    /// The sum, which may be negative.
+    SignedSum,
     /// The change of positions, `h` times that of velocities.
     Positions,
 }
@@ -464,6 +472,17 @@ pub enum SceneRule {
         /// The last one.
         last: bool,
     },
+    /// The last force element of the scene is not there; a single one may be.
+    NotLastForce {
+        /// A single one is not there either.
+        even_alone: bool,
+    },
+    /// Masses are cut to integers of at least 1.
+    IntegerMasses,
+    /// A parameter is cut to an integer.
+    Integer(&'static str, &'static str),
+    /// A parameter has this value where it is not written, or 0.
+    Default(&'static str, &'static str, f64),
     /// Only the first or the last element of a force is there.
     OneElement {
         /// The force's tag.

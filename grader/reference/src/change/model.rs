@@ -11,8 +11,8 @@ use simulator::trace::State;
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Quantity,
-    Rule, SceneRule, Softening, Term, Unknowns,
+    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Place,
+    Quantity, Rule, SceneRule, Softening, Term, Unknowns,
 };
 use crate::laws::Laws;
 use crate::method::{Method, OnePoint};
@@ -153,7 +153,11 @@ impl Model {
     pub fn new(scene: &Scene, changes: &[Change]) -> Self {
         let mut scene = scene.clone();
         for change in changes {
-            if let Effect::Scene(rule) = change.effect {
+            let is_elsewhere =
+                matches!(change.place, Place::FixedUnder(name) if name != scene.integrator.name);
+            if let Effect::Scene(rule) = change.effect
+                && !is_elsewhere
+            {
                 read_wrongly(&mut scene, rule);
             }
         }
@@ -212,7 +216,7 @@ impl Model {
             let mut inner = model.clone();
             inner.h *= part;
             inner.method = Some(OnePoint::Implicit);
-            changes.iter().for_each(|change| inner.make(&change.effect));
+            changes.iter().for_each(|change| inner.make(change));
             // The velocities of fixed particles are set at the end of the whole step.
             (inner.fixed_rules.stop, inner.fixed_rules.fall) = (false, false);
             model.part = Some((part, Box::new(inner)));
@@ -227,7 +231,7 @@ impl Model {
         }
         model.stepped_as = model.method.and_then(name_of);
         for change in changes {
-            model.make(&change.effect);
+            model.make(change);
         }
         model
     }
@@ -247,11 +251,17 @@ impl Model {
     pub fn is_changed_by(&self, change: &Change) -> bool {
         match &change.effect {
             Effect::Method(_, Rule::Replaced(_) | Rule::Idle) => true,
-            Effect::Method(name, _) => {
-                self.scene.integrator.name == *name || self.stepped_as == Some(*name)
-            }
-            _ => true,
+            Effect::Method(name, _) => self.steps_by(name),
+            _ => match change.place {
+                Place::FixedUnder(name) => self.steps_by(name),
+                _ => true,
+            },
         }
+    }
+
+    /// Whether it steps by the method of this name, in the place of another or not.
+    fn steps_by(&self, name: &str) -> bool {
+        self.scene.integrator.name == name || self.stepped_as == Some(name)
     }
 
     /// The initial state.
@@ -277,15 +287,13 @@ impl Model {
         self.terms[number].term
     }
 
-    fn make(&mut self, effect: &Effect) {
-        match effect {
-            Effect::Method(_, Rule::Replaced(_) | Rule::Idle) => {}
-            Effect::Method(integrator, rule)
-                if self.scene.integrator.name == *integrator
-                    || self.stepped_as == Some(*integrator) =>
-            {
-                self.follow(*rule);
-            }
+    fn make(&mut self, change: &Change) {
+        if !self.is_changed_by(change) {
+            return;
+        }
+        match &change.effect {
+            Effect::Method(_, Rule::Replaced(_) | Rule::Idle) | Effect::Scene(_) => {}
+            Effect::Method(_, rule) => self.follow(*rule),
             Effect::Fixed(rule) => match *rule {
                 FixedRule::Stand => self.fixed_rules.stand = true,
                 FixedRule::Stop => self.fixed_rules.stop = true,
@@ -294,15 +302,14 @@ impl Model {
                 FixedRule::Hold(hold) => self.fixed_rules.hold = hold,
                 FixedRule::Behind => self.fixed_rules.behind = true,
             },
-            Effect::Method(..) | Effect::Scene(_) => {}
-            Effect::Formula(term, ..)
+            effect @ (Effect::Formula(term, ..)
             | Effect::Derived(term, _)
             | Effect::Factor(term, ..)
             | Effect::Ends(term, _)
             | Effect::Blocks(term, ..)
             | Effect::Axes(term, ..)
             | Effect::Length(term, _)
-            | Effect::FirstOnly(term, _) => {
+            | Effect::FirstOnly(term, _)) => {
                 if let Some(model) = self.terms.iter_mut().find(|model| model.term == *term) {
                     model.make(effect);
                 }
@@ -774,6 +781,27 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             let kept = if last { scene.forces.len().saturating_sub(1) } else { 0 };
             let mut number = 0..;
             scene.forces.retain(|_| number.next() == Some(kept));
+        }
+        SceneRule::NotLastForce { even_alone } => {
+            if even_alone || scene.forces.len() > 1 {
+                scene.forces.pop();
+            }
+        }
+        SceneRule::IntegerMasses => {
+            let cut = |mass: f64| mass.trunc().max(1.0);
+            scene.particles.iter_mut().for_each(|particle| particle.mass = cut(particle.mass));
+        }
+        SceneRule::Integer(tag, name) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let value = element.parameter_mut(name);
+                *value = value.trunc();
+            }
+        }
+        SceneRule::Default(tag, name, default) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let value = element.parameter_mut(name);
+                *value = if *value == 0.0 { default } else { *value };
+            }
         }
         SceneRule::OneElement { tag, last } => {
             let kept = match last {

@@ -272,6 +272,7 @@ impl Model {
             Norm::Largest => delta.iter().fold(0.0, |most, value| value.abs().max(most)),
             Norm::First => delta.first().map_or(0.0, |value| value.abs()),
             Norm::Sum => delta.iter().sum::<f64>().abs(),
+            Norm::SignedSum => delta.iter().sum::<f64>(),
             Norm::Positions => self.h * norm(),
         }
     }

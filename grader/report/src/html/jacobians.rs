@@ -194,7 +194,7 @@ fn signed(verdict: Verdict) -> String {
 pub fn probing(probing: &Probing, name: &str, above: &[(String, String)]) -> Vec<u8> {
     let mut html = Html::default();
     let (correct, offered) = probing.counts();
-    html.markup("<h1>Forces and Jacobians of ").text(name).markup("</h1>");
+    html.markup("<h1>Forces and Jacobians that the steps of ").text(name).markup(" use</h1>");
     let class = match probing.verdict() {
         probe::Verdict::Wrong => "verdict bad",
         probe::Verdict::Inconclusive => "verdict odd",

@@ -44,11 +44,7 @@ pub fn write(out: &mut dyn Write, probing: &Probing, config: ProbeTextOptions) -
 /// # Errors
 /// If writing fails.
 pub fn write_brief(out: &mut dyn Write, probing: &Probing) -> io::Result<()> {
-    writeln!(
-        out,
-        "{BOLD}Forces and Jacobians{BOLD:#} of {}, measured from single steps",
-        probing.name
-    )?;
+    writeln!(out, "{BOLD}Forces and Jacobians{BOLD:#} that the steps of {} use", probing.name)?;
     for space in &probing.spaces {
         write_space(out, space)?;
     }
@@ -94,7 +90,7 @@ fn cell(finding: &Finding) -> Cell {
     match finding.verdict {
         Verdict::Correct => Cell::left("correct").styled(GOOD),
         Verdict::NotOffered => Cell::left("-").styled(DIM),
-        Verdict::Inconclusive => Cell::left("inconclusive").styled(ODD),
+        Verdict::Inconclusive => Cell::left("inconcl.").styled(ODD),
         Verdict::Wrong => match finding.error {
             Some(error) => Cell::left(format!("WRONG {error:.1e}")).styled(BAD),
             None => Cell::left("WRONG").styled(BAD),

@@ -38,9 +38,6 @@ const PASSED: usize = 12;
 /// Scenes whose changes are enumerated in a round.
 const TRIED: usize = 8;
 
-/// Maximum number of rounds that find nothing.
-const EMPTY: usize = 2;
-
 /// Changes of one scene, and of one place in it, that are compared with one step of [`PROBED`] other scenes; and those
 /// that are compared with all evidence, with one in each of as many other places.
 const WEIGHED: usize = 48;
@@ -184,23 +181,16 @@ fn search(scenes: &mut [SceneEvidence<'_>], excluded: &[Change]) -> Vec<Cause> {
     let mut found: Vec<Cause> = Vec::new();
     // Scenes that no change explained, with the number of changes that acted in them then.
     let mut tried: HashMap<(usize, bool), usize> = HashMap::new();
-    let mut empty = 0;
     for _ in 0..ROUNDS {
         let made: Vec<Change> = found.iter().map(|cause| cause.change().clone()).collect();
         let full = found.iter().filter(|cause| !cause.is_lack()).count() >= MISTAKES;
-        let n_tried = tried.len();
         let mut next = lacks(scenes, &made);
         if next.is_empty() {
             next = round(scenes, &made, excluded, &time_steps, &mut tried);
         }
         next.retain(|cause| !full || cause.is_lack());
         if next.is_empty() {
-            // Other scenes are tried then.
-            if full || empty == EMPTY || tried.len() == n_tried {
-                break;
-            }
-            empty += 1;
-            continue;
+            break;
         }
         for cause in next {
             for &number in &cause.scenes {

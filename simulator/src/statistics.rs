@@ -78,4 +78,33 @@ pub struct LinearStatistics {
     pub complete_pivotings: u64,
     /// Largest accepted residual of a system, relative to `‖A‖·‖x‖ + ‖b‖` in the maximum norm.
     pub worst_residual: f64,
+    /// Work with sparse factors.
+    pub factor: FactorWork,
+}
+
+/// Work with sparse factors, as their patterns tell it; benches compare it with what the processor can do.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FactorWork {
+    /// Multiplications and additions of factorisations and substitutions.
+    pub operations: u64,
+    /// Bytes of the factor that substitutions read.
+    pub bytes: u64,
+    /// Entries of the largest factor.
+    pub entries: u64,
+}
+
+impl FactorWork {
+    /// Adds other work.
+    pub fn add(&mut self, FactorWork { operations, bytes, entries }: FactorWork) {
+        self.operations += operations;
+        self.bytes += bytes;
+        self.entries = self.entries.max(entries);
+    }
+
+    /// Adds forward and backward substitutions for `columns` right-hand sides with a triangle of so many entries.
+    pub(crate) fn add_substitutions(&mut self, entries: usize, columns: usize) {
+        let entries = entries as u64;
+        let operations = 4 * entries * columns as u64;
+        self.add(FactorWork { operations, bytes: 16 * entries, entries });
+    }
 }

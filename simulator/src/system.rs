@@ -34,6 +34,8 @@ pub struct System<const D: usize> {
     masses: Vec<f64>,
     fixed: Vec<bool>,
     free: Vec<Range<usize>>,
+    /// What is between the ranges of `free`.
+    held: Vec<Range<usize>>,
     forces: Vec<Box<dyn Force<D>>>,
     /// Of each force.
     tags: Vec<&'static str>,
@@ -56,17 +58,15 @@ where
             }
         }
         let fixed: Vec<bool> = scene.particles.iter().map(|particle| particle.fixed).collect();
-        let mut free = Vec::new();
+        let (mut free, mut held) = (Vec::new(), Vec::new());
         let mut start = 0;
         for run in fixed.chunk_by(|a, b| a == b) {
             let end = start + run.len();
-            if !run[0] {
-                free.push(start..end);
-            }
+            (if run[0] { &mut held } else { &mut free }).push(start..end);
             start = end;
         }
         let masses = scene.particles.iter().map(|particle| particle.mass).collect();
-        Self { masses, fixed, free, forces, tags }
+        Self { masses, fixed, free, held, forces, tags }
     }
 }
 
@@ -112,10 +112,8 @@ impl<const D: usize> System<D> {
         for each in &self.forces {
             each.add_force(state, force)?;
         }
-        for (of_particle, fixed) in force.chunks_exact_mut(D).zip(&self.fixed) {
-            if *fixed {
-                of_particle.fill(0.0);
-            }
+        for held in &self.held {
+            force[held.start * D..held.end * D].fill(0.0);
         }
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! repeats; the ratio is theirs over ours; the growth exponent `p` of `time ∝ springs^p` is taken between
 //! the two largest nets. See README.md in the folder above.
 
+mod limits;
 mod machine;
 mod measure;
 mod method;
@@ -18,6 +19,7 @@ use std::process::ExitCode;
 use clap::{Parser, ValueEnum};
 use simulator::output::OutputFile;
 
+use crate::limits::Limits;
 use crate::method::METHODS;
 use crate::table::Tables;
 use crate::theirs::Peers;
@@ -104,7 +106,9 @@ fn run(cli: &Cli) -> io::Result<()> {
 
     let wanted = |row: Row| cli.only.is_empty() || cli.only.contains(&row);
     let peers = Peers::find(&cli.peer)?;
+    let limits = Limits::measure();
     let mut tables = Tables::new(&mut output);
+    tables.limits(&limits)?;
     let rows = [Row::Lie, Row::Symplectic, Row::Fms, Row::Pn];
     for (_, method) in rows.into_iter().zip(&METHODS).filter(|(row, _)| wanted(*row)) {
         tables.start(method)?;
@@ -112,7 +116,7 @@ fn run(cli: &Cli) -> io::Result<()> {
         for (segments, target) in method.targets {
             if cli.segments.is_empty() || cli.segments.contains(segments) {
                 let cell = measure::cell(method, *segments, *target, cli.repeats, &peers);
-                tables.cell(method, &cell)?;
+                tables.cell(method, &cell, &limits)?;
                 cells.push(cell);
             }
         }

@@ -1,5 +1,6 @@
 //! A cell of the table: both sides, in turn, on one net.
 
+use crate::limits::Work;
 use crate::method::{Method, springs};
 use crate::ours::Ours;
 use crate::theirs::Peers;
@@ -16,6 +17,8 @@ pub(crate) struct Cell {
     pub(crate) target: f64,
     /// Our times, or why there are none.
     pub(crate) ours: Result<Vec<f64>, String>,
+    /// Our work in a step, if it was measured.
+    pub(crate) work: Option<Work>,
     /// The peer's times, or why there are none.
     pub(crate) theirs: Result<Vec<f64>, String>,
     /// The largest difference of positions after [`CHECKED_STEPS`], or as many as are measured; or why
@@ -43,11 +46,16 @@ pub(crate) fn cell(
         peers.difference(method, segments, checked, (ours.scene(), &positions))
     });
     let (mut ours, mut theirs) = (Ok(Vec::new()), Ok(Vec::new()));
+    let mut work = None;
     for _ in 0..repeats {
-        add(&mut ours, || scene.as_ref().map_err(String::clone)?.time());
+        add(&mut ours, || {
+            let (time, of_step) = scene.as_ref().map_err(String::clone)?.time()?;
+            work = Some(of_step);
+            Ok(time)
+        });
         add(&mut theirs, || Ok(peers.run(method, segments, steps)?.time));
     }
-    Cell { segments, springs, steps, target, ours, theirs, difference }
+    Cell { segments, springs, steps, target, ours, work, theirs, difference }
 }
 
 /// One more time, unless an earlier one failed.

@@ -75,7 +75,7 @@ pub(crate) static METHODS: [Method; 4] = [
         time_step: 5e-5,
         first_step_untimed: false,
         rough_cost: 4.0,
-        targets: &[(4, 2.0), (8, 2.0), (16, 2.0), (64, 2.0), (128, 2.5), (256, 2.5)],
+        targets: &[(4, 1.5), (8, 1.5), (16, 1.5), (64, 3.0), (128, 3.0), (256, 3.0)],
     },
     Method {
         title: "Fast mass-spring, 50 iterations",

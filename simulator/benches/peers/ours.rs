@@ -4,11 +4,14 @@ use std::env;
 use std::process::Command;
 use std::time::Instant;
 
+use simulator::force::PARALLEL;
 use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
+use simulator::statistics::Statistics;
 use simulator::vocabulary;
 
+use crate::limits::Work;
 use crate::method::{METHODS, Method, Peer, STIFFNESS};
 
 /// Our side of a cell.
@@ -54,16 +57,30 @@ impl Ours {
         &self.scene
     }
 
-    /// Steps the net, and returns the time in ns a step. Building the simulation is not timed.
+    /// Steps the net, and returns the time in ns a step, and its work. Building the simulation is not timed.
     ///
     /// # Errors
     /// If a step fails.
-    pub(crate) fn time(&self) -> Result<f64, String> {
+    pub(crate) fn time(&self) -> Result<(f64, Work), String> {
         let mut simulation = Simulation::new(&self.scene);
         advance(&mut simulation, self.untimed)?;
+        let before = simulation.statistics().linear.factor;
         let start = Instant::now();
         advance(&mut simulation, self.steps)?;
-        Ok(start.elapsed().as_secs_f64() * 1e9 / self.steps as f64)
+        let time = start.elapsed().as_secs_f64() * 1e9 / self.steps as f64;
+        let Statistics { linear, force_evaluations, .. } = simulation.statistics();
+        let a_step = |after: u64, before: u64| (after - before) as f64 / self.steps as f64;
+        // Implicit methods evaluate forces as well, in a small part of their time.
+        let explicit = linear.solves == 0;
+        let springs = self.scene.forces.len();
+        let work = Work {
+            roots: if explicit { a_step(*force_evaluations, 0) * springs as f64 } else { 0.0 },
+            cores: if springs < PARALLEL { 1 } else { rayon::current_num_threads() },
+            operations: a_step(linear.factor.operations, before.operations),
+            bytes: a_step(linear.factor.bytes, before.bytes),
+            factor: linear.factor.entries as f64 * 8.0,
+        };
+        Ok((time, work))
     }
 
     /// The positions after so many steps.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
+use crate::limits::Limits;
 use crate::measure::{Cell, growth, least};
 use crate::method::{Method, springs};
 
@@ -12,9 +13,24 @@ pub(crate) struct Tables<'a> {
     markdown: String,
 }
 
-const HEADER: [&str; 10] =
-    ["n", "springs", "steps", "ours", "theirs", "ratio", "spread", "target", "result", "differ by"];
-const WIDTHS: [usize; 10] = [4, 7, 7, 9, 9, 6, 11, 6, 14, 9];
+const HEADER: [&str; 12] = [
+    "n",
+    "springs",
+    "steps",
+    "ours",
+    "limit",
+    "reached",
+    "theirs",
+    "ratio",
+    "spread",
+    "target",
+    "result",
+    "differ by",
+];
+const WIDTHS: [usize; 12] = [4, 7, 7, 9, 9, 7, 9, 6, 11, 6, 14, 9];
+
+const LIMITS_HEADER: [&str; 2] = ["one core", "limit"];
+const LIMITS_WIDTHS: [usize; 2] = [44, 12];
 
 const MEMORY_HEADER: [&str; 4] = ["n", "particles + springs", "MB", "bytes each"];
 const MEMORY_WIDTHS: [usize; 4] = [4, 20, 8, 11];
@@ -30,6 +46,25 @@ impl<'a> Tables<'a> {
         &self.markdown
     }
 
+    /// The table of what one core can do.
+    pub(crate) fn limits(&mut self, limits: &Limits) -> io::Result<()> {
+        self.title("Limits of this machine")?;
+        self.header(&LIMITS_HEADER, &LIMITS_WIDTHS)?;
+        let Limits { root, division, peak, bandwidths } = limits;
+        let mut rows = vec![
+            ("square root, in vectors".into(), format!("{} ns", significant(*root))),
+            ("division, in vectors".into(), format!("{} ns", significant(*division))),
+            ("fused multiplications and additions".into(), format!("{} a ns", significant(*peak))),
+        ];
+        rows.extend(bandwidths.iter().map(|(bytes, rate)| {
+            (
+                format!("reading {} KiB again and again", bytes >> 10),
+                format!("{} GB/s", significant(*rate)),
+            )
+        }));
+        rows.into_iter().try_for_each(|(what, limit)| self.row(&[what, limit], &LIMITS_WIDTHS))
+    }
+
     /// The head of a method's table.
     pub(crate) fn start(&mut self, method: &Method) -> io::Result<()> {
         let Method { title, unit, time_step, peer, .. } = method;
@@ -39,7 +74,7 @@ impl<'a> Tables<'a> {
     }
 
     /// A line of it.
-    pub(crate) fn cell(&mut self, method: &Method, cell: &Cell) -> io::Result<()> {
+    pub(crate) fn cell(&mut self, method: &Method, cell: &Cell, limits: &Limits) -> io::Result<()> {
         let unknown = || String::from("-");
         let time = |times: &Result<Vec<f64>, String>| {
             let time = |times: &Vec<f64>| method.unit.of(least(times), cell.springs);
@@ -54,11 +89,17 @@ impl<'a> Tables<'a> {
         let spread = |(_, [low, high]): (f64, [f64; 2])| {
             format!("{}..{}", significant(low), significant(high))
         };
+        let limit = cell.work.map(|work| limits.time(&work));
+        let reached = limit.zip(cell.ours.as_ref().ok());
         let row = [
             cell.segments.to_string(),
             cell.springs.to_string(),
             cell.steps.to_string(),
             time(&cell.ours),
+            time(&limit.map(|limit| vec![limit]).ok_or_else(String::new)),
+            reached.map_or_else(unknown, |(limit, ours)| {
+                format!("{:.0} %", 100.0 * limit / least(ours))
+            }),
             time(&cell.theirs),
             ratio.map_or_else(unknown, |(ratio, _)| significant(ratio)),
             ratio.map_or_else(unknown, spread),

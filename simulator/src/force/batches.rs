@@ -2,8 +2,9 @@
 //!
 //! Meshes list their springs row by row: element `s + 1` then joins the particles next to those of element
 //! `s`. Such a *run*, `(i, j), (i+1, j+1), …`, reads and writes contiguous particles, and needs neither
-//! gathers nor scatters. Several runs may alternate (the two diagonals of a net do, with period 2). What
-//! follows no such pattern is left scattered, pair by pair.
+//! gathers nor scatters. Several runs may alternate (the two diagonals of a net do, with period 2). Where a row of
+//! the mesh ends, a run skips particles: it then has *holes*, elements that are evaluated with the others and count as
+//! zero. What follows no such pattern is left scattered, pair by pair.
 //!
 //! Batches keep each particle's sum in the order of the file, and so its bits. In `t` repeats of runs that
 //! start at `(i_r, j_r)`, particle `p` is met at `t = p − i_r` and `t = p − j_r`: earlier by the ends of
@@ -14,18 +15,18 @@
 //! what moves one of them. A pair across two ranges is evaluated twice. Every sum is then the same bits for
 //! any number of threads.
 //!
-//! Memory: 24 bytes a batch, and 8 for each run of one and for each scattered pair.
+//! Memory: 48 bytes a batch, and 8 for each run of one and for each scattered pair.
 
 use std::cmp::Reverse;
 use std::ops::Range;
 
 use pulp::Simd;
 
-use super::pair::{PairLaws, Undefined};
+use super::pair::{PairLaw, PairLaws, Undefined};
 use super::{State, Vector};
 
 /// Most elements of a batch: enough to fill vectors, few enough to stay in the nearest cache.
-const BATCH: usize = 64;
+const BATCH: usize = 128;
 
 /// The longest period of alternating runs that is looked for.
 const MAX_PERIOD: usize = 4;
@@ -33,11 +34,14 @@ const MAX_PERIOD: usize = 4;
 /// Fewer repeats than this are not worth a run.
 const MIN_REPEATS: usize = 8;
 
-/// Runs shorter than this are summed particle by particle.
-const SHORT: usize = 12;
+/// The most particles by which a run advances from one repeat to the next.
+const MAX_ADVANCE: u32 = 3;
 
-/// No vector of this many numbers or fewer straddles the forces of two runs.
-const ALIGNMENT: usize = 8;
+/// Slots of a run come in multiples of this, so that they fill vectors.
+const LANES: usize = 8;
+
+/// The number of an element that is none: of a hole, or of what fills the last vector of a run.
+pub(super) const HOLE: u32 = u32::MAX;
 
 /// The pairs of a force that move particles of a range, in batches.
 #[derive(Debug)]
@@ -49,7 +53,8 @@ pub(super) struct Batches {
     pairs: Vec<[u32; 2]>,
 }
 
-/// Some runs, or scattered pairs. Elements of a batch have consecutive slots, run by run.
+/// Some runs, or scattered pairs. Elements of a batch have consecutive slots; each run starts at a multiple of
+/// [`LANES`] from the first.
 #[derive(Debug, Clone, Copy)]
 struct Batch {
     first_slot: u32,
@@ -58,13 +63,15 @@ struct Batch {
     count: u32,
     /// Runs; 0 where the pairs are scattered.
     n_runs: u32,
+    /// Bits of the elements of each run that are holes.
+    holes: u128,
     /// Ends of runs in the order in which they are added: twice the run, and one more for its second end.
     ends: [u8; 2 * MAX_PERIOD],
 }
 
 impl Batches {
-    /// Batches of those of the pairs that move a particle of `range`. The pairs' numbers, in the order of
-    /// slots, are appended to `order`.
+    /// Batches of those of the pairs that move a particle of `range`. The pairs' numbers, or [`HOLE`], in the
+    /// order of slots, are appended to `order`.
     pub(super) fn new(pairs: &[[u32; 2]], range: Range<usize>, order: &mut Vec<u32>) -> Self {
         let mut batches = Self { range, batches: Vec::new(), pairs: Vec::new() };
         let mut next = 0;
@@ -97,6 +104,7 @@ impl Batches {
                 first_pair: 0,
                 count: 1,
                 n_runs: 0,
+                holes: 0,
                 ends: [0; _],
             }),
         }
@@ -110,33 +118,46 @@ impl Batches {
         Block { period, repeats }: Block,
         order: &mut Vec<u32>,
     ) {
-        let firsts = &pairs[first..first + period];
+        let pairs = &pairs[first..first + period * repeats];
+        let firsts = &pairs[..period];
+        let advance = |repeat: &[[u32; 2]]| (repeat[0][0] - firsts[0][0]) as usize;
+        let mut repeat_at = vec![HOLE; 1 + advance(&pairs[period * (repeats - 1)..])];
+        for (number, repeat) in pairs.chunks_exact(period).enumerate() {
+            repeat_at[advance(repeat)] = number as u32;
+        }
         // The repeats that move a particle of the range, and those between them.
         let Range { start, end } = self.range;
         let met = firsts.as_flattened().iter().map(|particle| {
-            let repeat = |border: usize| border.saturating_sub(*particle as usize).min(repeats);
+            let repeat =
+                |border: usize| border.saturating_sub(*particle as usize).min(repeat_at.len());
             (repeat(start), repeat(end))
         });
         let met = met.filter(|(from, to)| from < to);
         let hull = |(from, to): (usize, usize), (a, b)| (from.min(a), to.max(b));
         let (from, to) = met.reduce(hull).unwrap_or((0, 0));
-        let at_most = BATCH / period;
-        for done in (from..to).step_by(at_most) {
-            let count = at_most.min(to - done);
-            let firsts = &pairs[first + done * period..][..period];
+        for done in (from..to).step_by(BATCH / period) {
+            let repeats = &repeat_at[done..to.min(done + BATCH / period)];
+            let hole = |(bit, number): (usize, &u32)| u128::from(*number == HOLE) << bit;
+            let particle = |end: usize| firsts[end / 2][end % 2];
             let mut ends: [u8; 2 * MAX_PERIOD] = std::array::from_fn(|end| end as u8);
-            let particle = |end: &u8| firsts[usize::from(end / 2)][usize::from(end % 2)];
-            ends[..2 * period].sort_by_key(|end| Reverse(particle(end)));
+            ends[..2 * period].sort_by_key(|end| Reverse(particle(usize::from(*end))));
             self.push(Batch {
                 first_slot: order.len() as u32,
                 first_pair: 0,
-                count: count as u32,
+                count: repeats.len() as u32,
                 n_runs: period as u32,
+                holes: repeats.iter().enumerate().map(hole).sum(),
                 ends,
             });
-            self.pairs.extend(firsts);
+            self.pairs.extend(firsts.iter().map(|pair| pair.map(|end| end + done as u32)));
             for run in 0..period {
-                order.extend((done..done + count).map(|t| (first + t * period + run) as u32));
+                let of_run = |number: &u32| match *number {
+                    HOLE => HOLE,
+                    number => (first + run) as u32 + number * period as u32,
+                };
+                order.extend(repeats.iter().map(of_run));
+                let stride = repeats.len().next_multiple_of(LANES);
+                order.resize(order.len() + stride - repeats.len(), HOLE);
             }
         }
     }
@@ -166,7 +187,7 @@ impl Batches {
         let x = positions.as_chunks::<D>().0;
         let v = velocities.as_chunks::<D>().0;
         let sums = sums.as_chunks_mut::<D>().0;
-        let mut forces = [[0.0; D]; BATCH + MAX_PERIOD * ALIGNMENT];
+        let mut forces = [[0.0; D]; BATCH + MAX_PERIOD * LANES];
         for batch in &self.batches {
             let (slot, count) = (batch.first_slot as usize, batch.count as usize);
             if batch.n_runs == 0 {
@@ -178,17 +199,22 @@ impl Batches {
             }
             let n_runs = batch.n_runs as usize;
             let firsts = &self.pairs[batch.first_pair as usize..][..n_runs];
-            let stride = count.next_multiple_of(ALIGNMENT);
+            let stride = count.next_multiple_of(LANES);
             for (run, pair) in firsts.iter().enumerate() {
                 let [i, j] = pair.map(|particle| particle as usize);
-                let x = [&x[i..][..count], &x[j..][..count]];
-                let v = if V { [&v[i..][..count], &v[j..][..count]] } else { [&v[..0]; 2] };
-                laws.forces(
-                    simd,
-                    slot + run * count,
-                    Run { x, v },
-                    &mut forces[run * stride..][..count],
-                )?;
+                // Whole vectors, but not beyond the last particle.
+                let filled = stride.min(x.len() - i.max(j));
+                let x = [&x[i..][..filled], &x[j..][..filled]];
+                let v = if V { [&v[i..][..filled], &v[j..][..filled]] } else { [&v[..0]; 2] };
+                let (slot, forces) = (slot + run * stride, &mut forces[run * stride..][..filled]);
+                if laws.forces(simd, slot, Run { x, v }, forces).is_err() {
+                    batch.forces_of_elements(laws, slot, Run { x, v }, forces)?;
+                }
+                let mut holes = batch.holes;
+                while holes != 0 {
+                    forces[holes.trailing_zeros() as usize] = [0.0; D];
+                    holes &= holes - 1;
+                }
             }
             for end in &batch.ends[..2 * n_runs] {
                 let (run, side) = (usize::from(end / 2), usize::from(end % 2));
@@ -226,6 +252,25 @@ impl Batches {
                 *sum = std::array::from_fn(|axis| sum[axis] - force[axis]);
             }
         }
+    }
+}
+
+impl Batch {
+    /// The forces of a run's elements, where a hole between two particles in one place spoils them all.
+    #[cold]
+    fn forces_of_elements<const D: usize>(
+        &self,
+        laws: &impl PairLaws<D>,
+        first_slot: usize,
+        run: Run<'_, D>,
+        forces: &mut [[f64; D]],
+    ) -> Result<(), Undefined> {
+        for idx in (0..self.count as usize).filter(|idx| self.holes >> idx & 1 == 0) {
+            let law = laws.law(first_slot + idx);
+            let force = law.force(&run.position(idx), &run.velocity(idx));
+            forces[idx] = force.ok_or(Undefined)?.into();
+        }
+        Ok(())
     }
 }
 
@@ -282,6 +327,12 @@ pub(super) fn load<const D: usize, S: Simd>(values: &[[f64; D]], first: usize) -
     vectors.as_chunks::<D>().0[0]
 }
 
+/// Sets the vectors of `F64_LANES` elements.
+#[inline(always)]
+pub(super) fn store<const D: usize, S: Simd>(values: &mut [[f64; D]], vectors: [S::f64s; D]) {
+    S::as_mut_simd_f64s(values.as_flattened_mut()).0.copy_from_slice(&vectors);
+}
+
 #[inline(always)]
 fn load_difference<const D: usize, S: Simd>(
     simd: S,
@@ -336,17 +387,9 @@ impl<const D: usize> Relative<D> for Scattered<'_, D> {
     }
 }
 
-/// `z ← operation(z, a)`, in vectors short enough for the shortest runs.
+/// `z ← operation(z, a)`.
 #[inline(always)]
 fn update<const D: usize>(z: &mut [[f64; D]], a: &[[f64; D]], operation: impl Fn(f64, f64) -> f64) {
-    const LANES: usize = 8;
-    // Vectors that straddle what a shorter run has just stored wait for it: particle by particle, none does.
-    if z.len() < SHORT {
-        for (z, a) in z.iter_mut().zip(a) {
-            *z = std::array::from_fn(|axis| operation(z[axis], a[axis]));
-        }
-        return;
-    }
     let (wide, rest) = z.as_flattened_mut().as_chunks_mut::<LANES>();
     let (wide_a, rest_a) = a.as_flattened().as_chunks::<LANES>();
     for (z, a) in wide.iter_mut().zip(wide_a) {
@@ -357,7 +400,7 @@ fn update<const D: usize>(z: &mut [[f64; D]], a: &[[f64; D]], operation: impl Fn
     }
 }
 
-/// `repeats` times a pattern of `period` elements, each time one particle further.
+/// `repeats` times a pattern of `period` elements, each time some particles further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Block {
     period: usize,
@@ -367,18 +410,29 @@ struct Block {
 impl Block {
     /// The block that starts at this pair and covers most; `None` where none is worth it.
     fn at(pairs: &[[u32; 2]], first: usize) -> Option<Self> {
-        let of_period = |period: usize| {
-            let follows = |number: &usize| {
-                let [before, after] = [pairs[number - period], pairs[*number]];
-                before.map(|particle| particle + 1) == after
-            };
-            let last = (first + period..pairs.len()).take_while(follows).count();
-            Self { period, repeats: 1 + last / period }
-        };
-        let blocks = (1..=MAX_PERIOD).map(of_period);
-        let blocks = blocks.filter(|block| block.repeats >= MIN_REPEATS);
+        let blocks = (1..=MAX_PERIOD).filter_map(|period| Self::of_period(&pairs[first..], period));
         // The first of the longest: `max_by_key` would take the last.
         blocks.rev().max_by_key(|block| block.period * block.repeats)
+    }
+
+    /// The longest block of this period at the beginning of `pairs`.
+    fn of_period(pairs: &[[u32; 2]], period: usize) -> Option<Self> {
+        let firsts = pairs.get(..period)?;
+        let (mut repeats, mut reach) = (1, 0);
+        for repeat in pairs.chunks_exact(period).skip(1) {
+            let advance = repeat[0][0].wrapping_sub(firsts[0][0]);
+            let follows = |(first, pair): (&[u32; 2], &[u32; 2])| {
+                first.map(|particle| particle.wrapping_add(advance)) == *pair
+            };
+            let near = (1..=MAX_ADVANCE).contains(&advance.wrapping_sub(reach));
+            // Some holes are better than pairs that are scattered; many are not.
+            let dense = repeats + 1 < MIN_REPEATS || 2 * (advance as usize) <= 3 * repeats;
+            if !near || !dense || !firsts.iter().zip(repeat).all(follows) {
+                break;
+            }
+            (repeats, reach) = (repeats + 1, advance);
+        }
+        (repeats >= MIN_REPEATS).then_some(Self { period, repeats })
     }
 }
 
@@ -404,7 +458,13 @@ mod tests {
         let mut order = Vec::new();
         let batches = Batches::new(&pairs, 0..900, &mut order);
         assert!(batches.batches.iter().all(|batch| batch.n_runs > 0));
+        // A row's end is a hole, not the end of a run.
+        assert_eq!(
+            batches.batches.len(),
+            870_usize.div_ceil(128) + 899_usize.div_ceil(128) + 869_usize.div_ceil(64)
+        );
         // Each pair has one slot.
+        order.retain(|number| *number != HOLE);
         order.sort_unstable();
         assert!(order.iter().copied().eq(0..pairs.len() as u32));
     }
@@ -416,6 +476,7 @@ mod tests {
         for range in [0..40, 40..100] {
             Batches::new(&pairs, range, &mut order);
         }
+        order.retain(|number| *number != HOLE);
         order.sort_unstable();
         let twice: Vec<u32> =
             order.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]).collect();

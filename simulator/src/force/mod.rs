@@ -31,6 +31,7 @@ use crate::scene::{ForceElement, Scene};
 
 mod batches;
 mod pair;
+mod reciprocal;
 mod uniform;
 
 mod constant;

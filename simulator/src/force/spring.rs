@@ -16,8 +16,9 @@
 
 use pulp::Simd;
 
-use super::batches::{Relative, load};
+use super::batches::{Relative, load, store};
 use super::pair::{PairForce, PairLaw, PairLaws, Undefined, one_by_one};
+use super::reciprocal::reciprocal;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use crate::scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
@@ -190,39 +191,39 @@ impl<const D: usize> PairLaws<D> for Springs<D> {
         forces: &mut [[f64; D]],
     ) -> Result<(), Undefined> {
         let (count, lanes) = (forces.len(), S::F64_LANES);
+        // Linear springs are rare, and need no root.
+        if self.any_linear || count < lanes {
+            return one_by_one(self, first_slot, relative, forces);
+        }
         let elastic = &self.elastic[first_slot..first_slot + count];
         let damping = self.damping.get(first_slot..first_slot + count);
-        // Linear springs are rare, and need no root.
-        let n_vectors = if self.any_linear { 0 } else { count / lanes };
-        let (head, tail) = forces.split_at_mut(n_vectors * lanes);
-        let head = S::as_mut_simd_f64s(head.as_flattened_mut()).0.as_chunks_mut::<D>().0;
         let zero = simd.splat_f64s(0.0);
-        let mut undefined = simd.equal_f64s(zero, simd.splat_f64s(1.0));
-        for (vector, force) in head.iter_mut().enumerate() {
-            let first = vector * lanes;
+        let mut exact = simd.equal_f64s(zero, zero);
+        for first in (0..count).step_by(lanes) {
+            // The last vector repeats some springs of the one before it.
+            let first = first.min(count - lanes);
             let d = deinterleave(simd, relative.positions(simd, first));
             let [stiffness, rest_length, ..] = deinterleave(simd, load::<D, S>(elastic, first))[..]
             else {
                 unreachable!("there are two dimensions or more")
             };
             let length = simd.sqrt_f64s(dot(simd, &d, &d));
-            undefined = simd.or_m64s(undefined, simd.equal_f64s(length, zero));
-            let inverse = simd.div_f64s(simd.splat_f64s(1.0), length);
+            let inverse = reciprocal(simd, length, &mut exact);
             let n = d.map(|component| simd.mul_f64s(component, inverse));
-            let mut tension = simd.mul_f64s(stiffness, simd.sub_f64s(length, rest_length));
+            let mut pull = simd.mul_f64s(stiffness, simd.sub_f64s(rest_length, length));
             if let Some(damping) = damping {
                 let w = deinterleave(simd, relative.velocities(simd, first));
                 let damping = deinterleave(simd, load::<D, S>(damping, first))[0];
-                let damped = simd.add_f64s(tension, simd.mul_f64s(damping, dot(simd, &n, &w)));
-                tension = simd.select_f64s(simd.equal_f64s(damping, zero), tension, damped);
+                let damped = simd.sub_f64s(pull, simd.mul_f64s(damping, dot(simd, &n, &w)));
+                pull = simd.select_f64s(simd.equal_f64s(damping, zero), pull, damped);
             }
-            let pull = simd.neg_f64s(tension);
-            *force = interleave(simd, n.map(|component| simd.mul_f64s(component, pull)));
+            let force = interleave(simd, n.map(|component| simd.mul_f64s(component, pull)));
+            store::<D, S>(&mut forces[first..first + lanes], force);
         }
-        if simd.first_true_m64s(undefined) < lanes {
-            return Err(Undefined);
+        if simd.first_true_m64s(simd.not_m64s(exact)) < lanes {
+            return one_by_one(self, first_slot, relative, forces);
         }
-        one_by_one(self, first_slot, relative, n_vectors * lanes, tail)
+        Ok(())
     }
 }
 

@@ -6,7 +6,7 @@
 //!
 //! Source: hand-out of milestone 2, section 3.5.
 
-use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
+use super::{Integrator, IntegratorKind, Step, StepError, kick_and_drift};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
@@ -44,8 +44,7 @@ impl<const D: usize> Integrator<D> for ExplicitEuler {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
         system.force(step.positions, step.velocities, step.time, &mut self.force)?;
         step.statistics.force_evaluations += 1;
-        drift(step.positions, step.velocities, step.size);
-        kick(system, &self.force, step.size, step.velocities);
+        kick_and_drift::<D, false>(system, &self.force, step);
         Ok(())
     }
 }

@@ -200,14 +200,31 @@ fn drift(positions: &mut [f64], velocities: &[f64], h: f64) {
 
 /// `v ← v + h·F/m` for the particles that are free.
 fn kick<const D: usize>(system: &System<D>, force: &[f64], h: f64, velocities: &mut [f64]) {
+    kick_from(system, 0, force, h, velocities);
+}
+
+/// The same of the particles from `first` on whose forces and velocities are given.
+fn kick_from<const D: usize>(
+    system: &System<D>,
+    first: usize,
+    force: &[f64],
+    h: f64,
+    velocities: &mut [f64],
+) {
     let force = force.as_chunks::<D>().0;
     let velocities = velocities.as_chunks_mut::<D>().0;
+    let end = first + velocities.len();
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
             for free in system.free() {
+                let free = free.start.max(first)..free.end.min(end);
+                if free.is_empty() {
+                    continue;
+                }
                 let masses = &system.masses()[free.clone()];
-                let particles = velocities[free.clone()].iter_mut().zip(&force[free.clone()]);
+                let free = free.start - first..free.end - first;
+                let particles = velocities[free.clone()].iter_mut().zip(&force[free]);
                 for ((velocity, force), mass) in particles.zip(masses) {
                     for (velocity, force) in velocity.iter_mut().zip(force) {
                         *velocity += h * (force / mass);
@@ -216,4 +233,59 @@ fn kick<const D: usize>(system: &System<D>, force: &[f64], h: f64, velocities: &
             }
         },
     );
+}
+
+/// Numbers from which on a [`kick_and_drift`] is divided among the threads of rayon's pool.
+const PARALLEL: usize = 20_000;
+
+/// The kick of the free particles and the drift of all: with the velocities after the kick if `SYMPLECTIC`, else
+/// with those before it.
+fn kick_and_drift<const D: usize, const SYMPLECTIC: bool>(
+    system: &System<D>,
+    force: &[f64],
+    Step { size, positions, velocities, .. }: Step<'_>,
+) {
+    let n_parts = if force.len() < PARALLEL { 1 } else { rayon::current_num_threads() };
+    let part = Part { first: 0, force, positions, velocities };
+    part.kick_and_drift::<D, SYMPLECTIC>(system, size, n_parts);
+}
+
+/// Consecutive particles, from `first` on.
+struct Part<'a> {
+    first: usize,
+    force: &'a [f64],
+    positions: &'a mut [f64],
+    velocities: &'a mut [f64],
+}
+
+impl Part<'_> {
+    fn kick_and_drift<const D: usize, const SYMPLECTIC: bool>(
+        self,
+        system: &System<D>,
+        h: f64,
+        n_parts: usize,
+    ) {
+        let Self { first, force, positions, velocities } = self;
+        if n_parts > 1 {
+            let n_left = force.len() / D * (n_parts / 2) / n_parts;
+            let (left, right) = force.split_at(n_left * D);
+            let (x_left, x_right) = positions.split_at_mut(n_left * D);
+            let (v_left, v_right) = velocities.split_at_mut(n_left * D);
+            let left = Part { first, force: left, positions: x_left, velocities: v_left };
+            let first = first + n_left;
+            let right = Part { first, force: right, positions: x_right, velocities: v_right };
+            rayon::join(
+                || left.kick_and_drift::<D, SYMPLECTIC>(system, h, n_parts / 2),
+                || right.kick_and_drift::<D, SYMPLECTIC>(system, h, n_parts - n_parts / 2),
+            );
+            return;
+        }
+        if !SYMPLECTIC {
+            drift(positions, velocities, h);
+        }
+        kick_from(system, first, force, h, velocities);
+        if SYMPLECTIC {
+            drift(positions, velocities, h);
+        }
+    }
 }

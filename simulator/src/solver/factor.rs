@@ -19,6 +19,7 @@
 #![expect(clippy::needless_range_loop, reason = "indices run over several arrays at once")]
 
 use super::symbolic::{Front, SymbolicFactor};
+use crate::statistics::FactorWork;
 
 /// Blocks that are eliminated before what is to their right is updated.
 const PANEL: usize = 8;
@@ -43,6 +44,8 @@ pub(crate) struct BlockFactor<const D: usize> {
     permuted: Vec<f64>,
     /// The part of it that a front sees.
     gathered: Vec<f64>,
+    /// What was done since it was last asked.
+    work: FactorWork,
 }
 
 /// A triangle of the factor.
@@ -86,7 +89,13 @@ impl<const D: usize> BlockFactor<D> {
             unscaled: zeros(height * PANEL * D)?,
             permuted: zeros(symbolic.order.len() * D)?,
             gathered: zeros(height)?,
+            work: FactorWork::default(),
         })
+    }
+
+    /// The work since the last call.
+    pub(crate) fn take_work(&mut self) -> FactorWork {
+        std::mem::take(&mut self.work)
     }
 
     /// Whether it is the factor of a symmetric matrix.
@@ -97,6 +106,8 @@ impl<const D: usize> BlockFactor<D> {
     /// Factorises the matrix whose blocks are `values`.
     pub(crate) fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia {
         let arch = pulp::Arch::new();
+        let products = if self.is_symmetric() { 1 } else { 2 } * symbolic.n_products;
+        self.work.operations += 2 * (D * D * D) as u64 * products;
         match self.is_symmetric() {
             true => arch.dispatch(Factorise::<D, true> { symbolic, values, factor: self }),
             false => arch.dispatch(Factorise::<D, false> { symbolic, values, factor: self }),
@@ -106,6 +117,7 @@ impl<const D: usize> BlockFactor<D> {
     /// Overwrites a right-hand side by the solution.
     pub(crate) fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]) {
         let arch = pulp::Arch::new();
+        self.work.add_substitutions(symbolic.n_factor * D * D, 1);
         match self.is_symmetric() {
             true => arch.dispatch(Solve::<D, true> { symbolic, values, factor: self }),
             false => arch.dispatch(Solve::<D, false> { symbolic, values, factor: self }),

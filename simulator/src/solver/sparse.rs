@@ -162,6 +162,7 @@ impl<const D: usize> SparseSystem<D> {
                     factor.solve(symbolic, b);
                     true
                 });
+                statistics.factor.add(factor.take_work());
                 if solved == Some(true) {
                     return checked.accept(matrix, statistics);
                 }
@@ -187,6 +188,7 @@ impl<const D: usize> SparseSystem<D> {
         let (solved, iterations) =
             lagged.solve(&self.matrix, &mut self.checked, |b| factor.solve(symbolic, b));
         statistics.iterations += iterations;
+        statistics.factor.add(factor.take_work());
         if solved {
             statistics.reused += 1;
             self.last = Last::Lagged;
@@ -218,6 +220,7 @@ impl<const D: usize> SparseSystem<D> {
             factor.solve(symbolic, b);
             true
         });
+        statistics.factor.add(factor.take_work());
         self.last = Last::Direct;
         // What is too large for a dense matrix is judged as it is.
         Ok(solved == Some(true) || matrix.size() > MAX_DENSE_ROWS)

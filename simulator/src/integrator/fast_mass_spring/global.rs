@@ -15,7 +15,7 @@ use crate::solver::LinearError;
 use crate::solver::checked::{Checked, Product, tolerance};
 use crate::solver::factor::{BlockFactor, Inertia};
 use crate::solver::symbolic::SymbolicFactor;
-use crate::statistics::LinearStatistics;
+use crate::statistics::{FactorWork, LinearStatistics};
 
 /// How the matrix is factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,6 +111,13 @@ impl<const P: usize> GlobalSolver<P> {
     /// Replaces the right-hand side by the solution.
     pub(super) fn solve(&self, x: &mut [[f64; P]]) {
         self.panels.solve(x);
+    }
+
+    /// What [`solve`](Self::solve) does with the factor.
+    pub(super) fn work_of_solve(&self) -> FactorWork {
+        let mut work = FactorWork::default();
+        work.add_substitutions(self.panels.n_values(), P);
+        work
     }
 
     /// Checks the solution `x` for `right` and refines it once if its backward error is more than rounding. Returns

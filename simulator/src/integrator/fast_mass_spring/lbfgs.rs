@@ -82,6 +82,7 @@ impl<const P: usize> Lbfgs<P> {
         self.residual.copy_from_slice(objective.residual());
         self.find_direction(objective);
         statistics.linear.solves += 1;
+        statistics.linear.factor.add(objective.work_of_solve());
         let slope = dot(&self.residual, &self.direction);
         self.largest_change = largest(&self.direction);
         let mut length = 1.0;
@@ -107,6 +108,7 @@ impl<const P: usize> Lbfgs<P> {
         objective.u.copy_from_slice(&self.start);
         objective.solve(|_, right| right.copy_from_slice(&self.residual));
         statistics.linear.solves += 1;
+        statistics.linear.factor.add(objective.work_of_solve());
         objective.apply_change();
         self.largest_change = largest(objective.change());
         Ok(objective.evaluate::<true>()?)

@@ -415,6 +415,7 @@ impl Rounds {
     ) -> bool {
         objective.round();
         statistics.linear.solves += 1;
+        statistics.linear.factor.add(objective.work_of_solve());
         self.made += 1;
         self.tolerance > 0.0 && largest(objective.change()) / objective.h < self.tolerance
     }

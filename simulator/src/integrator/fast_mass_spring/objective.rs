@@ -18,7 +18,7 @@ use super::local::{ElasticSpring, SpringGroups};
 use crate::force::Degenerate;
 use crate::integrator::StepError;
 use crate::solver::LinearError;
-use crate::statistics::Statistics;
+use crate::statistics::{FactorWork, Statistics};
 
 /// The energy of a step at an iterate, up to a constant.
 #[derive(Debug, Clone, Copy, Default)]
@@ -215,6 +215,11 @@ impl<const P: usize> StepObjective<P> {
         fill(&self.residual[..self.n_unknowns], &mut self.right);
         self.change.copy_from_slice(&self.right);
         self.global.solve(&mut self.change);
+    }
+
+    /// What [`solve`](Self::solve) does with the factor.
+    pub(super) fn work_of_solve(&self) -> FactorWork {
+        self.global.work_of_solve()
     }
 
     /// The plain round: solves for the change from `−∇E`, and makes it.

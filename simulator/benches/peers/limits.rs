@@ -14,7 +14,7 @@ pub(crate) struct Limits {
     /// Operations a ns: multiplications and additions, fused, in registers.
     pub(crate) peak: f64,
     /// Bytes a ns that are read from an array of so many bytes.
-    pub(crate) bandwidths: [(usize, f64); 4],
+    pub(crate) bandwidths: [(usize, f64); 5],
 }
 
 /// The work of a step.
@@ -52,7 +52,7 @@ impl Limits {
         });
         let operations = arch.dispatch(MultiplyAdd(1));
         let peak = 1.0 / least(operations * ROUNDS, || _ = arch.dispatch(MultiplyAdd(ROUNDS)));
-        let bandwidths = [1 << 14, 1 << 20, 1 << 24, 1 << 28].map(|bytes| {
+        let bandwidths = [1 << 14, 1 << 20, 1 << 24, 1 << 26, 1 << 28].map(|bytes| {
             let words = vec![1_u64; bytes / 8];
             let read = || {
                 arch.dispatch(
@@ -68,7 +68,7 @@ impl Limits {
     /// The least time of this work: its roots, and with the factor the longer of computing and reading.
     pub(crate) fn time(&self, work: &Work) -> f64 {
         let holds = |(bytes, _): &&(usize, f64)| *bytes as f64 >= work.factor;
-        let fitting = self.bandwidths.iter().find(holds).unwrap_or(&self.bandwidths[3]);
+        let fitting = self.bandwidths.iter().find(holds).unwrap_or(&self.bandwidths[4]);
         let factor = (work.operations / self.peak).max(work.bytes / fitting.1);
         work.roots * self.root / work.cores as f64 + factor
     }

@@ -18,10 +18,11 @@ pub(crate) fn describe(peers: &Peers) -> String {
          Written by `cargo bench -p simulator --bench peers -- --markdown FILE`. What is measured, and how:\n\
          `simulator/benches/README.md`. Ratios carry over to other machines, times do not.\n\n\
          | | |\n| --- | --- |\n\
-         | date | {} |\n| processor | {} |\n| cores | {cores} |\n| system | {} |\n| ours | {} |\n\
+         | date | {} |\n| processor | {} |\n| cores | {cores} |\n| load at the end | {} |\n| system | {} |\n| ours | {} |\n\
          | C++ peer | {compiler}, Eigen {} |\n| Python peer | {python} |\n",
         told("date", &["-u", "+%Y-%m-%d"]),
         processor().unwrap_or_else(|| "unknown".into()),
+        load().unwrap_or_else(|| "unknown".into()),
         system().unwrap_or_else(|| std::env::consts::OS.into()),
         told("rustc", &["--version"]),
         told("pkg-config", &["--modversion", "eigen3"]),
@@ -32,6 +33,12 @@ fn processor() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+/// Processes that run or wait, on average over the last 15 minutes.
+fn load() -> Option<String> {
+    let text = fs::read_to_string("/proc/loadavg").ok()?;
+    text.split_whitespace().nth(2).map(str::to_owned)
 }
 
 fn system() -> Option<String> {

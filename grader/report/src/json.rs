@@ -148,7 +148,7 @@ struct JsonFinding {
     alternatives: Vec<JsonAlternative>,
     /// Names of the scenes that it explains.
     scenes: Vec<String>,
-    /// Scenes in which Newton's method does not converge with the mistake: neither for nor against it.
+    /// Scenes in which Newton's method converges slowly or not at all with the mistake: neither for nor against it.
     open: usize,
 }
 

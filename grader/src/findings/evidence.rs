@@ -58,7 +58,7 @@ pub(super) struct SceneEvidence<'a> {
     pub(super) explained: bool,
     /// Whether its steps satisfy the right equation, with another solution.
     pub(super) has_other_root: bool,
-    /// Whether Newton's method does not converge with the changes made so far: it shows nothing.
+    /// Whether Newton's method converges slowly or not at all with the changes made so far: it shows nothing.
     pub(super) open: bool,
     /// What the program says that it lacks, if it names it; `None` if it does not say so.
     pub(super) refused: Option<Option<String>>,
@@ -69,7 +69,7 @@ pub(super) struct SceneEvidence<'a> {
 pub(super) enum Agreement {
     Agrees,
     Differs,
-    /// Newton's method does not converge with the change: no statement.
+    /// Newton's method converges slowly or not at all with the change: no statement.
     Open,
 }
 

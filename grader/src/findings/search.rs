@@ -78,7 +78,7 @@ pub(super) struct Cause {
     rivals: Vec<Change>,
     /// Scenes that it explains, with the causes found before it: by number.
     pub(super) scenes: Vec<usize>,
-    /// Scenes where Newton's method does not converge with it: no statement.
+    /// Scenes where Newton's method converges slowly or not at all with it: no statement.
     pub(super) open: usize,
     /// Wrong scenes in which it acts, and that nothing explains.
     pub(super) unexplained: usize,

@@ -101,7 +101,12 @@ struct Worst(f64);
 
 impl Worst {
     fn note(&mut self, residual: f64, allowed: f64) {
-        let excess = if residual == 0.0 { 0.0 } else { residual.abs() / allowed };
+        let excess = match residual == 0.0 {
+            true => 0.0,
+            // A bound that overflows bounds nothing.
+            false if allowed.is_finite() => residual.abs() / allowed,
+            false => f64::INFINITY,
+        };
         self.0 = if excess > self.0 || excess.is_nan() { excess } else { self.0 };
     }
 

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use grader::diagnosis::{Balance, Explanation};
+use grader::findings::Finding;
 use grader::grading::{Grading, SceneResult};
 
 use crate::table::{self, BOLD, Cell, DIM};
@@ -24,9 +25,9 @@ pub fn write(out: &mut dyn Write, grading: &Grading, scene: &SceneResult) -> io:
             writeln!(out, "{BOLD}Findings{BOLD:#} in this scene")?;
             for finding in here {
                 writeln!(out, "  {finding}")?;
-                if let Some(note) = finding.sign_convention() {
-                    writeln!(out, "    {DIM}{note}{DIM:#}")?;
-                }
+            }
+            for note in Finding::notes(here.iter().copied()) {
+                writeln!(out, "    {DIM}{note}{DIM:#}")?;
             }
         }
     }

@@ -485,9 +485,9 @@ pub fn write_findings(out: &mut dyn Write, findings: &Findings) -> io::Result<()
     for finding in wrong {
         let (sentence, evidence) = (finding.sentence(), finding.evidence());
         writeln!(out, "  {BAD}{sentence}{BAD:#} {DIM}({evidence}){DIM:#}")?;
-        if let Some(note) = finding.sign_convention() {
-            writeln!(out, "    {DIM}{note}{DIM:#}")?;
-        }
+    }
+    for note in Finding::notes(findings.list.iter()) {
+        writeln!(out, "    {DIM}{note}{DIM:#}")?;
     }
     if !lacks.is_empty() {
         let words = |finding: &&Finding| finding.words.join(" or ");

@@ -312,7 +312,9 @@ impl<'a> Drawn<'a> {
         });
         let is_false =
             |features: &[Feature]| !features.iter().any(|feature| self.is_true(*feature));
-        let false_findings = list.iter().filter(|finding| is_false(&finding.features));
+        // What scenes have in common is counted, not inferred: it blames nothing.
+        let blaming = list.iter().filter(|finding| finding.kind != FindingKind::Common);
+        let false_findings = blaming.filter(|finding| is_false(&finding.features));
         let named = |mistake: &&Mistake, proven: bool| {
             list.iter().any(|finding| {
                 let is_proven =

@@ -34,7 +34,7 @@ impl Restarts {
         match wrong.as_slice() {
             [] => format!("steps {} are right", list(made)),
             wrong if wrong.len() == made.len() => format!("steps {} are wrong", list(wrong)),
-            wrong => format!("of steps {}, {} are wrong", list(made), list(wrong)),
+            wrong => format!("of steps {}, these are wrong: {}", list(made), list(wrong)),
         }
     }
 }

@@ -55,6 +55,7 @@ impl WrongSteps {
         let Self { total, wrong, ranges, .. } = self;
         let rest = match (*wrong, ranges.as_slice()) {
             (0, _) => format!("each of the {total} steps is right within its error bound"),
+            (1, _) if *total == 1 => "its only step is wrong".to_owned(),
             (wrong, _) if wrong == *total => {
                 format!("all {total} steps are wrong")
             }

@@ -269,11 +269,10 @@ impl<'a> SceneEvidence<'a> {
     }
 }
 
-/// The scene without its names, edges and drawing.
+/// The scene without its names and drawing.
 fn stripped(scene: &Scene) -> Scene {
     let mut stripped = scene.clone();
     (stripped.name, stripped.description, stripped.tag) = (String::new(), None, None);
-    stripped.edges = Vec::new();
     stripped.rendering = Rendering::default();
     stripped
 }

@@ -51,6 +51,7 @@ pub(super) enum Kind {
     InitialVelocity,
     FixedStopped,
     InitialState,
+    InitialRounded,
     Digits(usize),
     Decimals(usize),
     Single,
@@ -82,6 +83,7 @@ impl fmt::Display for Kind {
             Self::InitialVelocity => "initial velocities are not read",
             Self::FixedStopped => "their velocities are set to 0",
             Self::InitialState => "wrong initial state",
+            Self::InitialRounded => "the numbers of particles are rounded",
             Self::Digits(digits) => {
                 return write!(f, "numbers are rounded to {digits} digits");
             }
@@ -106,7 +108,9 @@ impl Kind {
             | Self::TimeOut
             | Self::Memory => return None,
             Self::StateTooMany | Self::StateTooFew => Feature::States,
-            Self::Duration | Self::InitialVelocity | Self::InitialState => Feature::Reading,
+            Self::Duration | Self::InitialVelocity | Self::InitialState | Self::InitialRounded => {
+                Feature::Reading
+            }
             Self::FixedStopped => Feature::Fixed(Family::Any),
             Self::Digits(_) | Self::Decimals(_) | Self::Single => Feature::Precision,
             Self::NoTrace
@@ -185,9 +189,15 @@ fn in_numbers(scene: &Scene, first: &FirstWrong) -> Option<Kind> {
     if let Some(kind) = late(scene, &first.context) {
         return Some(kind);
     }
-    // An initial state can differ by rounding alone, whatever the later ones do.
+    // An initial state can differ by rounding alone, whatever the later ones do. Rounded numbers have few digits later too;
+    // otherwise they are read so.
     let rounded = match (first.place.step, row(0)) {
-        (0, Some(initial)) => in_digits(std::slice::from_ref(initial)),
+        (0, Some(initial)) => {
+            let kind = in_digits(std::slice::from_ref(initial));
+            kind.map(
+                |kind| if is_kept(&kind, &first.context) { kind } else { Kind::InitialRounded },
+            )
+        }
         _ => in_digits(&first.context),
     };
     if rounded.is_none() && first.place.step == 0 { Some(Kind::InitialState) } else { rounded }
@@ -255,8 +265,13 @@ fn in_order(
     if next.is_some_and(|next| same(got, &next.expected)) {
         return Some(Kind::InitialMissing);
     }
-    let stands = |value: &f64| state.iter().any(|known| same(&[*value], &[*known]));
-    got.iter().all(stands).then_some(Kind::Order)
+    // Each number of the scene stands in one place.
+    let mut rest = state;
+    let is_taken = |value: &f64| {
+        let place = rest.iter().position(|known| same(&[*value], &[*known]));
+        place.map(|place| rest.swap_remove(place)).is_some()
+    };
+    got.iter().all(is_taken).then_some(Kind::Order)
 }
 
 /// Whether all numbers are the oracle's, rounded.
@@ -279,12 +294,25 @@ fn in_digits(context: &[ContextRow]) -> Option<Kind> {
     if decimals <= FEW_DIGITS && within(&|_| 10f64.powi(-(decimals as i32))) {
         return Some(Kind::Decimals(decimals));
     }
-    let is_single = |value: f64| f64::from(value as f32) == value;
     let scale = pairs().fold(0.0, |most: f64, (expected, _)| most.max(expected.abs()));
     let single =
         pairs().all(|(expected, got)| is_single(*got) && (expected - got).abs() <= NEARLY * scale);
     let single = single && pairs().any(|(expected, _)| !is_single(*expected));
     single.then_some(Kind::Single)
+}
+
+/// Whether the numbers of all states are written in this form.
+fn is_kept(kind: &Kind, context: &[ContextRow]) -> bool {
+    let mut all = context.iter().flat_map(|row| &row.got);
+    match *kind {
+        Kind::Digits(most) => all.all(|value| digits(*value) <= most),
+        Kind::Decimals(most) => all.all(|value| decimals(*value) <= most),
+        _ => all.all(|value| is_single(*value)),
+    }
+}
+
+fn is_single(value: f64) -> bool {
+    f64::from(value as f32) == value
 }
 
 /// Digits of the shortest decimal that reads back to the same f64.

@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use reference::change::{Change, Place, Term};
 use simulator::force;
 use simulator::integrator;
-use simulator::scene::schema::{Convergence, Matrix};
+use simulator::scene::schema::{ActsOn, Convergence, Matrix};
 use simulator::scene::{ForceElement, Scene};
 use simulator::trace::State;
 
@@ -87,6 +87,8 @@ pub enum FindingKind {
     Ends(Symptom),
     /// Implicit steps that satisfy their equation, with another solution.
     OtherRoot,
+    /// What scenes that are wrong for no known reason have in common. It may be right.
+    Common,
     /// A feature that is not there.
     NotImplemented,
 }
@@ -100,6 +102,7 @@ impl FindingKind {
             Self::Feature => "feature",
             Self::Ends(symptom) => symptom.name(),
             Self::OtherRoot => "other-root",
+            Self::Common => "common",
             Self::NotImplemented => "not-implemented",
         }
     }
@@ -115,6 +118,7 @@ impl Finding {
             FindingKind::Feature => format!("Look at {all}"),
             FindingKind::NotImplemented => format!("Not implemented: {all}"),
             FindingKind::Ends(symptom) => format!("{symptom}: {all}"),
+            FindingKind::Common => format!("No cause found; the scenes share {all}"),
             FindingKind::Output | FindingKind::Cause | FindingKind::OtherRoot => all,
         }
     }
@@ -134,12 +138,33 @@ impl Finding {
         }
     }
 
-    /// A note on the hand-outs' sign convention, where a Jacobian is at fault.
-    pub fn sign_convention(&self) -> Option<&'static str> {
-        let is_jacobian = self.features.iter().all(|f| matches!(f, Feature::Jacobian(_)));
-        (is_jacobian && self.kind == FindingKind::Cause).then_some(
-            "In the starter code, accumulateddUdxdx adds −dF/dx and accumulateddUdxdv adds −dF/dv.",
-        )
+    /// What the findings take for granted: the symbols of formulas, and the hand-outs' sign convention.
+    pub fn notes<'a>(list: impl Iterator<Item = &'a Self> + Clone) -> Vec<&'static str> {
+        let causes = || list.clone().filter(|finding| finding.kind == FindingKind::Cause);
+        let is_of_pair = |feature: &Feature| match feature {
+            Feature::Force(part) | Feature::Jacobian(part) => {
+                matches!(part.schema().acts_on, ActsOn::Pair | ActsOn::Edge)
+            }
+            _ => false,
+        };
+        let is_symbol = |word: &str| ["d", "l", "n", "w", "nᵀ", "wᵀ", "n·w"].contains(&word);
+        let mut words = causes()
+            .filter(|finding| finding.features.iter().any(is_of_pair))
+            .flat_map(|finding| &finding.words)
+            .flat_map(|words| words.split(|c: char| c.is_whitespace() || "(),/".contains(c)));
+        let is_jacobian = |finding: &Self| {
+            finding.features.iter().all(|feature| matches!(feature, Feature::Jacobian(_)))
+        };
+        let mut notes = Vec::new();
+        if words.any(is_symbol) {
+            notes.push("Of particles i and j: d = x_i − x_j, l = |d|, n = d/l, w = v_i − v_j.");
+        }
+        if causes().any(is_jacobian) {
+            notes.push(
+                "In the starter code, accumulateddUdxdx adds −dF/dx and accumulateddUdxdv adds −dF/dv.",
+            );
+        }
+        notes
     }
 
     /// The evidence in words.
@@ -151,7 +176,7 @@ impl Finding {
         let open = match self.open {
             0 => String::new(),
             open => format!(
-                "; {open} more show nothing: Newton's method converges slowly or not at all with it"
+                "; {open} more say nothing of it, as Newton's method hardly converges with this mistake"
             ),
         };
         match self.kind {
@@ -166,16 +191,16 @@ impl Finding {
                     "proven: reproduces your traces in {count} of {all} where it acts{rest}{open}"
                 )
             }
-            FindingKind::Feature => format!(
-                "differs in all {} where it matters; no change that grade tries explains it",
-                scenes(count)
-            ),
+            FindingKind::Feature => {
+                format!("wrong in {}; no change that grade tries explains it", scenes(count))
+            }
             FindingKind::OtherRoot => {
                 format!("{}: the step solves the same equation; another solution", scenes(count))
             }
-            FindingKind::Output | FindingKind::Ends(_) | FindingKind::NotImplemented => {
-                scenes(count)
-            }
+            FindingKind::Output
+            | FindingKind::Ends(_)
+            | FindingKind::Common
+            | FindingKind::NotImplemented => scenes(count),
         }
     }
 }
@@ -284,7 +309,9 @@ impl Findings {
             list.extend(other_roots);
         }
         list.extend(causes.iter().map(|cause| of_cause(cause, is_lack(cause, &causes), &scenes)));
-        list.extend(features(&scenes, &causes));
+        let to_look_at = features(&scenes, &causes);
+        list.extend(common(&scenes, &to_look_at));
+        list.extend(to_look_at);
         list.extend(ends(&scenes));
         let mut diagnoses = Vec::new();
         for (number, (scene, root)) in scenes.iter().zip(&roots).enumerate() {
@@ -378,10 +405,10 @@ fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
         }
     }
     kinds.sort_by_key(|(_, numbers)| std::cmp::Reverse(numbers.len()));
-    // A fault of nearly all traces can look like another one in a few.
+    // A fault of most traces can look like another one in a few.
     let count = |(_, numbers): &(Kind, Vec<usize>)| numbers.len();
     let all: usize = kinds.iter().map(count).sum();
-    if kinds.first().is_some_and(|first| 10 * count(first) >= 9 * all) {
+    if kinds.first().is_some_and(|first| 4 * count(first) >= 3 * all) {
         kinds.truncate(1);
     }
     let mut list: Vec<Finding> = Vec::new();
@@ -441,13 +468,8 @@ fn is_linearized(scene: &SceneEvidence<'_>) -> bool {
 /// The features to look at: the one whose scenes are exactly those that are wrong for no proven reason, or those that
 /// remain when every feature of a right scene is set aside.
 fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
-    // A scene without a wrong step shows nothing, unless it is too large for its steps to be examined.
-    let is_left = |scene: &SceneEvidence<'_>| {
-        let is_wrong =
-            scene.is_suspect() || scene.kind == Some(Kind::Wrong) && !is_recorded(scene.case);
-        is_wrong && !scene.explained && !scene.open
-    };
-    let failing: Vec<&SceneEvidence<'_>> = scenes.iter().filter(|scene| is_left(scene)).collect();
+    let failing: Vec<&SceneEvidence<'_>> =
+        scenes.iter().filter(|scene| is_unexplained(scene)).collect();
     let lacks =
         |number: usize| causes.iter().any(|c| is_lack(c, causes) && c.scenes.contains(&number));
     let right = scenes.iter().enumerate().filter(|(number, scene)| {
@@ -480,6 +502,73 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
         unexplained: 0,
     };
     found.into_iter().map(finding).collect()
+}
+
+/// Whether a scene is wrong for no known reason. One without a wrong step shows nothing, unless it is too large for its
+/// steps to be examined.
+fn is_unexplained(scene: &SceneEvidence<'_>) -> bool {
+    let is_wrong =
+        scene.is_suspect() || scene.kind == Some(Kind::Wrong) && !is_recorded(scene.case);
+    is_wrong && !scene.explained && !scene.open
+}
+
+/// What the scenes have in common that nothing explains and in which no feature stands out: forces, the integrator, fixed
+/// particles. `None` if most scenes that pass have it too.
+fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Option<Finding> {
+    let is_named =
+        |scene: &SceneEvidence<'_>| found.iter().any(|f| f.scenes.contains(&scene.case.id));
+    let failing: Vec<&SceneEvidence<'_>> =
+        scenes.iter().filter(|scene| is_unexplained(scene) && !is_named(scene)).collect();
+    if failing.len() < FEW {
+        return None;
+    }
+    type Test = Box<dyn Fn(&Scene) -> bool>;
+    let mut shared: Vec<(String, Test)> = Vec::new();
+    let in_all = |test: &Test| failing.iter().all(|scene| test(&scene.case.scene));
+    for term in Term::all() {
+        let test: Test = Box::new(move |scene| terms(scene).contains(&term));
+        shared.extend(in_all(&test).then(|| (term.to_string(), test)));
+    }
+    let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
+    let test: Test = Box::new(has_fixed);
+    shared.extend(in_all(&test).then(|| ("fixed particles".to_owned(), test)));
+    for kind in integrator::REGISTRY {
+        let name = kind.schema.name;
+        let test: Test = Box::new(move |scene| scene.integrator.name == name);
+        shared.extend(in_all(&test).then(|| (format!("integrator {name}"), test)));
+    }
+    let passing: Vec<&Scene> =
+        scenes.iter().filter(|scene| scene.passed).map(|scene| &scene.case.scene).collect();
+    let count = |shared: &[(String, Test)]| {
+        passing.iter().filter(|scene| shared.iter().all(|(_, test)| test(scene))).count()
+    };
+    // Without what sets no passing scene apart.
+    let pass = count(&shared);
+    for number in (0..shared.len()).rev() {
+        let one = shared.remove(number);
+        if count(&shared) > pass {
+            shared.insert(number, one);
+        }
+    }
+    if shared.is_empty() || pass >= failing.len() {
+        return None;
+    }
+    let mut all: Vec<String> = shared.into_iter().map(|(name, _)| name).collect();
+    let last = all.pop().unwrap_or_default();
+    let all = if all.is_empty() { last } else { format!("{} and {last}", all.join(", ")) };
+    let rest = match pass {
+        0 => "which no scene that passes has".to_owned(),
+        1 => "which 1 scene that passes has too".to_owned(),
+        pass => format!("which {pass} scenes that pass have too"),
+    };
+    Some(Finding {
+        kind: FindingKind::Common,
+        features: Vec::new(),
+        words: vec![format!("{all}, {rest}")],
+        scenes: names(failing.into_iter()),
+        open: 0,
+        unexplained: 0,
+    })
 }
 
 fn in_words(feature: Feature, circumstances: &str) -> String {
@@ -522,9 +611,16 @@ fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
     let mut found: Vec<(Option<String>, Vec<&SceneEvidence<'_>>)> = Vec::new();
     for scene in scenes {
         let Some(lacks) = &scene.refused else { continue };
-        match found.iter_mut().find(|(known, _)| known == lacks) {
+        // Without a name, it is that of the integrator if all its scenes are refused, and others are not.
+        let name = scene.case.scene.integrator.name;
+        let is_its = |other: &&SceneEvidence<'_>| other.case.scene.integrator.name == name;
+        let is_refused = |other: &SceneEvidence<'_>| other.refused.is_some();
+        let is_integrator =
+            || scenes.iter().filter(is_its).all(is_refused) && !scenes.iter().all(is_refused);
+        let lacks = lacks.clone().or_else(|| is_integrator().then(|| name.to_owned()));
+        match found.iter_mut().find(|(known, _)| *known == lacks) {
             Some((_, scenes)) => scenes.push(scene),
-            None => found.push((lacks.clone(), vec![scene])),
+            None => found.push((lacks, vec![scene])),
         }
     }
     found.sort_by_key(|(_, scenes)| scenes.iter().map(|scene| scene.simplicity()).min());
@@ -539,7 +635,9 @@ fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
             },
             None => Feature::Everything,
         };
-        let words = lacks.unwrap_or_else(|| "the program refuses the scene".to_owned());
+        let words = lacks.unwrap_or_else(|| {
+            "the program refuses scenes without naming what it lacks".to_owned()
+        });
         let scenes = names(scenes.into_iter());
         let known = list.iter_mut().find(|known| {
             known.kind == FindingKind::NotImplemented && known.words.first() == Some(&words)

@@ -1,7 +1,7 @@
 //! Programs that say that they lack a feature.
 //!
-//! Exit code 77 says so, as in Automake's test suites; so does any other non-zero exit code with a message that refuses
-//! the scene's integrator, one of its forces or its format by name. A message that names a force without refusing it
+//! Exit code 77 says so, as in Automake's test suites; so does any other non-zero exit code, or a run without a trace,
+//! with a message that refuses the scene's integrator, one of its forces or its format by name. A message that names a force without refusing it
 //! ("springforce.cpp:12: index out of range") is a crash.
 
 use crate::submission::program::exit_status;
@@ -29,9 +29,11 @@ const REFUSALS: [&str; 14] = [
     "keyerror",
 ];
 
-/// The failure of a program that says that it lacks a feature of the scene, in the place of a crash.
+/// The failure of a program that says that it lacks a feature of the scene, in the place of a crash or of no trace.
 pub fn refusal(case: &Case, failure: Failure) -> Failure {
-    let Failure::Crashed { detail } = &failure else { return failure };
+    let (Failure::Crashed { detail } | Failure::NoOutput { detail }) = &failure else {
+        return failure;
+    };
     let Some(status) = exit_status(detail) else { return failure };
     let lines = || detail.lines().map(str::to_lowercase);
     let refused = lines().filter(|line| REFUSALS.iter().any(|word| line.contains(word)));

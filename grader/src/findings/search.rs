@@ -169,7 +169,50 @@ pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
         }
     }
     drop_all(scenes, &mut found, is_unlikely);
+    attribute(scenes, &mut found);
     found
+}
+
+/// Gives each explained scene to the causes without which its steps are not made: several, where they act together.
+fn attribute(scenes: &[SceneEvidence<'_>], found: &mut [Cause]) {
+    let made: Vec<Change> = found.iter().map(|cause| cause.change().clone()).collect();
+    let explained: BTreeSet<usize> =
+        found.iter().flat_map(|cause| cause.scenes.iter().copied()).collect();
+    let needed = |number: usize| -> Vec<usize> {
+        let scene = &scenes[number];
+        let model = Model::new(&scene.scene, &made);
+        let acting: Vec<usize> = (0..made.len())
+            .filter(|&one| made[one].acts_in(&scene.scene) && model.is_changed_by(&made[one]))
+            .collect();
+        let is_needed = |one: &usize| {
+            let others = acting.iter().filter(|other| *other != one);
+            let others: Vec<Change> = others.map(|&other| made[other].clone()).collect();
+            let model = Model::new(&scene.scene, &others);
+            !model.can_step() || scene.agrees_with(&model, usize::MAX) != Agreement::Agrees
+        };
+        match acting.as_slice() {
+            [_] => acting,
+            _ => acting.iter().copied().filter(is_needed).collect(),
+        }
+    };
+    let of_scenes: Vec<(usize, Vec<usize>)> =
+        explained.into_par_iter().map(|number| (number, needed(number))).collect();
+    for (one, cause) in found.iter_mut().enumerate() {
+        let is_its = |(number, causes): &&(usize, Vec<usize>)| match causes.is_empty() {
+            true => cause.scenes.contains(number),
+            false => causes.contains(&one),
+        };
+        let of_it: Vec<usize> =
+            of_scenes.iter().filter(is_its).map(|(number, _)| *number).collect();
+        // A cause that no scene needs beside the others keeps those by which it was found.
+        if !of_it.is_empty() {
+            cause.scenes = of_it;
+        }
+        // Only a matrix of Jacobians shows them.
+        if !cause.scenes.iter().any(|&number| super::is_linearized(&scenes[number])) {
+            cause.alternatives.iter_mut().for_each(candidates::say_force_alone);
+        }
+    }
 }
 
 /// Causes of the wrong steps of these scenes, other than the excluded changes.
@@ -302,18 +345,35 @@ fn is_refuted(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
 
 /// Whether a mistake leaves too many scenes wrong in which it acts. A far-fetched one, such as a number that the steps
 /// determine, may be another formula that has this value in a few scenes; a method that steps as another one does so in all
-/// scenes. They must explain most. Others must explain a third, as other mistakes may be in the same scenes.
+/// scenes. Both must explain most. Others must explain a third, as other mistakes may be in the same scenes.
 fn is_unlikely(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
     let change = cause.change();
     let acts = |scene: &&SceneEvidence<'_>| change.acts_in(&scene.scene) && scene.is_suspect();
     let unsettled = scenes.iter().filter(acts).filter(|scene| !scene.explained).count();
     let explained = cause.scenes.len();
     let is_replaced = matches!(change.effect, Effect::Method(_, Rule::Replaced(_)));
+    let is_in_method = cause.unexplained > 0 && is_all_of_a_method(scenes, cause);
     let is_far_fetched = !cause.is_lack() && change.rank >= FAR_FETCHED;
     match is_replaced || is_far_fetched {
         true => explained <= unsettled,
-        false => !cause.is_lack() && 2 * explained < cause.unexplained,
+        false => !cause.is_lack() && (2 * explained < cause.unexplained || is_in_method),
     }
+}
+
+/// Whether a mistake of a force explains scenes of one method alone, whose other scenes are wrong as well, more of them, and
+/// without that force: something of the method is wrong, and this is a part of what it does.
+fn is_all_of_a_method(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
+    let methods: BTreeSet<&str> =
+        cause.scenes.iter().map(|&number| scenes[number].scene.integrator.name).collect();
+    let Some(name) = methods.first().filter(|_| methods.len() == 1) else { return false };
+    let is_of_method = matches!(cause.change().place, Place::Integrator(_) | Place::FixedUnder(_));
+    let of_method = |scene: &&SceneEvidence<'_>| {
+        scene.scene.integrator.name == *name && !scene.scene.forces.is_empty()
+    };
+    let others =
+        scenes.iter().filter(of_method).filter(|scene| !cause.change().acts_in(&scene.scene));
+    let (wrong, right): (Vec<_>, Vec<_>) = others.partition(|scene| scene.is_left());
+    !is_of_method && right.is_empty() && wrong.len() > cause.scenes.len()
 }
 
 /// Drops such mistakes. What a dropped mistake explained, alone or with others, is unexplained again.
@@ -475,6 +535,16 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
         let of = |change: Change| weigh(scenes, made, vec![change], false);
         changes.into_par_iter().filter_map(of).collect()
     };
+    // If the force alone is left out, its Jacobians are there.
+    changes.retain(|change| {
+        let Place::Force(term) = change.place else { return true };
+        let explains = |change: Change| {
+            weigh(scenes, made, vec![change], false).map_or(0, |one| one.explained.len())
+        };
+        !term.schema().depends_on().has_jacobian()
+            || explains(candidates::factor(term, &[Quantity::Force], 0.0))
+                <= explains(change.clone())
+    });
     let mut silent = weighed(silent);
     silent.retain(is_in_most);
     changes.retain(|change| !made.contains(change));
@@ -1067,7 +1137,7 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         Effect::Formula(term, quantity, _)
         | Effect::Blocks(term, quantity, _)
         | Effect::Axes(term, quantity, _)
-        | Effect::FirstOnly(term, quantity) => Some((*term, *quantity)),
+        | Effect::Particles(term, quantity, _) => Some((*term, *quantity)),
         Effect::Factor(term, quantities, Factor { .. }) => Some((*term, quantities[0])),
         Effect::Derived(term, _) | Effect::Ends(term, _) | Effect::Length(term, _) => {
             Some((*term, Quantity::Force))

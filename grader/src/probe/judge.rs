@@ -80,7 +80,8 @@ pub(super) fn judge_model(steps: &Steps) -> Finding {
             "its solver stops early: the same state gets another step beside fewer particles";
         Finding::only(Verdict::Inconclusive, reason)
     } else if !steps.is_explained() {
-        let reason = "no matrix explains the steps: the mass term, the right-hand side or the solver is wrong";
+        let reason = "no matrix explains the steps: the mass term, the right-hand side, the solver, or how the \
+                      Jacobian depends on masses and particles is wrong";
         Finding::only(Verdict::Wrong, reason)
     } else if steps.is_right() {
         Finding::only(Verdict::Correct, "")

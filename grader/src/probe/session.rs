@@ -231,13 +231,27 @@ impl<'a> Session<'a> {
             let largest = sizes.fold(0.0, f64::max);
             derivatives.iter().map(|of_state| of_state.force).fold(largest, f64::max)
         };
+        let is_force_wrong = report.force_finding.verdict == Verdict::Wrong;
+        let mut is_of_right_force = false;
         report.blocks = Block::ALL.map(|block| {
             let which = usize::from(!block.is_by_position());
             let entries = separated.iter().zip(&derivatives).enumerate();
             let entries = entries.flat_map(|(state, (found, expected))| {
                 block_entries(block, state, count, found, expected)
             });
-            let mut finding = Finding::of(entries, scale(which));
+            let entries: Vec<Entry> = entries.collect();
+            let mut finding = Finding::of(entries.iter().cloned(), scale(which));
+            if finding.verdict == Verdict::Wrong && is_force_wrong {
+                let of_ours = entries.into_iter().map(|e| Entry { expected: e.ours, ..e });
+                let right = Finding::of(of_ours, scale(which));
+                if right.verdict == Verdict::Correct {
+                    is_of_right_force = true;
+                    let reason =
+                        "the derivative of the right force; the program's force is another"
+                            .to_owned();
+                    finding = Finding { reason, ..right };
+                }
+            }
             if let Some(Entry { state, row, column: Some(column), block, .. }) = &mut finding.worst
             {
                 let matrices = [
@@ -259,7 +273,7 @@ impl<'a> Session<'a> {
             }
         }
         let is_wrong = report.blocks.iter().any(|block| block.verdict == Verdict::Wrong);
-        if is_wrong {
+        if is_wrong || is_of_right_force {
             report.diagnosis = self.diagnose(part, &matrices, &derivatives);
         }
     }

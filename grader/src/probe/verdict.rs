@@ -63,7 +63,8 @@ pub struct Entry {
     pub column: Option<(usize, usize)>,
     /// The program's value.
     pub measured: f64,
-    /// The expected value: from the program's own force for a Jacobian, ours for a force.
+    /// The expected value: for a Jacobian, from the program's own force, or ours where that is right and the force is
+    /// not; ours for a force.
     pub expected: f64,
     /// Our value.
     pub ours: f64,
@@ -129,8 +130,8 @@ pub struct PartReport {
     pub force_finding: Finding,
     /// Whether the implicit step has the form `(M − A) δ = h F` with `A = h² K + h B`, whatever the Jacobians.
     pub step: Finding,
-    /// The Jacobian against differences of the program's own force, by quantity and block, as
-    /// [`Block::ALL`] has them.
+    /// The Jacobian against differences of the program's own force, or against that of the right force if it is the one
+    /// and the program's force is wrong: by quantity and block, as [`Block::ALL`] has them.
     pub blocks: [Finding; 4],
     /// Likely mistakes.
     pub diagnosis: Vec<String>,

@@ -8,7 +8,7 @@ use grader::rubric::Rubric;
 use grader::submission::StateSource;
 use grader::verdict::{Failure, Verdict};
 use reference::change::candidates;
-use reference::change::{Change, Model};
+use reference::change::{Change, Model, Term};
 use simulator::scene::Scene;
 use simulator::trace::State;
 use test_support::{root, suite};
@@ -27,10 +27,9 @@ impl StateSource for States {
     }
 }
 
-/// The states of a scene with a change.
-fn states(scene: &Scene, change: Option<&Change>) -> Vec<State> {
-    let changes: Vec<Change> = change.cloned().into_iter().collect();
-    let model = Model::new(scene, &changes);
+/// The states of a scene with changes.
+fn states(scene: &Scene, changes: &[Change]) -> Vec<State> {
+    let model = Model::new(scene, changes);
     let mut all = vec![model.start()];
     for step in 0..scene.n_steps() {
         let earlier = all.len().checked_sub(2).map(|before| all[before].clone());
@@ -40,8 +39,8 @@ fn states(scene: &Scene, change: Option<&Change>) -> Vec<State> {
     all
 }
 
-/// The findings on traces with a change, which `written` writes.
-fn findings(change: Option<&Change>, written: fn(Vec<State>) -> Vec<State>) -> Vec<Finding> {
+/// The findings on traces with changes, which `written` writes.
+fn findings(changes: &[Change], written: fn(Vec<State>) -> Vec<State>) -> Vec<Finding> {
     let folder = root().join("assets");
     let mut assignment =
         Assignment::load(&folder.join("assignments"), "t1m3").expect("an assignment");
@@ -56,7 +55,7 @@ fn findings(change: Option<&Change>, written: fn(Vec<State>) -> Vec<State>) -> V
                 let detail = "there is no trace".to_owned();
                 return Err(Verdict::Fail(Failure::Missing { detail }));
             }
-            let states = written(states(&case.scene, change));
+            let states = written(states(&case.scene, changes));
             Ok(Box::new(States(states.into_iter())) as Box<dyn StateSource>)
         })
     });
@@ -69,6 +68,9 @@ fn candidate(words: &str) -> Change {
         let mut all = candidates::of_fixed(scene);
         all.extend(candidates::of_reading(scene, &[]));
         all.extend(candidates::of_process(scene));
+        all.extend(candidates::of_integrator(scene));
+        let terms = scene.forces.iter().flat_map(|element| Term::of(element.schema));
+        all.extend(terms.flat_map(|term| candidates::of_term(term).to_vec()));
         all.into_iter().find(|change| change.words == words)
     };
     suite().cases.iter().find_map(|case| of(&case.scene)).expect("a candidate")
@@ -76,7 +78,7 @@ fn candidate(words: &str) -> Change {
 
 #[test]
 fn a_change_is_named_from_the_traces_that_it_makes() {
-    assert_eq!(findings(None, |states| states), []);
+    assert_eq!(findings(&[], |states| states), []);
     for words in [
         "explicit-euler: fixed particles stand still, although they have a velocity",
         "linearized-implicit-euler: the velocities of fixed particles are set to zero",
@@ -86,8 +88,16 @@ fn a_change_is_named_from_the_traces_that_it_makes() {
         "the last force of a scene is left out where there are several",
         "implicit-euler: Newton's method stops at an update of 1",
         "implicit-euler: Newton's method stops where the sum of the update is negative",
+        "explicit-euler: fixed particles stand still, and their velocities are set to zero",
+        "springforce has no effect where b is 0",
+        "springforce between a fixed and another particle is left out",
+        "springforce overwrites the forces on its first particle of the elements before it",
+        "each springforce acts on the next edge, whatever its edge attribute",
+        "simplegravity does not act on the last particle",
+        "symplectic-euler: positions move first, with the old velocity; forces are evaluated there",
+        "linearized-implicit-euler: the forces are divided by the mass, and the matrix has M",
     ] {
-        let found = findings(Some(&candidate(words)), |states| states);
+        let found = findings(&[candidate(words)], |states| states);
         let [Finding { kind: FindingKind::Cause, words: named, .. }] = found.as_slice() else {
             panic!("{words}: {found:#?}");
         };
@@ -110,10 +120,43 @@ fn states_that_are_written_late_are_a_fault_of_the_output() {
         late
     };
     let sentence = |written: fn(Vec<State>) -> Vec<State>| {
-        let found = findings(None, written);
+        let found = findings(&[], written);
         found.first().map(Finding::sentence).unwrap_or_default()
     };
     assert_eq!(sentence(late), "the output: each state is written one step late");
     let velocities = sentence(with_old_velocities);
     assert_eq!(velocities, "the output: the velocities are those of the step before");
+}
+
+#[test]
+fn scenes_in_which_two_mistakes_act_are_evidence_of_both() {
+    let words = ["dragdamping is multiplied by the mass", "simplegravity has the wrong sign"];
+    let found = findings(&words.map(candidate), |states| states);
+    let suite = suite();
+    for (words, tag) in words.into_iter().zip(["dragdamping", "simplegravity"]) {
+        let finding = found.iter().find(|finding| finding.words == [words]).expect(words);
+        let has_it = |name: &&String| {
+            let case = suite.cases.iter().find(|case| case.id == **name).expect("a scene");
+            case.scene.forces.iter().any(|element| element.schema.tag == tag)
+        };
+        assert!(finding.scenes.iter().all(|name| has_it(&name)), "{finding}");
+        assert_eq!(finding.unexplained, 0, "{finding}");
+    }
+    let both = found[0].scenes.iter().filter(|name| found[1].scenes.contains(name));
+    assert!(both.count() > 2, "{found:#?}");
+}
+
+#[test]
+fn numbers_that_are_read_in_single_precision_are_not_those_of_the_output() {
+    let read_so = |states: Vec<State>| {
+        let mut read = states.clone();
+        let State { positions, velocities, .. } = &mut read[0];
+        for value in positions.iter_mut().chain(velocities) {
+            *value = f64::from(*value as f32);
+        }
+        read
+    };
+    let found = findings(&[], read_so);
+    let sentence = found.first().map(Finding::sentence).unwrap_or_default();
+    assert_eq!(sentence, "reading the scene: the numbers of particles are rounded");
 }

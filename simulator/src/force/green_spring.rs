@@ -26,7 +26,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 10.0), [0.25, 0.375, 0.3125])
                 .non_negative(),
-            ParameterSchema::new("l0", "rest length", (1.0, 3.0), [1.25, 1.0, 1.125]).positive(),
+            ParameterSchema::new("l0", "rest length", (1.0, 3.0), [1.25, 2.5, 1.125]).positive(),
         ],
         parts: &[PartSchema {
             name: "all",

@@ -33,7 +33,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         acts_on: ActsOn::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),
-            ParameterSchema::new("l0", "rest length", (0.2, 2.0), [0.75, 0.5, 0.625])
+            ParameterSchema::new("l0", "rest length", (0.2, 2.0), [0.75, 2.5, 0.625])
                 .non_negative(),
             ParameterSchema::new("b", "damping", (0.1, 10.0), [1.5, 1.0, 1.25])
                 .non_negative()

@@ -13,8 +13,8 @@ use super::expression::{Expression, Function, Leaf};
 use super::forms::Forms;
 use super::model::{HELD, NEWTON, forms_of};
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Place,
-    Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Particles,
+    Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
 };
 use crate::method::{Method, OnePoint};
 
@@ -47,6 +47,13 @@ const TOO_OFTEN_H: &str = "is multiplied by h once too often";
 
 /// Ends the words of a change of a force that its Jacobians have as well.
 const IN_JACOBIANS: &str = ", in its Jacobians as well";
+
+/// Words of a change of a force and its Jacobians become those of the force alone.
+pub fn say_force_alone(change: &mut Change) {
+    if let Some(alone) = change.words.strip_suffix(IN_JACOBIANS) {
+        change.words.truncate(alone.len());
+    }
+}
 
 /// `springforce's damping`, `dF/dx of springforce's damping`.
 fn name(term: impl Display, quantity: Quantity) -> String {
@@ -464,6 +471,8 @@ fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
             (Ends::First, "acts on the first of two particles only"),
             (Ends::Second, "acts on the second of two particles only"),
             (Ends::Same, "has the same sign on both particles"),
+            (Ends::ByNumber, "has the wrong sign where the first particle's number is the larger"),
+            (Ends::SecondAtIndex, "is added to components j and j + 1 for particle j"),
         ] {
             add(force, words, Effect::Ends(term, ends), 1);
         }
@@ -478,8 +487,13 @@ fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
             }
         }
     } else {
-        let words = "acts on the first particle only";
-        add(force, words, Effect::FirstOnly(term, force), 1);
+        for (particles, words) in [
+            (Particles::First, "acts on the first particle only"),
+            (Particles::NotFirst, "does not act on the first particle"),
+            (Particles::NotLast, "does not act on the last particle"),
+        ] {
+            add(force, words, Effect::Particles(term, force, particles), 1);
+        }
     }
     let axes = [
         (Axes::Only(0), "has its x component only"),
@@ -518,7 +532,7 @@ fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
         }
         if !is_pair {
             let words = "is there for the first particle only";
-            add(quantity, words, Effect::FirstOnly(term, quantity), 1);
+            add(quantity, words, Effect::Particles(term, quantity, Particles::First), 1);
         }
         for (axes, words) in [
             (Axes::Only(0), "has its x entry only"),
@@ -588,10 +602,17 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             add(Rule::ForcesAt(1.0), 1, "forces are evaluated at x + h v");
             add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v/2");
             add(Rule::ForcesAt(-1.0), 2, "forces are evaluated at x − h v");
+            if method == OnePoint::Symplectic {
+                let words =
+                    "positions move first, with the old velocity; forces are evaluated there";
+                add(Rule::PositionsFirst, 1, words);
+            }
         }
         OnePoint::Linearized => {
             add(inertia(0, 0, 1.0), 1, "the matrix has the identity in the place of M");
             add(inertia(2, 1, 1.0), 2, "the matrix has M² in the place of M");
+            let words = "the forces are divided by the mass, and the matrix has M";
+            add(Rule::Forces(Factor::mass(-1)), 2, words);
             add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v");
             add(Rule::JacobiansAt(0.0), 1, "Jacobians are evaluated at x, not x + h v");
             let words = "forces and Jacobians are evaluated at x, not x + h v";
@@ -615,6 +636,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         }
         OnePoint::Implicit => {
             add(inertia(0, 0, 1.0), 1, "the identity is in the place of M");
+            add(inertia(1, 0, 1.0), 2, "M is missing in M (u − v) on the right-hand side");
             add(inertia(1, 1, 0.0), 1, "M (u − v) is missing on the right-hand side");
             add(inertia(1, 1, -1.0), 1, "M (u − v) has the wrong sign on the right-hand side");
             add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v'");
@@ -685,6 +707,10 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
             }
         }
     }
+    for count in [2, 3] {
+        let words = format!("{count} steps are made in the place of one");
+        all.push(change(Rule::Repeated(count), 3, words));
+    }
     for count in [2, 3, 4, 5, 10, 20] {
         let words = format!("each step is made of {count} shorter ones");
         all.push(change(Rule::Substeps(count), 3, words));
@@ -732,6 +758,8 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
         "fixed particles stand still, although they have a velocity",
     );
     add(None, rule(FixedRule::Stop), 1, "the velocities of fixed particles are set to zero");
+    let words = "fixed particles stand still, and their velocities are set to zero";
+    add(None, rule(FixedRule::Freeze), 2, words);
     add(None, rule(FixedRule::Fall), 1, "fixed particles fall under simple gravity");
     let words = "forces between a fixed and another particle are left out";
     add(None, Effect::Scene(SceneRule::Unjoined), 1, words);
@@ -837,7 +865,28 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 add(whole, SceneRule::PairBefore(tag), 3, words);
             }
         }
+        if of_it().any(|element| element.pair.is_some()) {
+            let words = format!("{tag} between a fixed and another particle is left out");
+            add(whole, SceneRule::UnjoinedOf(tag), 1, words);
+        }
+        if scene.forces.len() > 1 {
+            let is_pair = of_it().any(|element| element.pair.is_some());
+            let ends: &[(Ends, &str)] = match is_pair {
+                true => &[
+                    (Ends::Same, " on its two particles"),
+                    (Ends::First, " on its first particle"),
+                    (Ends::Second, " on its second particle"),
+                ],
+                false => &[(Ends::Same, "")],
+            };
+            for (ends, on) in ends {
+                let words = format!("{tag} overwrites the forces{on} of the elements before it");
+                add(whole, SceneRule::Overwrites(tag, *ends), 2, words);
+            }
+        }
         if of_it().any(|element| element.edge.is_some()) {
+            let words = format!("each {tag} acts on the next edge, whatever its edge attribute");
+            add(whole, SceneRule::RunningEdge(tag), 2, words);
             let words = format!("{tag} takes the number of its edge for that of a particle");
             add(whole, SceneRule::EdgeAsParticle(tag), 2, words);
         }
@@ -852,6 +901,10 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 add(place, SceneRule::Parameter(tag, name, value), 1, words);
             }
             let values = || of_it().map(|element| element.parameter(name));
+            if values().any(|value| value == 0.0) {
+                let words = format!("{tag} has no effect where {name} is 0");
+                add(whole, SceneRule::WithoutZero(tag, name), 2, words);
+            }
             if values().any(|value| value.fract() != 0.0) {
                 let words = format!("{tag} reads {name} as an integer");
                 add(place, SceneRule::Integer(tag, name), 2, words);

@@ -177,7 +177,7 @@ pub enum Effect {
     /// The length `l` in all formulas of a term.
     Length(Term, Softening),
     /// The particles on which a force without pairs acts.
-    FirstOnly(Term, Quantity),
+    Particles(Term, Quantity, Particles),
     /// A coefficient or rule of an integrator.
     Method(&'static str, Rule),
     /// Fixed particles.
@@ -194,7 +194,7 @@ impl Effect {
             Self::Formula(_, quantity, _)
             | Self::Blocks(_, quantity, _)
             | Self::Axes(_, quantity, _)
-            | Self::FirstOnly(_, quantity) => match quantity {
+            | Self::Particles(_, quantity, _) => match quantity {
                 Quantity::Force => &[Quantity::Force],
                 Quantity::ByPosition => &[Quantity::ByPosition],
                 Quantity::ByVelocity => &[Quantity::ByVelocity],
@@ -246,6 +246,28 @@ impl Factor {
     }
 }
 
+/// Some particles, in the order of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Particles {
+    /// The first.
+    First,
+    /// All but the first.
+    NotFirst,
+    /// All but the last.
+    NotLast,
+}
+
+impl Particles {
+    pub(super) fn of(all: Option<Self>, count: usize) -> std::ops::Range<usize> {
+        match all {
+            None => 0..count,
+            Some(Self::First) => 0..count.min(1),
+            Some(Self::NotFirst) => 1..count.max(1),
+            Some(Self::NotLast) => 0..count.saturating_sub(1),
+        }
+    }
+}
+
 /// Forces on the ends of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {
@@ -255,6 +277,10 @@ pub enum Ends {
     Second,
     /// The same on both.
     Same,
+    /// The right ones, with the wrong sign where `i > j`.
+    ByNumber,
+    /// The right ones, but that on `j` is added to the coordinates from `j` on.
+    SecondAtIndex,
 }
 
 /// Blocks of a pair's Jacobian; the right ones are `k, −k; −k, k`.
@@ -340,6 +366,8 @@ pub enum Rule {
     JacobiansAt(f64),
     /// Forces and Jacobians at `x + c h u`.
     AllAt(f64),
+    /// `x' = x + h v` first, and forces there.
+    PositionsFirst,
     /// Forces of the step before.
     Stale,
     /// `x' = x + h^power (a v + b v')`.
@@ -364,6 +392,8 @@ pub enum Rule {
     SpeedLimit(f64),
     /// The end of Newton's method.
     Newton(Newton),
+    /// This many steps in the place of one.
+    Repeated(u32),
     /// This many steps of the same method in the place of one.
     Substeps(u32),
 }
@@ -418,6 +448,8 @@ pub enum FixedRule {
     Stand,
     /// Their velocities are zero from the first step on.
     Stop,
+    /// They do not move, and their velocities are zero from the first step on.
+    Freeze,
     /// Simple gravity changes their velocities.
     Fall,
     /// Explicit methods move them as free ones; along one axis only if given.
@@ -500,6 +532,14 @@ pub enum SceneRule {
     FirstParameters(&'static str),
     /// An element acts between the particles `edge` and `edge + 1`.
     EdgeAsParticle(&'static str),
+    /// The first element acts on the first edge, and so on.
+    RunningEdge(&'static str),
+    /// Elements are left out whose parameter is zero.
+    WithoutZero(&'static str, &'static str),
+    /// Elements between a fixed and another particle are left out.
+    UnjoinedOf(&'static str),
+    /// The forces of an element on these ends overwrite those before it, in the order of the file.
+    Overwrites(&'static str, Ends),
     /// Each element acts on the particles of the one before it.
     PairBefore(&'static str),
     /// Fixed particles are free.

@@ -11,8 +11,8 @@ use simulator::trace::State;
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Place,
-    Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Particles,
+    Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
 };
 use crate::laws::Laws;
 use crate::method::{Method, OnePoint};
@@ -53,6 +53,8 @@ pub(super) struct Point {
 struct Element {
     pair: Option<[usize; 2]>,
     parameters: [f64; MAX_PARAMETERS],
+    /// The particles on which its force is overwritten by a later element's.
+    lost: Vec<usize>,
 }
 
 /// A formula and what is done to its values.
@@ -64,7 +66,7 @@ struct Evaluation {
     ends: Option<Ends>,
     blocks: Option<Blocks>,
     axes: Option<Axes>,
-    first_only: bool,
+    particles: Option<Particles>,
 }
 
 /// A term of a scene.
@@ -203,7 +205,7 @@ impl Model {
             part: None,
             stepped_as: None,
             idle: false,
-            terms: terms_of(&scene),
+            terms: terms_of(&scene, changes),
             rules,
             fixed_rules,
             scene,
@@ -297,6 +299,9 @@ impl Model {
             Effect::Fixed(rule) => match *rule {
                 FixedRule::Stand => self.fixed_rules.stand = true,
                 FixedRule::Stop => self.fixed_rules.stop = true,
+                FixedRule::Freeze => {
+                    (self.fixed_rules.stand, self.fixed_rules.stop) = (true, true);
+                }
                 FixedRule::Fall => self.fixed_rules.fall = true,
                 FixedRule::Feel(axis) => self.fixed_rules.feel = Some(axis),
                 FixedRule::Hold(hold) => self.fixed_rules.hold = hold,
@@ -309,7 +314,7 @@ impl Model {
             | Effect::Blocks(term, ..)
             | Effect::Axes(term, ..)
             | Effect::Length(term, _)
-            | Effect::FirstOnly(term, _)) => {
+            | Effect::Particles(term, ..)) => {
                 if let Some(model) = self.terms.iter_mut().find(|model| model.term == *term) {
                     model.make(effect);
                 }
@@ -334,6 +339,9 @@ impl Model {
             Rule::ForcesAt(c) => rules.forces_at = Some(c),
             Rule::JacobiansAt(c) => rules.jacobians_at = Some(c),
             Rule::AllAt(c) => (rules.forces_at, rules.jacobians_at) = (Some(c), Some(c)),
+            Rule::PositionsFirst => {
+                (rules.position, rules.forces_at) = (Some([1.0, 0.0, 1.0]), Some(1.0));
+            }
             Rule::Stale => rules.stale = true,
             Rule::Position { old, new, h } => {
                 rules.position = Some([old, new, f64::from(h)]);
@@ -345,6 +353,7 @@ impl Model {
             Rule::Diagonal(added) => rules.diagonal = added,
             Rule::SpeedLimit(limit) => rules.speed_limit = Some(limit),
             Rule::Newton(newton) => rules.newton = newton,
+            Rule::Repeated(count) => self.substeps = count,
             Rule::Substeps(count) => {
                 self.substeps = count;
                 self.h = self.scene.time_step / f64::from(count);
@@ -385,7 +394,7 @@ impl Model {
             | Effect::Blocks(term, ..)
             | Effect::Axes(term, ..)
             | Effect::Length(term, _)
-            | Effect::FirstOnly(term, _) => *term,
+            | Effect::Particles(term, ..) => *term,
             Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) => return None,
         };
         let number = self.terms.iter().position(|model| model.term == term)?;
@@ -423,19 +432,21 @@ impl Model {
         let factor = |particle: usize| {
             evaluation.factor.of(self.scene.time_step, self.scene.particles[particle].mass)
         };
-        let mut add = |particle: usize, mut force: Vector3<f64>| {
+        // On the coordinates from `first` on.
+        let mut add_at = |first: usize, particle: usize, mut force: Vector3<f64>| {
             if let Some(axes) = evaluation.axes {
                 force = axes.of_vector(force);
             }
             let factor = factor(particle);
             for axis in 0..self.dimension {
-                sum[particle * self.dimension + axis] += factor * force[axis];
+                sum[first + axis] += factor * force[axis];
             }
         };
+        let first = |particle: usize| particle * self.dimension;
         if let Some(law) = &model.law {
             let force = law.force(&at.x, &at.v, at.time);
             for particle in 0..self.scene.particles.len() {
-                add(particle, self.vector(&force, particle));
+                add_at(first(particle), particle, self.vector(&force, particle));
             }
             return;
         }
@@ -449,15 +460,25 @@ impl Model {
                         Some(Ends::First) => [on_i, Vector3::zeros()],
                         Some(Ends::Second) => [Vector3::zeros(), -on_i],
                         Some(Ends::Same) => [on_i, on_i],
+                        Some(Ends::ByNumber) if i > j => [-on_i, on_i],
+                        Some(Ends::ByNumber | Ends::SecondAtIndex) => [on_i, -on_i],
                     };
-                    add(i, on_i);
-                    add(j, on_j);
+                    let is_slipped = evaluation.ends == Some(Ends::SecondAtIndex);
+                    for (particle, place, force) in
+                        [(i, first(i), on_i), (j, if is_slipped { j } else { first(j) }, on_j)]
+                    {
+                        if !element.lost.contains(&particle) {
+                            add_at(place, particle, force);
+                        }
+                    }
                 }
                 None => {
-                    let count = if evaluation.first_only { 1 } else { self.scene.particles.len() };
-                    for particle in 0..count {
+                    let count = self.scene.particles.len();
+                    for particle in Particles::of(evaluation.particles, count) {
                         let inputs = self.inputs(model, element, [particle; 2], at);
-                        add(particle, formula.value(&inputs).vector());
+                        if !element.lost.contains(&particle) {
+                            add_at(first(particle), particle, formula.value(&inputs).vector());
+                        }
                     }
                 }
             }
@@ -509,8 +530,8 @@ impl Model {
                     }
                 }
                 None => {
-                    let count = if evaluation.first_only { 1 } else { self.scene.particles.len() };
-                    for particle in 0..count {
+                    let count = self.scene.particles.len();
+                    for particle in Particles::of(evaluation.particles, count) {
                         let inputs = self.inputs(model, element, [particle; 2], at);
                         let block = formula.value(&inputs).matrix();
                         let place = match evaluation.blocks {
@@ -623,7 +644,9 @@ impl TermModel {
                 self.evaluations[index(*quantity)].axes = Some(*axes);
             }
             Effect::Length(_, softening) => self.softening = Some(*softening),
-            Effect::FirstOnly(_, quantity) => self.evaluations[index(*quantity)].first_only = true,
+            Effect::Particles(_, quantity, particles) => {
+                self.evaluations[index(*quantity)].particles = Some(*particles);
+            }
             Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) => {}
         }
     }
@@ -635,7 +658,31 @@ fn name_of(method: OnePoint) -> Option<&'static str> {
     kinds.find(|schema| Method::one_point(schema) == Some(method)).map(|schema| schema.name)
 }
 
-fn terms_of(scene: &Scene) -> Vec<TermModel> {
+/// The particles on which the force of each element of the scene is overwritten by a later one.
+fn lost(scene: &Scene, changes: &[Change]) -> Vec<Vec<usize>> {
+    let mut lost = vec![Vec::new(); scene.forces.len()];
+    for change in changes {
+        let Effect::Scene(SceneRule::Overwrites(tag, ends)) = change.effect else { continue };
+        let written = |element: &ForceElement| -> Vec<usize> {
+            match (element.pair, ends) {
+                (None, _) => (0..scene.particles.len()).collect(),
+                (Some([i, _]), Ends::First) => vec![i],
+                (Some([_, j]), Ends::Second) => vec![j],
+                (Some(pair), _) => pair.to_vec(),
+            }
+        };
+        for (number, element) in scene.forces.iter().enumerate() {
+            if element.schema.tag == tag {
+                let written = written(element);
+                lost[..number].iter_mut().for_each(|lost| lost.extend(&written));
+            }
+        }
+    }
+    lost
+}
+
+fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
+    let lost = lost(scene, changes);
     let mut terms: Vec<Term> = Vec::new();
     for element in &scene.forces {
         for term in Term::of(element.schema) {
@@ -646,9 +693,13 @@ fn terms_of(scene: &Scene) -> Vec<TermModel> {
     }
     let model = |term: Term| {
         let of_it = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
-        let elements = of_it
-            .clone()
-            .map(|element| Element { pair: element.pair, parameters: element.parameters });
+        let elements = scene.forces.iter().zip(&lost);
+        let elements = elements.filter(|(element, _)| element.schema.tag == term.tag);
+        let elements = elements.map(|(element, lost)| Element {
+            pair: element.pair,
+            parameters: element.parameters,
+            lost: lost.clone(),
+        });
         let forms = forms_of(term);
         let law = || {
             let mut alone: Vec<ForceElement> = of_it.clone().cloned().collect();
@@ -666,7 +717,7 @@ fn terms_of(scene: &Scene) -> Vec<TermModel> {
             ends: None,
             blocks: None,
             axes: None,
-            first_only: false,
+            particles: None,
         };
         TermModel {
             term,
@@ -858,6 +909,22 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 element.pair = before.next().flatten();
             }
         }
+        SceneRule::RunningEdge(tag) => {
+            let Scene { edges, forces, .. } = scene;
+            let of_it = forces.iter_mut().filter(|element| of(tag)(element));
+            for (element, edge) in of_it.zip(edges) {
+                element.pair = Some(edge.particles);
+            }
+        }
+        SceneRule::WithoutZero(tag, name) => {
+            scene.forces.retain(|element| !of(tag)(element) || element.parameter(name) != 0.0);
+        }
+        SceneRule::UnjoinedOf(tag) => {
+            let Scene { particles, forces, .. } = scene;
+            let is_free = |pair: [usize; 2]| pair.iter().all(|each| !particles[*each].fixed);
+            forces.retain(|element| !of(tag)(element) || element.pair.is_none_or(is_free));
+        }
+        SceneRule::Overwrites(..) => {}
         SceneRule::Unfixed => {
             scene.particles.iter_mut().for_each(|particle| particle.fixed = false);
         }

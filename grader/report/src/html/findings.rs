@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 
+use grader::findings::Finding;
 use grader::grading::{Grading, SceneResult};
 use grader::probe;
 use grader::verdict::Verdict;
@@ -21,10 +22,10 @@ pub(super) fn write(html: &mut Html, grading: &Grading) -> io::Result<()> {
         items.text(&finding.evidence()).markup(": ");
         let is_its = |scene: &&SceneResult| finding.scenes.contains(&scene.id);
         link_scenes(&mut items, &scenes(grading).filter(is_its).collect::<Vec<_>>());
-        if let Some(note) = finding.sign_convention() {
-            items.markup(". ").text(note);
-        }
         items.markup("</li>");
+    }
+    for note in Finding::notes(grading.findings.list.iter()) {
+        items.markup("<li>").text(note).markup("</li>");
     }
     if let Some(progress) = &grading.findings.progress {
         items.markup("<li>").text(&progress.to_string()).markup("</li>");

@@ -91,10 +91,7 @@ fn cell(finding: &Finding) -> Cell {
         Verdict::Correct => Cell::left("correct").styled(GOOD),
         Verdict::NotOffered => Cell::left("-").styled(DIM),
         Verdict::Inconclusive => Cell::left("inconcl.").styled(ODD),
-        Verdict::Wrong => match finding.error {
-            Some(error) => Cell::left(format!("WRONG {error:.1e}")).styled(BAD),
-            None => Cell::left("WRONG").styled(BAD),
-        },
+        Verdict::Wrong => Cell::left("WRONG").styled(BAD),
     }
 }
 

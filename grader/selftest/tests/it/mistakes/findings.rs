@@ -3,7 +3,7 @@
 //! No step of these methods is redone to find a cause, so that most mistakes leave no finding. No finding is false.
 
 use grader::assignment::Assignment;
-use grader::findings::Finding;
+use grader::findings::{Finding, FindingKind};
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
@@ -55,7 +55,9 @@ fn false_findings(name: &str, one_in: usize) -> Vec<String> {
         mistake::all().into_iter().filter(is_possible).step_by(one_in).collect();
     let found = |mistake: &Mistake| {
         let list = inputs.grade(&mistake.student()).findings.list;
-        let is_false = |finding: &&Finding| !finding.features.contains(&mistake.feature());
+        let is_false = |finding: &&Finding| {
+            finding.kind != FindingKind::Common && !finding.features.contains(&mistake.feature())
+        };
         let found: Vec<String> = list.iter().filter(is_false).map(ToString::to_string).collect();
         (!found.is_empty())
             .then(|| format!("{}, {}: {found:?}", mistake.subject, mistake.description))

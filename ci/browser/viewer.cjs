@@ -26,7 +26,10 @@ async function press(page, key) {
   await page.keyboard.press(key);
 }
 
-const settled = (page) => page.waitForFunction(() => !Report.live.waiting && !Report.live.changed && !Report.live.fresh);
+const settled = (page) => page.waitForFunction(() => {
+  const { waiting, changed, fresh, panes } = Report.live;
+  return !waiting && !changed && !fresh && !panes.some((pane) => pane.state?.underway);
+});
 const step = (page, run = 0) => page.locator(".pane canvas").nth(run).getAttribute("data-step").then(Number);
 const energy = (page, run = 0) => page.evaluate((run) => {
   const { kinetic, potential } = Report.live.panes[run].state;
@@ -146,6 +149,18 @@ async function compare(page) {
   assert.match(await page.locator(".charts .legend").textContent(), /total, run 1.*total, run 2/);
 }
 
+// A step without end: pause and reset do not wait for it.
+async function endless(page) {
+  await press(page, "k");
+  const status = page.locator(".pane .status");
+  await page.waitForFunction(() => /The next step has taken [1-9]/.test(document.querySelector(".pane .status").textContent));
+  await press(page, "k");
+  assert.equal(await page.evaluate(() => Report.live.playing), false);
+  await press(page, "r");
+  await settled(page);
+  assert.match(await status.textContent(), /^Step 0, t = 0\ss\. Energy /);
+}
+
 // Pages of other sites, and the same machine under another name.
 async function strangers(browser, viewer) {
   const foreign = await new Promise((resolve) => {
@@ -244,6 +259,14 @@ module.exports = async function checkViewer({ browser, work, simulate, open, loo
   assert.deepEqual(solid.faults, []);
   await solid.close();
   await viewer.end();
+
+  viewer = await start(simulate, [net, "--integrator", "fast-mass-spring", "--option", "iterations=1000000000000"]);
+  const long = await open(browser, viewer.address, viewer.origin);
+  await endless(long.page);
+  await looksRight(long.page, "view-endless");
+  assert.deepEqual(long.faults, []);
+  await long.close();
+  assert.equal(await viewer.end(), "SIGINT");
 
   // A thousand particles, and a scene that is too slow.
   const measure = async (file, ...args) => {

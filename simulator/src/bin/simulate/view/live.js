@@ -33,8 +33,14 @@ Report.Pane = class {
   /* Forgets what is drawn over time. */
   begin() {
     this.history = { times: [], kinetic: [], potential: [] };
-    this.window = [];
+    this.forget();
     this.stage?.reset();
+  }
+
+  /* Forgets how fast the run was. */
+  forget() {
+    this.window = [];
+    this.unended = { wall: 0, seconds: 0, late: 0 };
   }
 
   open(scene, positions, view) {
@@ -65,7 +71,7 @@ Report.Pane = class {
     const { time, kinetic, potential } = status;
     const { times } = this.history;
     if (status.steps > 0) this.stage.follow(time, positions);
-    if (status.steps > 0 || !times.length) {
+    if (status.steps > 0 || (!times.length && !status.underway)) {
       const last = times.length - 1;
       // A new time step may continue a little earlier.
       if (last >= 0 && time <= times[last]) for (const list of Object.values(this.history)) list.pop();
@@ -74,7 +80,15 @@ Report.Pane = class {
       this.history.potential.push(potential);
       if (times.length > Report.Live.HISTORY) for (const list of Object.values(this.history)) list.shift();
     }
-    if (seconds > 0) this.window.push({ at: performance.now(), wall, seconds, ...status });
+    // Frames that wait for a step count together with the one that shows it.
+    const { unended } = this;
+    unended.wall += wall;
+    unended.seconds += seconds;
+    unended.late += status.late;
+    if (!status.underway) {
+      if (unended.seconds > 0) this.window.push({ at: performance.now(), ...status, ...unended });
+      this.unended = { wall: 0, seconds: 0, late: 0 };
+    }
     const oldest = performance.now() - 1000 * Math.max(2, Math.min(10, 4 * this.timeStep));
     while (this.window.length > 2 && this.window[0].at < oldest) this.window.shift();
   }
@@ -115,11 +129,16 @@ Report.Pane = class {
     const { state } = this;
     if (!state) return;
     const joules = (value) => `${Report.short(value).replace("-", "−")}\u00a0J`;
-    const { kinetic, potential } = state;
-    const energy = kinetic === null || potential === null
-      ? "The energy is not finite."
-      : `Energy ${joules(kinetic + potential)}: kinetic ${joules(kinetic)}, potential ${joules(potential)}.`;
-    const words = [`Step ${state.step}, t = ${Report.short(state.time, 6)}\u00a0s. ${energy} `];
+    const { kinetic, potential, underway } = state;
+    const isKnown = kinetic !== null && potential !== null;
+    const energy = isKnown ? `Energy ${joules(kinetic + potential)}: kinetic ${joules(kinetic)}, potential ${joules(potential)}. ` : "";
+    const words = [`Step ${state.step}, t = ${Report.short(state.time, 6)}\u00a0s. `, energy || (underway ? "" : "The energy is not finite. ")];
+    if (underway?.seconds >= 1) {
+      const seconds = `${Math.floor(underway.seconds)}\u00a0s`;
+      words.push(Report.element("strong", { class: "slow" }, underway.abandoned
+        ? `The abandoned step has not ended yet (${seconds}); this run continues when it has. `
+        : `The next step has taken ${seconds} so far. Reset, or change a setting, to abandon it. `));
+    }
     const speed = this.speed();
     if (speed) {
       const step = speed.perStep === null ? "" : ` A step takes ${Report.short(1000 * speed.perStep, 2)} ms.`;
@@ -339,7 +358,7 @@ Report.Live = class {
 
   /* Forgets how fast the runs were. */
   forget() {
-    for (const pane of this.panes) pane.window = [];
+    for (const pane of this.panes) pane.forget();
   }
 
   look(change) {
@@ -438,21 +457,18 @@ Report.Live = class {
   /* Before each picture: asks for the next frame, which is computed while the last one is drawn. */
   tick(now) {
     requestAnimationFrame((next) => this.tick(next));
-    if (this.waiting) {
-      this.missed = true;
-      const seconds = Math.floor((performance.now() - this.asked) / 1000);
-      if (seconds >= 1) for (const pane of this.panes) pane.status.textContent = `This step has taken ${seconds} s so far.`;
-    } else this.ask(now);
+    if (this.waiting) this.missed = true;
+    else this.ask(now);
     if (!this.fresh) return;
     this.fresh = false;
     for (const pane of this.panes) pane.draw();
     this.tell();
   }
 
-  /* Asks for the next frame, if anything moves or changed. */
+  /* Asks for the next frame, if anything moves, changed, or has not ended. */
   ask(now) {
     this.missed = false;
-    if (this.ended || !(this.playing || this.changed)) return;
+    if (this.ended || !(this.playing || this.changed || this.panes.some((pane) => pane.state?.underway))) return;
     // The time of a picture may lie before that of the last request.
     const wall = this.before === null ? 1 / 60 : Math.max(0, now - this.before) / 1000;
     this.before = now;
@@ -467,7 +483,6 @@ Report.Live = class {
 
   async frame(request, wall) {
     this.waiting = true;
-    this.asked = performance.now();
     try {
       const response = await fetch("frame", { method: "POST", body: JSON.stringify(request) });
       if (!response.ok) throw new Error(await response.text());

@@ -18,6 +18,7 @@ use picture::drawing::{Drawing, Shape};
 use picture::texture::Texture;
 use serde::Serialize;
 
+use crate::materials::Materials;
 use crate::scene::{Color, Dimension, ParticlePath, Scene, SurfaceCorner};
 
 /// Maximum number of points of a trail.
@@ -28,9 +29,6 @@ const PARTICLE: Color = Color { r: 0.65, g: 0.29, b: 0.0 };
 
 /// Colour of edges that have none.
 const EDGE: Color = Color { r: 0.0, g: 0.39, b: 0.39 };
-
-/// Colour of surfaces without a texture.
-const SURFACE: Color = Color { r: 0.88, g: 0.56, b: 0.26 };
 
 /// Share of a surface's colour that needs no light.
 const AMBIENT: f64 = 0.35;
@@ -195,20 +193,23 @@ pub struct Painter<'a> {
 /// The faces of a scene.
 struct Surface {
     triangles: Vec<[SurfaceCorner; 3]>,
+    /// The number of the face of each triangle.
+    faces: Vec<usize>,
+    n_faces: usize,
     /// Particles that are a corner of a face.
     particles: HashSet<usize>,
     /// Pairs of particles that are corners of one face, the smaller number first.
     pairs: HashSet<[usize; 2]>,
-    /// The colour of triangles without texture coordinates.
-    plain: Arc<Texture>,
-    texture: Option<Arc<Texture>>,
+    /// What covers each triangle.
+    textures: Vec<Arc<Texture>>,
 }
 
 impl Surface {
     fn of(scene: &Scene) -> Self {
         let (mut triangles, mut pairs) = (Vec::new(), HashSet::new());
+        let mut numbers = Vec::new();
         let faces = &scene.rendering.surface.faces;
-        for face in faces {
+        for (face_number, face) in faces.iter().enumerate() {
             for (number, first) in face.iter().enumerate() {
                 pairs.extend(face[..number].iter().map(|second| {
                     let [a, b] = [first.particle, second.particle];
@@ -217,10 +218,33 @@ impl Surface {
             }
             let [first, rest @ ..] = face.as_slice() else { continue };
             triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+            numbers.resize(triangles.len(), face_number);
         }
         let particles = faces.iter().flatten().map(|corner| corner.particle).collect();
-        let plain = Arc::new(Texture::plain(rgb(SURFACE)));
-        Self { triangles, particles, pairs, plain, texture: None }
+        let mut surface = Self {
+            triangles,
+            faces: numbers,
+            n_faces: faces.len(),
+            particles,
+            pairs,
+            textures: Vec::new(),
+        };
+        surface.cover(&Materials::default());
+        surface
+    }
+
+    /// Covers each triangle with the texture of its face's material, or with its colour if it has no texture coordinates.
+    fn cover(&mut self, materials: &Materials) {
+        let of_faces = materials.of_faces(self.n_faces);
+        let plain = |number| Arc::new(Texture::plain(rgb(materials.get(number).color)));
+        let plain: Vec<Arc<Texture>> = (0..materials.count()).map(plain).collect();
+        let texture = |(corners, face): (&[SurfaceCorner; 3], &usize)| {
+            let number = of_faces[*face];
+            let has_places = corners.iter().all(|corner| corner.texture.is_some());
+            let texture = materials.get(number).texture.as_ref().filter(|_| has_places);
+            Arc::clone(texture.unwrap_or(&plain[number]))
+        };
+        self.textures = self.triangles.iter().zip(&self.faces).map(texture).collect();
     }
 
     fn covers_edge(&self, [a, b]: [usize; 2]) -> bool {
@@ -264,9 +288,9 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Covers the surface with a texture, where the mesh has texture coordinates.
-    pub fn set_texture(&mut self, texture: Texture) {
-        self.surface.texture = Some(Arc::new(texture));
+    /// Covers the surface with its materials.
+    pub fn set_materials(&mut self, materials: &Materials) {
+        self.surface.cover(materials);
     }
 
     /// Adds a state to the trails. To be called for every state, in order.
@@ -331,11 +355,8 @@ impl<'a> Painter<'a> {
             return;
         }
         let lights = self.lights(positions);
-        for corners in &surface.triangles {
+        for (corners, texture) in surface.triangles.iter().zip(&surface.textures) {
             let at = corners.map(|corner| projected[corner.particle]);
-            let texture = surface.texture.as_ref();
-            let has_places = corners.iter().all(|corner| corner.texture.is_some());
-            let texture = texture.filter(|_| has_places).unwrap_or(&surface.plain);
             let corners = corners.map(|SurfaceCorner { particle, texture }| {
                 let Projected { at, scale, depth } = projected[particle];
                 let fade = FADE * (1.0 - depth);
@@ -640,7 +661,7 @@ mod tests {
         for [red, green, blue] in [left, right] {
             assert!(red < 240 && red > green && green > blue, "{left:?} {right:?}");
         }
-        painter.set_texture(Texture::from_png(&picture.png()).unwrap());
+        painter.set_materials(&Materials::of(Texture::from_png(&picture.png()).unwrap()));
         let [left, right] = colors(&painter);
         assert!(left[0] > 150 && left[2] < 100, "{left:?}");
         assert!(right[2] > 150 && right[0] < 100, "{right:?}");

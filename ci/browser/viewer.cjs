@@ -3,6 +3,7 @@
 // Checks of `simulate view` in a browser; check.cjs calls it.
 const assert = require("node:assert/strict");
 const { execFileSync, spawn } = require("node:child_process");
+const fs = require("node:fs");
 const http = require("node:http");
 const path = require("node:path");
 const readline = require("node:readline");
@@ -161,6 +162,30 @@ async function endless(page) {
   assert.match(await status.textContent(), /^Step 0, t = 0\ss\. Energy /);
 }
 
+// A square of two materials is drawn by its faces, which cover its edges and particles, or without them.
+async function faces(page) {
+  const colors = () => page.evaluate(() => {
+    const { stage, canvas } = Report.live.panes[0];
+    const at = [0, 0, 0, 0];
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(canvas, 0, 0);
+    return [-0.5, 0.5].map((x) => {
+      stage.project(x, 0.4, 0, at, 0);
+      const ratio = canvas.width / stage.width;
+      return [...copy.getImageData(at[0] * ratio, at[1] * ratio, 1, 1).data.slice(0, 3)];
+    });
+  });
+  const [red, blue] = await colors();
+  assert.ok(red[0] > 100 && red[0] > 2 * red[2], `a red face: ${red}`);
+  assert.ok(blue[2] > 100 && blue[2] > 2 * blue[0], `a blue face: ${blue}`);
+  await press(page, "f");
+  assert.deepEqual(await colors(), [[255, 255, 255], [255, 255, 255]], "without its faces");
+  await press(page, "f");
+  assert.deepEqual(await colors(), [red, blue]);
+  await press(page, "ArrowRight");
+  assert.notDeepEqual(await colors(), [red, blue], "the light stays where it is");
+}
+
 // Pages of other sites, and the same machine under another name.
 async function strangers(browser, viewer) {
   const foreign = await new Promise((resolve) => {
@@ -258,6 +283,21 @@ module.exports = async function checkViewer({ browser, work, simulate, open, loo
   await looksRight(solid.page, "view-3d");
   assert.deepEqual(solid.faults, []);
   await solid.close();
+  await viewer.end();
+
+  const mesh = path.join(work, "mesh.json");
+  fs.writeFileSync(mesh, '{"obj": "mesh.obj", "k": 100, "m": 1, "b": [1, 4]}');
+  fs.writeFileSync(path.join(work, "mesh.mtl"), "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n");
+  const vertices = [-1, 0, 1].map((x) => `v ${x} -1 0\nv ${x} 1 0\n`).join("");
+  fs.writeFileSync(path.join(work, "mesh.obj"), `mtllib mesh.mtl\n${vertices}usemtl a\nf 1 3 4 2\nusemtl b\nf 3 5 6 4\n`);
+  viewer = await start(simulate, [mesh]);
+  const covered = await open(browser, viewer.address, viewer.origin);
+  await covered.page.locator(".pane canvas").waitFor();
+  await settled(covered.page);
+  await faces(covered.page);
+  await looksRight(covered.page, "view-faces");
+  assert.deepEqual(covered.faults, []);
+  await covered.close();
   await viewer.end();
 
   viewer = await start(simulate, [net, "--integrator", "fast-mass-spring", "--option", "iterations=1000000000000"]);

@@ -107,6 +107,11 @@ pub struct Palette {
     edges: Vec<[usize; 2]>,
     edge_radii: Vec<f64>,
     edge_colors: Vec<String>,
+    /// Particles of each face; a scene without faces has no such key.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    faces: Vec<Vec<usize>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    face_colors: Vec<String>,
     trails: Vec<PaletteTrail>,
     background: String,
     /// The point in the middle.
@@ -126,8 +131,20 @@ struct PaletteTrail {
 }
 
 impl Palette {
-    /// The palette of a scene. `bounds` count where the scene has no viewport.
-    pub fn of(scene: &Scene, bounds: Bounds) -> Self {
+    /// The palette of a scene whose faces are always shown, without the edges that they cover.
+    pub fn without_covered_edges(scene: &Scene, bounds: Bounds, materials: &Materials) -> Self {
+        let is_covered = covered_edges(scene);
+        let mut palette = Self::of(scene, bounds, materials);
+        keep(&mut palette.edges, &is_covered);
+        // Lists of one element are for all edges.
+        keep(&mut palette.edge_radii, &is_covered);
+        keep(&mut palette.edge_colors, &is_covered);
+        palette
+    }
+
+    /// The palette of a scene. `bounds` count where the scene has no viewport. A face has one colour: that of its material,
+    /// or of the texture at its middle.
+    pub fn of(scene: &Scene, bounds: Bounds, materials: &Materials) -> Self {
         let dimension = scene.dimension.count();
         let view = View::of(scene, bounds);
         let hexadecimal = |color: Color| {
@@ -140,6 +157,11 @@ impl Palette {
             color: hexadecimal(path.color),
         };
         let (particles, edges) = colors(scene);
+        let faces = &scene.rendering.surface.faces;
+        let corners =
+            |face: &Vec<SurfaceCorner>| face.iter().map(|corner| corner.particle).collect();
+        let face_colors = faces.iter().zip(materials.of_faces(faces.len()));
+        let face_colors = face_colors.map(|(face, number)| materials.get(number).middle(face));
         Self {
             dimension,
             count: scene.particles.len(),
@@ -148,6 +170,8 @@ impl Palette {
             edges: scene.edges.iter().map(|edge| edge.particles).collect(),
             edge_radii: once(scene.edges.iter().map(|edge| edge.radius).collect()),
             edge_colors: once(edges.into_iter().map(hexadecimal).collect()),
+            faces: faces.iter().map(corners).collect(),
+            face_colors: once(face_colors.map(hexadecimal).collect()),
             trails: scene.rendering.particle_paths.iter().map(trail).collect(),
             background: hexadecimal(scene.rendering.background.unwrap_or(BACKGROUND)),
             center: view.center,
@@ -157,12 +181,26 @@ impl Palette {
     }
 }
 
+/// Whether the two particles of each edge are corners of one face.
+fn covered_edges(scene: &Scene) -> Vec<bool> {
+    let surface = Surface::of(scene);
+    scene.edges.iter().map(|edge| surface.covers_edge(edge.particles)).collect()
+}
+
 /// The list; its first element where all are equal.
 fn once<T: PartialEq>(mut list: Vec<T>) -> Vec<T> {
     if list.windows(2).all(|pair| pair[0] == pair[1]) {
         list.truncate(1);
     }
     list
+}
+
+/// Removes what is covered from a list of one element an edge; a list of another length stays.
+fn keep<T>(list: &mut Vec<T>, is_covered: &[bool]) {
+    if list.len() > 1 || is_covered.len() == 1 {
+        let mut covered = is_covered.iter();
+        list.retain(|_| !covered.next().copied().unwrap_or_default());
+    }
 }
 
 /// The colour of each particle, and of each edge.
@@ -656,6 +694,17 @@ mod tests {
                 [0, 1, 2].map(|channel| canvas.pixels()[at + channel])
             })
         };
+        // The palette of pages has the faces, with their colour.
+        let palette = |scene: &Scene| {
+            serde_json::to_value(Palette::of(scene, bounds, &Materials::default())).unwrap()
+        };
+        assert_eq!(palette(&meshed)["faces"], serde_json::json!([[0, 1, 2, 3]]));
+        assert_eq!(palette(&meshed)["faceColors"], serde_json::json!(["e08f42"]));
+        assert_eq!(palette(&scene).get("faces"), None);
+        let visible = Palette::without_covered_edges(&meshed, bounds, &Materials::default());
+        let visible = serde_json::to_value(visible).unwrap();
+        assert_eq!(visible["edges"], serde_json::json!([[4, 2]]));
+        assert_eq!(visible["edgeColors"], serde_json::json!(["006363"]));
         // Without a texture: the colour of surfaces, darker where the light falls at an angle, paler by its distance.
         let [left, right] = colors(&painter);
         for [red, green, blue] in [left, right] {

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use picture::texture::{PIXELS, Texture};
 
-use crate::scene::{Color, Location, Mention, Surface, read_bounded};
+use crate::scene::{Color, Location, Mention, Surface, SurfaceCorner, read_bounded};
 
 /// Colour of surfaces without a material.
 const SURFACE: Color = Color { r: 0.88, g: 0.56, b: 0.26 };
@@ -41,6 +41,18 @@ pub struct Material {
 impl Default for Material {
     fn default() -> Self {
         Self { color: SURFACE, texture: None }
+    }
+}
+
+impl Material {
+    /// The colour in the middle of a face.
+    pub(crate) fn middle(&self, corners: &[SurfaceCorner]) -> Color {
+        let places = corners.iter().map(|corner| corner.texture).collect::<Option<Vec<_>>>();
+        let (Some(texture), Some(places)) = (&self.texture, places) else { return self.color };
+        let mean =
+            |axis: usize| places.iter().map(|place| place[axis]).sum::<f64>() / places.len() as f64;
+        let [r, g, b] = texture.color([mean(0), mean(1)]).map(|value| value / 255.0);
+        Color { r, g, b }
     }
 }
 

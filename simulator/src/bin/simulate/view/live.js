@@ -217,7 +217,7 @@ Report.Live = class {
     this.session = data.session;
     this.playing = false;
     this.held = null;
-    this.shown = { edges: true, particles: true };
+    this.shown = { edges: true, particles: true, faces: true };
     this.common = { stiffness: 1, damping: 0 };
     this.windy = data.settings.wind !== 0;
     this.strength = data.settings.wind || 1;
@@ -281,6 +281,7 @@ Report.Live = class {
       button("home", "Fit", "Fit the picture", "0", () => this.look((stage) => stage.home())),
       box("edges", "edges", true, show("edges")),
       box("masses", "masses", true, show("particles")),
+      ...(this.data.scene.faces ? [box("faces", "faces", true, show("faces"))] : []),
     ];
     const set = (name) => (value) => {
       this.common[name] = value;
@@ -304,7 +305,7 @@ Report.Live = class {
       this.panesHost, this.charts,
       Report.element("p", { class: "hint wide-row" },
         `Drag a particle to move it; drag the picture to ${how}; turn the wheel to zoom. Keys: k play, full stop step, r reset, ` +
-        "w wind, e edges, m masses, 2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. " +
+        `w wind, e edges, m masses, ${this.data.scene.faces ? "f faces, " : ""}2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. ` +
         "Stiffness is a factor, damping is added, of every spring."));
     host.append(this.host);
     this.chart = Report.chart(this.charts, { title: "Energy", xLabel: "t (s)", yLabel: "energy (J)", series: [] });
@@ -394,7 +395,7 @@ Report.Live = class {
   }
 
   key(event) {
-    const click = (name) => () => this.host.querySelector(`input[name=${name}]`).click();
+    const click = (name) => () => this.host.querySelector(`input[name=${name}]`)?.click();
     const always = {
       k: () => this.toggle(),
       ".": () => this.step(),
@@ -402,6 +403,7 @@ Report.Live = class {
       w: click("wind"),
       e: click("edges"),
       m: click("masses"),
+      f: click("faces"),
       2: click("second"),
       "+": () => this.zoom(1.25),
       "=": () => this.zoom(1.25),

@@ -35,11 +35,12 @@ use serde::{Deserialize, Serialize};
 use simulator::frames::{Bounds, Palette};
 use simulator::generate::{parse_integrator, parse_option};
 use simulator::integrator::{self, Interrupt};
+use simulator::materials::Materials;
 use simulator::scene::schema::IntegratorSchema;
 use simulator::scene::{EDGE_RADIUS, Edge, Overrides, PARTICLE_RADIUS, ParseOptions, Scene};
 use simulator::simulation::Simulation;
 
-use super::{Failure, load, parse_time_step};
+use super::{Failure, load, materials, parse_time_step};
 
 /// Computing time of a frame: less than a sixtieth of a second.
 const BUDGET: Duration = Duration::from_millis(12);
@@ -172,6 +173,7 @@ struct Server<'a> {
     origin: String,
     token: String,
     bounds: Bounds,
+    materials: Materials,
     session: Mutex<Session<'a>>,
 }
 
@@ -225,6 +227,7 @@ impl<'a> Server<'a> {
             host,
             token,
             bounds: bounds(scene),
+            materials: materials(scene),
             session: Mutex::new(Session { number: 0, runs: vec![Run::new(scene, BUDGET)] }),
         })
     }
@@ -307,7 +310,7 @@ impl<'a> Server<'a> {
             session: session.number,
             name: &self.scene.name,
             description: self.scene.description.as_deref(),
-            scene: Palette::of(&drawn, self.bounds),
+            scene: Palette::of(&drawn, self.bounds, &self.materials),
             integrators: integrator::REGISTRY.iter().map(|kind| kind.schema.name).collect(),
             settings: Settings::of(self.scene),
             positions: self.scene.positions(),

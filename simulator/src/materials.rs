@@ -12,7 +12,7 @@
 //! the whole mesh; libraries count where it is not there, or is no picture. Only drawings read these files. What cannot be
 //! read is a note, and the faces keep the colour of surfaces. Source: Wavefront, *MTL material format*, version 4.2.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -152,6 +152,7 @@ impl Reader {
         let place = |location: Location| {
             format!("{}:{}:{}", surface.mesh.display(), location.line, location.column)
         };
+        let mut read = HashSet::new();
         for Mention { name, location } in &surface.libraries {
             // A name may have spaces, or be one of several.
             let whole = folder.join(portable(name));
@@ -160,7 +161,9 @@ impl Reader {
                 false => name.split(' ').map(|name| folder.join(portable(name))).collect(),
             };
             for path in paths {
-                self.library(&path, &place(*location));
+                if read.insert(path.clone()) {
+                    self.library(&path, &place(*location));
+                }
             }
         }
         let mut materials = Materials::default();

@@ -3,6 +3,7 @@
 // Checks of `simulate view` in a browser; check.cjs calls it.
 const assert = require("node:assert/strict");
 const { execFileSync, spawn } = require("node:child_process");
+const fs = require("node:fs");
 const http = require("node:http");
 const path = require("node:path");
 const readline = require("node:readline");
@@ -26,7 +27,10 @@ async function press(page, key) {
   await page.keyboard.press(key);
 }
 
-const settled = (page) => page.waitForFunction(() => !Report.live.waiting && !Report.live.changed && !Report.live.fresh);
+const settled = (page) => page.waitForFunction(() => {
+  const { waiting, changed, fresh, panes } = Report.live;
+  return !waiting && !changed && !fresh && !panes.some((pane) => pane.state?.underway);
+});
 const step = (page, run = 0) => page.locator(".pane canvas").nth(run).getAttribute("data-step").then(Number);
 const energy = (page, run = 0) => page.evaluate((run) => {
   const { kinetic, potential } = Report.live.panes[run].state;
@@ -146,6 +150,42 @@ async function compare(page) {
   assert.match(await page.locator(".charts .legend").textContent(), /total, run 1.*total, run 2/);
 }
 
+// A step without end: pause and reset do not wait for it.
+async function endless(page) {
+  await press(page, "k");
+  const status = page.locator(".pane .status");
+  await page.waitForFunction(() => /The next step has taken [1-9]/.test(document.querySelector(".pane .status").textContent));
+  await press(page, "k");
+  assert.equal(await page.evaluate(() => Report.live.playing), false);
+  await press(page, "r");
+  await settled(page);
+  assert.match(await status.textContent(), /^Step 0, t = 0\ss\. Energy /);
+}
+
+// A square of two materials is drawn by its faces, which cover its edges and particles, or without them.
+async function faces(page) {
+  const colors = () => page.evaluate(() => {
+    const { stage, canvas } = Report.live.panes[0];
+    const at = [0, 0, 0, 0];
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(canvas, 0, 0);
+    return [-0.5, 0.5].map((x) => {
+      stage.project(x, 0.4, 0, at, 0);
+      const ratio = canvas.width / stage.width;
+      return [...copy.getImageData(at[0] * ratio, at[1] * ratio, 1, 1).data.slice(0, 3)];
+    });
+  });
+  const [red, blue] = await colors();
+  assert.ok(red[0] > 100 && red[0] > 2 * red[2], `a red face: ${red}`);
+  assert.ok(blue[2] > 100 && blue[2] > 2 * blue[0], `a blue face: ${blue}`);
+  await press(page, "f");
+  assert.deepEqual(await colors(), [[255, 255, 255], [255, 255, 255]], "without its faces");
+  await press(page, "f");
+  assert.deepEqual(await colors(), [red, blue]);
+  await press(page, "ArrowRight");
+  assert.notDeepEqual(await colors(), [red, blue], "the light stays where it is");
+}
+
 // Pages of other sites, and the same machine under another name.
 async function strangers(browser, viewer) {
   const foreign = await new Promise((resolve) => {
@@ -244,6 +284,29 @@ module.exports = async function checkViewer({ browser, work, simulate, open, loo
   assert.deepEqual(solid.faults, []);
   await solid.close();
   await viewer.end();
+
+  const mesh = path.join(work, "mesh.json");
+  fs.writeFileSync(mesh, '{"obj": "mesh.obj", "k": 100, "m": 1, "b": [1, 4]}');
+  fs.writeFileSync(path.join(work, "mesh.mtl"), "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n");
+  const vertices = [-1, 0, 1].map((x) => `v ${x} -1 0\nv ${x} 1 0\n`).join("");
+  fs.writeFileSync(path.join(work, "mesh.obj"), `mtllib mesh.mtl\n${vertices}usemtl a\nf 1 3 4 2\nusemtl b\nf 3 5 6 4\n`);
+  viewer = await start(simulate, [mesh]);
+  const covered = await open(browser, viewer.address, viewer.origin);
+  await covered.page.locator(".pane canvas").waitFor();
+  await settled(covered.page);
+  await faces(covered.page);
+  await looksRight(covered.page, "view-faces");
+  assert.deepEqual(covered.faults, []);
+  await covered.close();
+  await viewer.end();
+
+  viewer = await start(simulate, [net, "--integrator", "fast-mass-spring", "--option", "iterations=1000000000000"]);
+  const long = await open(browser, viewer.address, viewer.origin);
+  await endless(long.page);
+  await looksRight(long.page, "view-endless");
+  assert.deepEqual(long.faults, []);
+  await long.close();
+  assert.equal(await viewer.end(), "SIGINT");
 
   // A thousand particles, and a scene that is too slow.
   const measure = async (file, ...args) => {

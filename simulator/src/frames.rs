@@ -18,6 +18,7 @@ use picture::drawing::{Drawing, Shape};
 use picture::texture::Texture;
 use serde::Serialize;
 
+use crate::materials::Materials;
 use crate::scene::{Color, Dimension, ParticlePath, Scene, SurfaceCorner};
 
 /// Maximum number of points of a trail.
@@ -28,9 +29,6 @@ const PARTICLE: Color = Color { r: 0.65, g: 0.29, b: 0.0 };
 
 /// Colour of edges that have none.
 const EDGE: Color = Color { r: 0.0, g: 0.39, b: 0.39 };
-
-/// Colour of surfaces without a texture.
-const SURFACE: Color = Color { r: 0.88, g: 0.56, b: 0.26 };
 
 /// Share of a surface's colour that needs no light.
 const AMBIENT: f64 = 0.35;
@@ -109,6 +107,11 @@ pub struct Palette {
     edges: Vec<[usize; 2]>,
     edge_radii: Vec<f64>,
     edge_colors: Vec<String>,
+    /// Particles of each face; a scene without faces has no such key.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    faces: Vec<Vec<usize>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    face_colors: Vec<String>,
     trails: Vec<PaletteTrail>,
     background: String,
     /// The point in the middle.
@@ -128,8 +131,20 @@ struct PaletteTrail {
 }
 
 impl Palette {
-    /// The palette of a scene. `bounds` count where the scene has no viewport.
-    pub fn of(scene: &Scene, bounds: Bounds) -> Self {
+    /// The palette of a scene whose faces are always shown, without the edges that they cover.
+    pub fn without_covered_edges(scene: &Scene, bounds: Bounds, materials: &Materials) -> Self {
+        let is_covered = covered_edges(scene);
+        let mut palette = Self::of(scene, bounds, materials);
+        keep(&mut palette.edges, &is_covered);
+        // Lists of one element are for all edges.
+        keep(&mut palette.edge_radii, &is_covered);
+        keep(&mut palette.edge_colors, &is_covered);
+        palette
+    }
+
+    /// The palette of a scene. `bounds` count where the scene has no viewport. A face has one colour: that of its material,
+    /// or of the texture at its middle.
+    pub fn of(scene: &Scene, bounds: Bounds, materials: &Materials) -> Self {
         let dimension = scene.dimension.count();
         let view = View::of(scene, bounds);
         let hexadecimal = |color: Color| {
@@ -142,6 +157,11 @@ impl Palette {
             color: hexadecimal(path.color),
         };
         let (particles, edges) = colors(scene);
+        let faces = &scene.rendering.surface.faces;
+        let corners =
+            |face: &Vec<SurfaceCorner>| face.iter().map(|corner| corner.particle).collect();
+        let face_colors = faces.iter().zip(materials.of_faces(faces.len()));
+        let face_colors = face_colors.map(|(face, number)| materials.get(number).middle(face));
         Self {
             dimension,
             count: scene.particles.len(),
@@ -150,6 +170,8 @@ impl Palette {
             edges: scene.edges.iter().map(|edge| edge.particles).collect(),
             edge_radii: once(scene.edges.iter().map(|edge| edge.radius).collect()),
             edge_colors: once(edges.into_iter().map(hexadecimal).collect()),
+            faces: faces.iter().map(corners).collect(),
+            face_colors: once(face_colors.map(hexadecimal).collect()),
             trails: scene.rendering.particle_paths.iter().map(trail).collect(),
             background: hexadecimal(scene.rendering.background.unwrap_or(BACKGROUND)),
             center: view.center,
@@ -159,12 +181,26 @@ impl Palette {
     }
 }
 
+/// Whether the two particles of each edge are corners of one face.
+fn covered_edges(scene: &Scene) -> Vec<bool> {
+    let surface = Surface::of(scene);
+    scene.edges.iter().map(|edge| surface.covers_edge(edge.particles)).collect()
+}
+
 /// The list; its first element where all are equal.
 fn once<T: PartialEq>(mut list: Vec<T>) -> Vec<T> {
     if list.windows(2).all(|pair| pair[0] == pair[1]) {
         list.truncate(1);
     }
     list
+}
+
+/// Removes what is covered from a list of one element an edge; a list of another length stays.
+fn keep<T>(list: &mut Vec<T>, is_covered: &[bool]) {
+    if list.len() > 1 || is_covered.len() == 1 {
+        let mut covered = is_covered.iter();
+        list.retain(|_| !covered.next().copied().unwrap_or_default());
+    }
 }
 
 /// The colour of each particle, and of each edge.
@@ -195,20 +231,23 @@ pub struct Painter<'a> {
 /// The faces of a scene.
 struct Surface {
     triangles: Vec<[SurfaceCorner; 3]>,
+    /// The number of the face of each triangle.
+    faces: Vec<usize>,
+    n_faces: usize,
     /// Particles that are a corner of a face.
     particles: HashSet<usize>,
     /// Pairs of particles that are corners of one face, the smaller number first.
     pairs: HashSet<[usize; 2]>,
-    /// The colour of triangles without texture coordinates.
-    plain: Arc<Texture>,
-    texture: Option<Arc<Texture>>,
+    /// What covers each triangle.
+    textures: Vec<Arc<Texture>>,
 }
 
 impl Surface {
     fn of(scene: &Scene) -> Self {
         let (mut triangles, mut pairs) = (Vec::new(), HashSet::new());
+        let mut numbers = Vec::new();
         let faces = &scene.rendering.surface.faces;
-        for face in faces {
+        for (face_number, face) in faces.iter().enumerate() {
             for (number, first) in face.iter().enumerate() {
                 pairs.extend(face[..number].iter().map(|second| {
                     let [a, b] = [first.particle, second.particle];
@@ -217,10 +256,33 @@ impl Surface {
             }
             let [first, rest @ ..] = face.as_slice() else { continue };
             triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+            numbers.resize(triangles.len(), face_number);
         }
         let particles = faces.iter().flatten().map(|corner| corner.particle).collect();
-        let plain = Arc::new(Texture::plain(rgb(SURFACE)));
-        Self { triangles, particles, pairs, plain, texture: None }
+        let mut surface = Self {
+            triangles,
+            faces: numbers,
+            n_faces: faces.len(),
+            particles,
+            pairs,
+            textures: Vec::new(),
+        };
+        surface.cover(&Materials::default());
+        surface
+    }
+
+    /// Covers each triangle with the texture of its face's material, or with its colour if it has no texture coordinates.
+    fn cover(&mut self, materials: &Materials) {
+        let of_faces = materials.of_faces(self.n_faces);
+        let plain = |number| Arc::new(Texture::plain(rgb(materials.get(number).color)));
+        let plain: Vec<Arc<Texture>> = (0..materials.count()).map(plain).collect();
+        let texture = |(corners, face): (&[SurfaceCorner; 3], &usize)| {
+            let number = of_faces[*face];
+            let has_places = corners.iter().all(|corner| corner.texture.is_some());
+            let texture = materials.get(number).texture.as_ref().filter(|_| has_places);
+            Arc::clone(texture.unwrap_or(&plain[number]))
+        };
+        self.textures = self.triangles.iter().zip(&self.faces).map(texture).collect();
     }
 
     fn covers_edge(&self, [a, b]: [usize; 2]) -> bool {
@@ -264,9 +326,9 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Covers the surface with a texture, where the mesh has texture coordinates.
-    pub fn set_texture(&mut self, texture: Texture) {
-        self.surface.texture = Some(Arc::new(texture));
+    /// Covers the surface with its materials.
+    pub fn set_materials(&mut self, materials: &Materials) {
+        self.surface.cover(materials);
     }
 
     /// Adds a state to the trails. To be called for every state, in order.
@@ -331,11 +393,8 @@ impl<'a> Painter<'a> {
             return;
         }
         let lights = self.lights(positions);
-        for corners in &surface.triangles {
+        for (corners, texture) in surface.triangles.iter().zip(&surface.textures) {
             let at = corners.map(|corner| projected[corner.particle]);
-            let texture = surface.texture.as_ref();
-            let has_places = corners.iter().all(|corner| corner.texture.is_some());
-            let texture = texture.filter(|_| has_places).unwrap_or(&surface.plain);
             let corners = corners.map(|SurfaceCorner { particle, texture }| {
                 let Projected { at, scale, depth } = projected[particle];
                 let fade = FADE * (1.0 - depth);
@@ -635,12 +694,23 @@ mod tests {
                 [0, 1, 2].map(|channel| canvas.pixels()[at + channel])
             })
         };
+        // The palette of pages has the faces, with their colour.
+        let palette = |scene: &Scene| {
+            serde_json::to_value(Palette::of(scene, bounds, &Materials::default())).unwrap()
+        };
+        assert_eq!(palette(&meshed)["faces"], serde_json::json!([[0, 1, 2, 3]]));
+        assert_eq!(palette(&meshed)["faceColors"], serde_json::json!(["e08f42"]));
+        assert_eq!(palette(&scene).get("faces"), None);
+        let visible = Palette::without_covered_edges(&meshed, bounds, &Materials::default());
+        let visible = serde_json::to_value(visible).unwrap();
+        assert_eq!(visible["edges"], serde_json::json!([[4, 2]]));
+        assert_eq!(visible["edgeColors"], serde_json::json!(["006363"]));
         // Without a texture: the colour of surfaces, darker where the light falls at an angle, paler by its distance.
         let [left, right] = colors(&painter);
         for [red, green, blue] in [left, right] {
             assert!(red < 240 && red > green && green > blue, "{left:?} {right:?}");
         }
-        painter.set_texture(Texture::from_png(&picture.png()).unwrap());
+        painter.set_materials(&Materials::of(Texture::from_png(&picture.png()).unwrap()));
         let [left, right] = colors(&painter);
         assert!(left[0] > 150 && left[2] < 100, "{left:?}");
         assert!(right[2] > 150 && right[0] < 100, "{right:?}");

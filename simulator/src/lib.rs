@@ -52,6 +52,7 @@ pub mod trace;
 
 pub mod frames;
 pub mod generate;
+pub mod materials;
 
 use scene::schema::Vocabulary;
 

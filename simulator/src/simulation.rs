@@ -4,7 +4,9 @@ use std::fmt;
 
 use crate::fallback::MAX_HALVINGS;
 use crate::force::ForceKind;
-use crate::integrator::{BuildIntegrator, Integrator, IntegratorKind, REGISTRY, Step, StepError};
+use crate::integrator::{
+    BuildIntegrator, Integrator, IntegratorKind, Interrupt, REGISTRY, Step, StepError,
+};
 use crate::scene::{Dimension, Location, Scene};
 use crate::solver::LinearError;
 use crate::solver::linear::LinearSolver;
@@ -122,7 +124,8 @@ impl Simulation {
         let taken = taken.and_then(|()| self.not_finite().map_or(Ok(()), Err));
         // Error control has shortened the step already, as far as it may.
         if let Err(kind) = taken
-            && (matches!(kind, FailureKind::ErrorControl { .. }) || !self.fall_back())
+            && (matches!(kind, FailureKind::ErrorControl { .. } | FailureKind::Interrupted)
+                || !self.fall_back())
         {
             return Err(self.failure(kind));
         }
@@ -184,6 +187,12 @@ impl Simulation {
             velocities: &mut self.velocities,
             statistics: &mut self.statistics,
         }
+    }
+
+    /// Ends a step that iterates with [`FailureKind::Interrupted`] once `interrupt` is raised, here or in another thread.
+    /// Retries of a failed step are not interrupted.
+    pub fn interrupt_by(&mut self, interrupt: &Interrupt) {
+        self.stepper.interrupt_by(interrupt);
     }
 
     /// Replaces the state by another one, that at the beginning of step `step` (from 0).
@@ -288,6 +297,7 @@ fn build_stepper(scene: &Scene, solver: LinearSolver) -> Box<dyn Stepper> {
 trait Stepper: Send {
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError>;
     fn step_damped(&mut self, step: Step<'_>) -> Option<Result<(), StepError>>;
+    fn interrupt_by(&mut self, interrupt: &Interrupt);
     /// The kinds of force that are evaluated, by their tags.
     fn force_tags(&self) -> &[&'static str];
     fn energies(&self, state: StateView<'_>) -> Energies;
@@ -329,6 +339,10 @@ impl<const D: usize> Stepper for SystemStepper<D> {
 
     fn step_damped(&mut self, step: Step<'_>) -> Option<Result<(), StepError>> {
         self.integrator.step_damped(&self.system, step)
+    }
+
+    fn interrupt_by(&mut self, interrupt: &Interrupt) {
+        self.integrator.interrupt_by(interrupt);
     }
 
     fn force_tags(&self) -> &[&'static str] {
@@ -383,6 +397,8 @@ pub enum FailureKind {
     ErrorControl { trials: u64, size: f64 },
     #[error("the linear system of the step cannot be solved: {0}")]
     Linear(LinearError),
+    #[error("the step was interrupted")]
+    Interrupted,
     #[error("the energy of the state is not finite")]
     EnergyNotFinite,
     #[error("the {what} of particle {particle} is no longer finite (coordinate {coordinate})")]
@@ -405,6 +421,7 @@ impl FailureKind {
             StepError::NoDescent { iterations, update } => Self::NoDescent { iterations, update },
             StepError::ErrorControl { trials, size } => Self::ErrorControl { trials, size },
             StepError::Linear(error) => Self::Linear(error),
+            StepError::Interrupted => Self::Interrupted,
         }
     }
 
@@ -422,6 +439,7 @@ impl FailureKind {
                 "shorten the time step, enlarge the tolerance, or soften the forces"
             }
             Self::BelowRounding { .. } => "choose units in which the velocities are smaller",
+            Self::Interrupted => "run it again",
             Self::EnergyNotFinite => "separate coincident particles; check masses and velocities",
             Self::Linear(LinearError::OutOfMemory { .. }) => {
                 "make the scene smaller, or use symplectic-euler, which needs no matrix"

@@ -5,7 +5,7 @@ use std::ops::Range;
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 
 /// Most pixels of a texture.
-const PIXELS: usize = 1 << 26;
+pub const PIXELS: usize = 1 << 26;
 
 /// A picture that covers a surface. Texture coordinates are (0, 0) at its lower left corner and (1, 1) at its upper right
 /// one; beyond, it repeats.
@@ -49,6 +49,21 @@ impl Texture {
             above = bytes;
         }
         Ok(Self { width, pixels })
+    }
+
+    /// Its number of pixels.
+    pub fn count(&self) -> usize {
+        self.pixels.len()
+    }
+
+    /// The same texture, each channel multiplied by a factor from 0 to 1.
+    pub fn tinted(&self, factors: [f64; 3]) -> Self {
+        let tables = factors.map(|factor| -> Vec<u8> {
+            (0..=255).map(|value| (f64::from(value) * factor).round() as u8).collect()
+        });
+        let tint =
+            |pixel: &[u8; 3]| [0, 1, 2].map(|channel| tables[channel][usize::from(pixel[channel])]);
+        Self { width: self.width, pixels: self.pixels.iter().map(tint).collect() }
     }
 
     /// The colour at texture coordinates: red, green and blue from 0 to 255, interpolated between the nearest four pixels.

@@ -16,6 +16,7 @@
 //! `δ`, so that motions which stretch nothing cancel exactly.
 
 use super::StepError;
+use super::interrupt::Interrupt;
 use super::observe::{NewtonSystem, Observer};
 use crate::force::{Block, Coupling, JacobianSink, Vector, add_to, vector_of};
 use crate::solver::LinearError;
@@ -60,6 +61,7 @@ pub(super) struct Linearisation<const D: usize> {
     /// Allocated at the first stiff step.
     stiff: Option<StiffWorkspace>,
     observer: Option<Observer>,
+    interrupt: Interrupt,
 }
 
 /// Where the blocks of a pair of particles are in the matrix.
@@ -141,12 +143,18 @@ impl<const D: usize> Linearisation<D> {
             residual: 0.0,
             stiff: None,
             observer: None,
+            interrupt: Interrupt::default(),
         }
     }
 
     /// Hands every later system to `observer` before it is solved.
     pub(super) fn observe(&mut self, observer: Observer) {
         self.observer = Some(observer);
+    }
+
+    /// Refuses every later system once `interrupt` is raised.
+    pub(super) fn interrupt_by(&mut self, interrupt: &Interrupt) {
+        self.interrupt = interrupt.clone();
     }
 
     /// The same with projected element contributions. The elements must be symmetric.
@@ -163,6 +171,7 @@ impl<const D: usize> Linearisation<D> {
         delta: &mut [f64],
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
+        self.interrupt.check()?;
         if statistics.linear_solver.is_empty() {
             statistics.linear_solver = self.matrix.describe();
         }

@@ -15,7 +15,7 @@
 //! The error is that of one step, estimated by that of order 4. It adds up over a motion. Source: Dormand and Prince
 //! (1980); Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, sections II.4 and II.5, table 5.2.
 
-use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
+use super::{Integrator, IntegratorKind, Interrupt, Step, StepError, drift, kick};
 use crate::scene::Scene;
 use crate::scene::schema::{
     AccuracySetting, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
@@ -99,6 +99,7 @@ fn build<const D: usize>(
         end: [zeros(), zeros()],
         error: zeros(),
         force: zeros(),
+        interrupt: Interrupt::default(),
     })
 }
 
@@ -112,6 +113,7 @@ struct DormandPrince {
     end: [Vec<f64>; 2],
     error: Vec<f64>,
     force: Vec<f64>,
+    interrupt: Interrupt,
 }
 
 impl DormandPrince {
@@ -179,6 +181,7 @@ impl<const D: usize> Integrator<D> for DormandPrince {
         statistics.force_evaluations += 1;
         let (mut k, mut left, mut taken, mut longest) = (h, h, 0, 5.0);
         for trial in 1.. {
+            self.interrupt.check()?;
             k = left.min(k);
             self.stages(system, (time, k), [&*positions, &*velocities])?;
             statistics.force_evaluations += ROWS.len() as u64;
@@ -213,5 +216,9 @@ impl<const D: usize> Integrator<D> for DormandPrince {
             drift(&mut positions[own.clone()], &velocities[own], h);
         }
         Ok(())
+    }
+
+    fn interrupt_by(&mut self, interrupt: &Interrupt) {
+        self.interrupt = interrupt.clone();
     }
 }

@@ -13,7 +13,7 @@
 
 use super::backward::{Linearisation, Point};
 use super::projected_newton::{MinimiserOptions, ProjectedNewton};
-use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
+use super::{Integrator, IntegratorKind, Interrupt, Observer, Step, StepError, drift};
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
@@ -107,6 +107,10 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
 
     fn observe(&mut self, observer: Observer) {
         self.linearisation.observe(observer);
+    }
+
+    fn interrupt_by(&mut self, interrupt: &Interrupt) {
+        self.linearisation.interrupt_by(interrupt);
     }
 }
 

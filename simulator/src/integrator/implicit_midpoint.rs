@@ -17,7 +17,7 @@
 //! Source: Hairer, Lubich and Wanner, *Geometric Numerical Integration*, sections I.1.2, IV.2.1 and VI.4.1.
 
 use super::implicit_euler::{ImplicitEuler, NEWTON};
-use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
+use super::{Integrator, IntegratorKind, Interrupt, Observer, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
@@ -99,5 +99,9 @@ impl<const D: usize> Integrator<D> for ImplicitMidpoint<D> {
 
     fn observe(&mut self, observer: Observer) {
         Integrator::<D>::observe(&mut self.half, observer);
+    }
+
+    fn interrupt_by(&mut self, interrupt: &Interrupt) {
+        Integrator::<D>::interrupt_by(&mut self.half, interrupt);
     }
 }

@@ -18,6 +18,7 @@ use crate::statistics::Statistics;
 use crate::system::System;
 
 mod backward;
+mod interrupt;
 mod observe;
 
 mod dormand_prince;
@@ -31,6 +32,7 @@ mod runge_kutta_4;
 mod symplectic_euler;
 mod velocity_verlet;
 
+pub use interrupt::Interrupt;
 pub use observe::{NewtonSystem, Observer};
 
 /// Every integrator.
@@ -117,6 +119,10 @@ pub trait Integrator<const D: usize>: Send {
     /// Hands the linear systems of later steps to `observer`. A method that solves none, or one of another
     /// form, never calls it.
     fn observe(&mut self, _observer: Observer) {}
+
+    /// Ends a step with [`StepError::Interrupted`] once `interrupt` is raised. A method that does not iterate ends its step
+    /// as usual.
+    fn interrupt_by(&mut self, _interrupt: &Interrupt) {}
 }
 
 /// The state that a step replaces, and what is kept of the work.
@@ -172,6 +178,8 @@ pub enum StepError {
     },
     /// A linear system could not be solved.
     Linear(LinearError),
+    /// The step was abandoned ([`Interrupt`]).
+    Interrupted,
 }
 
 impl From<Degenerate> for StepError {

@@ -28,7 +28,7 @@
 //! scenes with it are refused.
 
 use super::backward::{Linearisation, Point};
-use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
+use super::{Integrator, IntegratorKind, Interrupt, Observer, Step, StepError, drift};
 use crate::force::Degenerate;
 use crate::scene::schema::{
     AccuracySetting, Convergence, Domain, Family, IntegratorOptions, IntegratorSchema, Matrix,
@@ -245,6 +245,10 @@ impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
 
     fn observe(&mut self, observer: Observer) {
         self.linearisation.observe(observer);
+    }
+
+    fn interrupt_by(&mut self, interrupt: &Interrupt) {
+        self.linearisation.interrupt_by(interrupt);
     }
 }
 

@@ -267,6 +267,21 @@ pub struct Surface {
     pub faces: Vec<Vec<SurfaceCorner>>,
     /// `png`: the file of its texture, which need not exist.
     pub texture: Option<PathBuf>,
+    /// The OBJ file.
+    pub mesh: PathBuf,
+    /// `mtllib`: the material libraries that it names, which need not exist.
+    pub libraries: Vec<Mention>,
+    /// `usemtl`: materials, each with the number of the first face that has it.
+    pub materials: Vec<(usize, Mention)>,
+}
+
+/// A name in an OBJ file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mention {
+    /// Several words are separated by one space.
+    pub name: String,
+    /// Where it stands.
+    pub location: Location,
 }
 
 /// A corner of a face.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::{simulate, stderr};
+use picture::canvas::Canvas;
 use tempfile::TempDir;
 
 const SCENE: &str = r#"<scene>
@@ -88,4 +89,141 @@ fn what_cannot_be_filmed_is_refused_with_a_remedy() {
         assert!(stderr(&run).contains(says), "{}", stderr(&run));
     }
     assert_eq!(names(folder.path()), ["scene.xml"]);
+}
+
+/// Two squares of different materials. Fixed particles stand still.
+const MESH: &str = "mtllib net.mtl
+v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0
+vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
+usemtl cloth of silk
+f 1/1 2/2 3/3 4/4
+usemtl paint
+f 2 5 6 3
+";
+
+const LIBRARY: &str = "# materials
+newmtl paint
+Kd 0 0 1
+d 1
+newmtl cloth of silk
+Kd 1 0.5 0.5
+map_Kd -s 1 1 1 -clamp on pictures\\silk.png
+newmtl unused
+map_Kd none.png
+";
+
+/// A folder with a mesh, its library and its picture, which is green.
+fn meshed(mesh: &str, library: Option<&str>) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let scene = r#"{"obj": "net.obj", "k": 1, "m": 1, "b": [1, 2, 3, 4, 5, 6]}"#;
+    fs::write(at("scene.json"), scene).unwrap();
+    fs::write(at("net.obj"), mesh).unwrap();
+    if let Some(library) = library {
+        fs::write(at("net.mtl"), library).unwrap();
+    }
+    fs::create_dir(at("pictures")).unwrap();
+    fs::write(at("pictures/silk.png"), Canvas::new(2, 2, [0, 255, 0]).png()).unwrap();
+    folder
+}
+
+/// The first frame, as SVG, and the messages.
+fn first_frame(folder: &Path) -> (String, String) {
+    let options = ["--frames", "frames", "--frame-format", "svg", "--fps", "1"];
+    let run = simulate(folder, &[&["scene.json"], &options[..]].concat());
+    assert_eq!(run.status.code(), Some(0), "{}", stderr(&run));
+    let frame = fs::read_to_string(folder.join("frames/frame00000.svg")).unwrap();
+    (frame, stderr(&run).to_owned())
+}
+
+/// The colours of the triangles, as red, green and blue.
+fn colors(frame: &str) -> Vec<[u8; 3]> {
+    let of = |line: &str| {
+        let (_, color) = line.split_once("fill=\"#")?;
+        let part = |at: usize| u8::from_str_radix(&color[at..at + 2], 16).ok();
+        Some([part(0)?, part(2)?, part(4)?])
+    };
+    frame.lines().filter(|line| line.starts_with("<path")).filter_map(of).collect()
+}
+
+#[test]
+fn faces_have_the_colours_and_pictures_of_their_materials() {
+    let folder = meshed(MESH, Some(LIBRARY));
+    let (frame, messages) = first_frame(folder.path());
+    assert_eq!(messages, "");
+    let colors = colors(&frame);
+    assert_eq!(colors.len(), 4, "{frame}");
+    // The light and the distance scale them: a green picture times (1, 0.5, 0.5), and blue.
+    let greens = colors.iter().filter(|[red, green, blue]| green > red && green > blue).count();
+    let blues = colors.iter().filter(|[red, green, blue]| blue > red && blue > green).count();
+    assert_eq!((greens, blues), (2, 2), "{colors:?}");
+    let brightest = |channel: usize| colors.iter().map(|color| color[channel]).max().unwrap();
+    assert!(brightest(1) < brightest(2), "Kd multiplies the picture: {colors:?}");
+    // A picture that the scene itself names covers all faces that have texture coordinates.
+    fs::write(folder.path().join("red.png"), Canvas::new(1, 1, [255, 0, 0]).png()).unwrap();
+    let scene = fs::read_to_string(folder.path().join("scene.json")).unwrap();
+    let scene = scene.replace("\"k\"", "\"png\": \"red.png\", \"k\"");
+    fs::write(folder.path().join("scene.json"), scene).unwrap();
+    let (frame, messages) = first_frame(folder.path());
+    assert_eq!(messages, "");
+    assert!(self::colors(&frame).iter().all(|[red, _, blue]| red > blue), "{frame}");
+}
+
+#[test]
+fn materials_that_cannot_be_read_are_a_note_with_file_and_line() {
+    let plain = MESH.replace("mtllib net.mtl\n", "").replace("usemtl", "#");
+    let (expected, messages) = first_frame(meshed(&plain, None).path());
+    assert_eq!(messages, "");
+    let bad_mesh = MESH.replace("vt 0 0", "usemtl none\nf 1 2 3 4\nvt 0 0");
+    let red = LIBRARY.replace("Kd 0 0 1", "Kd blue").replace("Kd 1 0.5 0.5\n", "");
+    // The library, what the note says, and whether no face has a material then.
+    for (mesh, library, says, is_plain) in [
+        (
+            MESH,
+            None,
+            &[
+                "net.obj:1:8: the material library net.mtl: cannot be read",
+                "net.obj:12:8: there is no material \"cloth of silk\"",
+                "net.obj:14:8: there is no material \"paint\"",
+            ][..],
+            true,
+        ),
+        (
+            MESH,
+            Some("\u{1}\u{2} no library\n"),
+            &["net.obj:1:8: the material library net.mtl has no material (newmtl)"],
+            true,
+        ),
+        (
+            MESH,
+            Some("Kd 1 0 0\nnewmtl paint\nnewmtl cloth of silk\nmap_Kd\n"),
+            &["net.mtl:1: Kd stands before the first newmtl", "net.mtl:4: map_Kd names no file"],
+            true,
+        ),
+        (
+            MESH,
+            Some(&*red.replace("silk.png", "wool.png")),
+            &["net.mtl:3: Kd needs three numbers", "net.mtl:6: pictures/wool.png: cannot be read"],
+            true,
+        ),
+        (
+            MESH,
+            Some(&*red.replace("pictures\\silk.png", "net.obj")),
+            &["net.mtl:6: net.obj: it is not a whole PNG file"],
+            true,
+        ),
+        (&bad_mesh, Some(LIBRARY), &["net.obj:8:8: there is no material \"none\""], false),
+    ] {
+        let (frame, messages) = first_frame(meshed(mesh, library).path());
+        for text in says {
+            assert!(messages.contains(&format!("warning: {text}")), "{text}\n{messages}");
+        }
+        assert!(messages.contains("note: the mesh is drawn without it"), "{messages}");
+        assert_eq!(frame == expected, is_plain, "{messages}");
+    }
+    // A library of a million bad lines is a few notes.
+    let many = format!("newmtl paint\n{}", "Kd\n".repeat(1_000_000));
+    let (_, messages) = first_frame(meshed(MESH, Some(&many)).path());
+    assert!(messages.contains("more notes on its materials"), "{messages}");
+    assert!(messages.lines().count() < 50, "{messages}");
 }

@@ -3,6 +3,8 @@
 use std::fs;
 
 use crate::support::{bits, parse, shipped_scenes, simulate, stderr};
+use simulator::integrator::{self, Interrupt};
+use simulator::scene::schema::{Convergence, IntegratorOptions};
 use simulator::scene::{self, ParseOptions, Scene};
 use simulator::simulation::{FailureKind, Simulation, SimulationError, SimulationOptions};
 use simulator::statistics::Statistics;
@@ -185,4 +187,32 @@ fn the_command_says_what_it_did() {
     let said = "1 were replaced by 2 substeps, so the trace differs from plain \
                 linearized-implicit-euler at dt = 0.5";
     assert!(stderr(&onto).contains(said), "{}", stderr(&onto));
+}
+
+/// Every method that iterates stops before its next iteration once it is interrupted, without and with fallbacks.
+#[test]
+fn methods_that_iterate_can_be_interrupted() {
+    let text = r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>
+        <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <particle m="2" px="1.3" py="0.2" vx="0" vy="0.7" fixed="0"/>
+        <edge i="0" j="1"/><springforce edge="0" k="60" l0="1"/></scene>"#;
+    for kind in integrator::REGISTRY {
+        let mut scene = parse(text);
+        scene.integrator = &kind.schema;
+        scene.integrator_options = IntegratorOptions::defaults(&kind.schema);
+        for robust in [false, true] {
+            let mut simulation =
+                Simulation::with_options(&scene, SimulationOptions { robust, ..ROBUST });
+            let interrupt = Interrupt::default();
+            simulation.interrupt_by(&interrupt);
+            assert!(simulation.advance().unwrap());
+            interrupt.raise();
+            let end = simulation.advance().map_err(|error| error.kind);
+            let expected = match kind.schema.convergence {
+                Convergence::Direct => Ok(true),
+                _ => Err(FailureKind::Interrupted),
+            };
+            assert_eq!(end, expected, "{}", kind.schema.name);
+        }
+    }
 }

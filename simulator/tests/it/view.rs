@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use crate::support::{bits, simulate, stderr};
 use serde_json::{Value, json};
@@ -21,6 +22,9 @@ const SCENE: &str = r#"<scene>
   <simplegravity fx="0" fy="-9.81"/>
 </scene>
 "#;
+
+/// A request that takes longer hangs.
+const HANGS: Duration = Duration::from_secs(60);
 
 /// A running `simulate view`, which ends with the test.
 struct Viewer {
@@ -58,6 +62,7 @@ impl Viewer {
     /// Sends bytes on a connection of their own, and reads to its end.
     fn send(&self, bytes: &[u8]) -> Answer {
         let mut stream = TcpStream::connect(&self.host).unwrap();
+        stream.set_read_timeout(Some(HANGS)).unwrap();
         stream.write_all(bytes).unwrap();
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).unwrap();
@@ -96,8 +101,22 @@ impl Viewer {
         serde_json::from_slice(&answer.body).unwrap()
     }
 
-    /// A frame: the status and the positions of each run.
+    /// A frame, and the frames that wait for its steps: the status and the positions of each run.
     fn frame(&self, frame: &Value) -> (Value, Vec<Vec<f64>>) {
+        let mut answer = self.frame_now(frame);
+        let mut waiting = frame.clone();
+        (waiting["step"], waiting["reset"]) = (json!(false), json!(false));
+        waiting["seconds"] = json!(0.0);
+        let started = Instant::now();
+        while answer.0.as_array().unwrap().iter().any(|status| !status["underway"].is_null()) {
+            assert!(started.elapsed() < HANGS, "{}", answer.0);
+            answer = self.frame_now(&waiting);
+        }
+        answer
+    }
+
+    /// A frame, whether its steps have ended or not.
+    fn frame_now(&self, frame: &Value) -> (Value, Vec<Vec<f64>>) {
         let answer = self.post("frame", &frame.to_string());
         assert_eq!(answer.status, 200, "{}", String::from_utf8_lossy(&answer.body));
         let (length, rest) = answer.body.split_at(8);
@@ -396,12 +415,55 @@ fn a_page_that_is_opened_later_takes_the_scene_over() {
     assert_eq!(viewer.frame(&second).0[0]["step"], 1, "it starts anew");
 }
 
+/// A scene whose steps take hours: rounds of fast mass-spring without end.
+fn endless() -> String {
+    SCENE.replace(
+        "type=\"implicit-euler\"",
+        "type=\"fast-mass-spring\" iterations=\"1000000000000\"",
+    )
+}
+
+#[test]
+fn a_step_that_takes_long_leaves_the_page_responsive() {
+    let viewer = Viewer::start(&endless());
+    let opened = viewer.open();
+    let mut frame = step(&opened);
+    let (status, _) = viewer.frame_now(&frame);
+    assert!(!status[0]["underway"].is_null(), "{status}");
+    // A pause is answered while it runs, and so is another page's request.
+    frame["step"] = json!(false);
+    let (status, positions) = viewer.frame_now(&frame);
+    assert_eq!((&status[0]["step"], &status[0]["steps"]), (&json!(0), &json!(0)));
+    assert_eq!(positions[0], [0.0, 0.0, 1.2, 0.1]);
+    assert_eq!(viewer.get("").status, 200);
+    // A reset abandons it, and so does another integrator: the states are then those of its trace.
+    frame["reset"] = json!(true);
+    let (status, _) = viewer.frame(&frame);
+    assert_eq!((&status[0]["time"], &status[0]["failure"]), (&json!(0.0), &Value::Null));
+    frame["reset"] = json!(false);
+    frame["step"] = json!(true);
+    assert!(!viewer.frame_now(&frame).0[0]["underway"].is_null());
+    frame["settings"][0]["integrator"] = json!("implicit-euler");
+    let (status, positions) = viewer.frame(&frame);
+    assert_eq!((&status[0]["step"], &status[0]["failure"]), (&json!(1), &Value::Null));
+    let trace = viewer.trace(&["--integrator", "implicit-euler"]);
+    assert_eq!(bits(&positions[0]), bits(&trace[1]));
+    // A page that is opened later starts anew.
+    frame["settings"] = json!([opened["settings"]]);
+    assert!(!viewer.frame_now(&frame).0[0]["underway"].is_null());
+    let mut frame = step(&viewer.open());
+    frame["settings"][0]["integrator"] = json!("implicit-euler");
+    assert_eq!(bits(&viewer.frame(&frame).1[0]), bits(&trace[1]));
+}
+
 #[test]
 #[cfg(target_os = "linux")]
 fn ctrl_c_ends_it() {
     use std::os::unix::process::ExitStatusExt;
     const SIGINT: i32 = 2;
-    let mut viewer = Viewer::start(SCENE);
+    let mut viewer = Viewer::start(&endless());
+    let frame = step(&viewer.open());
+    assert!(!viewer.frame_now(&frame).0[0]["underway"].is_null());
     let id = viewer.child.id().to_string();
     // Shells start commands in the background with the signal ignored, and so are the tests and the viewer.
     let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap();

@@ -12,6 +12,7 @@ use grader::creative::{Creative, Motion, Outcome};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use simulator::frames::Palette;
+use simulator::materials::Materials;
 use simulator::scene::Scene;
 
 use super::Sink;
@@ -168,7 +169,7 @@ impl MotionData {
             .map(|(number, value)| ((value - low[number % dimension]) / unit).round() as u16)
             .collect();
         Self {
-            scene: Palette::of(scene, motion.bounds),
+            scene: Palette::without_covered_edges(scene, motion.bounds, &Materials::default()),
             times: motion.times.iter().map(|time| short(*time).unwrap_or(0.0)).collect(),
             low,
             unit,

@@ -100,6 +100,7 @@ pub(super) fn reason(kind: &FailureKind) -> &'static str {
         | FailureKind::EnergyNotFinite
         | FailureKind::NotFinite { .. } => 8,
         FailureKind::ErrorControl { .. } => 9,
+        FailureKind::Interrupted => unreachable!("trials are not interrupted"),
     };
     REASONS[place]
 }

@@ -1,9 +1,9 @@
 "use strict";
 
-/* Draws a scene on a canvas as the scene says: radii, colours, edges, trails, background, viewport. The same picture as
- * the frames of `simulate --frames`; scenes in 3D turn.
+/* Draws a scene on a canvas as the scene says: radii, colours, edges, faces, trails, background, viewport. The same picture
+ * as the frames of `simulate --frames`, but each triangle of a face has one colour; scenes in 3D turn.
  *
- * scene: {dimension, radii, colors, edges, edgeRadii, edgeColors, trails: [{particle, duration, color}], background,
+ * scene: {dimension, radii, colors, edges, edgeRadii, edgeColors, faces?, faceColors?, trails: [{particle, duration, color}], background,
  *         center, extents, viewport}
  * Colours are "rrggbb"; a list of equal values has one element. */
 Report.Stage = class {
@@ -11,6 +11,9 @@ Report.Stage = class {
   static ROOM = 0.9;
   static DISTANCE = 3;
   static FADE = 0.55;
+  /* Share of a face's colour that needs no light; direction of the light from the surface: left, up, towards the viewer. */
+  static AMBIENT = 0.35;
+  static LIGHT = [-0.36, 0.48, 0.8];
   /* Shades of a colour. */
   static SHADES = 24;
   /* Shapes in one path: longer paths take more time for each shape. */
@@ -24,11 +27,23 @@ Report.Stage = class {
     this.screen = new Float64Array(4 * this.count);
     this.trails = scene.trails.map(() => []);
     this.shades = new Map();
-    this.options = { edges: true, particles: true };
+    this.options = { edges: true, particles: true, faces: true };
+    this.cover(scene.faces ?? []);
     /* Size of the extents. */
     this.across = Math.hypot(...scene.extents);
     this.home();
     this.resize();
+  }
+
+  /* Divides faces into triangles, and finds the edges and particles that they cover. */
+  cover(faces) {
+    this.triangles = [];
+    const [pairs, particles] = [new Set(), new Set(faces.flat())];
+    faces.forEach((face, number) => {
+      for (let k = 2; k < face.length; k++) this.triangles.push([number, face[0], face[k - 1], face[k]]);
+      for (const i of face) for (const j of face) pairs.add(i * this.count + j);
+    });
+    this.covers = { edges: this.scene.edges.map(([i, j]) => pairs.has(i * this.count + j)), particles };
   }
 
   home() {
@@ -160,12 +175,15 @@ Report.Stage = class {
     for (let particle = 0; particle < this.count; particle++) {
       this.project(...this.point(positions, particle), screen, 4 * particle, scale);
     }
-    context.lineCap = "round";
+    context.lineCap = context.lineJoin = "round";
     const shapes = [];
     this.trailShapes(time, positions, scale, shapes);
     const of = (list, number) => (list.length > 1 ? list[number] : list[0]);
+    const covered = this.options.faces && this.triangles.length ? this.covers : null;
+    if (covered) this.faceShapes(positions, shapes);
     if (this.options.edges) {
       scene.edges.forEach(([i, j], edge) => {
+        if (covered?.edges[edge]) return;
         const [a, b] = [4 * i, 4 * j];
         const depth = (screen[a + 3] + screen[b + 3]) / 2;
         const width = Math.max(1, of(scene.edgeRadii, edge) * (screen[a + 2] + screen[b + 2]));
@@ -175,6 +193,7 @@ Report.Stage = class {
     }
     if (this.options.particles) {
       for (let particle = 0; particle < this.count; particle++) {
+        if (covered?.particles.has(particle)) continue;
         const at = 4 * particle;
         const radius = Math.max(0.75, of(scene.radii, particle) * screen[at + 2]);
         const depth = screen[at + 3];
@@ -186,30 +205,64 @@ Report.Stage = class {
     this.paint(shapes);
   }
 
-  /* Paints lines (positive widths) and discs (negative radii); neighbours of one style share a path. */
+  /* Triangles, shaded by their direction. */
+  faceShapes(positions, shapes) {
+    const { scene, screen } = this;
+    const { AMBIENT, LIGHT, FADE } = Report.Stage;
+    const parts = (text) => [0, 2, 4].map((at) => parseInt(text.slice(at, at + 2), 16));
+    this.faceParts ??= scene.faceColors.map(parts);
+    this.behind ??= parts(scene.background);
+    const [sy, cy, sp, cp] = this.angles();
+    for (const [face, i, j, k] of this.triangles) {
+      const [a, b, c] = [3 * i, 3 * j, 3 * k];
+      const [ux, uy, uz] = [positions[b] - positions[a], positions[b + 1] - positions[a + 1], positions[b + 2] - positions[a + 2]];
+      const [vx, vy, vz] = [positions[c] - positions[a], positions[c + 1] - positions[a + 1], positions[c + 2] - positions[a + 2]];
+      const [nx, ny, nz] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+      // The normal as the camera sees it.
+      const [x, away] = [cy * nx + sy * nz, cy * nz - sy * nx];
+      const [y, z] = [cp * ny - sp * away, cp * away + sp * ny];
+      const cosine = Math.abs(x * LIGHT[0] + y * LIGHT[1] + z * LIGHT[2]) / (Math.hypot(x, y, z) || 1);
+      const [p, q, r] = [4 * i, 4 * j, 4 * k];
+      const depth = (screen[p + 3] + screen[q + 3] + screen[r + 3]) / 3;
+      const fade = FADE * (1 - depth);
+      const light = (AMBIENT + (1 - AMBIENT) * cosine) * (1 - fade);
+      const own = this.faceParts.length > 1 ? this.faceParts[face] : this.faceParts[0];
+      const style = `rgb(${own.map((value, part) => Math.round(light * value + fade * this.behind[part])).join()})`;
+      shapes.push([depth, style, 0, screen[p], screen[p + 1], screen[q], screen[q + 1], screen[r], screen[r + 1]]);
+    }
+  }
+
+  /* Paints lines (positive widths), discs (negative radii) and triangles (0); neighbours of one style share a path. */
   paint(shapes) {
     const { context } = this;
     let [style, width, count] = [null, 0, 0];
     const finish = () => {
       if (style === null) return;
-      if (width > 0) context.stroke();
-      else context.fill();
+      if (width <= 0) context.fill();
+      // The outline of a triangle closes the gap to its neighbours.
+      if (width >= 0) context.stroke();
     };
-    for (const [, next, size, x, y, x2, y2] of shapes) {
+    for (const [, next, size, x, y, x2, y2, x3, y3] of shapes) {
       if (!Number.isFinite(x + y)) continue;
-      const same = next === style && (size > 0 ? Math.abs(size - width) < 0.05 : width < 0);
+      const same = next === style && (size > 0 ? Math.abs(size - width) < 0.05 : Math.sign(size) === Math.sign(width));
       if (!same || ++count > Report.Stage.TOGETHER) {
         finish();
         [style, width, count] = [next, size, 1];
         context.beginPath();
-        if (size > 0) {
+        if (size >= 0) {
           context.strokeStyle = next;
-          context.lineWidth = size;
-        } else context.fillStyle = next;
+          context.lineWidth = size || 1;
+        }
+        if (size <= 0) context.fillStyle = next;
       }
       if (size > 0) {
         context.moveTo(x, y);
         context.lineTo(x2, y2);
+      } else if (size === 0) {
+        context.moveTo(x, y);
+        context.lineTo(x2, y2);
+        context.lineTo(x3, y3);
+        context.closePath();
       } else {
         context.moveTo(x - size, y);
         context.arc(x, y, -size, 0, 2 * Math.PI);

@@ -9,15 +9,14 @@ use clap::{Args, ValueEnum};
 use picture::canvas::Canvas;
 use picture::drawing::Drawing;
 use picture::gif::GifWriter;
-use picture::texture::Texture;
 use simulator::frames::{Bounds, Painter};
 use simulator::output::OutputFile;
-use simulator::scene::{Scene, read_bounded};
+use simulator::scene::Scene;
 use simulator::simulation::{Simulation, SimulationOptions};
 use simulator::state::StateView;
 use tempfile::TempPath;
 
-use crate::{Failure, print_message};
+use crate::{Failure, materials};
 
 /// Folder that FOSSSim writes PNG files to.
 const PNGS: &str = "pngs";
@@ -139,9 +138,7 @@ impl<'a> Film<'a> {
             return Ok(None);
         }
         let mut painter = Painter::new(scene, args.size, bounds(scene, config)?);
-        if let Some(texture) = texture(scene) {
-            painter.set_texture(texture);
-        }
+        painter.set_materials(&materials(scene));
         Ok(Some(Self { painter, targets, fps: args.fps, frame: 0 }))
     }
 
@@ -170,17 +167,6 @@ impl<'a> Film<'a> {
     pub(super) fn finish(self) -> Result<(), Failure> {
         self.targets.into_iter().try_for_each(Target::finish)
     }
-}
-
-/// The texture of the scene's mesh. If its file is not a picture, there is a warning.
-fn texture(scene: &Scene) -> Option<Texture> {
-    let path = scene.rendering.surface.texture.as_ref()?;
-    let warn = |reason: String| {
-        print_message("warning", format!("{reason}\n  note: the mesh is drawn without a texture"));
-    };
-    let bytes = read_bounded(path).map_err(|error| warn(error.to_string())).ok()?;
-    let no_picture = |reason: &str| warn(format!("{}: {reason}", path.display()));
-    Texture::from_png(&bytes).map_err(no_picture).ok()
 }
 
 /// The bounds of the motion: of the whole one where the scene has no viewport, which takes a run of its own.

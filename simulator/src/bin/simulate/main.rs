@@ -17,6 +17,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulator::fallback::FallbackStatistics;
 use simulator::force::PARALLEL;
 use simulator::generate::{parse_integrator, parse_option};
+use simulator::materials::Materials;
 use simulator::output::OutputFile;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
 use simulator::scene::{self, Overrides, ParseOptions, Parsed, Scene};
@@ -239,6 +240,15 @@ fn load(path: &Path, options: &ParseOptions) -> Result<Parsed, Failure> {
         more => print_message("warning", format!("{more} more warnings")),
     }
     Ok(parsed)
+}
+
+/// The materials of the scene's mesh. What cannot be read is a warning.
+fn materials(scene: &Scene) -> Materials {
+    let (materials, notes) = Materials::read(&scene.rendering.surface);
+    for note in notes {
+        print_message("warning", format!("{note}\n  note: the mesh is drawn without it"));
+    }
+    materials
 }
 
 /// Writes the diagram of the scene, read with each integrator.

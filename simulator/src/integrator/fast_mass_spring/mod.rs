@@ -35,7 +35,7 @@ use self::global::Storage;
 use self::lbfgs::Lbfgs;
 use self::local::ElasticSpring;
 use self::objective::{Energy, StepObjective, Terms, largest};
-use super::{Integrator, IntegratorKind, Step, StepError};
+use super::{Integrator, IntegratorKind, Interrupt, Step, StepError};
 use crate::force::{Degenerate, ForceKind};
 use crate::scene::schema::{
     AccuracySetting, ActsOn, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
@@ -171,6 +171,7 @@ where
         accelerated: options.choice("acceleration") == "lbfgs",
         objective: None,
         lbfgs: None,
+        interrupt: Interrupt::default(),
     })
 }
 
@@ -240,6 +241,7 @@ struct FastMassSpring<const D: usize, const P: usize> {
     objective: Option<StepObjective<P>>,
     /// Built in the first step of an accelerated run.
     lbfgs: Option<Lbfgs<P>>,
+    interrupt: Interrupt,
 }
 
 /// The first components, the rest 0.
@@ -281,6 +283,10 @@ impl<const D: usize, const P: usize> Integrator<D> for FastMassSpring<D, P> {
         }
         self.objective = Some(objective);
         Ok(())
+    }
+
+    fn interrupt_by(&mut self, interrupt: &Interrupt) {
+        self.interrupt = interrupt.clone();
     }
 }
 
@@ -350,7 +356,12 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
             lbfgs
         });
         objective.start()?;
-        let mut rounds = Rounds { most: self.iterations, tolerance: self.tolerance, made: 0 };
+        let mut rounds = Rounds {
+            most: self.iterations,
+            tolerance: self.tolerance,
+            made: 0,
+            interrupt: &self.interrupt,
+        };
         let reached = match lbfgs {
             Some(lbfgs) => rounds.accelerated(objective, lbfgs, statistics)?,
             None => rounds.plain(objective, statistics)?,
@@ -365,13 +376,14 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
 }
 
 /// The rounds of one step.
-struct Rounds {
+struct Rounds<'a> {
     most: u64,
     tolerance: f64,
     made: u64,
+    interrupt: &'a Interrupt,
 }
 
-impl Rounds {
+impl Rounds<'_> {
     /// Whether the tolerance is reached.
     fn plain<const P: usize>(
         &mut self,
@@ -383,6 +395,7 @@ impl Rounds {
             if reached || self.made == self.most {
                 return Ok(reached);
             }
+            self.interrupt.check()?;
             objective.evaluate::<false>()?;
         }
     }
@@ -397,6 +410,7 @@ impl Rounds {
         let mut reached = self.round(objective, statistics);
         let mut energy = Energy::default();
         while !reached && self.made < self.most {
+            self.interrupt.check()?;
             if self.made == 1 {
                 energy = objective.evaluate::<true>()?;
             }

@@ -138,7 +138,9 @@ pub fn parse(
     }
 
     let texture = settings.texture.map(|texture| folder.join(texture));
-    let surface = Surface { faces: mesh.faces(), texture };
+    let faces = mesh.faces();
+    let Mesh { libraries, materials, .. } = mesh;
+    let surface = Surface { faces, texture, mesh: mesh_path.clone(), libraries, materials };
     let scene = Scene {
         rendering: Rendering { surface, ..Rendering::default() },
         duration,

@@ -5,6 +5,8 @@
 //! vt u v [w]               texture coordinates
 //! f 1 2 3 ...              a face of two vertices or more; in f 1/2/3 ... the 1 is the vertex, the 2 its texture coordinates
 //! l 1 2 3 ...              a line from vertex to vertex
+//! mtllib FILE ...          libraries of materials, for drawings
+//! usemtl NAME              the material of the faces that follow, for drawings
 //! ```
 //!
 //! Vertices count from 1, in the order of the file; -1 is the last one before the statement. A `#` starts
@@ -19,8 +21,8 @@
 
 use super::problem::JsonProblem;
 use super::source::{Source, Warnings, excerpt};
-use crate::scene::SurfaceCorner;
 use crate::scene::error::SceneError;
+use crate::scene::{Mention, SurfaceCorner};
 
 /// Statements that say nothing of the mesh's shape.
 const SKIPPED: &[&str] = &[
@@ -31,8 +33,6 @@ const SKIPPED: &[&str] = &[
     "g",
     "s",
     "mg",
-    "usemtl",
-    "mtllib",
     "usemap",
     "maplib",
     "bevel",
@@ -56,6 +56,12 @@ pub(super) struct Mesh {
     elements: Vec<(ElementKind, usize)>,
     /// Texture coordinates; `None` for a statement that has no such numbers.
     textures: Vec<Option<[f64; 2]>>,
+    /// Faces so far, as [`Self::faces`] counts them.
+    n_faces: usize,
+    /// Libraries of materials.
+    pub(super) libraries: Vec<Mention>,
+    /// Materials, each with the number of the first face that has it.
+    pub(super) materials: Vec<(usize, Mention)>,
 }
 
 /// A vertex as a face or a line names it.
@@ -154,6 +160,10 @@ impl Mesh {
                 self.textures.push(texture(arguments));
                 return Ok(());
             }
+            "mtllib" | "usemtl" => {
+                self.material(statement, arguments, source);
+                return Ok(());
+            }
             "f" => ElementKind::Face,
             "l" => ElementKind::Line,
             skipped if SKIPPED.contains(&skipped) => return Ok(()),
@@ -167,6 +177,7 @@ impl Mesh {
             return Err(source.error(source.offset_of(statement), problem));
         }
         self.elements.push((kind, self.corners.len()));
+        self.n_faces += usize::from(kind == ElementKind::Face && arguments.len() > 2);
         for text in arguments {
             let place = source.offset_of(text);
             let vertex = self.corner(text, place, source)?;
@@ -180,6 +191,23 @@ impl Mesh {
             self.corners.push(Corner { vertex, place: place as u32, texture });
         }
         Ok(())
+    }
+
+    /// Keeps the name of a library or a material. One without a name is left out: only drawings need it.
+    fn material(&mut self, statement: &str, words: &[&str], source: &mut Source<'_>) {
+        let name = words.join(" ");
+        let is_library = statement == "mtllib";
+        let is_repeated =
+            !is_library && self.materials.last().is_some_and(|(_, mention)| mention.name == name);
+        if name.is_empty() || is_repeated {
+            return;
+        }
+        let mention = Mention { name, location: source.locate(source.offset_of(words[0])) };
+        if is_library {
+            self.libraries.push(mention);
+        } else {
+            self.materials.push((self.n_faces, mention));
+        }
     }
 
     fn vertex(

@@ -33,8 +33,14 @@ Report.Pane = class {
   /* Forgets what is drawn over time. */
   begin() {
     this.history = { times: [], kinetic: [], potential: [] };
-    this.window = [];
+    this.forget();
     this.stage?.reset();
+  }
+
+  /* Forgets how fast the run was. */
+  forget() {
+    this.window = [];
+    this.unended = { wall: 0, seconds: 0, late: 0 };
   }
 
   open(scene, positions, view) {
@@ -65,7 +71,7 @@ Report.Pane = class {
     const { time, kinetic, potential } = status;
     const { times } = this.history;
     if (status.steps > 0) this.stage.follow(time, positions);
-    if (status.steps > 0 || !times.length) {
+    if (status.steps > 0 || (!times.length && !status.underway)) {
       const last = times.length - 1;
       // A new time step may continue a little earlier.
       if (last >= 0 && time <= times[last]) for (const list of Object.values(this.history)) list.pop();
@@ -74,7 +80,15 @@ Report.Pane = class {
       this.history.potential.push(potential);
       if (times.length > Report.Live.HISTORY) for (const list of Object.values(this.history)) list.shift();
     }
-    if (seconds > 0) this.window.push({ at: performance.now(), wall, seconds, ...status });
+    // Frames that wait for a step count together with the one that shows it.
+    const { unended } = this;
+    unended.wall += wall;
+    unended.seconds += seconds;
+    unended.late += status.late;
+    if (!status.underway) {
+      if (unended.seconds > 0) this.window.push({ at: performance.now(), ...status, ...unended });
+      this.unended = { wall: 0, seconds: 0, late: 0 };
+    }
     const oldest = performance.now() - 1000 * Math.max(2, Math.min(10, 4 * this.timeStep));
     while (this.window.length > 2 && this.window[0].at < oldest) this.window.shift();
   }
@@ -115,11 +129,16 @@ Report.Pane = class {
     const { state } = this;
     if (!state) return;
     const joules = (value) => `${Report.short(value).replace("-", "−")}\u00a0J`;
-    const { kinetic, potential } = state;
-    const energy = kinetic === null || potential === null
-      ? "The energy is not finite."
-      : `Energy ${joules(kinetic + potential)}: kinetic ${joules(kinetic)}, potential ${joules(potential)}.`;
-    const words = [`Step ${state.step}, t = ${Report.short(state.time, 6)}\u00a0s. ${energy} `];
+    const { kinetic, potential, underway } = state;
+    const isKnown = kinetic !== null && potential !== null;
+    const energy = isKnown ? `Energy ${joules(kinetic + potential)}: kinetic ${joules(kinetic)}, potential ${joules(potential)}. ` : "";
+    const words = [`Step ${state.step}, t = ${Report.short(state.time, 6)}\u00a0s. `, energy || (underway ? "" : "The energy is not finite. ")];
+    if (underway?.seconds >= 1) {
+      const seconds = `${Math.floor(underway.seconds)}\u00a0s`;
+      words.push(Report.element("strong", { class: "slow" }, underway.abandoned
+        ? `The abandoned step has not ended yet (${seconds}); this run continues when it has. `
+        : `The next step has taken ${seconds} so far. Reset, or change a setting, to abandon it. `));
+    }
     const speed = this.speed();
     if (speed) {
       const step = speed.perStep === null ? "" : ` A step takes ${Report.short(1000 * speed.perStep, 2)} ms.`;
@@ -198,7 +217,7 @@ Report.Live = class {
     this.session = data.session;
     this.playing = false;
     this.held = null;
-    this.shown = { edges: true, particles: true };
+    this.shown = { edges: true, particles: true, faces: true };
     this.common = { stiffness: 1, damping: 0 };
     this.windy = data.settings.wind !== 0;
     this.strength = data.settings.wind || 1;
@@ -262,6 +281,7 @@ Report.Live = class {
       button("home", "Fit", "Fit the picture", "0", () => this.look((stage) => stage.home())),
       box("edges", "edges", true, show("edges")),
       box("masses", "masses", true, show("particles")),
+      ...(this.data.scene.faces ? [box("faces", "faces", true, show("faces"))] : []),
     ];
     const set = (name) => (value) => {
       this.common[name] = value;
@@ -285,7 +305,7 @@ Report.Live = class {
       this.panesHost, this.charts,
       Report.element("p", { class: "hint wide-row" },
         `Drag a particle to move it; drag the picture to ${how}; turn the wheel to zoom. Keys: k play, full stop step, r reset, ` +
-        "w wind, e edges, m masses, 2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. " +
+        `w wind, e edges, m masses, ${this.data.scene.faces ? "f faces, " : ""}2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. ` +
         "Stiffness is a factor, damping is added, of every spring."));
     host.append(this.host);
     this.chart = Report.chart(this.charts, { title: "Energy", xLabel: "t (s)", yLabel: "energy (J)", series: [] });
@@ -339,7 +359,7 @@ Report.Live = class {
 
   /* Forgets how fast the runs were. */
   forget() {
-    for (const pane of this.panes) pane.window = [];
+    for (const pane of this.panes) pane.forget();
   }
 
   look(change) {
@@ -375,7 +395,7 @@ Report.Live = class {
   }
 
   key(event) {
-    const click = (name) => () => this.host.querySelector(`input[name=${name}]`).click();
+    const click = (name) => () => this.host.querySelector(`input[name=${name}]`)?.click();
     const always = {
       k: () => this.toggle(),
       ".": () => this.step(),
@@ -383,6 +403,7 @@ Report.Live = class {
       w: click("wind"),
       e: click("edges"),
       m: click("masses"),
+      f: click("faces"),
       2: click("second"),
       "+": () => this.zoom(1.25),
       "=": () => this.zoom(1.25),
@@ -438,21 +459,18 @@ Report.Live = class {
   /* Before each picture: asks for the next frame, which is computed while the last one is drawn. */
   tick(now) {
     requestAnimationFrame((next) => this.tick(next));
-    if (this.waiting) {
-      this.missed = true;
-      const seconds = Math.floor((performance.now() - this.asked) / 1000);
-      if (seconds >= 1) for (const pane of this.panes) pane.status.textContent = `This step has taken ${seconds} s so far.`;
-    } else this.ask(now);
+    if (this.waiting) this.missed = true;
+    else this.ask(now);
     if (!this.fresh) return;
     this.fresh = false;
     for (const pane of this.panes) pane.draw();
     this.tell();
   }
 
-  /* Asks for the next frame, if anything moves or changed. */
+  /* Asks for the next frame, if anything moves, changed, or has not ended. */
   ask(now) {
     this.missed = false;
-    if (this.ended || !(this.playing || this.changed)) return;
+    if (this.ended || !(this.playing || this.changed || this.panes.some((pane) => pane.state?.underway))) return;
     // The time of a picture may lie before that of the last request.
     const wall = this.before === null ? 1 / 60 : Math.max(0, now - this.before) / 1000;
     this.before = now;
@@ -467,7 +485,6 @@ Report.Live = class {
 
   async frame(request, wall) {
     this.waiting = true;
-    this.asked = performance.now();
     try {
       const response = await fetch("frame", { method: "POST", body: JSON.stringify(request) });
       if (!response.ok) throw new Error(await response.text());

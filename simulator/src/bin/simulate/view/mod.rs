@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The page asks for a frame before it draws the last one. Numbers are little-endian. The steps of a frame take at most
-//! [`BUDGET`], or are one.
+//! [`BUDGET`], or are one. A frame waits for them for [`PATIENCE`] at most; the page then asks again.
 //!
 //! Only the page reaches the run. The server listens on 127.0.0.1, at a port that the system chooses. The path of a request
 //! starts with a token of 128 random bits. A request names this address as its host: the name of another site that
@@ -16,33 +16,37 @@
 
 mod http;
 mod run;
+mod worker;
 
 use std::fmt::Write as _;
 use std::io::{self, BufReader, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use http::{Request, Response, Status};
 use picture::web;
-use rayon::iter::{IntoParallelRefMutIterator, ParallelIterator};
 use run::{Advance, Hold, Run, Settings};
 use serde::{Deserialize, Serialize};
 use simulator::frames::{Bounds, Palette};
 use simulator::generate::{parse_integrator, parse_option};
-use simulator::integrator;
+use simulator::integrator::{self, Interrupt};
+use simulator::materials::Materials;
 use simulator::scene::schema::IntegratorSchema;
 use simulator::scene::{EDGE_RADIUS, Edge, Overrides, PARTICLE_RADIUS, ParseOptions, Scene};
 use simulator::simulation::Simulation;
 
-use super::{Failure, load, parse_time_step};
+use super::{Failure, load, materials, parse_time_step};
 
 /// Computing time of a frame: less than a sixtieth of a second.
 const BUDGET: Duration = Duration::from_millis(12);
+
+/// How long a frame waits for a step.
+const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Time for a first run that finds the bounds of the motion.
 const LOOK: Duration = Duration::from_millis(200);
@@ -71,6 +75,8 @@ const LINGER: Duration = Duration::from_secs(1);
 const MAX_LINGER: u64 = 1 << 20;
 
 const JSON: &str = "application/json";
+
+const FAULT: &str = "internal error: simulate printed it";
 
 /// The files of the page: name, type and content. The first one is the page itself.
 const FILES: [(&str, &str, &str); 8] = [
@@ -167,6 +173,7 @@ struct Server<'a> {
     origin: String,
     token: String,
     bounds: Bounds,
+    materials: Materials,
     session: Mutex<Session<'a>>,
 }
 
@@ -220,7 +227,8 @@ impl<'a> Server<'a> {
             host,
             token,
             bounds: bounds(scene),
-            session: Mutex::new(Session { number: 0, runs: vec![Run::new(scene)] }),
+            materials: materials(scene),
+            session: Mutex::new(Session { number: 0, runs: vec![Run::new(scene, BUDGET)] }),
         })
     }
 
@@ -284,7 +292,7 @@ impl<'a> Server<'a> {
 
     /// The session; an error if an internal error broke it off.
     fn session(&self) -> Result<MutexGuard<'_, Session<'a>>, Response> {
-        let fault = |_| Response::refusal(Status::Fault, "internal error: simulate printed it");
+        let fault = |_| Response::refusal(Status::Fault, FAULT);
         self.session.lock().map_err(fault)
     }
 
@@ -295,13 +303,14 @@ impl<'a> Server<'a> {
             Err(response) => return response,
         };
         session.number += 1;
-        session.runs = vec![Run::new(self.scene)];
+        session.runs.truncate(1);
+        session.runs[0].restart();
         let drawn = slender(self.scene);
         let opened = Opened {
             session: session.number,
             name: &self.scene.name,
             description: self.scene.description.as_deref(),
-            scene: Palette::of(&drawn, self.bounds),
+            scene: Palette::of(&drawn, self.bounds, &self.materials),
             integrators: integrator::REGISTRY.iter().map(|kind| kind.schema.name).collect(),
             settings: Settings::of(self.scene),
             positions: self.scene.positions(),
@@ -350,8 +359,11 @@ impl<'a> Server<'a> {
             run.hold(frame.hold);
         }
         let advance = if frame.step { Advance::Step } else { Advance::Seconds(frame.seconds) };
-        let statuses: Vec<run::Status> =
-            runs.par_iter_mut().map(|run| run.advance(advance, BUDGET)).collect();
+        runs.iter_mut().for_each(|run| run.begin(advance));
+        let deadline = Instant::now() + PATIENCE;
+        let statuses: Result<Vec<run::Status>, _> =
+            runs.iter_mut().map(|run| run.finish(deadline)).collect();
+        let Ok(statuses) = statuses else { return Response::refusal(Status::Fault, FAULT) };
         match serde_json::to_vec(&statuses) {
             Ok(json) => Response::of("application/octet-stream", packed(json, runs)),
             Err(error) => Response::refusal(Status::Fault, error.to_string()),
@@ -405,17 +417,35 @@ fn slender(scene: &Scene) -> Scene {
 /// The bounds of the motion, as far as a short run finds them; of a run that leaves its surroundings, those of its
 /// first state with some room.
 fn bounds(scene: &Scene) -> Bounds {
-    let started = Instant::now();
     let mut first = Bounds::default();
     first.include(scene, &scene.positions());
     let near = first.enlarged(SURROUNDINGS);
-    let mut bounds = first;
-    let mut simulation = Simulation::new(scene);
-    while started.elapsed() < LOOK && matches!(simulation.advance(), Ok(true)) {
-        bounds.include(scene, simulation.state().positions);
-        if !near.contains(&bounds) {
-            return first.enlarged(ROOM);
+    let found = Arc::new(Mutex::new(first));
+    let interrupt = Interrupt::default();
+    let (ended, end) = mpsc::channel();
+    // A step may take longer than the look: a thread of its own takes the steps, and ends after the one that is running.
+    let look = {
+        let (scene, found, interrupt) = (scene.clone(), Arc::clone(&found), interrupt.clone());
+        move || {
+            let mut simulation = Simulation::new(&scene);
+            simulation.interrupt_by(&interrupt);
+            let mut bounds = first;
+            while !interrupt.is_raised() && matches!(simulation.advance(), Ok(true)) {
+                bounds.include(&scene, simulation.state().positions);
+                let is_near = near.contains(&bounds);
+                let shown = if is_near { bounds } else { first.enlarged(ROOM) };
+                *found.lock().unwrap_or_else(PoisonError::into_inner) = shown;
+                if !is_near {
+                    break;
+                }
+            }
+            // Nobody waits any more.
+            let _ = ended.send(());
         }
-    }
-    bounds
+    };
+    thread::spawn(look);
+    let _ = end.recv_timeout(LOOK);
+    interrupt.raise();
+    let found = found.lock().unwrap_or_else(PoisonError::into_inner);
+    *found
 }

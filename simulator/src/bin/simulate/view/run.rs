@@ -2,6 +2,10 @@
 //!
 //! Between two changes of the settings, the states are those of [`Simulation`], bit for bit. A change builds the simulation
 //! anew at the current state. A new time step h continues at the multiple of h that is nearest to the current time.
+//!
+//! A thread of its own takes the steps of a run ([`worker`](super::worker)). A step that takes long does not hold up the
+//! page: [`Run::finish`] gives up waiting, and says for how long the step has been running. A reset and a change of the
+//! settings abandon it. A particle that is held, or let go, waits for its end.
 
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
@@ -10,9 +14,10 @@ use serde::{Deserialize, Serialize};
 use simulator::scene::error::Problem;
 use simulator::scene::schema::{ActsOn, IntegratorOptions, Refusal};
 use simulator::scene::{ForceElement, Location, Scene};
-use simulator::simulation::{FailureKind, Simulation, SimulationError};
-use simulator::state::StateView;
+use simulator::simulation::{FailureKind, SimulationError};
 use simulator::vocabulary;
+
+use super::worker::{Done, Job, State, Stopped, Worker};
 
 /// Tag of the wind.
 const WIND: &str = "windforce";
@@ -54,25 +59,25 @@ pub(super) enum Advance {
     Seconds(f64),
 }
 
-/// A state. `time` is `step` times the time step.
-#[derive(Clone)]
-struct State {
-    step: u64,
-    time: f64,
-    positions: Vec<f64>,
-    velocities: Vec<f64>,
-}
-
 /// A running scene.
 pub(super) struct Run<'a> {
     original: &'a Scene,
+    budget: Duration,
     settings: Settings,
     hold: Option<Hold>,
-    simulation: Simulation,
+    /// What the page holds now; it takes effect once the running steps have ended.
+    wanted: Option<Hold>,
+    worker: Worker,
+    /// What the worker does not know yet: the scene, and that the state is not that of its last step.
+    scene: Option<Scene>,
+    placed: bool,
+    /// Whether steps may start: the page is not paused.
+    moves: bool,
     /// Simulated time that was asked for, and is less than a step.
     owed: f64,
-    /// The last state that is finite.
+    /// The last state that is finite, and its kinetic and potential energy; `None` before they are computed.
     state: State,
+    energies: Option<[f64; 2]>,
     failure: Option<Failure>,
 }
 
@@ -110,10 +115,21 @@ pub(super) struct Status {
     computing: f64,
     /// Simulated time that was asked for and left out, because the steps took too long.
     late: f64,
-    /// Energies of the state; `None` if they are not finite.
+    /// Energies of the state; `None` if they are not finite, or not computed yet.
     kinetic: Option<f64>,
     potential: Option<f64>,
     failure: Option<Failure>,
+    /// Steps that have not ended.
+    underway: Option<Underway>,
+}
+
+/// Steps that have not ended.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Underway {
+    /// For how long they have been running.
+    seconds: f64,
+    /// Whether their states are no longer wanted; the next steps wait for their end.
+    abandoned: bool,
 }
 
 impl Settings {
@@ -205,13 +221,18 @@ fn wind(scene: &Scene) -> f64 {
 }
 
 impl<'a> Run<'a> {
-    /// A run at the scene's initial state.
-    pub(super) fn new(original: &'a Scene) -> Self {
+    /// A run at the scene's initial state. `budget` is the computing time of a frame.
+    pub(super) fn new(original: &'a Scene, budget: Duration) -> Self {
         let mut run = Self {
             original,
+            budget,
             settings: Settings::of(original),
             hold: None,
-            simulation: Simulation::new(original),
+            wanted: None,
+            worker: Worker::start(budget),
+            scene: None,
+            placed: false,
+            moves: false,
             owed: 0.0,
             state: State {
                 step: 0,
@@ -219,6 +240,7 @@ impl<'a> Run<'a> {
                 positions: original.positions(),
                 velocities: original.velocities(),
             },
+            energies: None,
             failure: None,
         };
         run.rebuild();
@@ -227,11 +249,18 @@ impl<'a> Run<'a> {
 
     /// A second run at the same state.
     pub(super) fn beside(&self) -> Self {
-        let mut run = Self::new(self.original);
-        (run.settings, run.hold) = (self.settings.clone(), self.hold);
+        let mut run = Self::new(self.original, self.budget);
+        (run.settings, run.hold, run.wanted) = (self.settings.clone(), self.hold, self.wanted);
         run.state = self.state.clone();
         run.rebuild();
         run
+    }
+
+    /// Returns to the scene's initial state and its settings.
+    pub(super) fn restart(&mut self) {
+        self.settings = Settings::of(self.original);
+        (self.hold, self.wanted) = (None, None);
+        self.reset();
     }
 
     /// Returns to the initial state.
@@ -253,7 +282,14 @@ impl<'a> Run<'a> {
     /// Holds a particle at a position, at rest and as if it was fixed, or lets it go. A fixed particle that is let go has
     /// its velocity again.
     pub(super) fn hold(&mut self, hold: Option<Hold>) {
-        if self.failure.is_some() || hold == self.hold {
+        self.wanted = hold;
+        self.take_hold();
+    }
+
+    /// Holds what the page holds, unless steps are running.
+    fn take_hold(&mut self) {
+        let hold = self.wanted;
+        if self.failure.is_some() || hold == self.hold || self.worker.is_running() {
             return;
         }
         let dimension = self.original.dimension.count();
@@ -275,11 +311,12 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Builds the simulation anew, at the last state that is finite.
+    /// Builds the simulation anew, at the last state that is finite. Abandons steps that are running.
     fn rebuild(&mut self) {
+        self.worker.abandon();
         match self.settings.apply(self.original, self.hold.map(|hold| hold.particle)) {
             Ok(scene) => {
-                self.simulation = Simulation::new(&scene);
+                self.scene = Some(scene);
                 self.failure = None;
                 self.state.step = (self.state.time / self.settings.time_step).round() as u64;
                 self.place();
@@ -288,60 +325,93 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Puts the simulation at the last state that is finite.
+    /// Lets the next steps start from the last state that is finite.
     fn place(&mut self) {
-        let State { step, positions, velocities, .. } = &self.state;
-        self.simulation.set_state(*step, positions, velocities);
-        self.state.time = self.simulation.state().time;
+        self.state.time = self.state.step as f64 * self.settings.time_step;
+        (self.placed, self.energies) = (true, None);
     }
 
-    /// Takes steps, at least one, until they are taken or the next one would exceed the budget of computing time.
-    pub(super) fn advance(&mut self, advance: Advance, budget: Duration) -> Status {
-        let started = Instant::now();
-        let h = self.settings.time_step;
+    /// Starts to advance; [`Self::finish`] waits for the steps. While steps are running, no others are started: a step that
+    /// is asked for is the one that is running, and time that is asked for is left out beyond one step.
+    pub(super) fn begin(&mut self, advance: Advance) {
+        self.moves = advance != Advance::Seconds(0.0);
         match advance {
-            Advance::Step => self.owed = h,
+            Advance::Step if self.worker.is_running() => {}
+            Advance::Step => self.owed = self.settings.time_step,
             Advance::Seconds(seconds) => self.owed += seconds,
         }
-        // A sum of frames falls short of a step by rounding.
-        let due = (self.owed / h * (1.0 + 1e-9)).floor();
-        let mut steps = 0;
-        while self.failure.is_none() && (steps as f64) < due {
-            let spent = started.elapsed().as_secs_f64();
-            if steps > 0 && spent + spent / steps as f64 > budget.as_secs_f64() {
-                break;
-            }
-            match self.simulation.advance() {
-                Ok(_) => {
-                    let state = self.simulation.state();
-                    (self.state.step, self.state.time) = (state.step, state.time);
-                    self.state.positions.copy_from_slice(state.positions);
-                    self.state.velocities.copy_from_slice(state.velocities);
-                    steps += 1;
-                }
-                Err(error) => self.failure = Some(Failure::of(&error)),
-            }
+        self.hand_over();
+    }
+
+    /// Hands the worker the steps that are due, and the state it does not know, unless it is busy.
+    fn hand_over(&mut self) {
+        if self.worker.is_busy() || self.failure.is_some() {
+            return;
         }
-        let simulated = steps as f64 * h;
-        self.owed -= simulated;
+        let h = self.settings.time_step;
+        // A sum of frames falls short of a step by rounding.
+        let due = if self.moves { (self.owed / h * (1.0 + 1e-9)).floor() } else { 0.0 };
+        if due == 0.0 && !self.placed {
+            return;
+        }
+        self.owed -= due * h;
+        self.worker.begin(Job {
+            scene: self.scene.take(),
+            start: std::mem::take(&mut self.placed).then(|| self.state.clone()),
+            steps: due as u64,
+        });
+    }
+
+    /// Waits for the steps, until `deadline` at most.
+    ///
+    /// # Errors
+    /// If the thread of the steps has ended by an internal error.
+    pub(super) fn finish(&mut self, deadline: Instant) -> Result<Status, Stopped> {
+        let h = self.settings.time_step;
+        let (mut steps, mut computing) = (0, 0.0);
+        while self.worker.is_busy() {
+            let was_running = self.worker.is_running();
+            let Some(done) = self.worker.wait(deadline)? else { break };
+            if !was_running {
+                // These steps were abandoned. The next ones waited for their end.
+                self.hand_over();
+                continue;
+            }
+            (steps, computing) = (done.steps, done.computing.as_secs_f64());
+            self.owed += (done.asked - steps) as f64 * h;
+            self.take(done);
+            break;
+        }
         let late = if self.failure.is_none() { (self.owed - h).max(0.0) } else { 0.0 };
         // What was not computed in time is left out.
         self.owed = self.owed.min(h);
-        let State { step, time, positions, velocities } = &self.state;
-        let view = StateView { step: *step, time: *time, positions, velocities };
-        let energies = self.simulation.energies_of(view);
-        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
-        Status {
-            step: *step,
-            time: *time,
+        let [kinetic, potential] = [0, 1].map(|which| {
+            self.energies.map(|energies| energies[which]).filter(|energy| energy.is_finite())
+        });
+        Ok(Status {
+            step: self.state.step,
+            time: self.state.time,
             steps,
-            simulated,
-            computing: started.elapsed().as_secs_f64(),
+            simulated: steps as f64 * h,
+            computing,
             late,
-            kinetic: finite(energies.kinetic),
-            potential: finite(energies.potential),
+            kinetic,
+            potential,
             failure: self.failure.clone(),
+            underway: self.worker.busy_since().map(|since| Underway {
+                seconds: since.elapsed().as_secs_f64(),
+                abandoned: !self.worker.is_running(),
+            }),
+        })
+    }
+
+    fn take(&mut self, done: Done) {
+        if let Some(state) = done.end {
+            self.state = state;
         }
+        self.energies = Some(done.energies);
+        self.failure = done.failure.as_ref().map(Failure::of);
+        self.take_hold();
     }
 
     /// The last positions that are finite, `n·D`.
@@ -371,10 +441,17 @@ impl Failure {
 #[cfg(test)]
 mod tests {
     use simulator::scene::{ParseOptions, xml};
+    use simulator::simulation::Simulation;
 
     use super::*;
 
     const BUDGET: Duration = Duration::from_secs(60);
+
+    /// Takes the steps, however long they take.
+    fn advance(run: &mut Run<'_>, advance: Advance) -> Status {
+        run.begin(advance);
+        run.finish(Instant::now() + Duration::from_secs(600)).ok().unwrap()
+    }
 
     fn scene() -> Scene {
         let text = r#"<scene><duration time="1"/><integrator type="symplectic-euler" dt="0.01"/>
@@ -393,10 +470,10 @@ mod tests {
     #[test]
     fn a_run_is_the_simulation_of_the_scene() {
         let scene = scene();
-        let mut run = Run::new(&scene);
+        let mut run = Run::new(&scene, BUDGET);
         // Frames of 1/60 s, which are no multiple of the step.
         let steps: u64 =
-            (0..60).map(|_| run.advance(Advance::Seconds(1.0 / 60.0), BUDGET).steps).sum();
+            (0..60).map(|_| advance(&mut run, Advance::Seconds(1.0 / 60.0)).steps).sum();
         assert_eq!(steps, 100);
         let mut simulation = Simulation::new(&scene);
         while simulation.advance().unwrap() {}
@@ -405,14 +482,14 @@ mod tests {
         assert_eq!(run.state.time, state.time);
         run.reset();
         assert_eq!(run.positions(), scene.positions());
-        assert_eq!(run.advance(Advance::Step, BUDGET).step, 1);
+        assert_eq!(advance(&mut run, Advance::Step).step, 1);
     }
 
     #[test]
     fn settings_take_effect_from_the_current_state() {
         let scene = scene();
-        let mut run = Run::new(&scene);
-        run.advance(Advance::Seconds(0.1), BUDGET);
+        let mut run = Run::new(&scene, BUDGET);
+        advance(&mut run, Advance::Seconds(0.1));
         let before = run.state.clone();
         run.set(&changed(&run, |settings| {
             (settings.stiffness, settings.damping, settings.wind) = (4.0, 0.5, 2.0);
@@ -436,7 +513,7 @@ mod tests {
         let mut simulation = Simulation::new(&expected);
         simulation.set_state(10, &before.positions, &before.velocities);
         simulation.advance().unwrap();
-        run.advance(Advance::Step, BUDGET);
+        advance(&mut run, Advance::Step);
         assert_eq!(run.positions(), simulation.state().positions);
         // A longer step continues at its nearest multiple.
         run.set(&changed(&run, |settings| settings.time_step = 0.04));
@@ -446,7 +523,7 @@ mod tests {
     #[test]
     fn settings_that_cannot_be_simulated_stand_still_and_say_why() {
         let scene = scene();
-        let mut run = Run::new(&scene);
+        let mut run = Run::new(&scene, BUDGET);
         let before = run.positions().to_vec();
         type Edit = fn(&mut Settings);
         let wrong: [(&str, Edit); 6] = [
@@ -461,64 +538,65 @@ mod tests {
         ];
         for (message, change) in wrong {
             run.set(&changed(&run, change));
-            let failure = run.advance(Advance::Seconds(0.1), BUDGET).failure.unwrap();
+            let failure = advance(&mut run, Advance::Seconds(0.1)).failure.unwrap();
             assert_eq!(failure.kind, Standstill::Refused);
             assert!(failure.message.contains(message), "{failure:?}");
             assert_eq!(run.positions(), before);
             run.set(&Settings::of(&scene));
         }
-        assert_eq!(run.advance(Advance::Seconds(0.1), BUDGET).failure, None);
+        assert_eq!(advance(&mut run, Advance::Seconds(0.1)).failure, None);
     }
 
     #[test]
     fn explicit_euler_blows_up_and_the_last_state_is_kept() {
         let scene = scene();
-        let mut run = Run::new(&scene);
+        let mut run = Run::new(&scene, BUDGET);
         run.set(&changed(&run, |settings| {
             (settings.integrator, settings.time_step) = ("explicit-euler".to_owned(), 0.5);
         }));
-        let status = (0..5000).map(|_| run.advance(Advance::Seconds(0.5), BUDGET)).last().unwrap();
+        let status = (0..5000).map(|_| advance(&mut run, Advance::Seconds(0.5))).last().unwrap();
         assert_eq!(status.failure.unwrap().kind, Standstill::BlewUp);
         assert!(status.time > 1.0, "{}", status.time);
         assert!(run.positions().iter().all(|value| value.is_finite()));
         run.set(&Settings::of(&scene));
         run.reset();
-        assert_eq!(run.advance(Advance::Seconds(0.1), BUDGET).failure, None);
+        assert_eq!(advance(&mut run, Advance::Seconds(0.1)).failure, None);
     }
 
     #[test]
     fn steps_that_take_too_long_are_left_out() {
         let scene = scene();
-        let mut run = Run::new(&scene);
-        let status = run.advance(Advance::Seconds(0.1), Duration::ZERO);
+        let mut run = Run::new(&scene, Duration::ZERO);
+        let status = advance(&mut run, Advance::Seconds(0.1));
         assert_eq!((status.steps, status.simulated), (1, 0.01));
         assert!((status.late - 0.08).abs() < 1e-12, "{status:?}");
-        // The step that is owed.
-        assert_eq!(run.advance(Advance::Seconds(0.0), BUDGET).steps, 1);
+        // A step is owed, but not taken in a pause.
+        assert_eq!(advance(&mut run, Advance::Seconds(0.0)).steps, 0);
+        assert_eq!(advance(&mut run, Advance::Seconds(1e-9)).steps, 1);
     }
 
     #[test]
     fn a_held_particle_is_where_it_is_held_and_moves_on_when_it_is_let_go() {
         let scene = scene();
-        let mut run = Run::new(&scene);
+        let mut run = Run::new(&scene, BUDGET);
         let held = |particle, position: [f64; 2]| {
             Some(Hold { particle, position: [position[0], position[1], 0.0] })
         };
         run.hold(held(1, [0.3, 1.4]));
-        run.advance(Advance::Seconds(0.1), BUDGET);
+        advance(&mut run, Advance::Seconds(0.1));
         assert_eq!(run.positions()[2..], [0.3, 1.4]);
         run.hold(held(1, [0.4, 1.4]));
-        run.advance(Advance::Seconds(0.1), BUDGET);
+        advance(&mut run, Advance::Seconds(0.1));
         assert_eq!(run.positions()[2..], [0.4, 1.4]);
         run.hold(None);
-        run.advance(Advance::Seconds(0.1), BUDGET);
+        advance(&mut run, Advance::Seconds(0.1));
         assert_ne!(run.positions()[2..], [0.4, 1.4]);
         // A fixed one continues with its velocity.
         run.hold(held(0, [0.0, 0.0]));
-        run.advance(Advance::Seconds(0.1), BUDGET);
+        advance(&mut run, Advance::Seconds(0.1));
         assert_eq!(run.positions()[..2], [0.0, 0.0]);
         run.hold(None);
-        run.advance(Advance::Step, BUDGET);
+        advance(&mut run, Advance::Step);
         assert_eq!(run.positions()[..2], [0.001, 0.0]);
     }
 
@@ -528,25 +606,62 @@ mod tests {
         scene.integrator = vocabulary().integrator("fast-mass-spring").unwrap();
         scene.integrator_options = IntegratorOptions::defaults(scene.integrator);
         scene.integrator_options.set("pins", "penalty").unwrap();
-        let mut run = Run::new(&scene);
+        let mut run = Run::new(&scene, BUDGET);
         run.hold(Some(Hold { particle: 1, position: [0.3, 1.4, 0.0] }));
-        assert_eq!(run.advance(Advance::Seconds(0.1), BUDGET).failure, None);
+        assert_eq!(advance(&mut run, Advance::Seconds(0.1)).failure, None);
         assert_eq!(run.positions()[2..], [0.3, 1.4]);
         run.hold(None);
-        assert_eq!(run.advance(Advance::Seconds(0.1), BUDGET).failure, None);
+        assert_eq!(advance(&mut run, Advance::Seconds(0.1)).failure, None);
         assert_ne!(run.positions()[2..], [0.3, 1.4]);
     }
 
     #[test]
     fn a_second_run_continues_from_the_state_of_the_first() {
         let scene = scene();
-        let mut run = Run::new(&scene);
-        run.advance(Advance::Seconds(0.1), BUDGET);
+        let mut run = Run::new(&scene, BUDGET);
+        advance(&mut run, Advance::Seconds(0.1));
         let mut beside = run.beside();
         for run in [&mut run, &mut beside] {
-            run.advance(Advance::Step, BUDGET);
+            advance(run, Advance::Step);
         }
         assert_eq!(run.positions(), beside.positions());
         assert_eq!(run.state.time, beside.state.time);
+    }
+
+    /// A net whose fast mass-spring step takes rounds without end.
+    fn endless() -> Scene {
+        let mut scene = scene();
+        scene.integrator = vocabulary().integrator("fast-mass-spring").unwrap();
+        scene.integrator_options = IntegratorOptions::defaults(scene.integrator);
+        scene.integrator_options.set("iterations", "1000000000000").unwrap();
+        scene
+    }
+
+    #[test]
+    fn a_step_that_takes_long_is_reported_and_a_change_of_the_settings_abandons_it() {
+        let scene = endless();
+        let mut run = Run::new(&scene, BUDGET);
+        let now = |run: &mut Run<'_>, advance| {
+            run.begin(advance);
+            run.finish(Instant::now() + Duration::from_millis(20)).ok().unwrap()
+        };
+        let status = now(&mut run, Advance::Step);
+        assert_eq!((status.step, status.steps, status.failure), (0, 0, None));
+        assert!(!status.underway.unwrap().abandoned);
+        // A pause, and a particle that is held, wait for its end.
+        run.hold(Some(Hold { particle: 1, position: [0.3, 1.4, 0.0] }));
+        let status = now(&mut run, Advance::Seconds(0.0));
+        assert!(status.underway.unwrap().seconds > 0.03);
+        assert_eq!(run.positions(), scene.positions());
+        run.hold(None);
+        run.set(&changed(&run, |settings| settings.integrator = "symplectic-euler".to_owned()));
+        let status = advance(&mut run, Advance::Seconds(0.1));
+        assert_eq!((status.step, status.underway), (10, None));
+        let mut expected = scene.clone();
+        expected.integrator = vocabulary().integrator("symplectic-euler").unwrap();
+        expected.integrator_options = IntegratorOptions::defaults(expected.integrator);
+        let mut simulation = Simulation::new(&expected);
+        (0..10).for_each(|_| assert!(simulation.advance().unwrap()));
+        assert_eq!(run.positions(), simulation.state().positions);
     }
 }

@@ -1,0 +1,30 @@
+//! Interrupts steps that take long.
+//!
+//! A method that iterates looks at the flag once an iteration: before it assembles a linear system, between a local and a
+//! global step, or before a step of error control. The numbers of a step that ends are not affected.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::StepError;
+
+/// A flag that ends a running step; its clones are the same flag.
+#[derive(Debug, Clone, Default)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Ends the running step, and all later ones, with [`StepError::Interrupted`].
+    pub fn raise(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it was raised.
+    pub fn is_raised(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// An error if it was raised.
+    pub(super) fn check(&self) -> Result<(), StepError> {
+        if self.is_raised() { Err(StepError::Interrupted) } else { Ok(()) }
+    }
+}

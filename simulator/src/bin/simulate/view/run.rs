@@ -101,7 +101,7 @@ enum Standstill {
     Refused,
 }
 
-/// What [`Run::advance`] did.
+/// What a call of [`Run::finish`] found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Status {

@@ -116,6 +116,13 @@ fn open_handed_in(
     run: &RunArgs,
     inputs: &Inputs,
 ) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+    if path.is_file() {
+        return Err(Stop::bad_input(format!(
+            "{}: is a file, and the reports of platforms are of folders that were handed in\n  help: name the folder \
+             with submission.toml, or use other reports",
+            path.display()
+        )));
+    }
     if !path.is_dir() {
         return Err(Stop::bad_input(format!("{}: folder not found", path.display())));
     }

@@ -1,7 +1,8 @@
 //! A scene that runs while its settings change.
 //!
-//! Between two changes of the settings, the states are those of [`Simulation`], bit for bit. A change builds the simulation
-//! anew at the current state. A new time step h continues at the multiple of h that is nearest to the current time.
+//! Between two changes of the settings, the states are those of a [`Simulation`](simulator::simulation::Simulation), bit
+//! for bit. A change builds the simulation anew at the current state. A new time step h continues at the multiple of h that
+//! is nearest to the current time.
 //!
 //! A thread of its own takes the steps of a run ([`worker`](super::worker)). A step that takes long does not hold up the
 //! page: [`Run::finish`] gives up waiting, and says for how long the step has been running. A reset and a change of the

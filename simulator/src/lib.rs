@@ -6,6 +6,7 @@
 //!
 //! - [`scene`]: the scene model and its parsers.
 //! - [`force`]: energies, forces and Jacobians, one force per file, and their registry.
+//! - [`parts`]: the particles of a large scene, divided among threads.
 //! - [`system`]: assembly of a scene's masses, forces and fixed particles.
 //! - [`solver`]: linear and nonlinear solvers, without physics.
 //! - [`integrator`]: time integrators, one per file, and their registry.
@@ -33,6 +34,8 @@
 //! ```
 
 pub mod scene;
+
+pub mod parts;
 
 pub mod force;
 pub mod system;

@@ -1,12 +1,14 @@
 //! Runs a scene step by step, from its initial state to its end.
 
 use std::fmt;
+use std::ops::Range;
 
 use crate::fallback::MAX_HALVINGS;
 use crate::force::ForceKind;
 use crate::integrator::{
     BuildIntegrator, Integrator, IntegratorKind, Interrupt, REGISTRY, Step, StepError,
 };
+use crate::parts::Parts;
 use crate::scene::{Dimension, Location, Scene};
 use crate::solver::LinearError;
 use crate::solver::linear::LinearSolver;
@@ -37,6 +39,7 @@ pub struct Simulation {
     velocities: Vec<f64>,
     statistics: Statistics,
     fallback: Option<Fallback>,
+    parts: Parts,
 }
 
 /// State and stepper for retrying a failed step.
@@ -97,6 +100,7 @@ impl Simulation {
             velocities,
             statistics: Statistics::default(),
             fallback,
+            parts: Parts::of_scene(scene),
         }
     }
 
@@ -268,20 +272,31 @@ impl Simulation {
 
     fn not_finite(&self) -> Option<FailureKind> {
         let count = self.dimension.count();
-        let look = |values: &[f64], what| {
-            // Without an early exit, the usual case is one vectorised pass.
-            let all = pulp::Arch::new().dispatch(
+        let (positions, velocities) = (&self.positions, &self.velocities);
+        let all_finite = |Range { start, end }: Range<usize>, []: [&mut [f64]; 0]| {
+            let part = start * count..end * count;
+            let (positions, velocities) = (&positions[part.clone()], &velocities[part]);
+            // Without an early exit, this is vectorised.
+            pulp::Arch::new().dispatch(
                 #[inline(always)]
-                || values.iter().fold(true, |all, value| all & value.is_finite()),
-            );
-            let place = if all { None } else { values.iter().position(|value| !value.is_finite()) };
+                || {
+                    let all = positions.iter().fold(true, |all, value| all & value.is_finite());
+                    velocities.iter().fold(all, |all, value| all & value.is_finite())
+                },
+            )
+        };
+        if self.parts.map(count, [], all_finite, |left, right| left & right) {
+            return None;
+        }
+        let look = |values: &[f64], what| {
+            let place = values.iter().position(|value| !value.is_finite());
             place.map(|place| FailureKind::NotFinite {
                 what,
                 particle: place / count,
                 coordinate: ["x", "y", "z"][place % count],
             })
         };
-        look(&self.positions, "position").or_else(|| look(&self.velocities, "velocity"))
+        look(positions, "position").or_else(|| look(velocities, "velocity"))
     }
 }
 

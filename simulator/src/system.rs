@@ -9,6 +9,7 @@ use std::ops::Range;
 use crate::force::{
     Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, REGISTRY, State,
 };
+use crate::parts::Parts;
 use crate::scene::Scene;
 
 /// The forces of a kind, in `D` dimensions.
@@ -36,6 +37,7 @@ pub struct System<const D: usize> {
     free: Vec<Range<usize>>,
     /// What is between the ranges of `free`.
     held: Vec<Range<usize>>,
+    parts: Parts,
     forces: Vec<Box<dyn Force<D>>>,
     /// Of each force.
     tags: Vec<&'static str>,
@@ -66,7 +68,7 @@ where
             start = end;
         }
         let masses = scene.particles.iter().map(|particle| particle.mass).collect();
-        Self { masses, fixed, free, held, forces, tags }
+        Self { masses, fixed, free, held, parts: Parts::of_scene(scene), forces, tags }
     }
 }
 
@@ -91,6 +93,11 @@ impl<const D: usize> System<D> {
         &self.free
     }
 
+    /// The particles, divided among threads where there are many.
+    pub(crate) fn parts(&self) -> &Parts {
+        &self.parts
+    }
+
     /// Number of particles.
     pub fn n_particles(&self) -> usize {
         self.masses.len()
@@ -107,13 +114,31 @@ impl<const D: usize> System<D> {
         time: f64,
         force: &mut [f64],
     ) -> Result<(), Degenerate> {
-        force.fill(0.0);
         let state = self.state(positions, velocities, time);
+        let on = |particles, [force]: [&mut [f64]; 1]| self.force_on(particles, state, force);
+        // Which of several errors is met first depends on the parts.
+        self.parts
+            .map(D, [force], on, Result::and)
+            .or_else(|_| self.force_on(0..self.n_particles(), state, force))
+    }
+
+    /// The forces on some of the particles.
+    fn force_on(
+        &self,
+        particles: Range<usize>,
+        state: State<'_>,
+        force: &mut [f64],
+    ) -> Result<(), Degenerate> {
+        force.fill(0.0);
         for each in &self.forces {
-            each.add_force(state, force)?;
+            each.add_force(state, particles.clone(), force)?;
         }
+        let Range { start, end } = particles;
         for held in &self.held {
-            force[held.start * D..held.end * D].fill(0.0);
+            let (from, to) = (held.start.max(start), held.end.min(end));
+            if from < to {
+                force[(from - start) * D..(to - start) * D].fill(0.0);
+            }
         }
         Ok(())
     }

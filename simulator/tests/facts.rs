@@ -41,7 +41,7 @@ fn state<'a>(positions: &'a [f64], velocities: &'a [f64]) -> State<'a> {
 
 fn force_at(force: &dyn Force<2>, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
     let mut sum = vec![0.0; x.len()];
-    force.add_force(State { time, ..state(x, v) }, &mut sum).unwrap();
+    force.add_force(State { time, ..state(x, v) }, 0..2, &mut sum).unwrap();
     sum
 }
 
@@ -121,7 +121,7 @@ fn on_masses(scene: &Scene, masses: [f64; 2]) -> Vec<f64> {
     let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
     let mut sum = vec![0.0; 4];
     let state = State { masses: &masses, ..state(&POSITIONS, &VELOCITIES) };
-    (kind.build_2d)(&scene, &elements).add_force(state, &mut sum).unwrap();
+    (kind.build_2d)(&scene, &elements).add_force(state, 0..2, &mut sum).unwrap();
     sum
 }
 

@@ -195,6 +195,8 @@ fn clamp(block: &DMatrix<f64>) -> DMatrix<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::Range;
+
     use super::*;
     use simulator::force::{Degenerate, Force, JacobianSink, Numbered, State};
     use simulator::scene::schema::{ForceSchema, Vocabulary};
@@ -230,7 +232,7 @@ mod tests {
         let mut values = [0.0; 4];
         let mut largest = Largest([0.0; 2]);
         let defined = force
-            .add_force(state, &mut values)
+            .add_force(state, 0..2, &mut values)
             .and_then(|()| force.add_jacobians(state, &mut largest));
         if defined.is_err() || values.iter().any(|value| !value.is_finite()) {
             return Some(format!("{tag}: its example is degenerate"));
@@ -280,7 +282,12 @@ mod tests {
             None
         }
 
-        fn add_force(&self, _: State<'_>, _: &mut [f64]) -> Result<(), Degenerate> {
+        fn add_force(
+            &self,
+            _: State<'_>,
+            _: Range<usize>,
+            _: &mut [f64],
+        ) -> Result<(), Degenerate> {
             Ok(())
         }
 

@@ -4,8 +4,8 @@ use std::env;
 use std::process::Command;
 use std::time::Instant;
 
-use simulator::force::PARALLEL;
 use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
+use simulator::parts::PARALLEL;
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
 use simulator::statistics::Statistics;

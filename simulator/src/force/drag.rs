@@ -7,6 +7,8 @@
 //! It has no energy, but a dissipation function `R = b/2 Σ |v_i|²`. Source: hand-out of milestone 2, section 3.3; of milestone 3, section 8.6. Several
 //! elements add up.
 
+use std::ops::Range;
+
 use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
 use super::{add_to, vector_of};
 use crate::scene::Scene;
@@ -62,9 +64,14 @@ impl<const D: usize> Force<D> for Drag {
         0.5 * self.damping * squared.sum::<f64>()
     }
 
-    fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {
-        for particle in 0..self.n_particles {
-            add_to(force, particle, &(vector_of::<D>(state.velocities, particle) * -self.damping));
+    fn add_force(
+        &self,
+        state: State<'_>,
+        particles: Range<usize>,
+        force: &mut [f64],
+    ) -> Result<(), Degenerate> {
+        for (place, particle) in particles.enumerate() {
+            add_to(force, place, &(vector_of::<D>(state.velocities, particle) * -self.damping));
         }
         Ok(())
     }

@@ -24,6 +24,8 @@
 //! second time in the grader's `reference` crate, and a scene. All else derives from the facts of its
 //! [`ForceSchema`].
 
+use std::ops::Range;
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::scene::schema::ForceSchema;
@@ -42,8 +44,6 @@ mod simple_gravity;
 mod spring;
 mod vortex;
 mod wind;
-
-pub use pair::PARALLEL;
 
 /// A vector of one particle.
 pub type Vector<const D: usize> = SVector<f64, D>;
@@ -87,11 +87,17 @@ pub trait Force<const D: usize>: Send + Sync {
         0.0
     }
 
-    /// Adds the force on every particle to `force`, of `n·D` numbers.
+    /// Adds the force on these particles to `force`, `D` numbers each: on all of them, or on what is one thread's in
+    /// a large scene ([`parts`](crate::parts)).
     ///
     /// # Errors
     /// Where the force is not defined at this state.
-    fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate>;
+    fn add_force(
+        &self,
+        state: State<'_>,
+        particles: Range<usize>,
+        force: &mut [f64],
+    ) -> Result<(), Degenerate>;
 
     /// Hands every block of both Jacobians that is not zero by construction to `sink`. A block may
     /// come in several parts; they add up. There are none in a force that depends on neither.

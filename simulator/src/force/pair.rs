@@ -10,15 +10,14 @@
 //!
 //! Each law states `f`, `A` and `B` only; the assembly is here, once.
 
+use std::ops::Range;
+
 use pulp::Simd;
 
 use super::batches::{Batches, Relative};
 use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
+use crate::parts::Parts;
 use crate::scene::{ForceElement, Scene};
-
-/// Elements of one force from which on its loop is divided among the threads of rayon's pool: with fewer,
-/// waking a thread takes longer than it saves. A step from outside the pool waits for it to start.
-pub const PARALLEL: usize = 20_000;
 
 /// The law of one element.
 pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
@@ -108,7 +107,7 @@ pub(super) struct PairForce<L> {
     active: Vec<PairElement>,
     /// Laws of the active elements, then of the inert ones.
     laws: L,
-    /// The active elements by ranges of particles, in ascending order, one a thread.
+    /// The active elements by ranges of particles, in ascending order.
     parts: Vec<Batches>,
     /// Elements between two fixed particles: they have an energy, and move nothing.
     inert: Vec<PairElement>,
@@ -138,16 +137,15 @@ impl<L> PairForce<L> {
     where
         L: PairLaws<D>,
     {
-        let n_parts = if elements.len() < PARALLEL { 1 } else { rayon::current_num_threads() };
-        Self::in_parts(scene, elements, law, n_parts)
+        Self::in_parts(scene, elements, law, &Parts::of_scene(scene))
     }
 
-    /// The same, for so many threads.
+    /// The same, for these parts.
     fn in_parts<const D: usize>(
         scene: &Scene,
         elements: &[Numbered<'_>],
         law: impl Fn(&ForceElement, [usize; 2]) -> L::Law,
-        n_parts: usize,
+        parts: &Parts,
     ) -> Self
     where
         L: PairLaws<D>,
@@ -164,11 +162,8 @@ impl<L> PairForce<L> {
 
         let pairs: Vec<[u32; 2]> = active.iter().map(PairElement::pair).collect();
         let mut order = Vec::with_capacity(pairs.len());
-        let particles = scene.particles.len();
-        let border = |part: usize| part * particles / n_parts;
-        let parts = (0..n_parts)
-            .map(|part| Batches::new(&pairs, border(part)..border(part + 1), &mut order))
-            .collect();
+        let batches = |part: &Range<usize>| Batches::new(&pairs, part.clone(), &mut order);
+        let parts = parts.ranges().iter().map(batches).collect();
         for (slot, number) in order.iter_mut().enumerate() {
             match active.get_mut(*number as usize) {
                 Some(element) => element.slot = slot as u32,
@@ -198,9 +193,21 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
         Some(sum)
     }
 
-    fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {
-        let added = self.add_parts(&self.parts, state, force);
-        added.map_err(|Undefined| self.first_undefined(state))
+    fn add_force(
+        &self,
+        state: State<'_>,
+        particles: Range<usize>,
+        force: &mut [f64],
+    ) -> Result<(), Degenerate> {
+        let arch = pulp::Arch::new();
+        let is_asked = |batches: &&Batches| particles.contains(&batches.range().start);
+        for batches in self.parts.iter().filter(is_asked) {
+            let Range { start, end } = batches.range();
+            let sums = &mut force[(start - particles.start) * D..(end - particles.start) * D];
+            let added = arch.dispatch(AddForce { laws: &self.laws, batches, state, sums });
+            added.map_err(|Undefined| self.first_undefined(state))?;
+        }
+        Ok(())
     }
 
     fn add_jacobians(
@@ -227,34 +234,6 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
 }
 
 impl<L> PairForce<L> {
-    /// Adds the forces on the particles of these parts.
-    fn add_parts<const D: usize>(
-        &self,
-        parts: &[Batches],
-        state: State<'_>,
-        sums: &mut [f64],
-    ) -> Result<(), Undefined>
-    where
-        L: PairLaws<D>,
-    {
-        match parts {
-            [] => Ok(()),
-            [batches] => {
-                pulp::Arch::new().dispatch(AddForce { laws: &self.laws, batches, state, sums })
-            }
-            [first, ..] => {
-                let (left, right) = parts.split_at(parts.len() / 2);
-                let border = right[0].range().start - first.range().start;
-                let (of_left, of_right) = sums.split_at_mut(border * D);
-                let (left, right) = rayon::join(
-                    || self.add_parts(left, state, of_left),
-                    || self.add_parts(right, state, of_right),
-                );
-                left.and(right)
-            }
-        }
-    }
-
     /// The first element of the file whose force is not defined.
     #[cold]
     fn first_undefined<const D: usize>(&self, state: State<'_>) -> Degenerate
@@ -392,7 +371,8 @@ mod tests {
 
     fn springs<const D: usize>(scene: &Scene, n_parts: usize) -> PairForce<Springs<D>> {
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-        PairForce::in_parts::<D>(scene, &elements, Springs::<D>::of_element, n_parts)
+        let parts = Parts::new(PARTICLES, n_parts);
+        PairForce::in_parts::<D>(scene, &elements, Springs::<D>::of_element, &parts)
     }
 
     /// The forces of all springs, pair by pair in the order of the file.
@@ -426,7 +406,7 @@ mod tests {
             let expected = pair_by_pair::<D>(&scene, state);
             for n_parts in [1, 2, 3, 7, PARTICLES] {
                 let mut sums = vec![0.0; positions.len()];
-                springs::<D>(&scene, n_parts).add_force(state, &mut sums).unwrap();
+                springs::<D>(&scene, n_parts).add_force(state, 0..PARTICLES, &mut sums).unwrap();
                 let bits =
                     |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
                 assert!(
@@ -457,7 +437,7 @@ mod tests {
         let state =
             State { masses: &masses, positions: &positions, velocities: &positions, time: 0.0 };
         let mut sums = vec![0.0; positions.len()];
-        springs::<2>(&scene, 1).add_force(state, &mut sums).unwrap();
+        springs::<2>(&scene, 1).add_force(state, 0..PARTICLES, &mut sums).unwrap();
         assert_eq!(sums, pair_by_pair::<2>(&scene, state));
     }
 
@@ -476,9 +456,9 @@ mod tests {
         let state =
             State { masses: &masses, positions: &positions, velocities: &positions, time: 0.0 };
         for n_parts in [1, 4] {
-            let error =
-                springs::<2>(&scene, n_parts).add_force(state, &mut vec![0.0; positions.len()]);
-            assert_eq!(error.unwrap_err().element, first.unwrap());
+            let mut sums = vec![0.0; positions.len()];
+            let added = springs::<2>(&scene, n_parts).add_force(state, 0..PARTICLES, &mut sums);
+            assert_eq!(added.unwrap_err().element, first.unwrap());
         }
     }
 }

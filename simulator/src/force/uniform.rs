@@ -4,6 +4,8 @@
 //! U = −Σ w_i f·x_i       F_i = w_i f       ∂F/∂x = ∂F/∂v = 0       w_i = m_i or 1
 //! ```
 
+use std::ops::Range;
+
 use super::{Degenerate, Force, Numbered, State, Vector, add_to, vector_of};
 use crate::scene::schema::{Dependence, ParameterSchema, PartSchema, Potential};
 
@@ -77,9 +79,14 @@ impl<const D: usize> Force<D> for Uniform<D> {
         Some(state.masses.iter().enumerate().map(of_particle).sum())
     }
 
-    fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {
-        for (particle, mass) in state.masses.iter().enumerate() {
-            add_to(force, particle, &self.on(*mass));
+    fn add_force(
+        &self,
+        state: State<'_>,
+        particles: Range<usize>,
+        force: &mut [f64],
+    ) -> Result<(), Degenerate> {
+        for (place, mass) in state.masses[particles].iter().enumerate() {
+            add_to(force, place, &self.on(*mass));
         }
         Ok(())
     }

@@ -11,6 +11,8 @@
 //! potential, but that of the moment: energy is not conserved. Cost: three sines a particle. Source:
 //! *Computer Graphics – Mass-Spring Systems*, the assignment's program. Several elements add up.
 
+use std::ops::Range;
+
 use libm::{cos, sin};
 
 use super::{Degenerate, Force, ForceKind, Numbered, State};
@@ -66,9 +68,13 @@ struct Wind {
 }
 
 impl Wind {
-    /// The force on each particle, in their order.
-    fn forces<const D: usize>(&self, time: f64) -> impl Iterator<Item = Vector<D>> {
-        self.phases.iter().map(move |phase| {
+    /// The force on each of these particles, in their order.
+    fn forces<const D: usize>(
+        &self,
+        particles: Range<usize>,
+        time: f64,
+    ) -> impl Iterator<Item = Vector<D>> {
+        self.phases[particles].iter().map(move |phase| {
             let phi = phase + time;
             let force = [3.0 + 1.5 * (1.0 + cos(5.0 * phi)), 1.0 + cos(0.3 + phi), sin(phi)];
             Vector::from_fn(|axis, _| self.strength * force[axis])
@@ -81,12 +87,18 @@ impl<const D: usize> Force<D> for Wind {
         let of_particle = |(particle, force): (usize, Vector<D>)| {
             -force.dot(&vector_of(state.positions, particle))
         };
-        Some(self.forces(state.time).enumerate().map(of_particle).sum())
+        let forces = self.forces(0..self.phases.len(), state.time);
+        Some(forces.enumerate().map(of_particle).sum())
     }
 
-    fn add_force(&self, state: State<'_>, force: &mut [f64]) -> Result<(), Degenerate> {
-        for (particle, of_particle) in self.forces::<D>(state.time).enumerate() {
-            add_to(force, particle, &of_particle);
+    fn add_force(
+        &self,
+        state: State<'_>,
+        particles: Range<usize>,
+        force: &mut [f64],
+    ) -> Result<(), Degenerate> {
+        for (place, of_particle) in self.forces::<D>(particles, state.time).enumerate() {
+            add_to(force, place, &of_particle);
         }
         Ok(())
     }

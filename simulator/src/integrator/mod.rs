@@ -9,6 +9,8 @@
 //! [`REGISTRY`], its [`StepEquation`](crate::scene::schema::StepEquation), that equation a second time in the grader's
 //! `reference` crate, and a scene. All else derives from the facts of its [`IntegratorSchema`].
 
+use std::ops::Range;
+
 use crate::force::Degenerate;
 use crate::scene::Scene;
 use crate::scene::schema::IntegratorSchema;
@@ -243,9 +245,6 @@ fn kick_from<const D: usize>(
     );
 }
 
-/// Numbers from which on a [`kick_and_drift`] is divided among the threads of rayon's pool.
-const PARALLEL: usize = 20_000;
-
 /// The kick of the free particles and the drift of all: with the velocities after the kick if `SYMPLECTIC`, else
 /// with those before it.
 fn kick_and_drift<const D: usize, const SYMPLECTIC: bool>(
@@ -253,47 +252,14 @@ fn kick_and_drift<const D: usize, const SYMPLECTIC: bool>(
     force: &[f64],
     Step { size, positions, velocities, .. }: Step<'_>,
 ) {
-    let n_parts = if force.len() < PARALLEL { 1 } else { rayon::current_num_threads() };
-    let part = Part { first: 0, force, positions, velocities };
-    part.kick_and_drift::<D, SYMPLECTIC>(system, size, n_parts);
-}
-
-/// Consecutive particles, from `first` on.
-struct Part<'a> {
-    first: usize,
-    force: &'a [f64],
-    positions: &'a mut [f64],
-    velocities: &'a mut [f64],
-}
-
-impl Part<'_> {
-    fn kick_and_drift<const D: usize, const SYMPLECTIC: bool>(
-        self,
-        system: &System<D>,
-        h: f64,
-        n_parts: usize,
-    ) {
-        let Self { first, force, positions, velocities } = self;
-        if n_parts > 1 {
-            let n_left = force.len() / D * (n_parts / 2) / n_parts;
-            let (left, right) = force.split_at(n_left * D);
-            let (x_left, x_right) = positions.split_at_mut(n_left * D);
-            let (v_left, v_right) = velocities.split_at_mut(n_left * D);
-            let left = Part { first, force: left, positions: x_left, velocities: v_left };
-            let first = first + n_left;
-            let right = Part { first, force: right, positions: x_right, velocities: v_right };
-            rayon::join(
-                || left.kick_and_drift::<D, SYMPLECTIC>(system, h, n_parts / 2),
-                || right.kick_and_drift::<D, SYMPLECTIC>(system, h, n_parts - n_parts / 2),
-            );
-            return;
-        }
+    let advance = |Range { start, end }: Range<usize>, [positions, velocities]: [&mut [f64]; 2]| {
         if !SYMPLECTIC {
-            drift(positions, velocities, h);
+            drift(positions, velocities, size);
         }
-        kick_from(system, first, force, h, velocities);
+        kick_from(system, start, &force[start * D..end * D], size, velocities);
         if SYMPLECTIC {
-            drift(positions, velocities, h);
+            drift(positions, velocities, size);
         }
-    }
+    };
+    system.parts().map(D, [positions, velocities], advance, |(), ()| ());
 }

@@ -20,4 +20,5 @@ mod robust;
 mod scenes;
 mod subnormal;
 mod support;
+mod threads;
 mod view;

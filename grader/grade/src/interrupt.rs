@@ -43,7 +43,7 @@ mod unix {
     use std::time::{Duration, Instant};
 
     use rustix::process::{Pid, Signal, getpid, kill_process, kill_process_group};
-    use sandbox::SWEEPER;
+    use sandbox::STARTER;
     use signal_hook::consts::{SIGINT, SIGTERM};
     use signal_hook::flag;
     use signal_hook::iterator::Signals;
@@ -69,7 +69,7 @@ mod unix {
             if signals.forever().next().is_some() {
                 let first = Instant::now();
                 loop {
-                    end_children();
+                    end_programs();
                     thread::sleep(PAUSE);
                     ends_at_once.store(first.elapsed() >= SAME, Ordering::Relaxed);
                 }
@@ -80,31 +80,37 @@ mod unix {
 
     /// Kills the supervisors of protected programs, and so the programs, and the process groups of unprotected
     /// programs. Without /proc, programs run to their end.
-    fn end_children() {
-        for pid in children().unwrap_or_default() {
+    fn end_programs() {
+        for pid in programs().unwrap_or_default() {
             // An unprotected program leads its own process group.
             let _ = kill_process_group(pid, Signal::KILL);
             let _ = kill_process(pid, Signal::KILL);
         }
     }
 
-    /// All children except the sweeper.
-    fn children() -> io::Result<Vec<Pid>> {
-        let own = getpid().as_raw_nonzero().to_string();
-        let mut children = Vec::new();
+    /// The children of this process and of the sandbox's starters, but not the starters.
+    fn programs() -> io::Result<Vec<Pid>> {
+        let mut parents = vec![getpid().as_raw_nonzero().to_string()];
+        let mut processes = Vec::new();
         for entry in fs::read_dir("/proc")?.flatten() {
-            let Some(pid) = entry.file_name().to_str().and_then(|name| name.parse().ok()) else {
+            let Some(pid) = entry.file_name().to_str().and_then(|name| name.parse::<i32>().ok())
+            else {
                 continue;
             };
             let stat = fs::read_to_string(entry.path().join("stat")).unwrap_or_default();
             // `pid (name) state parent …`; the name may contain blanks and parentheses.
             let parent = stat.rsplit_once(')').and_then(|(_, rest)| rest.split_whitespace().nth(1));
+            let Some(parent) = parent.map(str::to_owned) else { continue };
             let command = fs::read(entry.path().join("cmdline")).unwrap_or_default();
-            let is_sweeper = command.split(|byte| *byte == 0).nth(1) == Some(SWEEPER.as_bytes());
-            if parent == Some(own.as_str()) && !is_sweeper {
-                children.extend(Pid::from_raw(pid));
+            let is_starter = command.split(|byte| *byte == 0).nth(1) == Some(STARTER.as_bytes());
+            if is_starter && parent == parents[0] {
+                parents.push(pid.to_string());
+            } else {
+                processes.push((pid, parent));
             }
         }
-        Ok(children)
+        let is_program = |(_, parent): &(i32, String)| parents.contains(parent);
+        let programs = processes.into_iter().filter(is_program);
+        Ok(programs.filter_map(|(pid, _)| Pid::from_raw(pid)).collect())
     }
 }

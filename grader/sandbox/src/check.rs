@@ -13,6 +13,7 @@ use rustix::process::{Pid, Resource, getppid, getrlimit, test_kill_process};
 use serde::{Deserialize, Serialize};
 
 use super::landlock::{self, Reach};
+use super::starter::Starters;
 use super::walls::{self, Namespaces, Walls};
 use super::{
     End, Job, Keep, Limits, Outcome, Protected, Protection, SandboxError, scratch, supervisor,
@@ -44,8 +45,7 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     let landlock = offers_landlock();
     let control_group = super::cgroup::delegated();
     let system = walls::system();
-    let sweeper = supervisor::Sweeper::start(&launcher)
-        .map_err(|error| SandboxError(format!("{}: {error}", launcher.display())))?;
+    let starters = Starters::new(launcher.clone());
     let candidates: &[(Namespaces, bool)] = match rustix::process::geteuid().is_root() {
         true => {
             &[(Namespaces::Privileged, true), (Namespaces::None, true), (Namespaces::None, false)]
@@ -56,13 +56,13 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     for &(namespaces, own_user) in candidates {
         let (control_group, system) = (control_group.clone(), system.clone());
         let walls = Walls { namespaces, own_user, landlock, control_group, system };
-        match test(&launcher, &walls) {
+        match test(&starters, &launcher, &walls) {
             Ok(protections) => {
                 if !landlock && !protections.contains(&Protection::Files) {
                     refused.push("Landlock: the kernel does not offer it".to_owned());
                 }
                 let refused = (!refused.is_empty()).then(|| refused.join("; "));
-                return Ok(Protected { launcher, walls, protections, refused, _sweeper: sweeper });
+                return Ok(Protected { starters, walls, protections, refused });
             }
             Err(SandboxError(error)) => refused.push(error),
         }
@@ -79,7 +79,11 @@ fn offers_landlock() -> bool {
 }
 
 /// The protections that hold under these restrictions.
-fn test(launcher: &Path, walls: &Walls) -> Result<Vec<Protection>, SandboxError> {
+fn test(
+    starters: &Starters,
+    launcher: &Path,
+    walls: &Walls,
+) -> Result<Vec<Protection>, SandboxError> {
     let folder = scratch::scratch_folder().map_err(SandboxError::no_scratch)?;
     let fail = |error: io::Error| SandboxError(format!("the test of protections: {error}"));
     let (working, file) = (folder.path().join("work"), folder.path().join("file"));
@@ -89,11 +93,14 @@ fn test(launcher: &Path, walls: &Walls) -> Result<Vec<Protection>, SandboxError>
     let everybody = |path: &Path, mode| fs::set_permissions(path, Permissions::from_mode(mode));
     everybody(&file, 0o666).and_then(|()| everybody(folder.path(), 0o777)).map_err(fail)?;
     // The run's own user may be unable to reach the launcher in its place.
-    let program = match walls.own_user {
+    const EXECUTABLE: u32 = 0o005;
+    let mode = fs::metadata(launcher).map_err(fail)?.mode();
+    let reachable = walls.namespaces.exist() && mode & EXECUTABLE == EXECUTABLE;
+    let program = match walls.own_user && !reachable {
         true => folder.path().join("launcher"),
         false => launcher.to_path_buf(),
     };
-    if walls.own_user {
+    if program != launcher {
         fs::copy(launcher, &program).map_err(fail)?;
     }
     let before = fs::metadata(&file).map_err(fail)?;
@@ -114,7 +121,7 @@ fn test(launcher: &Path, walls: &Walls) -> Result<Vec<Protection>, SandboxError>
         readable: vec![program],
         limits,
     };
-    let Outcome { end, stdout, stderr, .. } = supervisor::run(launcher, walls, &job)?;
+    let Outcome { end, stdout, stderr, .. } = supervisor::run(starters, walls, &job)?;
     if end != End::Exited(0) {
         let said = stderr.text.trim();
         return Err(SandboxError(format!("the test of protections ended with {end:?} {said}")));

@@ -26,11 +26,6 @@ const GROUP: u32 = FIRST_USER - 1;
 /// User and group to use instead if a container maps only low IDs.
 const NOBODY: u32 = 65534;
 
-/// Converts the numbers of a user and a group.
-pub(super) fn owner((user, group): (u32, u32)) -> Owner {
-    (Uid::from_raw(user), Gid::from_raw(group))
-}
-
 /// The user and group of the run that this process serves.
 pub(super) fn own() -> Owner {
     let number = FIRST_USER + (std::process::id() & ((1 << PROCESS_BITS) - 1));

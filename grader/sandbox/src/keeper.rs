@@ -3,7 +3,7 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::PathBuf;
@@ -13,13 +13,13 @@ use nix::sched::{CloneFlags, unshare};
 use nix::sys::resource::{Usage, UsageWho, getrusage};
 use rustix::process::{
     DumpableBehavior, Pid, Resource, Rlimit, Signal, WaitOptions, getrlimit, kill_process_group,
-    set_child_subreaper, set_dumpable_behavior, setrlimit, umask,
+    set_child_subreaper, set_dumpable_behavior, setrlimit,
 };
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::identity;
 use super::limits::KEEPER_THREADS;
-use super::process::{MASK, die_with_parent, kill_descendants};
+use super::process::{die_with_parent, kill_descendants};
+use super::tree::Owner;
 use super::walls::{self, Walls, writable};
 use super::{End, Exceeded, Job, Keep, spawn, world};
 
@@ -38,39 +38,38 @@ const OUT_OF_MEMORY_FRACTION: f64 = 0.75;
 const MIN_CPU_FRACTION: f64 = 0.5;
 
 /// A request to the keeper.
-#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Order {
     pub(super) walls: Walls,
     pub(super) job: Job,
-    /// Numbers of the user and group of the run, if it has its own.
-    pub(super) owner: Option<(u32, u32)>,
+    /// User and group of the run, if it has its own.
+    pub(super) owner: Option<Owner>,
 }
 
-/// The keeper's first answer: the program has started, or why not.
-pub(super) type Started = Result<(), String>;
+/// The supervisor's message that the keeper may take its next step.
+pub(super) const PROCEED: &[u8] = b" ";
 
-/// The keeper's second answer, after the program and all its processes have ended.
+/// The keeper's answer after a step: it has entered the root file system; it has started the program.
+pub(super) type Done = Result<(), String>;
+
+/// The keeper's last answer, after the program and all its processes have ended.
 pub(super) type Ended = Result<End, String>;
 
-/// Runs as the keeper of one run. Standard input is a socket of the supervisor; the outputs are the program's.
-pub(super) fn serve() -> io::Result<()> {
-    umask(MASK);
+/// Runs as the keeper of one run, a child of its supervisor. Standard input is a socket of the supervisor; the outputs are
+/// the program's.
+pub(super) fn serve(order: &Order) -> io::Result<()> {
     // Orphaned processes are re-parented to this process.
     set_child_subreaper(Pid::from_raw(1))?;
     let socket: UnixStream = rustix::stdio::stdin().try_clone_to_owned()?.into();
-    let mut line = String::new();
-    BufReader::new(&socket).read_line(&mut line)?;
-    let order: Order = serde_json::from_str(&line)?;
     let isolated = order.walls.namespaces.exist();
     if isolated {
         die_with_parent()?;
-        // The supervisor may have ended before the request took effect.
-        socket.set_nonblocking(true)?;
-        if (&socket).read(&mut [0]).is_ok_and(|count| count == 0) {
-            return Err(io::ErrorKind::BrokenPipe.into());
-        }
-        socket.set_nonblocking(false)?;
-    } else {
+    }
+    // Fails if the supervisor ended before this took effect.
+    let proceed = || (&socket).read_exact(&mut [0; PROCEED.len()]);
+    proceed()?;
+    send(&socket, &enter(order))?;
+    proceed()?;
+    if !isolated {
         // In namespaces, the kernel ends the run with the supervisor.
         let (supervisor, owner) = (socket.try_clone()?, order.owner);
         std::thread::Builder::new().spawn(move || {
@@ -80,11 +79,11 @@ pub(super) fn serve() -> io::Result<()> {
             std::process::exit(0);
         })?;
     }
-    let child = match prepare(&order) {
+    let child = match prepare(order) {
         Ok(child) => child,
-        Err(error) => return send(&socket, &Started::Err(error)),
+        Err(error) => return send(&socket, &Done::Err(error)),
     };
-    send(&socket, &Started::Ok(()))?;
+    send(&socket, &Done::Ok(()))?;
     let ended = match child {
         Err(error) => Ok(End::NotStarted(error.to_string())),
         Ok(child) => wait_for(&child, &order.job).map_err(|error| error.to_string()),
@@ -105,18 +104,20 @@ pub(super) fn send(mut socket: &UnixStream, message: &impl Serialize) -> io::Res
     socket.write_all(&line)
 }
 
-/// Sets up the sandbox and starts the program in it.
-fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
-    let Order { walls, job, owner } = order;
-    let owner = owner.map(identity::owner);
+/// Enters the root file system and the working directory, where the supervisor finds it, even if the program moves it.
+fn enter(Order { walls, job, owner }: &Order) -> Done {
     if walls.namespaces.exist() {
         unshare(CloneFlags::CLONE_NEWNS | CloneFlags::CLONE_NEWCGROUP)
             .map_err(|error| format!("namespaces: {error}"))?;
-        world::enter(walls, job, owner)?;
+        world::enter(walls, job, *owner)?;
     }
-    // The supervisor finds the folder through the keeper's working directory, even if the program moves it.
     env::set_current_dir(&writable(job, walls.namespaces)[0])
-        .map_err(|error| format!("the working directory: {error}"))?;
+        .map_err(|error| format!("the working directory: {error}"))
+}
+
+/// Sets the limits and starts the program.
+fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
+    let Order { walls, job, owner } = order;
     limit_processes(order).map_err(|error| format!("limits: {error}"))?;
     // The program has the same user and must not read the keeper's memory.
     set_dumpable_behavior(DumpableBehavior::NotDumpable)
@@ -126,7 +127,7 @@ fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
         let starter = std::thread::Builder::new().spawn_scoped(scope, || {
             // The supervisor must not compete for processor time with the processes that it watches.
             rustix::process::nice(NICENESS).map_err(|error| format!("priority: {error}"))?;
-            walls::restrict(walls, job, owner)?;
+            walls::restrict(walls, job, *owner)?;
             Ok(start(order))
         });
         let starter = starter.map_err(|error| format!("the keeper: {error}"))?;

@@ -1,14 +1,15 @@
 //! Runs an untrusted program in a sandbox.
 //!
 //! ```text
-//! grade ── supervisor ────────────────── keeper ────────────────────────── program ── …
-//!          namespaces, control group     mounts, root of its own           own user, no capabilities,
-//!          watches the run's limits      first process of the namespace    Landlock, seccomp, rlimits
+//! grade ── starter ── supervisor ───────────────── keeper ───────────────────────── program ── …
+//!                     namespaces, control group    mounts, root of its own          own user, no capabilities,
+//!                     watches the run's limits     first process of the namespace   Landlock, seccomp, rlimits
 //! ```
 //!
-//! `grade` starts itself as the *supervisor* of one run; the supervisor starts itself as the *keeper*, the first
-//! process of the program's PID namespace. When the keeper ends, the kernel kills every process of the run and
-//! discards its file systems. The keeper ends with the supervisor, and the supervisor with `grade`.
+//! `grade` starts itself as a *starter*, once for each job that it runs at a time. For each run, a starter forks a
+//! *supervisor*, which forks the *keeper*, the first process of the program's PID namespace. When the keeper ends, the
+//! kernel kills every process of the run and discards its file systems. The keeper ends with the supervisor, and the
+//! supervisor with its connection to `grade`.
 //!
 //! - **World** (`world.rs`): a separate root on tmpfs. It contains the system's programs and libraries and the
 //!   readable files of the job, all mounted read-only, and one writable tmpfs of limited size. Nothing else of the
@@ -55,6 +56,8 @@ mod landlock;
 #[cfg(target_os = "linux")]
 mod process;
 #[cfg(target_os = "linux")]
+mod starter;
+#[cfg(target_os = "linux")]
 mod supervisor;
 #[cfg(target_os = "linux")]
 mod usage;
@@ -65,7 +68,7 @@ mod world;
 
 pub use limits::{Exceeded, Limits};
 #[cfg(target_os = "linux")]
-use supervisor::Sweeper;
+use starter::Starters;
 #[cfg(target_os = "linux")]
 use walls::Walls;
 
@@ -78,8 +81,8 @@ const BUSY_PAUSE: Duration = Duration::from_millis(10);
 /// Number of bytes kept from the end of an output.
 const TAIL: usize = 4096;
 
-/// First argument of the process that removes a killed grader's scratch folders.
-pub const SWEEPER: &str = "--sandbox-sweeper";
+/// First argument of a process that starts runs, and removes a killed grader's scratch folders.
+pub const STARTER: &str = "--sandbox-starter";
 
 /// A program to run, with its files and limits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -267,13 +270,11 @@ pub enum Sandbox {
 #[cfg(target_os = "linux")]
 #[derive(Debug)]
 pub struct Protected {
-    /// The program that serves as supervisor and keeper.
-    launcher: PathBuf,
+    starters: Starters,
     walls: Walls,
     protections: Vec<Protection>,
     /// Why stronger protections are not used.
     refused: Option<String>,
-    _sweeper: Sweeper,
 }
 
 impl Sandbox {
@@ -296,8 +297,7 @@ impl Sandbox {
         Err(SandboxError("this system offers no protection".to_owned()))
     }
 
-    /// Runs a program to its end. If protected, none of its processes is left afterwards. The calling thread must
-    /// outlive the run, because the run ends with it.
+    /// Runs a program to its end. If protected, none of its processes is left afterwards.
     ///
     /// # Errors
     /// If it could not be run through no fault of its own.
@@ -305,7 +305,7 @@ impl Sandbox {
         match self {
             #[cfg(target_os = "linux")]
             Self::Protected(protected) => {
-                supervisor::run(&protected.launcher, &protected.walls, job)
+                supervisor::run(&protected.starters, &protected.walls, job)
             }
             #[cfg(unix)]
             Self::Unprotected => plain::run(job),
@@ -389,15 +389,13 @@ fn keep(working: std::os::fd::BorrowedFd<'_>, job: &Job) -> Result<(), NotKept> 
     }
 }
 
-/// Runs as a supervisor, a keeper or a check if this process was started as one; otherwise returns `None`. Call it
+/// Runs as a starter or a check if this process was started as one; otherwise returns `None`. Call it
 /// first, before any thread starts or any file is opened.
 #[cfg(target_os = "linux")]
 pub fn serve() -> Option<std::process::ExitCode> {
     let role = std::env::args_os().nth(1)?;
     let answered = match role.to_str()? {
-        supervisor::SUPERVISOR => supervisor::serve(),
-        supervisor::KEEPER => keeper::serve(),
-        SWEEPER => supervisor::serve_sweeper(),
+        STARTER => starter::serve(supervisor::serve),
         check::CHECK => check::serve(),
         _ => return None,
     };

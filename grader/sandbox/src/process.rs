@@ -1,12 +1,17 @@
-//! Process control: ending with the parent, and killing every descendant.
+//! Process control: ending with the parent, waiting for a child, and killing every descendant.
 
 use std::io;
+use std::os::unix::process::ExitStatusExt;
+use std::process::ExitStatus;
 use std::time::Duration;
 
 use rustix::fs::Mode;
-use rustix::process::{Pid, Signal, WaitOptions, kill_process, set_parent_process_death_signal};
+use rustix::process::{
+    Pid, Signal, WaitOptions, kill_process, set_parent_process_death_signal, waitpid,
+};
 
 use super::identity;
+use super::tree::Owner;
 use super::usage::visit_descendants;
 
 /// Number of processes killed in one pass.
@@ -24,11 +29,11 @@ pub(super) fn die_with_parent() -> io::Result<()> {
 }
 
 /// Kills every descendant of this process, and every process of the run's user.
-pub(super) fn kill_descendants(owner: Option<(u32, u32)>) {
+pub(super) fn kill_descendants(owner: Option<Owner>) {
     let own = std::process::id().cast_signed();
     loop {
         if let Some(owner) = owner {
-            identity::kill_all(identity::owner(owner));
+            identity::kill_all(owner);
         }
         visit_descendants(own, MAX_PER_PASS, |process| {
             // The process may have ended by itself.
@@ -39,6 +44,22 @@ pub(super) fn kill_descendants(owner: Option<(u32, u32)>) {
             Err(rustix::io::Errno::CHILD) => return,
             Ok(Some(_)) => {}
             _ => std::thread::sleep(PAUSE),
+        }
+    }
+}
+
+/// Ends a forked process after its work.
+pub(super) fn end_with(work: impl FnOnce() -> io::Result<()>) -> ! {
+    std::process::exit(if work().is_ok() { 0 } else { 3 })
+}
+
+/// Waits for a child to end, and returns its status.
+pub(super) fn wait_for(child: Pid) -> io::Result<ExitStatus> {
+    loop {
+        match waitpid(Some(child), WaitOptions::empty()) {
+            Ok(Some((_, status))) => return Ok(ExitStatus::from_raw(status.as_raw())),
+            Ok(None) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
         }
     }
 }

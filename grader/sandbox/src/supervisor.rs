@@ -1,44 +1,32 @@
 //! The supervisor of a run: creates the namespaces, starts the keeper, enforces the limits, ends the run, and copies
 //! out the files to keep.
 
-use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, BufRead, BufReader, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::CommandExt;
-use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
+use fork::Fork;
 use nix::sched::{CloneFlags, unshare};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
-use rustix::process::{Pid, getegid, geteuid, getppid, set_child_subreaper, umask};
-use rustix::thread::{CapabilitySet, configure_capability_in_ambient_set};
+use rustix::process::{
+    Pid, Signal, getegid, geteuid, getppid, kill_process, set_child_subreaper, umask,
+};
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
 use super::cgroup::ControlGroup;
-use super::keeper::{self, Ended, Order, Started};
+use super::keeper::{self, Done, Ended, Order, PROCEED};
 use super::limits::KEEPER_THREADS;
-use super::process::{MASK, die_with_parent, kill_descendants};
+use super::process::{MASK, die_with_parent, end_with, kill_descendants, wait_for};
+use super::starter::Starters;
 use super::tree::{self, Owner};
 use super::usage::{Meter, unnamed_files};
 use super::walls::{Namespaces, Walls};
-use super::{
-    End, Exceeded, Job, NotKept, Outcome, Output, SWEEPER, SandboxError, cgroup, identity, keep,
-    scratch,
-};
-
-/// First argument of a supervisor process.
-pub(super) const SUPERVISOR: &str = "--sandbox-supervisor";
-
-/// First argument of a keeper process.
-pub(super) const KEEPER: &str = "--sandbox-keeper";
-
-/// Time for the processes of a killed grader to end before a sweeper removes its folders.
-const SWEEP_PAUSE: Duration = Duration::from_millis(100);
+use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, identity, keep};
 
 /// The first pause between two polls of a run; each pause is 1.5 times the last.
 const FIRST_PAUSE: Duration = Duration::from_millis(1);
@@ -52,94 +40,45 @@ const LONGEST_PAUSE: Duration = Duration::from_millis(10);
 /// A request to a supervisor.
 #[derive(Serialize, Deserialize)]
 struct Request {
-    /// The requesting process.
-    parent: i32,
     walls: Walls,
     job: Job,
 }
 
-/// Runs a program to its end under a supervisor, which is an instance of `launcher`.
-pub(super) fn run(launcher: &Path, walls: &Walls, job: &Job) -> Result<Outcome, SandboxError> {
+/// Runs a program to its end under a supervisor.
+pub(super) fn run(starters: &Starters, walls: &Walls, job: &Job) -> Result<Outcome, SandboxError> {
     let fail = |error: io::Error| SandboxError(error.to_string());
-    let mut command = Command::new(launcher);
-    command.arg(OsStr::new(SUPERVISOR)).env_clear();
-    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
-    let mut supervisor = command.spawn().map_err(fail)?;
-    let parent = std::process::id().cast_signed();
-    let request = Request { parent, walls: walls.clone(), job: job.clone() };
-    // Closing its input would end the run.
-    let stdin: Option<ChildStdin> = supervisor.stdin.take();
-    if let Some(mut stdin) = stdin.as_ref() {
-        let mut line = serde_json::to_vec(&request).map_err(|error| fail(error.into()))?;
-        line.push(b'\n');
-        stdin.write_all(&line).map_err(fail)?;
-    }
-    let output = supervisor.wait_with_output().map_err(fail)?;
-    drop(stdin);
-    let answer: Option<Result<Outcome, String>> = serde_json::from_slice(&output.stdout).ok();
+    let request = Request { walls: walls.clone(), job: job.clone() };
+    let request = serde_json::to_string(&request).map_err(|error| fail(error.into()))?;
+    let answer = starters.ask(&request).map_err(fail)?;
+    let answer: Option<Result<Outcome, String>> = serde_json::from_str(&answer).ok();
     answer
-        .ok_or_else(|| SandboxError(format!("the supervisor ended with {}", output.status)))?
+        .ok_or_else(|| SandboxError("its supervisor ended without an answer".to_owned()))?
         .map_err(SandboxError)
 }
 
-/// A process that removes the scratch folders of this process if this one is killed.
-#[derive(Debug)]
-pub(super) struct Sweeper(Child);
-
-impl Sweeper {
-    /// Removes the folders of killed graders, and starts a process that does so when this one ends. Call it after
-    /// control groups are set up, because the new process inherits the grader's group.
-    pub(super) fn start(launcher: &Path) -> io::Result<Self> {
-        scratch::sweep();
-        let mut command = Command::new(launcher);
-        let temporary = std::env::var_os("TMPDIR").map(|folder| ("TMPDIR", folder));
-        command.arg(OsStr::new(SWEEPER)).env_clear().envs(temporary);
-        // It ends when its input closes, at the end of this process. Signals of the terminal do not reach it.
-        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
-        command.spawn().map(Self)
-    }
-}
-
-impl Drop for Sweeper {
-    fn drop(&mut self) {
-        // This process removes its own folders.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-        cgroup::leave();
-    }
-}
-
-pub(super) fn serve_sweeper() -> io::Result<()> {
-    io::copy(&mut io::stdin().lock(), &mut io::sink())?;
-    scratch::sweep();
-    // Running processes may have held a folder for a moment.
-    std::thread::sleep(SWEEP_PAUSE);
-    scratch::sweep();
-    cgroup::leave();
-    Ok(())
-}
-
-pub(super) fn serve() -> io::Result<()> {
+/// Runs as a supervisor, a child of the starter. Standard input is a socket of `grade`.
+pub(super) fn serve(starter: Pid, request: &str) -> io::Result<()> {
     umask(MASK);
-    let mut line = String::new();
-    io::stdin().lock().read_line(&mut line)?;
-    let answer = supervise(serde_json::from_str(&line)?);
-    let mut stdout = io::stdout().lock();
-    stdout.write_all(&serde_json::to_vec(&answer)?)?;
-    stdout.flush()
+    close_inherited()?;
+    let mut grader: UnixStream = rustix::stdio::stdin().try_clone_to_owned()?.into();
+    let answer = supervise(serde_json::from_str(request)?, starter, &grader);
+    grader.write_all(&serde_json::to_vec(&answer)?)
 }
 
-fn supervise(Request { parent, walls, job }: Request) -> Result<Outcome, String> {
+fn supervise(
+    Request { walls, job }: Request,
+    starter: Pid,
+    grader: &UnixStream,
+) -> Result<Outcome, String> {
     // Orphaned processes are re-parented to this process, not to init.
     set_child_subreaper(Pid::from_raw(1)).map_err(|error| error.to_string())?;
     if walls.namespaces.exist() {
         die_with_parent().map_err(|error| error.to_string())?;
     }
-    // The parent may have ended before the request took effect.
-    if getppid().map(Pid::as_raw_pid) != Some(parent) {
+    // The starter may have ended before the request took effect.
+    if getppid() != Some(starter) {
         return Err("the grader ended".to_owned());
     }
-    close_inherited().map_err(|error| error.to_string())?;
     let owner = walls.own_user.then(identity::own);
     let fail = |error: io::Error| format!("the folder of the run: {error}");
     if let (Some(owner), Namespaces::None) = (owner, walls.namespaces) {
@@ -148,8 +87,8 @@ fn supervise(Request { parent, walls, job }: Request) -> Result<Outcome, String>
     let group = walls.control_group.as_deref();
     let group = group.map(|parent| ControlGroup::create(parent, &job.limits)).transpose()?;
     isolate(walls.namespaces)?;
-    let mut run = Run::start(&walls, job, owner, group)?;
-    let exceeded = run.watch().map_err(|error| format!("the run: {error}"))?;
+    let mut run = Run::start(Order { walls, job, owner }, group)?;
+    let exceeded = run.watch(grader).map_err(|error| format!("the run: {error}"))?;
     run.finish(exceeded)
 }
 
@@ -186,14 +125,6 @@ fn isolate(namespaces: Namespaces) -> Result<(), String> {
                 fs::write("/proc/self/gid_map", format!("{group} {group} 1"))
             };
             map().map_err(|error| fail(&error))?;
-            // The keeper needs the capability to mount, which an ordinary user's process loses on exec.
-            let raise = || {
-                let mut sets = rustix::thread::capabilities(None)?;
-                sets.inheritable |= CapabilitySet::SYS_ADMIN;
-                rustix::thread::set_capabilities(None, sets)?;
-                configure_capability_in_ambient_set(CapabilitySet::SYS_ADMIN, true)
-            };
-            raise().map_err(|error| fail(&error))?;
         }
     }
     Ok(())
@@ -202,82 +133,92 @@ fn isolate(namespaces: Namespaces) -> Result<(), String> {
 /// A running program.
 struct Run {
     job: Job,
-    keeper: Child,
+    /// The keeper, until it has been waited for.
+    keeper: Option<Pid>,
     socket: BufReader<UnixStream>,
     /// Read ends of the pipes of the program's outputs, and the output so far.
     outputs: [(Option<OwnedFd>, Output); 2],
     group: Option<ControlGroup>,
     owner: Option<Owner>,
     isolated: bool,
-    /// The working directory, once it exists.
+    /// The working directory, even if the program moves it.
     working: Option<OwnedFd>,
     ended: Option<Ended>,
     meter: Meter,
 }
 
 impl Run {
-    fn start(
-        walls: &Walls,
-        job: Job,
-        owner: Option<Owner>,
-        group: Option<ControlGroup>,
-    ) -> Result<Self, String> {
+    fn start(order: Order, group: Option<ControlGroup>) -> Result<Self, String> {
         let fail = |error: io::Error| format!("the keeper: {error}");
         let (own, theirs) = UnixStream::pair().map_err(fail)?;
-        let (stdout, stdout_end) = output_pipe(owner).map_err(fail)?;
-        let (stderr, stderr_end) = output_pipe(owner).map_err(fail)?;
-        let mut command = Command::new("/proc/self/exe");
-        command.arg(OsStr::new(KEEPER)).env_clear().current_dir("/");
-        command.stdin(Stdio::from(OwnedFd::from(theirs)));
-        let mut keeper = command.stdout(stdout_end).stderr(stderr_end).spawn().map_err(fail)?;
-        // The command held the other ends.
-        drop(command);
-        if let Some(group) = &group {
-            group.add(keeper.id())?;
-        }
-        let isolated = walls.namespaces.exist();
-        let order = Order {
-            walls: walls.clone(),
-            job,
-            owner: owner.map(|(user, group)| (user.as_raw(), group.as_raw())),
+        let (stdout, stdout_end) = output_pipe(order.owner).map_err(fail)?;
+        let (stderr, stderr_end) = output_pipe(order.owner).map_err(fail)?;
+        let keeper = match fork::fork().map_err(fail)? {
+            Fork::Child => end_with(|| {
+                rustix::stdio::dup2_stdin(&theirs)?;
+                rustix::stdio::dup2_stdout(&stdout_end)?;
+                rustix::stdio::dup2_stderr(&stderr_end)?;
+                close_inherited()?;
+                std::env::set_current_dir("/")?;
+                keeper::serve(&order)
+            }),
+            Fork::Parent(keeper) => Pid::from_raw(keeper),
         };
-        // Open it before the program can move it.
-        let mut working = match isolated {
-            true => None,
-            false => Some(tree::open_folder(&order.job.folder).map_err(fail)?),
+        drop((theirs, stdout_end, stderr_end));
+        let isolated = order.walls.namespaces.exist();
+        let mut run = Self {
+            job: order.job,
+            keeper,
+            socket: BufReader::new(own),
+            outputs: [stdout, stderr].map(|pipe| (Some(pipe), Output::default())),
+            group,
+            owner: order.owner,
+            isolated,
+            working: None,
+            ended: None,
+            meter: Meter::default(),
         };
-        keeper::send(&own, &order).map_err(fail)?;
-        let mut socket = BufReader::new(own);
-        let mut line = String::new();
-        socket.read_line(&mut line).map_err(fail)?;
-        let started: Option<Started> = serde_json::from_str(&line).ok();
-        if started.is_none() {
-            let status = keeper.wait().map_err(fail)?;
-            return Err(format!("the keeper ended with {status}"));
+        if let (Some(group), Some(keeper)) = (&run.group, keeper) {
+            group.add(keeper.as_raw_nonzero().get().cast_unsigned())?;
         }
-        started.unwrap_or(Ok(()))?;
-        let job = order.job;
-        if isolated {
-            let path = format!("/proc/{}/cwd", keeper.id());
+        run.proceed()?;
+        if let Some(keeper) = keeper {
+            let path = format!("/proc/{}/cwd", keeper.as_raw_nonzero());
             let opened = rustix::fs::open(path, FOLDER, Mode::empty());
-            working = Some(opened.map_err(|error| fail(error.into()))?);
+            run.working = Some(opened.map_err(|error| fail(error.into()))?);
         }
-        let outputs = [stdout, stderr].map(|pipe| (Some(pipe), Output::default()));
-        let (ended, meter) = (None, Meter::default());
-        Ok(Self { job, keeper, socket, outputs, group, owner, isolated, working, ended, meter })
+        run.proceed()?;
+        Ok(run)
+    }
+
+    /// Lets the keeper take its next step, and waits for the end of it.
+    fn proceed(&mut self) -> Result<(), String> {
+        let fail = |error: io::Error| format!("the keeper: {error}");
+        self.socket.get_mut().write_all(PROCEED).map_err(fail)?;
+        let mut line = String::new();
+        self.socket.read_line(&mut line).map_err(fail)?;
+        let done: Option<Done> = serde_json::from_str(&line).ok();
+        done.unwrap_or_else(|| Err(self.ended_by_itself()))
+    }
+
+    /// The message if the keeper ended by itself.
+    fn ended_by_itself(&mut self) -> String {
+        match self.end() {
+            Ok(status) => format!("the keeper ended with {status}"),
+            Err(error) => format!("the keeper: {error}"),
+        }
     }
 
     /// Follows the run until it ends or exceeds a limit.
-    fn watch(&mut self) -> io::Result<Option<Exceeded>> {
+    fn watch(&mut self, grader: &UnixStream) -> io::Result<Option<Exceeded>> {
         let started = Instant::now();
         let mut pause = FIRST_PAUSE;
-        let grader = io::stdin();
         let mut looked = started;
         loop {
             let timeout = Timespec::try_from(pause).map_err(io::Error::other)?;
             let mut descriptors = vec![
                 PollFd::new(self.socket.get_ref(), PollFlags::IN),
-                PollFd::new(&grader, PollFlags::empty()),
+                PollFd::new(grader, PollFlags::empty()),
             ];
             let open = self.outputs.iter().filter_map(|(pipe, _)| pipe.as_ref());
             descriptors.extend(open.map(|pipe| PollFd::new(pipe, PollFlags::IN)));
@@ -289,8 +230,8 @@ impl Run {
             answered |= ready(0);
             let orphaned = ready(1);
             if orphaned {
-                // The parent has ended: nothing receives the result.
-                self.end();
+                // The grader has ended: nothing receives the result.
+                self.end()?;
                 return Err(io::ErrorKind::BrokenPipe.into());
             }
             if let Some(exceeded) = self.read_outputs()? {
@@ -342,7 +283,7 @@ impl Run {
     fn exceeded(&mut self, elapsed: Duration) -> Option<Exceeded> {
         let limits = self.job.limits;
         let most_threads = limits.processes + KEEPER_THREADS;
-        let (keeper, isolated) = (self.keeper.id().cast_signed(), self.isolated);
+        let (keeper, isolated) = (self.keeper?.as_raw_nonzero().get(), self.isolated);
         let meter = &mut self.meter;
         let mut look = || {
             let unnamed = if isolated { 0 } else { unnamed_files(keeper) };
@@ -394,17 +335,12 @@ impl Run {
         let end = match (exceeded, self.ended.take()) {
             (Some(exceeded), _) => End::Exceeded(exceeded),
             (None, Some(ended)) => ended?,
-            (None, None) => {
-                // The keeper may have ended by itself. Its status is lost to the code that waits for all processes.
-                let _ = self.keeper.kill();
-                let status = self.keeper.wait().map_err(|error| error.to_string());
-                self.end();
-                return Err(format!("the keeper ended with {}", status?));
-            }
+            (None, None) => return Err(self.ended_by_itself()),
         };
+        let fail = |error: io::Error| format!("the keeper: {error}");
         if !self.isolated {
             // With namespaces, the keeper ended all processes before it answered.
-            self.end();
+            self.end().map_err(fail)?;
         }
         let kept = match (&end, &self.working) {
             (End::Exited(0), Some(working)) => keep(working.as_fd(), &self.job),
@@ -412,21 +348,22 @@ impl Run {
         };
         // The tmpfs exists as long as the directory is open.
         self.working = None;
-        self.end();
+        self.end().map_err(fail)?;
         let [stdout, stderr] = [0, 1].map(|number: usize| self.outputs[number].1.printed());
         Ok(Outcome { end, kept, stdout, stderr })
     }
 
-    /// Kills every process of the run and waits for all of them.
-    fn end(&mut self) {
-        // The keeper may have ended by itself.
-        let _ = self.keeper.kill();
-        if self.isolated {
-            let _ = self.keeper.wait();
-        } else {
-            kill_descendants(self.owner.map(|(user, group)| (user.as_raw(), group.as_raw())));
+    /// Kills every process of the run and waits for all of them. Returns the status of the keeper, which may have ended by
+    /// itself.
+    fn end(&mut self) -> io::Result<ExitStatus> {
+        let Some(keeper) = self.keeper.take() else { return Ok(ExitStatus::default()) };
+        kill_process(keeper, Signal::KILL)?;
+        let status = wait_for(keeper)?;
+        if !self.isolated {
+            kill_descendants(self.owner);
         }
         self.group = None;
+        Ok(status)
     }
 }
 

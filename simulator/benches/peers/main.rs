@@ -21,6 +21,7 @@ use simulator::output::OutputFile;
 
 use crate::limits::Limits;
 use crate::method::METHODS;
+use crate::ours::Taken;
 use crate::table::Tables;
 use crate::theirs::Peers;
 
@@ -48,9 +49,13 @@ struct Cli {
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
 
-    /// Take two steps of a net of this many segments a side, and print the peak memory in bytes
-    #[arg(long, value_name = "SEGMENTS", hide = true)]
-    memory: Option<u64>,
+    /// Take the first steps of a net by this integrator, and print what they took
+    #[arg(long, value_name = "INTEGRATOR", hide = true, requires = "grown")]
+    grow: Option<String>,
+
+    /// Segments a side of that net
+    #[arg(long = "segments", value_name = "COUNT", hide = true)]
+    grown: Option<u64>,
 
     /// What `cargo bench` passes; of no effect
     #[arg(long, hide = true)]
@@ -63,7 +68,7 @@ enum Row {
     Symplectic,
     Fms,
     Pn,
-    Memory,
+    Growth,
 }
 
 fn default_peer() -> PathBuf {
@@ -97,9 +102,10 @@ fn create(path: &Path) -> io::Result<OutputFile> {
 
 fn run(cli: &Cli) -> io::Result<()> {
     let mut output = io::stdout().lock();
-    if let Some(segments) = cli.memory {
-        let bytes = ours::peak_memory(segments).map_err(io::Error::other)?;
-        return writeln!(output, "{bytes}");
+    let grown = METHODS.iter().find(|method| Some(method.integrator) == cli.grow.as_deref());
+    if let (Some(method), Some(segments)) = (grown, cli.grown) {
+        let taken = Taken::here(method, segments).map_err(io::Error::other)?;
+        return writeln!(output, "{taken}");
     }
     // Before the minutes of measuring, not after them.
     let markdown = cli.markdown.as_deref().map(create).transpose()?;
@@ -122,8 +128,8 @@ fn run(cli: &Cli) -> io::Result<()> {
         }
         tables.end(&cells)?;
     }
-    if wanted(Row::Memory) {
-        tables.memory(&ours::memory_of_child)?;
+    if wanted(Row::Growth) {
+        tables.growth(&Taken::by_child)?;
     }
     if let Some(mut file) = markdown {
         file.write_all(machine::describe(&peers).as_bytes())?;

@@ -12,7 +12,7 @@ use simulator::statistics::Statistics;
 use simulator::vocabulary;
 
 use crate::limits::Work;
-use crate::method::{METHODS, Method, Peer, STIFFNESS};
+use crate::method::{Method, Peer, STIFFNESS};
 
 /// Our side of a cell.
 pub(crate) struct Ours {
@@ -101,27 +101,59 @@ fn advance(simulation: &mut Simulation, steps: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// Peak memory of this process in bytes, after two linearized implicit steps of a net.
-///
-/// # Errors
-/// The reason why it is not known.
-pub(crate) fn peak_memory(segments: u64) -> Result<u64, String> {
-    Ours::new(&METHODS[0], segments, 2)?.time()?;
-    let unknown = || String::from("this system does not tell the peak memory of a process");
-    let status = std::fs::read_to_string("/proc/self/status").map_err(|_| unknown())?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
-    Ok(kibibytes.ok_or_else(unknown)? * 1024)
+/// What a net of a size takes, in a process of its own.
+#[derive(Clone, Copy)]
+pub(crate) struct Taken {
+    /// Seconds of building the simulation and of its first step, which analyses the matrix.
+    pub(crate) first: f64,
+    /// Seconds of a later step.
+    pub(crate) later: f64,
+    /// Peak memory in bytes, with the scene.
+    pub(crate) bytes: u64,
 }
 
-/// The same of a child process, which has done nothing else.
-///
-/// # Errors
-/// The reason why it is not known.
-pub(crate) fn memory_of_child(segments: usize) -> Result<u64, String> {
-    let executable = env::current_exe().map_err(|error| error.to_string())?;
-    let child = Command::new(executable).arg("--memory").arg(segments.to_string()).output();
-    let child = child.map_err(|error| error.to_string())?;
-    let bytes = String::from_utf8_lossy(&child.stdout).trim().parse();
-    bytes.map_err(|_| String::from_utf8_lossy(&child.stderr).trim().replace("error: ", ""))
+impl Taken {
+    /// Steps taken.
+    pub(crate) const STEPS: u64 = 3;
+
+    /// What the first steps of a net take in this process, on one line.
+    ///
+    /// # Errors
+    /// If they cannot be taken, or the system does not tell the memory of a process.
+    pub(crate) fn here(method: &Method, segments: u64) -> Result<String, String> {
+        let ours = Ours::new(method, segments, Self::STEPS)?;
+        let start = Instant::now();
+        let mut simulation = Simulation::new(&ours.scene);
+        advance(&mut simulation, 1)?;
+        let first = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        advance(&mut simulation, Self::STEPS - 1)?;
+        let later = start.elapsed().as_secs_f64() / (Self::STEPS - 1) as f64;
+        let unknown = || String::from("this system does not tell the peak memory of a process");
+        let status = std::fs::read_to_string("/proc/self/status").map_err(|_| unknown())?;
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+        Ok(format!("{first} {later} {}", kibibytes.ok_or_else(unknown)? * 1024))
+    }
+
+    /// The same of a child process, which has done nothing else.
+    ///
+    /// # Errors
+    /// The reason why it is not known.
+    pub(crate) fn by_child(method: &Method, segments: usize) -> Result<Self, String> {
+        let executable = env::current_exe().map_err(|error| error.to_string())?;
+        let mut command = Command::new(executable);
+        command.args(["--grow", method.integrator, "--segments"]).arg(segments.to_string());
+        let child = command.output().map_err(|error| error.to_string())?;
+        let printed = String::from_utf8_lossy(&child.stdout).into_owned();
+        let mut words = printed.split_whitespace();
+        let mut taken = || {
+            let (first, later) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
+            Some(Self { first, later, bytes: words.next()?.parse().ok()? })
+        };
+        taken().ok_or_else(|| {
+            let said = String::from_utf8_lossy(&child.stderr).trim().replace("error: ", "");
+            if said.is_empty() { format!("it ended with {}", child.status) } else { said }
+        })
+    }
 }

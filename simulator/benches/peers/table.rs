@@ -5,7 +5,8 @@ use std::io::{self, Write};
 
 use crate::limits::Limits;
 use crate::measure::{Cell, growth, least};
-use crate::method::{Method, springs};
+use crate::method::{METHODS, Method, springs};
+use crate::ours::Taken;
 
 /// What has been measured so far.
 pub(crate) struct Tables<'a> {
@@ -32,8 +33,15 @@ const WIDTHS: [usize; 12] = [4, 7, 7, 9, 9, 7, 9, 6, 11, 6, 14, 9];
 const LIMITS_HEADER: [&str; 2] = ["one core", "limit"];
 const LIMITS_WIDTHS: [usize; 2] = [44, 12];
 
-const MEMORY_HEADER: [&str; 4] = ["n", "particles + springs", "MB", "bytes each"];
-const MEMORY_WIDTHS: [usize; 4] = [4, 20, 8, 11];
+const GROWTH_HEADER: [&str; 7] =
+    ["n", "particles", "first step, s", "a step, s", "exponent", "MB", "exponent"];
+const GROWTH_WIDTHS: [usize; 7] = [4, 9, 13, 9, 8, 6, 8];
+
+/// Segments a side of the nets whose growth is shown; the last has 1,024 by 1,024 particles, the most that a scene may have.
+const GROWTH: [usize; 5] = [64, 128, 256, 512, 1023];
+
+/// Seconds that a net may be expected to take.
+const PATIENCE: f64 = 300.0;
 
 impl<'a> Tables<'a> {
     /// No tables yet.
@@ -127,20 +135,52 @@ impl<'a> Tables<'a> {
         lines.iter().try_for_each(|reason| self.note(reason))
     }
 
-    /// The table of peak memory: `peak` tells the bytes for so many segments a side.
-    pub(crate) fn memory(&mut self, peak: &dyn Fn(usize) -> Result<u64, String>) -> io::Result<()> {
-        self.title("Peak memory of two linearized implicit steps, ours")?;
-        self.header(&MEMORY_HEADER, &MEMORY_WIDTHS)?;
-        for segments in [256, 512] {
-            let count = (segments + 1) * (segments + 1) + springs(segments);
-            match peak(segments) {
-                Ok(bytes) => {
-                    let [megabytes, each] = [1e6, count as f64].map(|unit| bytes as f64 / unit);
-                    let [megabytes, each] = [megabytes, each].map(|value| format!("{value:.0}"));
-                    let row = [segments.to_string(), count.to_string(), megabytes, each];
-                    self.row(&row, &MEMORY_WIDTHS)?;
+    /// The tables of time and memory up to a million particles; `taken` measures a net.
+    pub(crate) fn growth(
+        &mut self,
+        taken: &dyn Fn(&Method, usize) -> Result<Taken, String>,
+    ) -> io::Result<()> {
+        for method in &METHODS {
+            self.title(&format!("{}, ours, by size", method.title))?;
+            self.header(&GROWTH_HEADER, &GROWTH_WIDTHS)?;
+            let mut before: Option<(usize, Taken)> = None;
+            for segments in GROWTH {
+                // With four times as many springs.
+                let expected = before.map_or(0.0, |(_, Taken { first, later, .. })| {
+                    8.0 * (first + later * (Taken::STEPS - 1) as f64)
+                });
+                if expected > PATIENCE {
+                    let minutes = expected / 60.0;
+                    let reason = format!("{segments} not measured: up to {minutes:.0} minutes");
+                    self.note(&reason)?;
+                    break;
                 }
-                Err(reason) => self.note(&format!("{segments} not measured: {reason}"))?,
+                let now = match taken(method, segments) {
+                    Ok(now) => now,
+                    Err(reason) => {
+                        self.note(&format!("{segments} not measured: {reason}"))?;
+                        break;
+                    }
+                };
+                let particles = (segments + 1) * (segments + 1);
+                let exponents = before.map(|(fewer, before)| {
+                    let springs = (springs(segments) as f64 / springs(fewer) as f64).ln();
+                    [now.later / before.later, now.bytes as f64 / before.bytes as f64]
+                        .map(|factor| format!("{:.2}", factor.ln() / springs))
+                });
+                let [of_time, of_memory] =
+                    exponents.unwrap_or_else(|| [(); 2].map(|()| "-".into()));
+                let row = [
+                    segments.to_string(),
+                    particles.to_string(),
+                    significant(now.first),
+                    significant(now.later),
+                    of_time,
+                    format!("{:.0}", now.bytes as f64 * 1e-6),
+                    of_memory,
+                ];
+                self.row(&row, &GROWTH_WIDTHS)?;
+                before = Some((segments, now));
             }
         }
         Ok(())

@@ -531,6 +531,11 @@ pub(super) struct ClassArgs {
     #[arg(long)]
     pub(super) resume: bool,
 
+    /// Keep the trace of every run in the output folder too (runs/); with --resume, programs then run only on scenes
+    /// that are new or changed
+    #[arg(long)]
+    pub(super) keep_runs: bool,
+
     #[command(flatten)]
     pub(super) gradebook: GradebookArgs,
 

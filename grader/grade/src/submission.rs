@@ -42,7 +42,7 @@ impl RunArgs {
             sandbox
         };
         let protections = sandbox.protections().to_vec();
-        Ok((Runner { sandbox, limits, readable }, protections))
+        Ok((Runner { sandbox, limits, readable, kept: None }, protections))
     }
 }
 

@@ -54,7 +54,7 @@ impl Repetition {
         let first_ones = suite.cases.iter().filter(|case| features.insert(&case.feature));
         let cases: Vec<&Case> = first_ones.take(REPEATED).collect();
         let same = |case: &&Case| {
-            let [first, second] = [(); 2].map(|()| program.trace_hash(case));
+            let [first, second] = [0, 1].map(|before| program.trace_hash(case, before));
             Some((case.id.clone(), first.ok()? == second.ok()?))
         };
         let results: Vec<(String, bool)> = cases.par_iter().filter_map(same).collect();

@@ -2,6 +2,7 @@
 
 pub mod folder;
 pub mod hand_in;
+pub mod kept;
 pub mod program;
 
 pub mod builtin;

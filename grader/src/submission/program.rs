@@ -21,11 +21,12 @@ use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
 
 use super::folder::Copy;
 use super::hand_in::HandIn;
+use super::kept::KeptRuns;
 use super::{StateSource, failure_of};
 use crate::printed;
-use crate::suite::{Case, SolverName, hash_file};
+use crate::suite::{Case, SolverName, hash_bytes, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
-use sandbox::scratch::{Scratch, scratch_folder};
+use sandbox::scratch::{Scratch, scratch_folder, without_paths};
 use sandbox::{
     End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Protection, Sandbox, SandboxError,
 };
@@ -63,6 +64,8 @@ pub struct Runner {
     pub limits: Limits,
     /// Files and folders that programs may read, beside those of the system and their own.
     pub readable: Vec<PathBuf>,
+    /// Where the traces of the program's runs are kept and looked for, if anywhere.
+    pub kept: Option<Arc<KeptRuns>>,
 }
 
 /// A program with its calling convention.
@@ -233,7 +236,17 @@ impl Program {
     /// # Errors
     /// A failure if it does not exit with status 0, or leaves no trace of this shape; a fault if it could not be run.
     pub fn run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<ProgramRun, Verdict> {
-        self.try_run(scene, shape).map_err(|error| match error {
+        self.run_once(scene, shape, 0)
+    }
+
+    /// The same; `before` counts earlier runs on this scene, whose traces do not stand for this one's.
+    fn run_once(
+        &self,
+        scene: SceneSource<'_>,
+        shape: Shape,
+        before: u32,
+    ) -> Result<ProgramRun, Verdict> {
+        self.try_run(scene, shape, before).map_err(|error| match error {
             RunError::Failed(failure) => Verdict::Fail(failure),
             RunError::NotRun(error) => {
                 Verdict::GraderFault(Fault::NotRun { detail: error.to_string() })
@@ -241,12 +254,12 @@ impl Program {
         })
     }
 
-    /// Runs the program on a scene and hashes the bytes of the trace.
+    /// Runs the program on a scene, after so many other runs, and hashes the bytes of the trace.
     ///
     /// # Errors
     /// As [`run`](Self::run).
-    pub fn trace_hash(&self, case: &Case) -> Result<String, Verdict> {
-        let run = self.run(SceneSource::Case(case), Shape::of(&case.scene))?;
+    pub fn trace_hash(&self, case: &Case, before: u32) -> Result<String, Verdict> {
+        let run = self.run_once(SceneSource::Case(case), Shape::of(&case.scene), before)?;
         hash_file(&run.path).map_err(|error| {
             Verdict::Fail(Failure::NoOutput {
                 detail: format!("the trace cannot be read: {error}"),
@@ -264,7 +277,7 @@ impl Program {
 
     fn greet(&self, scene: &str) -> Result<(), RunError> {
         let shape = Shape { dimension: Dimension::Two, n_particles: 1 };
-        let mut run = self.try_run(SceneSource::Xml(scene), shape)?;
+        let mut run = self.try_run(SceneSource::Xml(scene), shape, 0)?;
         let mut state = State::zeros(shape);
         if !run.read(&mut state)? {
             let detail = "the trace is empty".to_owned();
@@ -281,7 +294,44 @@ impl Program {
         Ok(())
     }
 
-    fn try_run(&self, scene: SceneSource<'_>, shape: Shape) -> Result<ProgramRun, RunError> {
+    /// What a run depends on, beside the program: the arguments without the names of scratch folders, and the scene.
+    fn key(&self, scene: SceneSource<'_>, before: u32) -> String {
+        let arguments = self.arguments.iter().map(|argument| without_paths(argument));
+        let mut parts: Vec<String> = arguments.collect();
+        let solver = scene.solver().to_owned();
+        parts.extend([solver, before.to_string(), format!("{:?}", self.format)]);
+        match scene {
+            SceneSource::Xml(text) => parts.push(text.to_owned()),
+            SceneSource::Case(case) => parts.push(case.scene_hash.clone()),
+        }
+        // No list of parts has the JSON of another.
+        hash_bytes(serde_json::json!(parts).to_string().as_bytes())
+    }
+
+    fn open_trace(
+        &self,
+        path: &Path,
+        scene: SceneSource<'_>,
+        shape: Shape,
+    ) -> Result<Box<dyn TraceReader>, RunError> {
+        let reader = match scene {
+            SceneSource::Case(case) => trace::open_of_scene(path, self.format, &case.scene),
+            SceneSource::Xml(_) => trace::open(path, self.format, shape),
+        };
+        Ok(reader.map_err(failure_of)?)
+    }
+
+    fn try_run(
+        &self,
+        scene: SceneSource<'_>,
+        shape: Shape,
+        before: u32,
+    ) -> Result<ProgramRun, RunError> {
+        let kept = self.runner.kept.as_deref().map(|kept| (kept, self.key(scene, before)));
+        if let Some(path) = kept.as_ref().and_then(|(kept, key)| kept.find(key)) {
+            let reader = self.open_trace(&path, scene, shape)?;
+            return Ok(ProgramRun { reader, path, _workspace: None, _copy: self.copy.clone() });
+        }
         let workspace = Workspace::new(scene).map_err(SandboxError::no_scratch)?;
         let trace = match self.format {
             TraceFormat::Csv => "trace.csv",
@@ -311,11 +361,10 @@ impl Program {
                 complaint(&outcome, &self.runner.sandbox),
             )));
         }
-        let reader = match scene {
-            SceneSource::Case(case) => trace::open_of_scene(&path, self.format, &case.scene),
-            SceneSource::Xml(_) => trace::open(&path, self.format, shape),
-        };
-        let reader = reader.map_err(failure_of)?;
+        if let Some((kept, key)) = kept {
+            kept.keep(&key, &path);
+        }
+        let (reader, workspace) = (self.open_trace(&path, scene, shape)?, Some(workspace));
         Ok(ProgramRun { reader, path, _workspace: workspace, _copy: self.copy.clone() })
     }
 }
@@ -520,7 +569,8 @@ impl From<SandboxError> for RunError {
 pub struct ProgramRun {
     reader: Box<dyn TraceReader>,
     path: PathBuf,
-    _workspace: Workspace,
+    /// Where the trace is, unless it is a kept one.
+    _workspace: Option<Workspace>,
     _copy: Option<Copy>,
 }
 

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use grader::class::entry::ClassEntry;
 use grader::class::fingerprint::Fingerprint;
@@ -11,6 +12,7 @@ use grader::grading::provenance::Provenance;
 use grader::oracle::Oracle;
 use grader::submission::folder;
 use grader::submission::hand_in::HandInError;
+use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
 use sandbox::Protection;
 
@@ -35,6 +37,9 @@ pub(super) struct Class<'a> {
     pub(super) provenance: Provenance,
     /// Hash of all inputs except the submission.
     fingerprint: Fingerprint,
+    /// Hash of what a run depends on, except the submission and the scene.
+    running: Fingerprint,
+    runs: PathBuf,
     pub(super) reports: PathBuf,
     pub(super) records: PathBuf,
     pub(super) pages: Option<Pages>,
@@ -45,8 +50,9 @@ impl<'a> Class<'a> {
     pub(super) fn open(args: &'a ClassArgs) -> Result<Self, Stop> {
         let inputs = args.suite.read_for(&args.judge.judging())?;
         let oracle = open_oracle(&inputs.expected)?;
-        let [reports, records] = ["reports", "resume"].map(|name| args.output.join(name));
-        for folder in [&reports, &records] {
+        let [reports, records, runs] =
+            ["reports", "resume", "runs"].map(|name| args.output.join(name));
+        for folder in [&reports, &records].into_iter().chain(args.keep_runs.then_some(&runs)) {
             fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
             let metadata =
                 fs::symlink_metadata(folder).map_err(|error| unwritable(folder, &error))?;
@@ -61,7 +67,9 @@ impl<'a> Class<'a> {
         let pages = args.html.as_deref().map(Pages::open).transpose()?;
         keep_apart(args, &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
-        let fingerprint = fingerprint(args, &inputs, &oracle, &runner).map_err(Stop::fault)?;
+        let running = running(args, &runner).map_err(Stop::fault)?;
+        let fingerprint = fingerprint(args, &inputs, &oracle, running.clone());
+        let fingerprint = fingerprint.map_err(Stop::fault)?;
         let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, true), None)?;
         let interrupt = Interrupt::listen()?;
         let progress = Progress::new(!args.judge.no_progress, interrupt);
@@ -73,6 +81,8 @@ impl<'a> Class<'a> {
             protections,
             provenance,
             fingerprint,
+            running,
+            runs,
             reports,
             records,
             pages,
@@ -99,6 +109,23 @@ impl<'a> Class<'a> {
             key.part(name.as_bytes());
         }
         (key.finish(), files)
+    }
+
+    /// The runs kept of a submission, if they are kept; those of earlier gradings are not used in a plan without
+    /// `--resume`.
+    ///
+    /// # Errors
+    /// If their folder cannot be created or read.
+    pub(super) fn kept_runs(&self, plan: &Plan, name: &str) -> Result<Option<Arc<KeptRuns>>, Stop> {
+        let mut program = self.running.clone();
+        program.part(format!("{:?}", self.protections).as_bytes());
+        // What cannot be read is not run.
+        if !self.args.keep_runs || program.submission(&self.args.folder.join(name)).is_err() {
+            return Ok(None);
+        }
+        let folder = self.runs.join(program.finish());
+        let kept = KeptRuns::open(folder.clone(), plan.anew.is_some());
+        Ok(Some(Arc::new(kept.map_err(|error| unwritable(&folder, &error))?)))
     }
 
     /// A submission of the plan.
@@ -155,25 +182,29 @@ fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
     check_secrets(&secrets, &readable)
 }
 
+/// Hash of the grader, and of how it runs programs.
+fn running(args: &ClassArgs, runner: &Runner) -> std::io::Result<Fingerprint> {
+    let mut running = Fingerprint::of_grader()?;
+    let how = format!("{:?} {:?} {}", runner.limits, runner.readable, args.run.unprotected);
+    running.part(how.as_bytes());
+    Ok(running)
+}
+
 /// Hash of everything that the reports of this run depend on, except the submission.
 fn fingerprint(
     args: &ClassArgs,
     inputs: &Inputs,
     oracle: &Oracle,
-    runner: &Runner,
+    mut fingerprint: Fingerprint,
 ) -> std::io::Result<Fingerprint> {
-    let mut fingerprint = Fingerprint::of_grader()?;
     let mut formats = args.format.clone();
     formats.sort_unstable();
     for format in formats {
         fingerprint.part(extension(format).as_bytes());
     }
     let how = format!(
-        "{:?} {:?} {} {} {} {} {:?} {:?}",
-        runner.limits,
-        runner.readable,
+        "{} {} {} {:?} {:?}",
         args.folder.display(),
-        args.run.unprotected,
         args.judge.no_jacobians,
         args.judge.details,
         args.judge.criteria,

@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::time::Instant;
 
 use grader::assignment::ALL;
@@ -17,6 +18,8 @@ use grader::class::record::Record;
 use grader::events::{Event, Observer, Task};
 use grader::grading::provenance::Provenance;
 use grader::grading::{Checks, Grading, panic_message};
+use grader::submission::kept::KeptRuns;
+use grader::submission::program::Runner;
 use grader::submission::{Submission, folder};
 use grader::suite::hash_bytes;
 use grader::verdict::Failure;
@@ -64,10 +67,11 @@ impl Class<'_> {
             missing.filter(|planned| self.is_as_planned(planned)).collect();
         let Some(first) = missing.first() else { return Ok(()) };
         let start = Instant::now();
+        let kept = self.kept_runs(plan, &first.name)?;
         let not_graded = |detail: String| {
             self.graded(|| Submission::NotGraded { name: first.name.clone(), detail })
         };
-        let mut grading = match self.graded(|| self.open_submission(&first.name)) {
+        let mut grading = match self.graded(|| self.open_submission(&first.name, kept.clone())) {
             Ok(grading) => grading,
             Err(detail) => not_graded(detail).map_err(Stop::fault)?,
         };
@@ -80,6 +84,9 @@ impl Class<'_> {
                 "{scene} changed while {} was graded\n  help: continue with --resume",
                 first.name
             )));
+        }
+        if let Some(kept) = kept {
+            kept.remove_unused();
         }
         let seconds = start.elapsed().as_secs_f64();
         for planned in missing {
@@ -142,7 +149,7 @@ impl Class<'_> {
     }
 
     /// The submission of this name, built.
-    fn open_submission(&self, name: &str) -> Submission {
+    fn open_submission(&self, name: &str, kept: Option<Arc<KeptRuns>>) -> Submission {
         if let (_, Err(error)) = self.key(name) {
             return refused(name.to_owned(), &error);
         }
@@ -152,7 +159,8 @@ impl Class<'_> {
             let failure = Failure::BadHandIn { detail };
             return Submission::Unusable { name: name.to_owned(), failure };
         }
-        open_entry(&path, name, self.runner.clone(), &self.inputs.rubric)
+        let runner = Runner { kept, ..self.runner.clone() };
+        open_entry(&path, name, runner, &self.inputs.rubric)
     }
 
     /// A message, if a submission names another assignment than the class.

@@ -376,6 +376,49 @@ fn only_what_changed_is_graded_again() {
 }
 
 #[test]
+fn kept_runs_are_not_made_again() {
+    let project = Project::new();
+    let log = project.path("log");
+    let logging = format!("#!/bin/sh\necho \"$1\" >> {}\n{RIGHT}", log.display());
+    project.program("class/ada", &logging);
+    // With one thread, so that no two runs write to the log at a time.
+    let class = |output: &str, more: &[&str]| {
+        let _ = fs::remove_file(&log);
+        let fixed =
+            ["class", "class", "-o", output, "--no-jacobians", "--unprotected", "--threads", "1"];
+        let run = project.grade(&[&fixed, more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        fs::read_to_string(&log).unwrap_or_default().lines().count()
+    };
+    let keep = ["--keep-runs", "--resume"];
+    let all = class("out", &keep);
+    assert_eq!(class("out", &keep), 0);
+    assert_eq!(class("out", &["--keep-runs"]), all, "anew where resuming was not asked for");
+
+    // One scene changes: it is run, after the attempt that finds the calling convention.
+    project.write("assets/Free/near.xml", &scene("1.75"));
+    project.regenerate(".");
+    assert_eq!(class("out", &keep), 2);
+    assert!(class("anew", &["--resume"]) >= all);
+    for file in ["reports/ada.txt", "reports/ada.json", "summary.txt", "summary.csv"] {
+        assert_eq!(project.read(&format!("out/{file}")), project.read(&format!("anew/{file}")));
+    }
+    assert!(!project.path("anew/runs").exists());
+    // Its old run is gone, and those of a changed program are not used.
+    let runs = || -> Vec<usize> {
+        let programs = fs::read_dir(project.path("out/runs")).unwrap();
+        programs.map(|entry| fs::read_dir(entry.unwrap().path()).unwrap().count()).collect()
+    };
+    let before = runs();
+    project.write("assets/Free/near.xml", &scene("1.5"));
+    project.regenerate(".");
+    assert_eq!(class("out", &keep), 2);
+    assert_eq!(runs(), before);
+    project.program("class/ada", &(logging.clone() + "\n"));
+    assert_eq!(class("out", &keep), all);
+}
+
+#[test]
 fn a_class_that_was_killed_is_taken_up_again() {
     let project = Project::new();
     for name in ["ada", "bob", "cleo", "dot"] {

@@ -75,7 +75,7 @@ fn heading(html: &mut Html, case: &Case, result: &SceneResult) {
                 html.text(&cause).markup("</strong>.</p>");
             }
             None if diagnosis.steps.wrong > 0 => {
-                html.markup("<p>No single change explains this.</p>");
+                html.markup("<p>No change that grade tries explains this.</p>");
             }
             None => {}
         }

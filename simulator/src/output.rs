@@ -29,8 +29,12 @@ pub struct SealedFile {
 /// to what is not there yet. `None` if it is no regular file, and nothing would be replaced.
 ///
 /// # Errors
-/// If its folder is not there, or `path` is a folder.
+/// If its folder is not there, `path` is a folder, or `-`, which means standard output elsewhere.
 pub fn target(path: &Path) -> io::Result<Option<PathBuf>> {
+    if path.as_os_str() == "-" {
+        let message = "standard output is /dev/stdout, and a file of this name ./-";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    }
     if let Ok(metadata) = fs::metadata(path) {
         return match () {
             () if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),

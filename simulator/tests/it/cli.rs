@@ -341,6 +341,17 @@ fn an_earlier_and_longer_file_is_replaced_whole() {
 }
 
 #[test]
+fn a_lone_hyphen_names_no_file() {
+    let folder = folder_with(EXACT);
+    for options in [&["--format", "csv", "-o", "-"][..], &["--energy", "-"]] {
+        let output = simulate(folder.path(), &[&["scene.xml"], options].concat());
+        assert_eq!(output.status.code(), Some(2), "{options:?}");
+        assert!(stderr(&output).contains("standard output is /dev/stdout"), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
 fn no_output_replaces_the_scene_or_another_output() {
     let folder = folder_with(EXACT);
     for arguments in [

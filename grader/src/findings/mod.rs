@@ -468,8 +468,14 @@ fn is_linearized(scene: &SceneEvidence<'_>) -> bool {
 /// The features to look at: the one whose scenes are exactly those that are wrong for no proven reason, or those that
 /// remain when every feature of a right scene is set aside.
 fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
+    // What a program does in place of a method that it lacks is no evidence of its other features.
+    let is_missing = |method| {
+        let of_method = |c: &Cause| Feature::from(c.change().place) == Feature::Integrator(method);
+        causes.iter().any(|cause| is_lack(cause, causes) && of_method(cause))
+    };
+    let failing = scenes.iter().filter(|scene| is_unexplained(scene));
     let failing: Vec<&SceneEvidence<'_>> =
-        scenes.iter().filter(|scene| is_unexplained(scene)).collect();
+        failing.filter(|scene| !is_missing(scene.case.scene.integrator.name)).collect();
     let lacks =
         |number: usize| causes.iter().any(|c| is_lack(c, causes) && c.scenes.contains(&number));
     let right = scenes.iter().enumerate().filter(|(number, scene)| {

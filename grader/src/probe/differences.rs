@@ -1,17 +1,18 @@
 //! Measures a program's force and its derivatives from explicit steps.
 //!
-//! One step of explicit or symplectic Euler with `h = 1` from `(x, v)` gives `F = M (v' − v)`. One run contains all
-//! states of a difference table: along each coordinate of a group, central differences at five distances from 1/16 to
-//! 1/256 are extrapolated (C. J. F. Ridders, *Accurate computation of F'(x)*, 1982). The table's entry with the least
-//! sum of error estimate and noise is used. Cost: 20 D (D + 1) + 9 groups for each state.
+//! One step of explicit or symplectic Euler with `h = 1` from `(x, v)` gives `F = M (v' − v)`. In a difference table,
+//! central differences at five distances from 1/16 to 1/256 along each coordinate of a group are extrapolated
+//! (C. J. F. Ridders, *Accurate computation of F'(x)*, 1982). The table's entry with the least sum of error estimate
+//! and noise is used. A table has 20 D (D + 1) + 9 groups.
 
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 use simulator::force::{Block, ForceKind, JacobianSink};
 use simulator::scene::{Dimension, Scene};
 use simulator::system::{BuildForce, System};
 
 use super::noise::{self, DIFFERENCE};
-use super::scenes::{Elements, Group, State, chain, scene};
+use super::scenes::{Elements, Group, chain, scene};
 use super::stepper::Stepper;
 use crate::verdict::Failure;
 
@@ -20,6 +21,12 @@ const LEVELS: usize = 5;
 
 /// The largest distance.
 const WIDEST: f64 = 1.0 / 16.0;
+
+/// Most coordinates in a run of explicit steps. A program may need memory with their square.
+const MOST_EXPLICIT: usize = 3000;
+
+/// Most coordinates in a run of implicit steps: one state in space. A program may need time with their cube.
+const MOST_IMPLICIT: usize = 312;
 
 /// Time step of the explicit steps; a power of two.
 pub(super) const EXPLICIT_STEP: f64 = 1.0;
@@ -88,33 +95,82 @@ impl Offer<'_> {
         chain(self.dimension) * self.dimension.count()
     }
 
+    /// Steps groups in as few runs as hold them.
+    fn in_runs<T: Send>(
+        &self,
+        groups: &[Group],
+        most: usize,
+        run: impl Fn(&[Group]) -> Result<Vec<T>, Failure> + Sync,
+    ) -> Result<Vec<T>, Failure> {
+        let runs = (groups.len() * self.size()).div_ceil(most).max(1);
+        let each = groups.len().div_ceil(runs).max(1);
+        let found: Result<Vec<Vec<T>>, Failure> = groups.par_chunks(each).map(&run).collect();
+        Ok(found?.into_iter().flatten().collect())
+    }
+
     /// The force on each group.
     pub(super) fn samples(
         &self,
         elements: &[Elements],
-        groups: Vec<Group>,
+        groups: &[Group],
     ) -> Result<Vec<Sample>, Failure> {
-        let scene = scene(self.dimension, elements, &groups, EXPLICIT_STEP, false);
-        let after = self.stepper.step(&scene, self.explicit)?;
-        let ours = our_force(&scene);
         let (size, count) = (self.size(), self.dimension.count());
-        let forces = after.chunks_exact(size).zip(ours.chunks_exact(size));
-        let samples = groups.into_iter().zip(forces).map(|(group, (after, ours))| {
-            let change = after.iter().zip(&group.state.velocities).map(|(after, v)| after - v);
-            let kicks = change.enumerate();
-            let force = kicks.map(|(i, dv)| group.masses[i / count] * dv / EXPLICIT_STEP).collect();
-            Sample { group, force, ours: ours.to_vec() }
-        });
-        Ok(samples.collect())
+        self.in_runs(groups, MOST_EXPLICIT, |groups| {
+            let scene = scene(self.dimension, elements, groups, EXPLICIT_STEP, false);
+            let after = self.stepper.step(&scene, self.explicit)?;
+            // Of the same scene: wind depends on the box around all its particles.
+            let ours = our_force(&scene);
+            let forces = after.chunks_exact(size).zip(ours.chunks_exact(size));
+            let samples = groups.iter().zip(forces).map(|(group, (after, ours))| {
+                let change = after.iter().zip(&group.state.velocities).map(|(after, v)| after - v);
+                let kicks = change.enumerate();
+                let force =
+                    kicks.map(|(i, dv)| group.masses[i / count] * dv / EXPLICIT_STEP).collect();
+                Sample { group: group.clone(), force, ours: ours.to_vec() }
+            });
+            Ok(samples.collect())
+        })
     }
 
-    /// The force at `state` and its derivatives.
+    /// `v' − v` of each group by a step of linearized implicit Euler, of this name.
+    pub(super) fn changes(
+        &self,
+        implicit: &str,
+        elements: &[Elements],
+        groups: &[Group],
+        h: f64,
+    ) -> Result<Vec<Vec<f64>>, Failure> {
+        self.in_runs(groups, MOST_IMPLICIT, |groups| {
+            let scene = scene(self.dimension, elements, groups, h, true);
+            let after = self.stepper.step(&scene, implicit)?;
+            let changes = after.chunks_exact(self.size()).zip(groups).map(|(after, group)| {
+                after.iter().zip(&group.state.velocities).map(|(after, v)| after - v).collect()
+            });
+            Ok(changes.collect())
+        })
+    }
+
+    /// The force and its derivatives at each of the `centers`, and the force on the `others`.
     pub(super) fn differences(
         &self,
         elements: &[Elements],
-        state: &State,
-        masses: &[f64],
-    ) -> Result<Differences, Failure> {
+        centers: &[Group],
+        others: &[Group],
+    ) -> Result<(Vec<Differences>, Vec<Sample>), Failure> {
+        let mut groups: Vec<Group> = centers.iter().flat_map(|center| self.table(center)).collect();
+        groups.extend_from_slice(others);
+        let mut samples = self.samples(elements, &groups)?.into_iter();
+        let n_samples = noise::LINE + 4 * LEVELS * self.size();
+        let found = centers.iter().map(|center| {
+            let table = samples.by_ref().take(n_samples).collect();
+            self.differences_of(elements, center, table)
+        });
+        Ok((found.collect(), samples.collect()))
+    }
+
+    /// A line of states and the states of the differences around a group's state, with its masses.
+    fn table(&self, center: &Group) -> Vec<Group> {
+        let state = &center.state;
         let mut states = noise::line(state, self.dimension);
         let size = self.size();
         for index in 0..2 * size {
@@ -128,9 +184,18 @@ impl Offer<'_> {
                 }
             }
         }
-        let groups: Vec<Group> =
-            states.into_iter().map(|state| Group { state, masses: masses.to_vec() }).collect();
-        let samples = self.samples(elements, groups)?;
+        let states = states.into_iter();
+        states.map(|state| Group { state, masses: center.masses.clone() }).collect()
+    }
+
+    /// The force and its derivatives from the samples of a table.
+    fn differences_of(
+        &self,
+        elements: &[Elements],
+        center: &Group,
+        samples: Vec<Sample>,
+    ) -> Differences {
+        let size = self.size();
         let forces = |samples: &[Sample]| -> Vec<Vec<f64>> {
             samples.iter().map(|sample| sample.force.clone()).collect()
         };
@@ -152,9 +217,9 @@ impl Offer<'_> {
             }
         }
         let [by_position, by_velocity] = jacobians;
-        let group = Group { state: state.clone(), masses: masses.to_vec() };
-        let ours = our_jacobians(&scene(self.dimension, elements, &[group], EXPLICIT_STEP, false));
-        Ok(Differences { samples, by_position, by_velocity, ours, noise })
+        let center = std::slice::from_ref(center);
+        let ours = our_jacobians(&scene(self.dimension, elements, center, EXPLICIT_STEP, false));
+        Differences { samples, by_position, by_velocity, ours, noise }
     }
 }
 
@@ -252,10 +317,12 @@ mod tests {
             let offer =
                 Offer { stepper: &BuiltIn, dimension, explicit: "explicit-euler", implicit: None };
             for part in parts().iter().filter(|part| part.steps != Steps::None) {
-                for state in states(dimension) {
-                    let found = offer
-                        .differences(&[part.full], &state, &vec![1.0; chain(dimension)])
-                        .unwrap();
+                let states = states(dimension);
+                let centers: Vec<Group> =
+                    states.iter().map(|state| Group::unit(state, dimension)).collect();
+                let (found, _) = offer.differences(&[part.full], &centers, &[]).unwrap();
+                assert_eq!(found.len(), centers.len());
+                for found in found {
                     for (estimate, ours) in
                         [&found.by_position, &found.by_velocity].into_iter().zip(&found.ours)
                     {

@@ -16,16 +16,16 @@
 //! there are no such directions. A wrong Jacobian may keep the particles on their lines.)
 //!
 //! If no matrix leaves a small residual, the step itself is wrong: other masses on the left or another right-hand side
-//! are tried ([`MODELS`]). If no model fits, the groups are stepped again in two halves. An exact solver takes the same
-//! steps beside fewer groups, an iterative solver that stops early does not; the difference measures its error. Cost:
-//! three implicit runs and one explicit run for each state.
+//! are tried ([`MODELS`]). If no model fits, the groups are stepped again, in smaller sets and in reverse order. An exact
+//! solver takes the same steps beside fewer groups, an iterative solver that stops early does not; the difference
+//! measures its error. In another order its steps change by no more than that: if they change much, the step is wrong.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::differences::{Estimate, Offer, Sample};
 use super::noise::{self, CLEAR, MATRIX};
-use super::scenes::{Elements, Group, State, TIME_STEPS, masses, scene};
+use super::scenes::{Elements, Group, State, TIME_STEPS};
 use crate::verdict::Failure;
 
 /// A relative residual above this is not rounding of a solver: programs that meet the course's criteria solve more
@@ -147,8 +147,16 @@ pub(super) struct Steps {
     pub(super) residual: f64,
     /// The same for the right model.
     pub(super) residual_of_right: f64,
-    /// Relative difference between steps of all groups and steps in two halves; measured only if no model fits.
+    /// Relative difference between steps of all groups and of smaller sets; 0 if the order of the groups matters much.
+    /// Measured only if no model fits.
     looseness: f64,
+}
+
+/// The elements of a scene, and the program's force with them.
+pub(super) struct Variant {
+    pub(super) elements: Vec<Elements>,
+    /// At each state with every combination of masses.
+    pub(super) forces: Vec<Sample>,
 }
 
 impl Steps {
@@ -160,42 +168,45 @@ impl Steps {
     pub(super) fn take(
         offer: Offer<'_>,
         implicit: &str,
-        variants: &[Vec<Elements>],
+        variants: &[Variant],
         states: &[State],
         own: &[Vec<DMatrix<f64>>],
     ) -> Result<Self, Failure> {
-        // The force in every variant, one after the other.
-        let samples = |state: &State| -> Result<Vec<Sample>, Failure> {
-            let mut samples = Vec::new();
-            for elements in variants {
-                samples.extend(offer.samples(elements, groups(offer, state))?);
-            }
-            Ok(samples)
+        let before = |h: f64| -> Vec<Group> {
+            let of = |state: &State| Group::of_masses(&state.before(h), offer.dimension);
+            states.iter().flat_map(of).collect()
         };
-        let twins: Result<Vec<_>, Failure> = states.par_iter().map(samples).collect();
-        let twins = twins?;
-        let pairs: Vec<(usize, usize)> = (0..states.len())
-            .flat_map(|state| (0..TIME_STEPS.len()).map(move |step| (state, step)))
-            .collect();
-        let take = |(state, step): &(usize, usize)| {
-            let h = TIME_STEPS[*step];
-            let groups = groups(offer, &states[*state].before(h));
-            let changes = changes(offer, implicit, variants, &groups, h)?;
-            let own = own[*state][*step].clone();
-            Ok(Experiment { h, twins: twins[*state].clone(), changes, at_start: None, own })
+        let forces = variants.iter().map(|variant| variant.forces.clone());
+        let twins = by_state(&forces.collect::<Vec<_>>(), states.len());
+        let take = |h: &f64| -> Result<Vec<Vec<Vec<f64>>>, Failure> {
+            let groups = before(*h);
+            let of = |variant: &Variant| offer.changes(implicit, &variant.elements, &groups, *h);
+            let of_variants: Result<Vec<_>, Failure> = variants.par_iter().map(of).collect();
+            Ok(by_state(&of_variants?, states.len()))
         };
-        let flat: Result<Vec<Experiment>, Failure> = pairs.par_iter().map(take).collect();
-        let mut experiments: Vec<Vec<Experiment>> =
-            flat?.chunks(TIME_STEPS.len()).map(<[Experiment]>::to_vec).collect();
+        let taken: Result<Vec<_>, Failure> = TIME_STEPS.par_iter().map(take).collect();
+        let taken = taken?;
+        let experiment = |state: usize, step: usize| Experiment {
+            h: TIME_STEPS[step],
+            twins: twins[state].clone(),
+            changes: taken[step][state].clone(),
+            at_start: None,
+            own: own[state][step].clone(),
+        };
+        let of_state = |state| (0..TIME_STEPS.len()).map(|step| experiment(state, step)).collect();
+        let mut experiments: Vec<Vec<Experiment>> = (0..states.len()).map(of_state).collect();
 
         let right = &MODELS[0];
         let (mut fits, mut residual) = fit_all(&experiments, right);
         let residual_of_right = residual;
         let mut model = right;
         if residual > EXPLAINED {
-            for (experiments, state) in experiments.iter_mut().zip(states) {
-                for experiment in experiments {
-                    experiment.at_start = Some(samples(&state.before(experiment.h))?);
+            for (step, h) in TIME_STEPS.into_iter().enumerate() {
+                let of = |variant: &Variant| offer.samples(&variant.elements, &before(h));
+                let samples: Result<Vec<_>, Failure> = variants.iter().map(of).collect();
+                let samples = by_state(&samples?, states.len());
+                for (experiments, samples) in experiments.iter_mut().zip(samples) {
+                    experiments[step].at_start = Some(samples);
                 }
             }
             let limit = residual / BETTER;
@@ -208,11 +219,28 @@ impl Steps {
         }
         let mut looseness: f64 = 0.0;
         if residual > UNEXPLAINED {
-            for (experiments, state) in experiments.iter().zip(states) {
-                for experiment in experiments {
-                    let found = experiment.looseness(offer, implicit, &variants[0], state)?;
-                    looseness = looseness.max(found);
+            let mut by_order: f64 = 0.0;
+            let elements = &variants[0].elements;
+            for (step, h) in TIME_STEPS.into_iter().enumerate() {
+                let mut groups = before(h);
+                let each = groups.len() / states.len();
+                let mut beside_fewer = Vec::with_capacity(groups.len());
+                for of_state in groups.chunks(each) {
+                    for half in of_state.chunks(each.div_ceil(2)) {
+                        beside_fewer.extend(offer.changes(implicit, elements, half, h)?);
+                    }
                 }
+                groups.reverse();
+                let mut reversed = offer.changes(implicit, elements, &groups, h)?;
+                reversed.reverse();
+                let again = beside_fewer.chunks(each).zip(reversed.chunks(each));
+                for (experiments, (beside_fewer, reversed)) in experiments.iter().zip(again) {
+                    looseness = looseness.max(experiments[step].difference(beside_fewer));
+                    by_order = by_order.max(experiments[step].difference(reversed));
+                }
+            }
+            if by_order > CLEAR * LOOSEST {
+                looseness = 0.0;
             }
         }
         Ok(Self { experiments, fits, model, residual, residual_of_right, looseness })
@@ -239,30 +267,16 @@ impl Steps {
     }
 }
 
-/// A state with every combination of masses.
-fn groups(offer: Offer<'_>, state: &State) -> Vec<Group> {
-    let all = masses(offer.dimension).into_iter();
-    all.map(|masses| Group { state: state.clone(), masses }).collect()
-}
-
-/// `v' − v` of each group by an implicit step, in every variant, one after the other.
-fn changes(
-    offer: Offer<'_>,
-    implicit: &str,
-    variants: &[Vec<Elements>],
-    groups: &[Group],
-    h: f64,
-) -> Result<Vec<Vec<f64>>, Failure> {
-    let mut changes = Vec::new();
-    for elements in variants {
-        let scene = scene(offer.dimension, elements, groups, h, true);
-        let after = offer.stepper.step(&scene, implicit)?;
-        let after = after.chunks_exact(offer.size()).zip(groups);
-        changes.extend(after.map(|(after, group)| -> Vec<f64> {
-            after.iter().zip(&group.state.velocities).map(|(after, v)| after - v).collect()
-        }));
-    }
-    Ok(changes)
+/// Of what belongs to every state of each variant, what belongs to each state: that of all variants.
+fn by_state<T: Clone>(of_variants: &[Vec<T>], n_states: usize) -> Vec<Vec<T>> {
+    let of_state = |state: usize| {
+        let parts = of_variants.iter().map(|all| {
+            let n = all.len() / n_states;
+            &all[state * n..(state + 1) * n]
+        });
+        parts.collect::<Vec<_>>().concat()
+    };
+    (0..n_states).map(of_state).collect()
 }
 
 fn fit_all(experiments: &[Vec<Experiment>], model: &Model) -> (Vec<Vec<Fit>>, f64) {
@@ -296,29 +310,16 @@ impl Experiment {
         [left, right]
     }
 
-    /// Difference between the steps of the first variant, `elements`, and the same in two halves, relative to the
-    /// largest term of the equations.
-    fn looseness(
-        &self,
-        offer: Offer<'_>,
-        implicit: &str,
-        elements: &[Elements],
-        state: &State,
-    ) -> Result<f64, Failure> {
-        let groups = groups(offer, &state.before(self.h));
-        let variant = [elements.to_vec()];
-        let mut again = Vec::with_capacity(groups.len());
-        for half in groups.chunks(groups.len().div_ceil(2)) {
-            again.extend(changes(offer, implicit, &variant, half, self.h)?);
-        }
+    /// Largest difference of these steps from the first of its own, relative to the largest term of the equations.
+    fn difference(&self, others: &[Vec<f64>]) -> f64 {
         let mut largest: f64 = 0.0;
-        for ((again, change), group) in again.iter().zip(&self.changes).zip(&groups) {
-            let heaviest = group.masses.iter().copied().fold(0.0, f64::max);
-            let pairs = again.iter().zip(change);
+        for ((other, change), twin) in others.iter().zip(&self.changes).zip(&self.twins) {
+            let heaviest = twin.group.masses.iter().copied().fold(0.0, f64::max);
+            let pairs = other.iter().zip(change);
             largest = pairs.map(|(a, b)| heaviest * (a - b).abs()).fold(largest, f64::max);
         }
         let scale = self.terms(&MODELS[0]).iter().map(DMatrix::amax).fold(0.0, f64::max);
-        Ok(if scale > 0.0 { largest / scale } else { 0.0 })
+        if scale > 0.0 { largest / scale } else { 0.0 }
     }
 
     /// Residual of the steps' equations with these matrices as `A`, as a multiple of its bound: one matrix for each
@@ -422,13 +423,17 @@ mod tests {
                 let nothing =
                     vec![vec![DMatrix::zeros(size, size); TIME_STEPS.len()]; states.len()];
                 let method = "linearized-implicit-euler";
-                let steps =
-                    Steps::take(offer, method, &[vec![part.full]], &states, &nothing).unwrap();
+                let elements = vec![part.full];
+                let all: Vec<Group> =
+                    states.iter().flat_map(|state| Group::of_masses(state, dimension)).collect();
+                let forces = offer.samples(&elements, &all).unwrap();
+                let variant = Variant { elements, forces };
+                let steps = Steps::take(offer, method, &[variant], &states, &nothing).unwrap();
                 assert!(steps.is_right() && steps.residual < 1e-13 && !steps.is_partial());
-                for (fits, state) in steps.fits.iter().zip(&states) {
-                    let found = offer
-                        .differences(&[part.full], state, &vec![1.0; dimension.count() + 1])
-                        .unwrap();
+                let centers: Vec<Group> =
+                    states.iter().map(|state| Group::unit(state, dimension)).collect();
+                let (found, _) = offer.differences(&[part.full], &centers, &[]).unwrap();
+                for (fits, found) in steps.fits.iter().zip(&found) {
                     for (fit, h) in fits.iter().zip(TIME_STEPS) {
                         let [by_position, by_velocity] = &found.ours;
                         let ours = by_position * (h * h) + by_velocity * h;

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A submission is seen only through traces ([`Stepper`]). One scene contains hundreds of independent groups of
-//! particles, so that a force costs some twenty runs. Each part of each force gets three kinds of findings: the force
+//! particles, so that a force costs four or five runs in the plane, and some fifteen in space. Each part of each force gets three kinds of findings: the force
 //! against ours ([`PartReport::force_finding`]), the form of the step ([`PartReport::step`]), and the Jacobian against
 //! the derivative of the program's own force ([`PartReport::blocks`]). A wrong force with a consistent Jacobian can so
 //! be distinguished from a right force with a wrong Jacobian.
@@ -143,6 +143,7 @@ pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str, Dimension) -> bool) ->
         if let Ok(explicit) = &explicit {
             let implicit = implicit.as_ref().ok().copied();
             let mut session = Session::new(Offer { stepper, dimension, explicit, implicit });
+            session.measure(&wanted);
             parts.extend(wanted.into_iter().map(|part| session.report(part)));
         }
         spaces.push(Space { dimension, explicit, implicit });
@@ -181,6 +182,10 @@ pub fn state(dimension: Dimension, number: usize) -> Option<(Vec<f64>, Vec<f64>)
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use simulator::scene::Scene;
+
     use super::*;
 
     #[test]
@@ -198,5 +203,32 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Counts the runs of the built-in simulator.
+    #[derive(Default)]
+    struct Counting(AtomicUsize);
+
+    impl Stepper for Counting {
+        fn name(&self) -> String {
+            BuiltIn.name()
+        }
+
+        fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            BuiltIn.step(scene, integrator)
+        }
+    }
+
+    #[test]
+    fn a_force_costs_few_runs() {
+        let runs = |dimension| {
+            let counting = Counting::default();
+            probe(&counting, |force, of| force == "gravitationalforce" && of == dimension);
+            counting.0.into_inner()
+        };
+        // Two for the methods' names; gravitation is measured beside springs, which are measured as well.
+        assert_eq!(runs(Dimension::Two), 2 + 2 * (1 + 3) + 1);
+        assert_eq!(runs(Dimension::Three), 2 + 2 * (4 + 9) + 1);
     }
 }

@@ -184,6 +184,19 @@ pub(super) struct Group {
     pub(super) masses: Vec<f64>,
 }
 
+impl Group {
+    /// With masses of 1.
+    pub(super) fn unit(state: &State, dimension: Dimension) -> Self {
+        Self { state: state.clone(), masses: vec![1.0; chain(dimension)] }
+    }
+
+    /// A state with every combination of masses.
+    pub(super) fn of_masses(state: &State, dimension: Dimension) -> Vec<Self> {
+        let masses = masses(dimension).into_iter();
+        masses.map(|masses| Self { state: state.clone(), masses }).collect()
+    }
+}
+
 /// States in general position: no special distances, angles or velocities.
 pub(super) fn states(dimension: Dimension) -> Vec<State> {
     let mut rng = Rng::with_seed(4);

@@ -5,13 +5,13 @@ use rayon::prelude::*;
 
 use super::diagnosis::{self, Measured};
 use super::differences::{Differences, Estimate, Offer, Sample};
-use super::identify::{Experiment, Steps};
+use super::identify::{Experiment, Steps, Variant};
 use super::judge::{
     Forces, compare_forces, failed, judge_by_mass, judge_model, no_implicit, not_judged,
 };
 use super::noise::CLEAR;
 use super::scenes::{
-    self, Elements, Group, Part, State, TIME_STEPS, chain, companion, exciter, second_companion,
+    self, Elements, Group, Part, State, TIME_STEPS, companion, exciter, second_companion,
 };
 use super::separate::{
     Derivatives, PartMatrix, Separated, block_entries, part_matrices, part_of, separate,
@@ -57,6 +57,38 @@ impl<'a> Session<'a> {
         Self { offer, states, forces: Vec::new(), steps: Vec::new() }
     }
 
+    /// Measures what the reports on these parts need, in parallel.
+    pub(super) fn measure(&mut self, parts: &[&'static Part]) {
+        let mut elements: Vec<[Elements; 1]> = Vec::new();
+        for needed in parts.iter().flat_map(|part| [Some(part.full), part.without]).flatten() {
+            if !elements.contains(&[needed]) {
+                elements.push([needed]);
+            }
+        }
+        let take = |elements: &[Elements; 1]| (elements.to_vec(), self.take_forces(elements));
+        self.forces = elements.par_iter().map(take).collect();
+        let mut wanted = Vec::new();
+        for part in parts {
+            if self.judge_force(part).verdict == Verdict::NotOffered {
+                continue;
+            }
+            let Ok((full, without)) = self.steps_of(part) else { continue };
+            for stepped in [Some(full), without].into_iter().flatten() {
+                let is_known = self.steps.iter().any(|(known, _)| *known == stepped);
+                if !is_known && wanted.iter().all(|(known, _)| *known != stepped) {
+                    let own = self.own_matrices(&stepped.elements);
+                    wanted.push((stepped, own));
+                }
+            }
+        }
+        let take = |(stepped, own): (Stepped, Result<Vec<_>, Failure>)| {
+            let steps = own.and_then(|own| self.take_steps(&stepped, &own));
+            (stepped, steps)
+        };
+        let taken: Vec<_> = wanted.into_par_iter().map(take).collect();
+        self.steps.extend(taken);
+    }
+
     /// The report on one part.
     pub(super) fn report(&mut self, part: &'static Part) -> PartReport {
         let force = self.judge_force(part);
@@ -92,21 +124,16 @@ impl<'a> Session<'a> {
     }
 
     fn take_forces(&self, elements: &[Elements]) -> Result<Forces, Failure> {
-        let offer = self.offer;
-        let ones = vec![1.0; chain(offer.dimension)];
-        let differences: Result<Vec<Differences>, Failure> =
-            self.states.par_iter().map(|state| offer.differences(elements, state, &ones)).collect();
-        let by_mass = offer.samples(elements, self.groups())?;
-        Ok(Forces { differences: differences?, by_mass })
+        let unit = |state| Group::unit(state, self.offer.dimension);
+        let centers: Vec<Group> = self.states.iter().map(unit).collect();
+        let (differences, by_mass) = self.offer.differences(elements, &centers, &self.groups())?;
+        Ok(Forces { differences, by_mass })
     }
 
     /// Every state with every combination of masses.
     fn groups(&self) -> Vec<Group> {
-        let all = self.states.iter().flat_map(|state| {
-            let masses = scenes::masses(self.offer.dimension).into_iter();
-            masses.map(|masses| Group { state: state.clone(), masses })
-        });
-        all.collect()
+        let dimension = self.offer.dimension;
+        self.states.iter().flat_map(|state| Group::of_masses(state, dimension)).collect()
     }
 
     /// Takes these steps, unless they were taken before.
@@ -114,14 +141,25 @@ impl<'a> Session<'a> {
         if let Some(found) = self.steps.iter().position(|(known, _)| known == stepped) {
             return found;
         }
-        let steps = match self.offer.implicit {
-            Some(implicit) => self.own_matrices(&stepped.elements).and_then(|own| {
-                Steps::take(self.offer, implicit, &stepped.variants(), &self.states, &own)
-            }),
-            None => Err(no_implicit()),
-        };
+        let own = self.own_matrices(&stepped.elements);
+        let steps = own.and_then(|own| self.take_steps(stepped, &own));
         self.steps.push((stepped.clone(), steps));
         self.steps.len() - 1
+    }
+
+    fn take_steps(&self, stepped: &Stepped, own: &[Vec<DMatrix<f64>>]) -> Result<Steps, Failure> {
+        let implicit = self.offer.implicit.ok_or_else(no_implicit)?;
+        let variant = |elements: Vec<Elements>| {
+            let known = self.forces.iter().find(|(known, _)| *known == elements);
+            let forces = match known {
+                Some((_, Ok(forces))) => forces.by_mass.clone(),
+                _ => self.offer.samples(&elements, &self.groups())?,
+            };
+            Ok(Variant { elements, forces })
+        };
+        let variants: Result<Vec<_>, Failure> =
+            stepped.variants().into_iter().map(variant).collect();
+        Steps::take(self.offer, implicit, &variants?, &self.states, own)
     }
 
     /// The expected matrix of a step, from the program's own force, by state and time step.
@@ -415,11 +453,7 @@ impl<'a> Session<'a> {
             Some(without) => Some(of(without)?),
             None => None,
         };
-        let states = full.differences.iter().enumerate().map(|(state, full)| {
-            let without = without.map(|without| &without.differences[state]);
-            Derivatives::new(full, without)
-        });
-        Some(states.collect())
+        Some(derivatives_of(&full.differences, without.map(|without| &without.differences[..])))
     }
 
     /// Misfit of the steps and the differences at their own masses, as a multiple of the bound.
@@ -427,12 +461,8 @@ impl<'a> Session<'a> {
         let Some((state, experiments)) = self.states.first().zip(steps.experiments.first()) else {
             return Ok(f64::INFINITY);
         };
-        let masses = scenes::masses(self.offer.dimension);
-        let found: Result<Vec<Differences>, Failure> = masses
-            .par_iter()
-            .map(|masses| self.offer.differences(elements, state, masses))
-            .collect();
-        let found = found?;
+        let centers = Group::of_masses(state, self.offer.dimension);
+        let (found, _) = self.offer.differences(elements, &centers, &[])?;
         let excess = |experiment: &Experiment| {
             let h = experiment.h;
             let matrices: Vec<Estimate> =
@@ -448,11 +478,16 @@ impl<'a> Session<'a> {
         matrices: &[Vec<PartMatrix>],
         derivatives: &[Derivatives],
     ) -> Vec<String> {
+        let starts: Vec<State> = TIME_STEPS
+            .into_iter()
+            .flat_map(|h| self.states.iter().map(move |state| state.before(h)))
+            .collect();
+        let at_start = self.derivatives_at(part, &starts);
         let mut all = Vec::new();
-        for (index, state) in self.states.iter().enumerate() {
-            let derivatives = &derivatives[index];
+        for (index, derivatives) in derivatives.iter().enumerate() {
             for (step, h) in TIME_STEPS.into_iter().enumerate() {
                 let PartMatrix { matrix, moved } = &matrices[index][step];
+                let at_start = at_start.as_ref().map(|at| &at[step * self.states.len() + index]);
                 all.push(Measured {
                     h,
                     moved,
@@ -460,22 +495,27 @@ impl<'a> Session<'a> {
                     matrix,
                     own: [&derivatives.own[0], &derivatives.own[1]],
                     ours: [&derivatives.ours[0], &derivatives.ours[1]],
-                    at_start: self.derivatives_at_start(part, &state.before(h)),
+                    at_start: at_start.map(|at| at.own.clone()),
                 });
             }
         }
         diagnosis::diagnose(&all)
     }
 
-    fn derivatives_at_start(&self, part: &Part, state: &State) -> Option<[Estimate; 2]> {
-        let ones = vec![1.0; chain(self.offer.dimension)];
-        let at = |elements: Elements| self.offer.differences(&[elements], state, &ones).ok();
+    /// The part's own derivatives at other states.
+    fn derivatives_at(&self, part: &Part, states: &[State]) -> Option<Vec<Derivatives>> {
+        let unit = |state| Group::unit(state, self.offer.dimension);
+        let centers: Vec<Group> = states.iter().map(unit).collect();
+        let at = |elements: Elements| {
+            let found = self.offer.differences(&[elements], &centers, &[]).ok();
+            found.map(|(found, _)| found)
+        };
         let full = at(part.full)?;
         let without = match part.without {
             Some(without) => Some(at(without)?),
             None => None,
         };
-        Some(Derivatives::new(&full, without.as_ref()).own)
+        Some(derivatives_of(&full, without.as_deref()))
     }
 
     /// The scenes of the worst finding's state.
@@ -483,10 +523,7 @@ impl<'a> Session<'a> {
         let worst = report.findings().filter(|(_, finding)| finding.verdict == Verdict::Wrong);
         let entry = worst.filter_map(|(_, finding)| finding.worst.as_ref()).last();
         let state = entry.map_or(0, |entry| entry.state);
-        let groups = |state: &State| -> Vec<Group> {
-            let masses = scenes::masses(self.offer.dimension).into_iter();
-            masses.map(|masses| Group { state: state.clone(), masses }).collect()
-        };
+        let groups = |state| Group::of_masses(state, self.offer.dimension);
         let beside = part.steps == scenes::Steps::BesideSprings;
         let stepped = if beside { vec![companion(), part.full] } else { vec![part.full] };
         let Offer { dimension, explicit, implicit, .. } = self.offer;
@@ -501,6 +538,13 @@ impl<'a> Session<'a> {
     }
 }
 
+/// The derivatives of a part at each state, from those of its force with it and without it.
+fn derivatives_of(full: &[Differences], without: Option<&[Differences]>) -> Vec<Derivatives> {
+    let states = full.iter().enumerate();
+    let of_state = |(state, full)| Derivatives::new(full, without.map(|without| &without[state]));
+    states.map(of_state).collect()
+}
+
 /// A factor of a row as a function of its particle's mass, with its description.
 type Scaling = (fn(f64) -> f64, &'static str);
 
@@ -512,9 +556,9 @@ const BY_MASS: [Scaling; 2] = [
 
 /// Whether a program steps groups without forces, by this name of a method.
 pub(super) fn takes(offer: Offer<'_>, spelling: &str, implicit: bool) -> Result<(), Failure> {
-    let masses = vec![1.0; chain(offer.dimension)];
-    let states = scenes::states(offer.dimension).into_iter();
-    let groups: Vec<Group> = states.map(|state| Group { state, masses: masses.clone() }).collect();
+    let states = scenes::states(offer.dimension);
+    let groups: Vec<Group> =
+        states.iter().map(|state| Group::unit(state, offer.dimension)).collect();
     let scene = scenes::scene(offer.dimension, &[], &groups, 1.0, implicit);
     offer.stepper.step(&scene, spelling).map(|_| ())
 }

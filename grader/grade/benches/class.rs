@@ -39,6 +39,7 @@ fn main() {
             "--bench" => {}
             "--markdown" => markdown = arguments.next().map(PathBuf::from),
             "--no-jacobians" => options.push(argument),
+            "--assignment" => options.extend([argument].into_iter().chain(arguments.next())),
             "--right" => titles.retain(|(_, mixed)| !mixed),
             "--mixed" => titles.retain(|(_, mixed)| *mixed),
             count => counts.push(count.parse().expect("a number of submissions")),

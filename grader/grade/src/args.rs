@@ -659,7 +659,8 @@ pub(super) struct SuiteArgs {
     #[arg(long)]
     pub(super) strict: bool,
 
-    /// Number of threads [default: one per core]
+    /// Number of threads, and of programs at a time [default: one per core, and half as many more
+    /// programs]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) threads: Option<u16>,
 }

@@ -27,6 +27,8 @@ pub(super) struct Inputs {
     pub(super) assignments: PathBuf,
     /// The assignment that the scenes were narrowed to; `None` if every scene is graded.
     pub(super) assignment: Option<Assignment>,
+    /// Runs of programs at a time; by default as many as threads.
+    runs_at_once: Option<usize>,
 }
 
 impl Inputs {
@@ -47,6 +49,7 @@ impl Inputs {
             hidden,
             checks,
             observer,
+            runs_at_once: self.runs_at_once,
         }
     }
 
@@ -103,10 +106,16 @@ impl SuiteArgs {
     }
 
     fn load(&self, judging: &Judging<'_>, reading: Reading) -> Result<Inputs, Stop> {
-        if let Some(threads) = self.threads {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
-            pool.build_global().map_err(Stop::fault)?;
-        }
+        let runs_at_once = match self.threads {
+            Some(threads) => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+                pool.build_global().map_err(Stop::fault)?;
+                None
+            }
+            // While the kernel makes or removes the namespaces of a run, which takes it mostly waiting, others use its
+            // core.
+            None => Some((rayon::current_num_threads() * 3).div_ceil(2)),
+        };
         let Folders { assets, extra_credit, expected } = self.folders()?;
         let mut sections = vec![(Section::Required, assets.clone())];
         sections.extend(extra_credit.map(|folder| (Section::ExtraCredit, folder)));
@@ -144,7 +153,16 @@ impl SuiteArgs {
             rubric.judge_by(criteria.name());
         }
         let assignment = assignment.filter(|_| is_part);
-        Ok(Inputs { suite, expected, rubric, rubric_path, hidden, assignments, assignment })
+        Ok(Inputs {
+            suite,
+            expected,
+            rubric,
+            rubric_path,
+            hidden,
+            assignments,
+            assignment,
+            runs_at_once,
+        })
     }
 
     pub(super) fn folders(&self) -> Result<Folders, Stop> {

@@ -80,6 +80,8 @@ pub struct Grader<'a> {
     pub checks: Checks,
     /// Receives events, and may end the run early.
     pub observer: &'a dyn Observer,
+    /// Runs of programs at a time; by default as many as rayon has threads.
+    pub runs_at_once: Option<usize>,
 }
 
 /// Checks beside the shipped scenes, and recordings.
@@ -101,12 +103,23 @@ impl<'a> Grader<'a> {
     /// Grades the shipped scenes only, without an observer.
     pub fn new(suite: &'a Suite, oracle: &'a Oracle, rubric: &'a Rubric) -> Self {
         let checks = Checks::default();
-        Self { suite, oracle, rubric, assignment: None, hidden: None, checks, observer: &() }
+        let (assignment, hidden, observer) = (None, None, &());
+        Self { suite, oracle, rubric, assignment, hidden, checks, observer, runs_at_once: None }
     }
 
     /// Grades a submission. Its programs, if any, run under `protection`. If the observer ends the run early, the
     /// result contains only the scenes that had ended.
     pub fn grade(&self, submission: &Submission, protection: Option<Vec<Protection>>) -> Grading {
+        let wanted = self.runs_at_once.filter(|_| matches!(submission, Submission::Program(_)));
+        let pool = wanted.map(|runs| rayon::ThreadPoolBuilder::new().num_threads(runs).build());
+        match pool {
+            Some(Ok(pool)) => pool.install(|| self.graded(submission, protection)),
+            // Without further threads, there are fewer runs at a time.
+            _ => self.graded(submission, protection),
+        }
+    }
+
+    fn graded(&self, submission: &Submission, protection: Option<Vec<Protection>>) -> Grading {
         let Self { suite, oracle, rubric, checks, observer, .. } = *self;
         let jacobians = if checks.jacobians && matches!(submission, Submission::BuiltIn(_)) {
             observer.notice(Event::Task(Task::Jacobians));

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! grade ── starter ── supervisor ───────────────── keeper ───────────────────────── program ── …
-//!                     namespaces, control group    mounts, root of its own          own user, no capabilities,
+//!          no network namespaces, control group    mounts, root of its own          own user, no capabilities,
 //!                     watches the run's limits     first process of the namespace   Landlock, seccomp, rlimits
 //! ```
 //!

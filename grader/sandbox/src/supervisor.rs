@@ -12,9 +12,7 @@ use fork::Fork;
 use nix::sched::{CloneFlags, unshare};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
-use rustix::process::{
-    Pid, Signal, getegid, geteuid, getppid, kill_process, set_child_subreaper, umask,
-};
+use rustix::process::{Pid, Signal, getppid, kill_process, set_child_subreaper, umask};
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
@@ -56,12 +54,14 @@ pub(super) fn run(starters: &Starters, walls: &Walls, job: &Job) -> Result<Outco
         .map_err(SandboxError)
 }
 
-/// Runs as a supervisor, a child of the starter. Standard input is a socket of `grade`.
-pub(super) fn serve(starter: Pid, request: &str) -> io::Result<()> {
+/// Runs as a supervisor, a child of the starter, unless the starter's namespaces were refused. Standard input is a socket
+/// of `grade`.
+pub(super) fn serve(starter: Pid, entered: &Result<(), String>, request: &str) -> io::Result<()> {
     umask(MASK);
     close_inherited()?;
     let mut grader: UnixStream = rustix::stdio::stdin().try_clone_to_owned()?.into();
-    let answer = supervise(serde_json::from_str(request)?, starter, &grader);
+    let request = serde_json::from_str(request)?;
+    let answer = entered.clone().and_then(|()| supervise(request, starter, &grader));
     grader.write_all(&serde_json::to_vec(&answer)?)
 }
 
@@ -105,29 +105,13 @@ fn close_inherited() -> io::Result<()> {
     Ok(())
 }
 
-/// Creates the namespaces of this process's children, except those of mounts and of control groups, which the
-/// keeper creates.
+/// Creates the namespaces of this process's children: those of a run that neither the starter nor the keeper creates.
 fn isolate(namespaces: Namespaces) -> Result<(), String> {
-    let others = CloneFlags::CLONE_NEWPID
-        | CloneFlags::CLONE_NEWNET
-        | CloneFlags::CLONE_NEWIPC
-        | CloneFlags::CLONE_NEWUTS;
-    let fail = |error: &dyn std::fmt::Display| format!("namespaces: {error}");
-    match namespaces {
-        Namespaces::None => {}
-        Namespaces::Privileged => unshare(others).map_err(|error| fail(&error))?,
-        Namespaces::User => {
-            let (user, group) = (geteuid().as_raw(), getegid().as_raw());
-            unshare(CloneFlags::CLONE_NEWUSER | others).map_err(|error| fail(&error))?;
-            let map = || {
-                fs::write("/proc/self/setgroups", "deny")?;
-                fs::write("/proc/self/uid_map", format!("{user} {user} 1"))?;
-                fs::write("/proc/self/gid_map", format!("{group} {group} 1"))
-            };
-            map().map_err(|error| fail(&error))?;
-        }
+    let own = CloneFlags::CLONE_NEWPID | CloneFlags::CLONE_NEWIPC | CloneFlags::CLONE_NEWUTS;
+    match namespaces.exist() {
+        true => unshare(own).map_err(|error| format!("namespaces: {error}")),
+        false => Ok(()),
     }
-    Ok(())
 }
 
 /// A running program.

@@ -38,6 +38,7 @@ pub(super) const DEVICES: &[&str] =
 
 /// The namespaces of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(super) enum Namespaces {
     /// With a user namespace, which an ordinary user needs.
     User,

@@ -27,7 +27,7 @@ pub(super) struct Inputs {
     pub(super) assignments: PathBuf,
     /// The assignment that the scenes were narrowed to; `None` if every scene is graded.
     pub(super) assignment: Option<Assignment>,
-    /// Runs of programs at a time; by default as many as threads.
+    /// Runs of programs at a time, if not as many as threads.
     runs_at_once: Option<usize>,
 }
 

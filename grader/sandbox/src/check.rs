@@ -45,6 +45,7 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     let landlock = offers_landlock();
     let control_group = super::cgroup::delegated();
     let system = walls::system();
+    let starters = Starters::new(launcher.clone());
     let candidates: &[(Namespaces, bool)] = match rustix::process::geteuid().is_root() {
         true => {
             &[(Namespaces::Privileged, true), (Namespaces::None, true), (Namespaces::None, false)]
@@ -55,7 +56,6 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     for &(namespaces, own_user) in candidates {
         let (control_group, system) = (control_group.clone(), system.clone());
         let walls = Walls { namespaces, own_user, landlock, control_group, system };
-        let starters = Starters::new(launcher.clone(), namespaces);
         match test(&starters, &launcher, &walls) {
             Ok(protections) => {
                 if !landlock && !protections.contains(&Protection::Files) {

@@ -31,23 +31,23 @@ use super::{STARTER, cgroup, scratch};
 #[derive(Debug)]
 pub(super) struct Starters {
     launcher: PathBuf,
-    namespaces: Namespaces,
     idle: Mutex<Vec<Starter>>,
 }
 
 impl Starters {
     /// Removes the scratch folders of killed graders. Call it after control groups are set up, because starters inherit
     /// the grader's group.
-    pub(super) fn new(launcher: PathBuf, namespaces: Namespaces) -> Self {
+    pub(super) fn new(launcher: PathBuf) -> Self {
         scratch::sweep();
-        Self { launcher, namespaces, idle: Mutex::default() }
+        Self { launcher, idle: Mutex::default() }
     }
 
     /// The answer of a new supervisor to a request, both of one line.
-    pub(super) fn ask(&self, request: &str) -> io::Result<String> {
+    pub(super) fn ask(&self, namespaces: Namespaces, request: &str) -> io::Result<String> {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        let taken = idle().pop();
-        let start = || Starter::start(&self.launcher, self.namespaces);
+        // One with other namespaces is from the test of stronger protections, and ends.
+        let taken = idle().pop().filter(|starter| starter.namespaces == namespaces);
+        let start = || Starter::start(&self.launcher, namespaces);
         let mut starter = taken.map_or_else(start, Ok)?;
         let answer = starter.ask(request)?;
         idle().push(starter);
@@ -65,6 +65,7 @@ impl Drop for Starters {
 /// A starter, as `grade` sees it.
 #[derive(Debug)]
 struct Starter {
+    namespaces: Namespaces,
     process: Child,
     socket: BufReader<UnixStream>,
 }
@@ -74,16 +75,11 @@ impl Starter {
         let (socket, theirs) = UnixStream::pair()?;
         let mut command = Command::new(launcher);
         let temporary = std::env::var_os("TMPDIR").map(|folder| ("TMPDIR", folder));
-        let namespaces = serde_json::to_string(&namespaces)?;
-        command
-            .arg(STARTER)
-            .arg(namespaces)
-            .env_clear()
-            .envs(temporary)
-            .stdin(OwnedFd::from(theirs));
+        command.arg(STARTER).arg(serde_json::to_string(&namespaces)?);
+        command.env_clear().envs(temporary).stdin(OwnedFd::from(theirs));
         // Signals of the terminal do not reach it.
         command.stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
-        Ok(Self { process: command.spawn()?, socket: BufReader::new(socket) })
+        Ok(Self { namespaces, process: command.spawn()?, socket: BufReader::new(socket) })
     }
 
     fn ask(&mut self, request: &str) -> io::Result<String> {

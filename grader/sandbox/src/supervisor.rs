@@ -47,7 +47,7 @@ pub(super) fn run(starters: &Starters, walls: &Walls, job: &Job) -> Result<Outco
     let fail = |error: io::Error| SandboxError(error.to_string());
     let request = Request { walls: walls.clone(), job: job.clone() };
     let request = serde_json::to_string(&request).map_err(|error| fail(error.into()))?;
-    let answer = starters.ask(&request).map_err(fail)?;
+    let answer = starters.ask(walls.namespaces, &request).map_err(fail)?;
     let answer: Option<Result<Outcome, String>> = serde_json::from_str(&answer).ok();
     answer
         .ok_or_else(|| SandboxError("its supervisor ended without an answer".to_owned()))?

@@ -22,7 +22,7 @@ pub(super) struct Measured<'a> {
     pub(super) own: [&'a Estimate; 2],
     pub(super) ours: [&'a DMatrix<f64>; 2],
     /// Derivatives of the program's force at the start of the step, if they were needed.
-    pub(super) at_start: Option<[Estimate; 2]>,
+    pub(super) at_start: Option<&'a [Estimate; 2]>,
 }
 
 /// A mistake: its description and the resulting matrix.
@@ -46,7 +46,7 @@ const MISTAKES: [Mistake; 16] = [
     ("the cross blocks are missing", |m| m.right_with_cross(0.0)),
     ("the cross blocks have the wrong sign", |m| m.right_with_cross(-1.0)),
     ("the direct blocks are missing", |m| m.right() - m.right_with_cross(0.0)),
-    ("the Jacobians are evaluated at q, not at q + h v", |m| match &m.at_start {
+    ("the Jacobians are evaluated at q, not at q + h v", |m| match m.at_start {
         Some([by_x, by_v]) => &by_x.value * (m.h * m.h) + &by_v.value * m.h,
         None => m.right(),
     }),
@@ -82,7 +82,6 @@ impl Measured<'_> {
         let (h, [by_x, by_v]) = (self.h, self.own);
         let start = self
             .at_start
-            .as_ref()
             .map_or(0.0, |[by_x, by_v]| h * h * by_x.bound.amax() + h * by_v.bound.amax());
         let slack = h * h * by_x.bound.amax() + h * by_v.bound.amax() + start;
         let wanted = other.unwrap_or(&self.matrix.value);

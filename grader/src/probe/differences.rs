@@ -317,9 +317,7 @@ mod tests {
             let offer =
                 Offer { stepper: &BuiltIn, dimension, explicit: "explicit-euler", implicit: None };
             for part in parts().iter().filter(|part| part.steps != Steps::None) {
-                let states = states(dimension);
-                let centers: Vec<Group> =
-                    states.iter().map(|state| Group::unit(state, dimension)).collect();
+                let centers = Group::of_unit_masses(&states(dimension), dimension);
                 let (found, _) = offer.differences(&[part.full], &centers, &[]).unwrap();
                 assert_eq!(found.len(), centers.len());
                 for found in found {

@@ -173,8 +173,8 @@ impl Steps {
         own: &[Vec<DMatrix<f64>>],
     ) -> Result<Self, Failure> {
         let before = |h: f64| -> Vec<Group> {
-            let of = |state: &State| Group::of_masses(&state.before(h), offer.dimension);
-            states.iter().flat_map(of).collect()
+            let states: Vec<State> = states.iter().map(|state| state.before(h)).collect();
+            Group::of_all_masses(&states, offer.dimension)
         };
         let forces = variants.iter().map(|variant| variant.forces.clone());
         let twins = by_state(&forces.collect::<Vec<_>>(), states.len());
@@ -424,14 +424,12 @@ mod tests {
                     vec![vec![DMatrix::zeros(size, size); TIME_STEPS.len()]; states.len()];
                 let method = "linearized-implicit-euler";
                 let elements = vec![part.full];
-                let all: Vec<Group> =
-                    states.iter().flat_map(|state| Group::of_masses(state, dimension)).collect();
+                let all = Group::of_all_masses(&states, dimension);
                 let forces = offer.samples(&elements, &all).unwrap();
                 let variant = Variant { elements, forces };
                 let steps = Steps::take(offer, method, &[variant], &states, &nothing).unwrap();
                 assert!(steps.is_right() && steps.residual < 1e-13 && !steps.is_partial());
-                let centers: Vec<Group> =
-                    states.iter().map(|state| Group::unit(state, dimension)).collect();
+                let centers = Group::of_unit_masses(&states, dimension);
                 let (found, _) = offer.differences(&[part.full], &centers, &[]).unwrap();
                 for (fits, found) in steps.fits.iter().zip(&found) {
                     for (fit, h) in fits.iter().zip(TIME_STEPS) {

@@ -143,8 +143,7 @@ pub fn probe(stepper: &dyn Stepper, select: impl Fn(&str, Dimension) -> bool) ->
         if let Ok(explicit) = &explicit {
             let implicit = implicit.as_ref().ok().copied();
             let mut session = Session::new(Offer { stepper, dimension, explicit, implicit });
-            session.measure(&wanted);
-            parts.extend(wanted.into_iter().map(|part| session.report(part)));
+            parts.extend(session.reports(&wanted));
         }
         spaces.push(Space { dimension, explicit, implicit });
     }

@@ -185,15 +185,19 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// With masses of 1.
-    pub(super) fn unit(state: &State, dimension: Dimension) -> Self {
-        Self { state: state.clone(), masses: vec![1.0; chain(dimension)] }
+    /// Each state with masses of 1.
+    pub(super) fn of_unit_masses(states: &[State], dimension: Dimension) -> Vec<Self> {
+        let masses = vec![1.0; chain(dimension)];
+        states.iter().map(|state| Self { state: state.clone(), masses: masses.clone() }).collect()
     }
 
-    /// A state with every combination of masses.
-    pub(super) fn of_masses(state: &State, dimension: Dimension) -> Vec<Self> {
-        let masses = masses(dimension).into_iter();
-        masses.map(|masses| Self { state: state.clone(), masses }).collect()
+    /// Each state with every combination of masses.
+    pub(super) fn of_all_masses(states: &[State], dimension: Dimension) -> Vec<Self> {
+        let all = masses(dimension);
+        let of_state = |state: &State| -> Vec<Self> {
+            all.iter().map(|masses| Self { state: state.clone(), masses: masses.clone() }).collect()
+        };
+        states.iter().flat_map(of_state).collect()
     }
 }
 

@@ -57,8 +57,8 @@ impl<'a> Session<'a> {
         Self { offer, states, forces: Vec::new(), steps: Vec::new() }
     }
 
-    /// Measures what the reports on these parts need, in parallel.
-    pub(super) fn measure(&mut self, parts: &[&'static Part]) {
+    /// The reports on these parts. What they need is measured in parallel.
+    pub(super) fn reports(&mut self, parts: &[&'static Part]) -> Vec<PartReport> {
         let mut elements: Vec<[Elements; 1]> = Vec::new();
         for needed in parts.iter().flat_map(|part| [Some(part.full), part.without]).flatten() {
             if !elements.contains(&[needed]) {
@@ -68,8 +68,9 @@ impl<'a> Session<'a> {
         let take = |elements: &[Elements; 1]| (elements.to_vec(), self.take_forces(elements));
         self.forces = elements.par_iter().map(take).collect();
         let mut wanted = Vec::new();
-        for part in parts {
-            if self.judge_force(part).verdict == Verdict::NotOffered {
+        let forces: Vec<Finding> = parts.iter().map(|part| self.judge_force(part)).collect();
+        for (part, force) in parts.iter().zip(&forces) {
+            if force.verdict == Verdict::NotOffered {
                 continue;
             }
             let Ok((full, without)) = self.steps_of(part) else { continue };
@@ -87,11 +88,11 @@ impl<'a> Session<'a> {
         };
         let taken: Vec<_> = wanted.into_par_iter().map(take).collect();
         self.steps.extend(taken);
+        parts.iter().zip(forces).map(|(part, force)| self.report(part, force)).collect()
     }
 
-    /// The report on one part.
-    pub(super) fn report(&mut self, part: &'static Part) -> PartReport {
-        let force = self.judge_force(part);
+    /// The report on one part, whose force was judged.
+    fn report(&mut self, part: &'static Part, force: Finding) -> PartReport {
         let mut report = PartReport {
             force: part.force,
             part: part.name,
@@ -124,16 +125,14 @@ impl<'a> Session<'a> {
     }
 
     fn take_forces(&self, elements: &[Elements]) -> Result<Forces, Failure> {
-        let unit = |state| Group::unit(state, self.offer.dimension);
-        let centers: Vec<Group> = self.states.iter().map(unit).collect();
+        let centers = Group::of_unit_masses(&self.states, self.offer.dimension);
         let (differences, by_mass) = self.offer.differences(elements, &centers, &self.groups())?;
         Ok(Forces { differences, by_mass })
     }
 
     /// Every state with every combination of masses.
     fn groups(&self) -> Vec<Group> {
-        let dimension = self.offer.dimension;
-        self.states.iter().flat_map(|state| Group::of_masses(state, dimension)).collect()
+        Group::of_all_masses(&self.states, self.offer.dimension)
     }
 
     /// Takes these steps, unless they were taken before.
@@ -458,10 +457,10 @@ impl<'a> Session<'a> {
 
     /// Misfit of the steps and the differences at their own masses, as a multiple of the bound.
     fn excess(&self, elements: &[Elements], steps: &Steps) -> Result<f64, Failure> {
-        let Some((state, experiments)) = self.states.first().zip(steps.experiments.first()) else {
+        let Some(experiments) = steps.experiments.first() else {
             return Ok(f64::INFINITY);
         };
-        let centers = Group::of_masses(state, self.offer.dimension);
+        let centers = Group::of_all_masses(&self.states[..1], self.offer.dimension);
         let (found, _) = self.offer.differences(elements, &centers, &[])?;
         let excess = |experiment: &Experiment| {
             let h = experiment.h;
@@ -495,7 +494,7 @@ impl<'a> Session<'a> {
                     matrix,
                     own: [&derivatives.own[0], &derivatives.own[1]],
                     ours: [&derivatives.ours[0], &derivatives.ours[1]],
-                    at_start: at_start.map(|at| at.own.clone()),
+                    at_start: at_start.map(|at| &at.own),
                 });
             }
         }
@@ -504,8 +503,7 @@ impl<'a> Session<'a> {
 
     /// The part's own derivatives at other states.
     fn derivatives_at(&self, part: &Part, states: &[State]) -> Option<Vec<Derivatives>> {
-        let unit = |state| Group::unit(state, self.offer.dimension);
-        let centers: Vec<Group> = states.iter().map(unit).collect();
+        let centers = Group::of_unit_masses(states, self.offer.dimension);
         let at = |elements: Elements| {
             let found = self.offer.differences(&[elements], &centers, &[]).ok();
             found.map(|(found, _)| found)
@@ -523,13 +521,13 @@ impl<'a> Session<'a> {
         let worst = report.findings().filter(|(_, finding)| finding.verdict == Verdict::Wrong);
         let entry = worst.filter_map(|(_, finding)| finding.worst.as_ref()).last();
         let state = entry.map_or(0, |entry| entry.state);
-        let groups = |state| Group::of_masses(state, self.offer.dimension);
+        let groups = |state: State| Group::of_all_masses(&[state], self.offer.dimension);
         let beside = part.steps == scenes::Steps::BesideSprings;
         let stepped = if beside { vec![companion(), part.full] } else { vec![part.full] };
         let Offer { dimension, explicit, implicit, .. } = self.offer;
         let at = &self.states[state];
-        let force = scenes::scene(dimension, &[part.full], &groups(at), 1.0, false);
-        let step = scenes::scene(dimension, &stepped, &groups(&at.before(1.0)), 1.0, true);
+        let force = scenes::scene(dimension, &[part.full], &groups(at.clone()), 1.0, false);
+        let step = scenes::scene(dimension, &stepped, &groups(at.before(1.0)), 1.0, true);
         Replay {
             state,
             explicit: text(&force, explicit),
@@ -556,9 +554,7 @@ const BY_MASS: [Scaling; 2] = [
 
 /// Whether a program steps groups without forces, by this name of a method.
 pub(super) fn takes(offer: Offer<'_>, spelling: &str, implicit: bool) -> Result<(), Failure> {
-    let states = scenes::states(offer.dimension);
-    let groups: Vec<Group> =
-        states.iter().map(|state| Group::unit(state, offer.dimension)).collect();
+    let groups = Group::of_unit_masses(&scenes::states(offer.dimension), offer.dimension);
     let scene = scenes::scene(offer.dimension, &[], &groups, 1.0, implicit);
     offer.stepper.step(&scene, spelling).map(|_| ())
 }

@@ -125,7 +125,10 @@ impl Simulation {
             statistics: &mut self.statistics,
         };
         let taken = self.stepper.step(step).map_err(|error| FailureKind::of(error, &self.forces));
-        let taken = taken.and_then(|()| self.not_finite().map_or(Ok(()), Err));
+        let taken = taken.and_then(|()| match self.stepper.is_finite() {
+            true => Ok(()),
+            false => self.not_finite().map_or(Ok(()), Err),
+        });
         // Error control has shortened the step already, as far as it may.
         if let Err(kind) = taken
             && (matches!(kind, FailureKind::ErrorControl { .. } | FailureKind::Interrupted)
@@ -312,6 +315,7 @@ fn build_stepper(scene: &Scene, solver: LinearSolver) -> Box<dyn Stepper> {
 trait Stepper: Send {
     fn step(&mut self, step: Step<'_>) -> Result<(), StepError>;
     fn step_damped(&mut self, step: Step<'_>) -> Option<Result<(), StepError>>;
+    fn is_finite(&self) -> bool;
     fn interrupt_by(&mut self, interrupt: &Interrupt);
     /// The kinds of force that are evaluated, by their tags.
     fn force_tags(&self) -> &[&'static str];
@@ -354,6 +358,10 @@ impl<const D: usize> Stepper for SystemStepper<D> {
 
     fn step_damped(&mut self, step: Step<'_>) -> Option<Result<(), StepError>> {
         self.integrator.step_damped(&self.system, step)
+    }
+
+    fn is_finite(&self) -> bool {
+        self.integrator.is_finite()
     }
 
     fn interrupt_by(&mut self, interrupt: &Interrupt) {

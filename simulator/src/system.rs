@@ -35,7 +35,6 @@ pub struct System<const D: usize> {
     masses: Vec<f64>,
     fixed: Vec<bool>,
     free: Vec<Range<usize>>,
-    /// What is between the ranges of `free`.
     held: Vec<Range<usize>>,
     parts: Parts,
     forces: Vec<Box<dyn Force<D>>>,
@@ -91,6 +90,11 @@ impl<const D: usize> System<D> {
     /// The particles that are not fixed, as ranges in ascending order.
     pub fn free(&self) -> &[Range<usize>] {
         &self.free
+    }
+
+    /// The fixed particles, likewise.
+    pub(crate) fn held(&self) -> &[Range<usize>] {
+        &self.held
     }
 
     /// The particles, divided among threads where there are many.

@@ -15,18 +15,19 @@
 //! what moves one of them. A pair across two ranges is evaluated twice. Every sum is then the same bits for
 //! any number of threads.
 //!
-//! Memory: 48 bytes a batch, and 8 for each run of one and for each scattered pair.
+//! Memory: 88 bytes a batch, and 8 for each run of one and for each scattered pair.
 
 use std::cmp::Reverse;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use pulp::Simd;
 
 use super::pair::{PairLaw, PairLaws, Undefined};
 use super::{State, Vector};
 
-/// Most elements of a batch: enough to fill vectors, few enough to stay in the nearest cache.
-const BATCH: usize = 128;
+/// Most elements of a batch: what is done once a batch costs about 50 ns, and their forces stay in the nearest cache.
+const BATCH: usize = 512;
 
 /// The longest period of alternating runs that is looked for.
 const MAX_PERIOD: usize = 4;
@@ -51,6 +52,8 @@ pub(super) struct Batches {
     batches: Vec<Batch>,
     /// First pairs of runs, and scattered pairs.
     pairs: Vec<[u32; 2]>,
+    /// Forces of a batch, with room for the largest one.
+    scratch: Mutex<Vec<f64>>,
 }
 
 /// Some runs, or scattered pairs. Elements of a batch have consecutive slots; each run starts at a multiple of
@@ -64,7 +67,7 @@ struct Batch {
     /// Runs; 0 where the pairs are scattered.
     n_runs: u32,
     /// Bits of the elements of each run that are holes.
-    holes: u128,
+    holes: [u64; BATCH / 64],
     /// Ends of runs in the order in which they are added: twice the run, and one more for its second end.
     ends: [u8; 2 * MAX_PERIOD],
 }
@@ -73,7 +76,8 @@ impl Batches {
     /// Batches of those of the pairs that move a particle of `range`. The pairs' numbers, or [`HOLE`], in the
     /// order of slots, are appended to `order`.
     pub(super) fn new(pairs: &[[u32; 2]], range: Range<usize>, order: &mut Vec<u32>) -> Self {
-        let mut batches = Self { range, batches: Vec::new(), pairs: Vec::new() };
+        let mut batches =
+            Self { range, batches: Vec::new(), pairs: Vec::new(), scratch: Mutex::default() };
         let mut next = 0;
         while next < pairs.len() {
             match Block::at(pairs, next) {
@@ -93,6 +97,8 @@ impl Batches {
                 }
             }
         }
+        let slots = batches.batches.iter().map(Batch::n_slots).max();
+        batches.scratch = Mutex::new(vec![0.0; 3 * slots.unwrap_or(0)]);
         batches
     }
 
@@ -104,7 +110,7 @@ impl Batches {
                 first_pair: 0,
                 count: 1,
                 n_runs: 0,
-                holes: 0,
+                holes: [0; _],
                 ends: [0; _],
             }),
         }
@@ -137,7 +143,10 @@ impl Batches {
         let (from, to) = met.reduce(hull).unwrap_or((0, 0));
         for done in (from..to).step_by(BATCH / period) {
             let repeats = &repeat_at[done..to.min(done + BATCH / period)];
-            let hole = |(bit, number): (usize, &u32)| u128::from(*number == HOLE) << bit;
+            let mut holes = [0; BATCH / 64];
+            for (bit, number) in repeats.iter().enumerate() {
+                holes[bit / 64] |= u64::from(*number == HOLE) << (bit % 64);
+            }
             let particle = |end: usize| firsts[end / 2][end % 2];
             let mut ends: [u8; 2 * MAX_PERIOD] = std::array::from_fn(|end| end as u8);
             ends[..2 * period].sort_by_key(|end| Reverse(particle(usize::from(*end))));
@@ -146,7 +155,7 @@ impl Batches {
                 first_pair: 0,
                 count: repeats.len() as u32,
                 n_runs: period as u32,
-                holes: repeats.iter().enumerate().map(hole).sum(),
+                holes,
                 ends,
             });
             self.pairs.extend(firsts.iter().map(|pair| pair.map(|end| end + done as u32)));
@@ -187,7 +196,8 @@ impl Batches {
         let x = positions.as_chunks::<D>().0;
         let v = velocities.as_chunks::<D>().0;
         let sums = sums.as_chunks_mut::<D>().0;
-        let mut forces = [[0.0; D]; BATCH + MAX_PERIOD * LANES];
+        let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
+        let forces = scratch.as_chunks_mut::<D>().0;
         for batch in &self.batches {
             let (slot, count) = (batch.first_slot as usize, batch.count as usize);
             if batch.n_runs == 0 {
@@ -210,10 +220,12 @@ impl Batches {
                 if laws.forces(simd, slot, Run { x, v }, forces).is_err() {
                     batch.forces_of_elements(laws, slot, Run { x, v }, forces)?;
                 }
-                let mut holes = batch.holes;
-                while holes != 0 {
-                    forces[holes.trailing_zeros() as usize] = [0.0; D];
-                    holes &= holes - 1;
+                for (forces, holes) in forces.chunks_mut(64).zip(batch.holes) {
+                    let mut holes = holes;
+                    while holes != 0 {
+                        forces[holes.trailing_zeros() as usize] = [0.0; D];
+                        holes &= holes - 1;
+                    }
                 }
             }
             for end in &batch.ends[..2 * n_runs] {
@@ -256,6 +268,14 @@ impl Batches {
 }
 
 impl Batch {
+    fn n_slots(&self) -> usize {
+        (self.count as usize).next_multiple_of(LANES) * (self.n_runs as usize).max(1)
+    }
+
+    fn is_hole(&self, idx: usize) -> bool {
+        self.holes[idx / 64] >> (idx % 64) & 1 != 0
+    }
+
     /// The forces of a run's elements, where a hole between two particles in one place spoils them all.
     #[cold]
     fn forces_of_elements<const D: usize>(
@@ -265,7 +285,7 @@ impl Batch {
         run: Run<'_, D>,
         forces: &mut [[f64; D]],
     ) -> Result<(), Undefined> {
-        for idx in (0..self.count as usize).filter(|idx| self.holes >> idx & 1 == 0) {
+        for idx in (0..self.count as usize).filter(|idx| !self.is_hole(*idx)) {
             let law = laws.law(first_slot + idx);
             let force = law.force(&run.position(idx), &run.velocity(idx));
             forces[idx] = force.ok_or(Undefined)?.into();
@@ -461,7 +481,7 @@ mod tests {
         // A row's end is a hole, not the end of a run.
         assert_eq!(
             batches.batches.len(),
-            870_usize.div_ceil(128) + 899_usize.div_ceil(128) + 869_usize.div_ceil(64)
+            870_usize.div_ceil(512) + 899_usize.div_ceil(512) + 869_usize.div_ceil(256)
         );
         // Each pair has one slot.
         order.retain(|number| *number != HOLE);

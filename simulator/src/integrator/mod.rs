@@ -9,8 +9,6 @@
 //! [`REGISTRY`], its [`StepEquation`](crate::scene::schema::StepEquation), that equation a second time in the grader's
 //! `reference` crate, and a scene. All else derives from the facts of its [`IntegratorSchema`].
 
-use std::ops::Range;
-
 use crate::force::Degenerate;
 use crate::scene::Scene;
 use crate::scene::schema::IntegratorSchema;
@@ -20,6 +18,7 @@ use crate::statistics::Statistics;
 use crate::system::System;
 
 mod backward;
+mod euler;
 mod interrupt;
 mod observe;
 
@@ -118,6 +117,11 @@ pub trait Integrator<const D: usize>: Send {
         None
     }
 
+    /// Whether the method has seen that the end of its last step is finite. If not, the caller looks.
+    fn is_finite(&self) -> bool {
+        false
+    }
+
     /// Hands the linear systems of later steps to `observer`. A method that solves none, or one of another
     /// form, never calls it.
     fn observe(&mut self, _observer: Observer) {}
@@ -210,32 +214,14 @@ fn drift(positions: &mut [f64], velocities: &[f64], h: f64) {
 
 /// `v ← v + h·F/m` for the particles that are free.
 fn kick<const D: usize>(system: &System<D>, force: &[f64], h: f64, velocities: &mut [f64]) {
-    kick_from(system, 0, force, h, velocities);
-}
-
-/// The same of the particles from `first` on whose forces and velocities are given.
-fn kick_from<const D: usize>(
-    system: &System<D>,
-    first: usize,
-    force: &[f64],
-    h: f64,
-    velocities: &mut [f64],
-) {
     let force = force.as_chunks::<D>().0;
     let velocities = velocities.as_chunks_mut::<D>().0;
-    let end = first + velocities.len();
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
             for free in system.free() {
-                let free = free.start.max(first)..free.end.min(end);
-                if free.is_empty() {
-                    continue;
-                }
-                let masses = &system.masses()[free.clone()];
-                let free = free.start - first..free.end - first;
-                let particles = velocities[free.clone()].iter_mut().zip(&force[free]);
-                for ((velocity, force), mass) in particles.zip(masses) {
+                let particles = velocities[free.clone()].iter_mut().zip(&force[free.clone()]);
+                for ((velocity, force), mass) in particles.zip(&system.masses()[free.clone()]) {
                     for (velocity, force) in velocity.iter_mut().zip(force) {
                         *velocity += h * (force / mass);
                     }
@@ -243,23 +229,4 @@ fn kick_from<const D: usize>(
             }
         },
     );
-}
-
-/// The kick of the free particles and the drift of all: with the velocities after the kick if `SYMPLECTIC`, else
-/// with those before it.
-fn kick_and_drift<const D: usize, const SYMPLECTIC: bool>(
-    system: &System<D>,
-    force: &[f64],
-    Step { size, positions, velocities, .. }: Step<'_>,
-) {
-    let advance = |Range { start, end }: Range<usize>, [positions, velocities]: [&mut [f64]; 2]| {
-        if !SYMPLECTIC {
-            drift(positions, velocities, size);
-        }
-        kick_from(system, start, &force[start * D..end * D], size, velocities);
-        if SYMPLECTIC {
-            drift(positions, velocities, size);
-        }
-    };
-    system.parts().map(D, [positions, velocities], advance, |(), ()| ());
 }

@@ -6,7 +6,8 @@
 //!
 //! Source: hand-out of milestone 2, section 3.5.
 
-use super::{Integrator, IntegratorKind, Step, StepError, kick_and_drift};
+use super::euler::Euler;
+use super::{Integrator, IntegratorKind};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
@@ -33,18 +34,5 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 };
 
 fn build<const D: usize>(_: &Scene, system: &System<D>, _: LinearSolver) -> Box<dyn Integrator<D>> {
-    Box::new(SymplecticEuler { force: vec![0.0; system.n_particles() * D] })
-}
-
-struct SymplecticEuler {
-    force: Vec<f64>,
-}
-
-impl<const D: usize> Integrator<D> for SymplecticEuler {
-    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        system.force(step.positions, step.velocities, step.time, &mut self.force)?;
-        step.statistics.force_evaluations += 1;
-        kick_and_drift::<D, true>(system, &self.force, step);
-        Ok(())
-    }
+    Box::new(Euler::<true>::new(system))
 }

@@ -1,4 +1,4 @@
-//! Single steps of the built-in simulator from a given state.
+//! Single steps of the built-in simulator from a given state, and the one before it if the method uses it.
 //!
 //! Shapes: positions and velocities hold `n·D` numbers, particle-major. Cost: one step of the scene's integrator.
 
@@ -6,6 +6,7 @@ use simulator::scene::Scene;
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
 use simulator::state::{Energies, StateView};
+use simulator::trace::State;
 
 /// The physics and the integrator of a scene.
 pub struct Stepper {
@@ -31,10 +32,17 @@ impl Stepper {
         Self { simulation: Simulation::with_solver(scene, solver), time_step: scene.time_step }
     }
 
-    /// Replaces the state at the beginning of step `step`, counted from 0, by the state at its end. Returns false if
-    /// the step fails or its result is not finite.
-    pub fn step(&mut self, step: u64, positions: &mut [f64], velocities: &mut [f64]) -> bool {
-        self.simulation.set_state(step, positions, velocities);
+    /// Replaces the state at the beginning of step `step`, counted from 0, by the state at its end. `earlier` is the state
+    /// one step before, of which there is none before the first step. Returns false if the step fails or its result is not
+    /// finite.
+    pub fn step(
+        &mut self,
+        step: u64,
+        earlier: Option<&State>,
+        positions: &mut [f64],
+        velocities: &mut [f64],
+    ) -> bool {
+        self.simulation.set_state(step, earlier, positions, velocities);
         let done = matches!(self.simulation.advance(), Ok(true));
         let state = self.simulation.state();
         positions.copy_from_slice(state.positions);

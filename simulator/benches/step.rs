@@ -73,13 +73,15 @@ fn steps(harness: &Harness) {
                 let start = Simulation::new(&scene);
                 let StateView { positions, velocities, .. } = start.state();
                 let start = (positions.to_vec(), velocities.to_vec());
+                let (positions, velocities) = start.clone();
+                let earlier = Some(&State { time: None, positions, velocities });
                 let mut method = integrator.build(&scene, &system, LinearSolver::Auto);
                 let mut statistics = Statistics::default();
                 let name = format!("step/{}/{}/{n}", force.schema.tag, integrator.schema.name);
                 let step = |(positions, velocities): &mut (Vec<f64>, Vec<f64>)| {
                     let statistics = &mut statistics;
-                    let step =
-                        Step { size: TIME_STEP, time: 0.0, positions, velocities, statistics };
+                    let (size, time) = (TIME_STEP, 0.0);
+                    let step = Step { size, time, positions, velocities, earlier, statistics };
                     method.step(&system, step).expect("the step has an answer");
                 };
                 harness.run_on(&name, n as u64, || start.clone(), step);

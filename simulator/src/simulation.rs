@@ -15,6 +15,7 @@ use crate::solver::linear::LinearSolver;
 use crate::state::{Energies, StateView};
 use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};
+use crate::trace::State;
 
 /// Options of a simulation that are not part of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -37,19 +38,22 @@ pub struct Simulation {
     step: u64,
     positions: Vec<f64>,
     velocities: Vec<f64>,
+    /// The start of the step, for the fallbacks and for the step after it; `None` if neither needs it.
+    start: Option<State>,
+    is_two_step: bool,
+    /// The state one step before the current one, of a two-step method; `None` at the start of a run.
+    earlier: Option<State>,
     statistics: Statistics,
     fallback: Option<Fallback>,
     parts: Parts,
 }
 
-/// State and stepper for retrying a failed step.
+/// Scene and stepper for retrying a failed step.
 struct Fallback {
     scene: Scene,
     solver: LinearSolver,
     /// Created at the first failure.
     stepper: Option<Box<dyn Stepper>>,
-    positions: Vec<f64>,
-    velocities: Vec<f64>,
 }
 
 impl Simulation {
@@ -81,13 +85,13 @@ impl Simulation {
             (element.schema.tag, element.pair.unwrap_or_default(), element.location)
         });
         let (positions, velocities) = (scene.positions(), scene.velocities());
-        let fallback = robust.then(|| Fallback {
-            scene: scene.clone(),
-            solver,
-            stepper: None,
-            positions: positions.clone(),
-            velocities: velocities.clone(),
+        let is_two_step = scene.integrator.equation.is_two_step();
+        let start = (robust || is_two_step).then(|| State {
+            time: None,
+            positions: scene.positions(),
+            velocities: scene.velocities(),
         });
+        let fallback = robust.then(|| Fallback { scene: scene.clone(), solver, stepper: None });
         Self {
             stepper: build_stepper(scene, solver),
             scene: scene.name.clone(),
@@ -98,6 +102,9 @@ impl Simulation {
             step: 0,
             positions,
             velocities,
+            start,
+            is_two_step,
+            earlier: None,
             statistics: Statistics::default(),
             fallback,
             parts: Parts::of_scene(scene),
@@ -112,9 +119,9 @@ impl Simulation {
         if self.step == self.n_steps {
             return Ok(false);
         }
-        if let Some(fallback) = &mut self.fallback {
-            fallback.positions.copy_from_slice(&self.positions);
-            fallback.velocities.copy_from_slice(&self.velocities);
+        if let Some(start) = &mut self.start {
+            start.positions.copy_from_slice(&self.positions);
+            start.velocities.copy_from_slice(&self.velocities);
         }
         let time = self.step as f64 * self.time_step;
         let step = Step {
@@ -122,6 +129,7 @@ impl Simulation {
             time,
             positions: &mut self.positions,
             velocities: &mut self.velocities,
+            earlier: self.earlier.as_ref(),
             statistics: &mut self.statistics,
         };
         let taken = self.stepper.step(step).map_err(|error| FailureKind::of(error, &self.forces));
@@ -136,6 +144,12 @@ impl Simulation {
         {
             return Err(self.failure(kind));
         }
+        if self.is_two_step {
+            std::mem::swap(&mut self.earlier, &mut self.start);
+            if self.start.is_none() {
+                self.start.clone_from(&self.earlier);
+            }
+        }
         self.step += 1;
         self.statistics.steps += 1;
         Ok(true)
@@ -148,26 +162,28 @@ impl Simulation {
             .stepper
             .take()
             .unwrap_or_else(|| build_stepper(&fallback.scene, fallback.solver));
-        let succeeded = self.retry(&fallback, &mut *stepper);
+        let succeeded = self.retry(&mut *stepper);
         fallback.stepper = Some(stepper);
         self.fallback = Some(fallback);
         succeeded
     }
 
-    fn retry(&mut self, fallback: &Fallback, stepper: &mut dyn Stepper) -> bool {
+    fn retry(&mut self, stepper: &mut dyn Stepper) -> bool {
         let (h, time) = (self.time_step, self.step as f64 * self.time_step);
-        self.restore(fallback);
+        self.restore();
         let damped = stepper.step_damped(self.step_of(h, time));
         if damped.is_some_and(|taken| taken.is_ok()) && self.not_finite().is_none() {
             self.statistics.fallback.line_searched += 1;
             return true;
         }
         for halvings in 1..=MAX_HALVINGS {
-            self.restore(fallback);
+            self.restore();
             let substeps = 1_u64 << halvings;
             let size = h / substeps as f64;
             let all = (0..substeps).all(|number| {
-                let step = self.step_of(size, time + number as f64 * size);
+                // The earlier state is a whole step away.
+                let step =
+                    Step { earlier: None, ..self.step_of(size, time + number as f64 * size) };
                 stepper.step(step).is_ok() && self.not_finite().is_none()
             });
             if all {
@@ -181,9 +197,11 @@ impl Simulation {
         false
     }
 
-    fn restore(&mut self, fallback: &Fallback) {
-        self.positions.copy_from_slice(&fallback.positions);
-        self.velocities.copy_from_slice(&fallback.velocities);
+    fn restore(&mut self) {
+        if let Some(start) = &self.start {
+            self.positions.copy_from_slice(&start.positions);
+            self.velocities.copy_from_slice(&start.velocities);
+        }
     }
 
     fn step_of(&mut self, size: f64, time: f64) -> Step<'_> {
@@ -192,6 +210,7 @@ impl Simulation {
             time,
             positions: &mut self.positions,
             velocities: &mut self.velocities,
+            earlier: self.earlier.as_ref(),
             statistics: &mut self.statistics,
         }
     }
@@ -202,14 +221,27 @@ impl Simulation {
         self.stepper.interrupt_by(interrupt);
     }
 
-    /// Replaces the state by another one, that at the beginning of step `step` (from 0).
+    /// Replaces the state by another one, that at the beginning of step `step` (from 0). A two-step method goes on from
+    /// `earlier` as well, the state one step before; without it, it starts anew. Other methods ignore it.
     ///
     /// # Panics
     /// If the positions or velocities are not `n·D` numbers.
-    pub fn set_state(&mut self, step: u64, positions: &[f64], velocities: &[f64]) {
+    pub fn set_state(
+        &mut self,
+        step: u64,
+        earlier: Option<&State>,
+        positions: &[f64],
+        velocities: &[f64],
+    ) {
         self.step = step;
         self.positions.copy_from_slice(positions);
         self.velocities.copy_from_slice(velocities);
+        self.earlier = earlier.filter(|_| self.is_two_step).cloned();
+    }
+
+    /// The state that the next step of a two-step method uses beside the current one.
+    pub fn earlier(&self) -> Option<&State> {
+        self.earlier.as_ref()
     }
 
     /// The current state.

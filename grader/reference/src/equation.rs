@@ -10,6 +10,7 @@
 //! stages        M (v' − v) = h Σ a F,  x' − x = h Σ b V  over the stages, made again from the start
 //! linearized    (M − h² K − h B) (v' − v) = h F          F, K, B at (x + h v, v);  x' = x + h v'
 //! implicit      M (v' − v) = h F(x̂, v̂),  x' = x + h v̂    x̂ = x + c (x' − x), v̂ = v + c (v' − v), c the part
+//! differences   implicit with y + c (y − y₋) in the place of y = (x, v), and (1 − c) h in the place of h
 //! ```
 //!
 //! The check uses only the simulator's states. The bound of a residual is the rounding error of its terms plus the
@@ -67,6 +68,38 @@ pub struct Equation {
     masses: Vec<f64>,
     fixed: Vec<bool>,
     axes: usize,
+}
+
+/// The start of an implicit step.
+struct Start {
+    state: State,
+    /// Sizes of the terms of its coordinates.
+    sizes: State,
+    h: f64,
+    time: f64,
+}
+
+impl Start {
+    fn of(state: &State, h: f64, time: f64) -> Self {
+        let sizes = |values: &[f64]| values.iter().map(|value| value.abs()).collect();
+        let sizes = State { x: sizes(&state.x), v: sizes(&state.v) };
+        Self { state: state.clone(), sizes, h, time }
+    }
+
+    /// The start of the rest of the step, after a part of the step from `earlier` is made once more.
+    fn after(mut self, earlier: &State, part: f64) -> Self {
+        let repeat = |values: &mut [f64], sizes: &mut [f64], earlier: &[f64]| {
+            for ((value, size), earlier) in values.iter_mut().zip(sizes).zip(earlier) {
+                *value += part * (*value - earlier);
+                *size += part * (*size + earlier.abs());
+            }
+        };
+        repeat(&mut self.state.x, &mut self.sizes.x, &earlier.x);
+        repeat(&mut self.state.v, &mut self.sizes.v, &earlier.v);
+        self.time += part * self.h;
+        self.h *= 1.0 - part;
+        self
+    }
 }
 
 /// Evaluates stages of a step that starts at this time.
@@ -136,16 +169,28 @@ impl Equation {
     }
 
     /// For the step from `from`, which starts at `time`, to `to`: the largest residual as a multiple of its bound, and
-    /// the sum of the bounds.
-    pub fn excess(&self, from: &State, to: &State, time: f64) -> (f64, f64) {
-        match self.method {
+    /// the sum of the bounds. `earlier` is the state one step before `from`, which only two-step methods use; their first
+    /// step has none.
+    pub fn excess(
+        &self,
+        earlier: Option<&State>,
+        from: &State,
+        to: &State,
+        time: f64,
+    ) -> (f64, f64) {
+        let h = self.h;
+        match self.method.with_earlier(earlier.is_some()) {
             Method::Explicit(substeps) => self.excess_of_substeps(substeps, from, to, time),
             Method::Stages(tableau) => self.excess_of_stages(tableau, from, to, time),
             Method::Controlled(pair) => self.excess_of_control(pair, from, to, time),
             Method::Backward { linearized, part } => {
-                self.excess_of_end((Some(linearized), part), from, to, time)
+                self.excess_of_end((Some(linearized), part), &Start::of(from, h, time), to)
             }
-            Method::Rounds => self.excess_of_end((None, 1.0), from, to, time),
+            Method::Differences { repeated } => {
+                let start = Start::of(from, h, time).after(earlier.unwrap_or(from), repeated);
+                self.excess_of_end((Some(false), 1.0), &start, to)
+            }
+            Method::Rounds => self.excess_of_end((None, 1.0), &Start::of(from, h, time), to),
         }
     }
 
@@ -312,11 +357,10 @@ impl Equation {
     fn excess_of_end(
         &self,
         (linearized, part): (Option<bool>, f64),
-        from: &State,
+        Start { state: from, sizes, h, time }: &Start,
         to: &State,
-        time: f64,
     ) -> (f64, f64) {
-        let (h, tolerance) = (self.h, self.tolerance);
+        let (h, tolerance) = (*h, self.tolerance);
         let mut worst = Worst::default();
         let between = |start: &[f64], end: &[f64]| -> Vec<f64> {
             start.iter().zip(end).map(|(start, end)| (1.0 - part) * start + part * end).collect()
@@ -324,7 +368,8 @@ impl Equation {
         let ends = [between(&from.x, &to.x), between(&from.v, &to.v)];
         for (dof, v) in ends[1].iter().enumerate() {
             let size = (1.0 - part) * from.v[dof].abs() + part * to.v[dof].abs();
-            worst.note_drift(from.x[dof], to.x[dof], (h * v, h * size));
+            let combined = sizes.x[dof] - from.x[dof].abs();
+            worst.note_drift(from.x[dof], to.x[dof], (h * v, h * size + combined));
         }
         let moved: Vec<f64> = from.x.iter().zip(&from.v).map(|(x, v)| x + h * v).collect();
         let change: Vec<f64> = to.v.iter().zip(&from.v).map(|(end, start)| end - start).collect();
@@ -350,7 +395,7 @@ impl Equation {
         }
         let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         let size = largest(x);
-        let speed = largest(&from.v) + largest(&to.v);
+        let speed = largest(&sizes.v) + largest(&to.v);
         let mut sum = 0.0;
         for (dof, change) in change.iter().enumerate() {
             let particle = dof / self.axes;
@@ -362,7 +407,7 @@ impl Equation {
             let Magnitude { force: terms, by_position, by_velocity } =
                 magnitudes.get(particle).copied().unwrap_or_default();
             let stiffness = h * h * by_position + h * by_velocity;
-            let mut rounding = mass * (from.v[dof].abs() + to.v[dof].abs()) + h * terms;
+            let mut rounding = mass * (sizes.v[dof] + to.v[dof].abs()) + h * terms;
             rounding += (mass + stiffness + 1.0) * SMALLEST;
             rounding += h * by_position * size + stiffness * speed;
             let allowed = ROUNDING * rounding + 4.0 * (mass + stiffness) * tolerance;

@@ -9,6 +9,8 @@
 //! backward    implicit  M (v' − v) = h F(x', v', t + h),  x' = x + h v'
 //!             linearized: one Newton step of it, from v' = v
 //!             of a part c of the step: to x + c (x' − x), v + c (v' − v)
+//! differences implicit from ŷ = y + c (y − y₋), of the rest (1 − c) h of the step, with y₋ one step before y = (x, v);
+//!             the first step has no y₋, and c = 0
 //! rounds      x' = x + h v' alone
 //! ```
 //!
@@ -17,6 +19,7 @@
 //! ([`crate::equation`]), the second stepper ([`crate::second`]), and the matrix of an oscillator's step
 //! ([`Method::oscillator`]). A new [`StepEquation`] does not compile until this file states it.
 
+use nalgebra::DMatrix;
 use simulator::scene::schema::{Convergence, IntegratorSchema, StepEquation};
 
 /// How a step is made.
@@ -34,6 +37,11 @@ pub enum Method {
         linearized: bool,
         /// The part.
         part: f64,
+    },
+    /// Implicit Euler of the rest of the step, after a part of the step before is made once more.
+    Differences {
+        /// The part.
+        repeated: f64,
     },
     /// A number of rounds that solve no equation exactly.
     Rounds,
@@ -298,14 +306,24 @@ impl Method {
             StepEquation::RungeKutta4 => Self::Stages(&RUNGE_KUTTA_4),
             StepEquation::ImplicitMidpoint => Self::Backward { linearized: false, part: 0.5 },
             StepEquation::DormandPrince => Self::Controlled(&DORMAND_PRINCE),
+            StepEquation::BackwardDifferentiation2 => Self::Differences { repeated: 1.0 / 3.0 },
         }
     }
 
-    /// The matrix `A` of `(x, v/ω) ← A (x, v/ω)`: a step of `x'' = −ω² x − 2 ζ ω v`, with `a = h ω`. Rounds are of
-    /// a spring of rest length zero, whose damping is explicit. A controlled step is not divided.
-    pub fn oscillator(self, a: f64, zeta: f64) -> [[f64; 2]; 2] {
-        let kept = 1.0 - 2.0 * zeta * a;
+    /// The method of a step, by whether there is an earlier state.
+    pub fn with_earlier(self, is_there: bool) -> Self {
         match self {
+            Self::Differences { .. } if !is_there => Self::Differences { repeated: 0.0 },
+            other => other,
+        }
+    }
+
+    /// The matrix `A` of `(x, v/ω) ← A (x, v/ω)`: a step of `x'' = −ω² x − 2 ζ ω v`, with `a = h ω`. That of a two-step
+    /// method is of this state and the earlier one, `(y, y₋) ← A (y, y₋)`. Rounds are of a spring of rest length zero,
+    /// whose damping is explicit. A controlled step is not divided.
+    pub fn oscillator(self, a: f64, zeta: f64) -> DMatrix<f64> {
+        let kept = 1.0 - 2.0 * zeta * a;
+        let [[p, q], [r, s]] = match self {
             Self::Explicit(substeps) => {
                 substeps.iter().fold([[1.0, 0.0], [0.0, 1.0]], |before, substep| {
                     let matrix = match *substep {
@@ -333,11 +351,21 @@ impl Method {
                 let whole = |entry: f64, start: f64| start + (entry - start) / part;
                 [[whole(p, 1.0), whole(q, 0.0)], [whole(r, 0.0), whole(s, 1.0)]]
             }
+            Self::Differences { repeated: c } => {
+                let implicit = Self::Backward { linearized: false, part: 1.0 };
+                let rest = implicit.oscillator((1.0 - c) * a, zeta);
+                let mut companion = DMatrix::zeros(4, 4);
+                companion.view_mut((0, 0), (2, 2)).copy_from(&(&rest * (1.0 + c)));
+                companion.view_mut((0, 2), (2, 2)).copy_from(&(rest * -c));
+                companion.view_mut((2, 0), (2, 2)).fill_with_identity();
+                return companion;
+            }
             Self::Rounds => {
                 let d = 1.0 + a * a;
                 [[1.0 / d, a * kept / d], [-a / d, kept / d]]
             }
-        }
+        };
+        DMatrix::from_row_slice(2, 2, &[p, q, r, s])
     }
 
     /// The method with one evaluation of the forces, where it is one and `integrator` solves it to rounding.
@@ -387,6 +415,7 @@ fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 /// Verlet       det = 1 − 2ζa + 2ζ²a² − ζa³/2    tr = 2 − 2ζa − a² + 2ζ²a² + ζa³/2       ζ a ≤ 1 (ζ > ½), and
 ///                                                (4ζ² − 1) a² − 4ζa + 4 ≥ 0     a ≤ 2/(ζ + √(1 − 3ζ²)) (ζ ≤ ½)
 /// midpoint     det = (1 − ζa + a²/4)/(1 + ζa + a²/4), |tr| < 1 + det  any a
+/// BDF2         (3/2 − z) λ² − 2λ + 1/2 = 0, z = a (−ζ ± √(ζ²−1)): |λ| ≤ 1 wherever Re z ≤ 0         any a
 /// Runge–Kutta  eigenvalues R(z), z = a (−ζ ± √(ζ²−1)), R the Taylor polynomial of eᶻ of degree 4    |R(z)| ≤ 1
 /// Dormand–     the same with R the Taylor polynomial of degree 5 and z⁶/600
 /// Prince
@@ -404,7 +433,8 @@ pub fn stable_steps(equation: StepEquation, zeta: f64) -> [f64; 2] {
         StepEquation::LocalGlobal
         | StepEquation::LinearizedImplicitEuler
         | StepEquation::ImplicitEuler
-        | StepEquation::ImplicitMidpoint => [f64::INFINITY; 2],
+        | StepEquation::ImplicitMidpoint
+        | StepEquation::BackwardDifferentiation2 => [f64::INFINITY; 2],
         StepEquation::VelocityVerlet if zeta > 0.5 => [1.0 / zeta, f64::INFINITY],
         StepEquation::VelocityVerlet => {
             [2.0 / (zeta + (1.0 - 3.0 * zeta * zeta).sqrt()), f64::INFINITY]

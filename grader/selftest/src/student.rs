@@ -255,6 +255,8 @@ pub(crate) enum Deviation {
     Stages(fn(Vec<Row>) -> Vec<Row>),
     /// Of the part of the step that it solves for.
     Part(fn(f64) -> f64),
+    /// Of the part of the step before that it repeats.
+    Repeated(fn(f64) -> f64),
 }
 
 /// Coefficients of velocities in a stage's position, and of accelerations in its velocity.
@@ -537,11 +539,14 @@ struct Plane {
     scene: Scene,
     q: Vec<Vec2>,
     v: Vec<Vec2>,
+    /// Both one step before.
+    earlier: Option<[Vec<Vec2>; 2]>,
 }
 
 impl Motion for Plane {
     /// The scene names the integrator.
     fn step(&mut self) {
+        let before = [self.q.clone(), self.v.clone()];
         let Student { explicit, symplectic, linearized, implicit, projected_newton, .. } =
             self.student;
         let equation = self.scene.integrator.equation;
@@ -551,8 +556,12 @@ impl Motion for Plane {
             StepEquation::SymplecticEuler => self.explicit_step(symplectic),
             StepEquation::LinearizedImplicitEuler => self.implicit_step(linearized),
             StepEquation::ImplicitEuler => self.implicit_step(implicit),
-            _ => self.described_step(Method::of(equation)),
+            _ => {
+                let has_earlier = self.earlier.is_some();
+                self.described_step(Method::of(equation).with_earlier(has_earlier));
+            }
         }
+        self.earlier = Some(before);
     }
 
     fn state(&self) -> [Vec<f64>; 2] {
@@ -569,6 +578,7 @@ impl Plane {
             q: scene.particles.iter().map(|particle| xy(&particle.position)).collect(),
             v: scene.particles.iter().map(|particle| xy(&particle.velocity)).collect(),
             scene,
+            earlier: None,
         }
     }
 
@@ -595,6 +605,12 @@ impl Plane {
                     if let Deviation::Part(make) = deviation { make(made) } else { made }
                 });
                 self.implicit_part(made);
+            }
+            Method::Differences { repeated } => {
+                let made = deviations.iter().fold(repeated, |made, deviation| {
+                    if let Deviation::Repeated(make) = deviation { make(made) } else { made }
+                });
+                self.implicit_rest(made);
             }
             method => panic!("the student cannot step by {method:?}"),
         }
@@ -657,16 +673,38 @@ impl Plane {
 
     /// Implicit Euler for a part of the step, and the same again for the rest of it.
     fn implicit_part(&mut self, part: f64) {
-        let (h, q, v) = (self.scene.time_step, self.q.clone(), self.v.clone());
+        let (q, v) = (self.q.clone(), self.v.clone());
+        self.implicit_of(part);
+        let whole = |start: Vec2, end: Vec2| start + (end - start) / part;
+        self.q = q.iter().zip(&self.q).map(|(start, end)| whole(*start, *end)).collect();
+        self.v = v.iter().zip(&self.v).map(|(start, end)| whole(*start, *end)).collect();
+    }
+
+    /// A part of the step before once more, and implicit Euler for the rest of the step.
+    fn implicit_rest(&mut self, part: f64) {
+        let h = self.scene.time_step;
+        let [q, v] = self.earlier.clone().unwrap_or_else(|| [self.q.clone(), self.v.clone()]);
+        for (i, particle) in self.scene.particles.iter().enumerate() {
+            if particle.fixed {
+                let moved = self.q[i] + part * h * self.v[i];
+                self.q[i] = (self.student.fixed.position)(self.q[i], moved);
+            } else {
+                self.q[i] = (1.0 + part) * self.q[i] - part * q[i];
+                self.v[i] = (1.0 + part) * self.v[i] - part * v[i];
+            }
+        }
+        self.implicit_of(1.0 - part);
+    }
+
+    /// Implicit Euler for a part of the step, without deviations.
+    fn implicit_of(&mut self, part: f64) {
+        let h = self.scene.time_step;
         let Student { implicit, fixed, .. } = Student::faultless();
         let velocity = std::mem::replace(&mut self.student.fixed.velocity, fixed.velocity);
         self.scene.time_step = part * h;
         self.implicit_step(implicit);
         self.scene.time_step = h;
         self.student.fixed.velocity = velocity;
-        let whole = |start: Vec2, end: Vec2| start + (end - start) / part;
-        self.q = q.iter().zip(&self.q).map(|(start, end)| whole(*start, *end)).collect();
-        self.v = v.iter().zip(&self.v).map(|(start, end)| whole(*start, *end)).collect();
     }
 
     fn explicit_step(&mut self, method: Explicit) {

@@ -15,6 +15,7 @@ use fastrand::Rng;
 use simulator::scene::Scene;
 use simulator::scene::schema::{Convergence, Family, Matrix, OptionValue};
 use simulator::solver::linear::LinearSolver;
+use simulator::trace::State;
 
 use crate::stepping::Stepper;
 use reference::second::arithmetic::Arithmetic;
@@ -51,8 +52,9 @@ pub(super) struct Variant {
     places: Vec<usize>,
     jitter: Option<Jitter>,
     step: u64,
-    positions: Vec<f64>,
-    velocities: Vec<f64>,
+    state: State,
+    /// The state one step before.
+    earlier: Option<State>,
 }
 
 enum Engine {
@@ -79,8 +81,12 @@ impl Variant {
             places: (0..scene.particles.len() * dimension).collect(),
             jitter: None,
             step: 0,
-            positions: scene.positions(),
-            velocities: scene.velocities(),
+            state: State {
+                time: None,
+                positions: scene.positions(),
+                velocities: scene.velocities(),
+            },
+            earlier: None,
         }
     }
 
@@ -95,11 +101,14 @@ impl Variant {
 
     /// Takes a step. Returns false if it fails.
     pub(super) fn advance(&mut self) -> bool {
-        let (x, v) = (&mut self.positions, &mut self.velocities);
+        let before = self.state.clone();
+        let (x, v) = (&mut self.state.positions, &mut self.state.velocities);
+        let earlier = self.earlier.as_ref();
         let done = match &mut self.engine {
-            Engine::First(stepper) => stepper.step(self.step, x, v),
-            Engine::Second(second) => second.step(self.step, x, v),
+            Engine::First(stepper) => stepper.step(self.step, earlier, x, v),
+            Engine::Second(second) => second.step(self.step, earlier, x, v),
         };
+        self.earlier = Some(before);
         self.step += 1;
         if let Some(Jitter { random, quotient }) = &mut self.jitter {
             for (x, v) in x.iter_mut().zip(v.iter_mut()) {
@@ -116,7 +125,7 @@ impl Variant {
     /// Position and velocity at this index, in the scene's own order.
     pub(super) fn at(&self, place: usize) -> (f64, f64) {
         let place = self.places[place];
-        (self.positions[place], self.velocities[place])
+        (self.state.positions[place], self.state.velocities[place])
     }
 
     /// All positions and velocities, in the scene's own order.

@@ -17,7 +17,7 @@ mod steps;
 pub use explanation::{Balance, Contribution, Explanation};
 pub use restart::{Restarts, restart};
 pub(crate) use roots::{Roots, other_root};
-pub use steps::{Evidence, Judge, Rounding, WrongSteps, examine, sampled};
+pub use steps::{Before, Evidence, Judge, Rounding, WrongSteps, examine, sampled};
 
 /// The diagnosis of a trace that differs.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,7 +8,7 @@ use std::io;
 use simulator::scene::{Scene, write};
 use simulator::trace::{Shape, State, TraceReader};
 
-use super::steps::Judge;
+use super::steps::{Before, Judge};
 use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
 use crate::suite::Case;
@@ -45,8 +45,9 @@ pub fn restart(case: &Case, program: &Program, oracle: &mut dyn TraceReader) -> 
     let scene = &case.scene;
     // Wind depends on the time and on the initial positions of the particles.
     let is_windy = scene.forces.iter().any(|element| element.schema.depends_on().time);
+    let is_two_step = scene.integrator.equation.is_two_step();
     let is_xml = case.files.first()?.name.extension().is_some_and(|extension| extension == "xml");
-    if is_windy || !is_xml {
+    if is_windy || is_two_step || !is_xml {
         return None;
     }
     let n_steps = scene.n_steps();
@@ -103,6 +104,7 @@ fn is_right(one: &Scene, program: &Program, text: &str, start: &State) -> bool {
     if !all.all(|value| value.is_finite()) {
         return false;
     }
-    let step = Judge::new(one, 0.0).step(0, start, &states[1]);
+    let before = Before { step: 0, earlier: None, state: start };
+    let step = Judge::new(one, 0.0).step(before, &states[1]);
     step.is_some_and(|[defect, noise]| defect[0] <= noise[0] && defect[1] <= noise[1])
 }

@@ -25,14 +25,22 @@ impl Roots {
         is_newton.then(|| Self { equation: Equation::new(scene), time_step: scene.time_step })
     }
 
-    /// Whether step number `step`, from 0, solves its equation, to the tolerance of the method.
-    pub(crate) fn solves(&self, step: u64, before: &State, after: &State) -> bool {
+    /// Whether step number `step`, from 0, solves its equation, to the tolerance of the method. `earlier` is the state one
+    /// step before `before`, if there is one.
+    pub(crate) fn solves(
+        &self,
+        step: u64,
+        earlier: Option<&State>,
+        before: &State,
+        after: &State,
+    ) -> bool {
         let of = |state: &State| equation::State {
             x: state.positions.clone(),
             v: state.velocities.clone(),
         };
         let time = step as f64 * self.time_step;
-        self.equation.excess(&of(before), &of(after), time).0 <= 1.0
+        let earlier = earlier.map(of);
+        self.equation.excess(earlier.as_ref(), &of(before), &of(after), time).0 <= 1.0
     }
 }
 
@@ -45,6 +53,10 @@ pub(crate) fn other_root(scene: &Scene, comparison: &Comparison, states: &[State
     }
     let roots = Roots::of(scene)?;
     let first = comparison.first_wrong.as_ref()?.place.step;
-    let mut steps = states.windows(2).zip(0..);
-    (first > 0 && steps.all(|(pair, step)| roots.solves(step, &pair[0], &pair[1]))).then_some(first)
+    let mut steps = states.windows(2).enumerate();
+    let solves = |(step, pair): (usize, &[State])| {
+        let earlier = step.checked_sub(1).map(|earlier| &states[earlier]);
+        roots.solves(step as u64, earlier, &pair[0], &pair[1])
+    };
+    (first > 0 && steps.all(solves)).then_some(first)
 }

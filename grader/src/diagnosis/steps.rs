@@ -1,4 +1,4 @@
-//! Redoes each step of a trace from the trace's own previous state.
+//! Redoes each step of a trace from the trace's own previous state, or its last two if the method uses both.
 //!
 //! A step is right within ten times the change of our own step when the last bits of its start change, plus the floor
 //! of [`calibration`](crate::calibration), plus the error that a linear solver of backward error 1e-12 may leave.
@@ -111,29 +111,29 @@ impl Judge {
         Self { stepper, random: Rng::with_seed(0), h: scene.time_step, rounding }
     }
 
-    /// Compares the step from `before` with `after`; `None` if our own step fails.
-    pub fn step(&mut self, step: u64, before: &State, after: &State) -> Option<[[f64; 2]; 2]> {
-        let ours = self.step_from(step, before, false)?;
+    /// Compares the step after `before` with `after`; `None` if our own step fails.
+    pub fn step(&mut self, before: Before<'_>, after: &State) -> Option<[[f64; 2]; 2]> {
+        let ours = self.step_from(before, false)?;
         let defect = distance(&ours, after);
         // Identical bits need no noise estimate.
         if defect == [0.0; 2] {
             return Some([defect; 2]);
         }
-        Some([defect, self.noise(step, before, &ours)])
+        Some([defect, self.noise(before, &ours)])
     }
 
-    /// The accepted errors of the step from `before` to `ours`.
-    fn noise(&mut self, step: u64, before: &State, ours: &State) -> [f64; 2] {
+    /// The accepted errors of the step to `ours`.
+    fn noise(&mut self, before: Before<'_>, ours: &State) -> [f64; 2] {
         let mut spread = [0.0_f64; 2];
         for _ in 0..PERTURBED {
-            if let Some(other) = self.step_from(step, before, true) {
+            if let Some(other) = self.step_from(before, true) {
                 let [position, velocity] = distance(ours, &other);
                 spread = [spread[0].max(position), spread[1].max(velocity)];
             }
         }
         let size =
             |values: &[f64]| values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
-        let changes = ours.velocities.iter().zip(&before.velocities).map(|(a, b)| a - b);
+        let changes = ours.velocities.iter().zip(&before.state.velocities).map(|(a, b)| a - b);
         let change = changes.fold(0.0, |size: f64, change| size.max(change.abs()));
         [
             Bound::of(spread[0], size(&ours.positions)).tolerance
@@ -145,16 +145,43 @@ impl Judge {
         ]
     }
 
-    fn step_from(&mut self, step: u64, before: &State, perturbed: bool) -> Option<State> {
-        let mut state = before.clone();
+    fn step_from(&mut self, before: Before<'_>, perturbed: bool) -> Option<State> {
+        let mut state = before.state.clone();
+        let mut earlier = before.earlier.cloned();
         if perturbed {
             let unit = f64::EPSILON.max(0.1 * self.rounding);
-            for value in state.positions.iter_mut().chain(&mut state.velocities) {
-                *value += unit * f64::from(self.random.i8(-1..=1)) * *value;
+            for state in [&mut state].into_iter().chain(&mut earlier) {
+                for value in state.positions.iter_mut().chain(&mut state.velocities) {
+                    *value += unit * f64::from(self.random.i8(-1..=1)) * *value;
+                }
             }
         }
-        let done = self.stepper.step(step, &mut state.positions, &mut state.velocities);
+        let State { positions, velocities, .. } = &mut state;
+        let done = self.stepper.step(before.step, earlier.as_ref(), positions, velocities);
         done.then_some(state)
+    }
+}
+
+/// The start of a step of a trace.
+#[derive(Debug, Clone, Copy)]
+pub struct Before<'a> {
+    /// The step, counted from 0.
+    pub step: u64,
+    /// The state one step earlier, if there is one and the method uses it.
+    pub earlier: Option<&'a State>,
+    /// The state.
+    pub state: &'a State,
+}
+
+impl<'a> Before<'a> {
+    /// That of a step of `states`, which are those of `scene` from the first on.
+    fn of(scene: &Scene, states: &'a [State], step: usize) -> Self {
+        let earlier = step.checked_sub(1).filter(|_| scene.integrator.equation.is_two_step());
+        Self {
+            step: step as u64,
+            earlier: earlier.map(|earlier| &states[earlier]),
+            state: &states[step],
+        }
     }
 }
 
@@ -221,7 +248,8 @@ pub fn examine(scene: &Scene, states: &[State]) -> (WrongSteps, Vec<Evidence>) {
     let mut kept = Vec::new();
     let mut n_right = 0;
     for (step, pair) in states.windows(2).enumerate() {
-        let Some([defect, noise]) = judge.step(step as u64, &pair[0], &pair[1]) else { continue };
+        let before = Before::of(scene, states, step);
+        let Some([defect, noise]) = judge.step(before, &pair[1]) else { continue };
         found.total += 1;
         let sample = || Sample {
             step: step as u64,
@@ -232,7 +260,7 @@ pub fn examine(scene: &Scene, states: &[State]) -> (WrongSteps, Vec<Evidence>) {
         if defect[0] <= noise[0] && defect[1] <= noise[1] {
             if n_right < RIGHT {
                 let noise = match defect == [0.0; 2] {
-                    true => judge.noise(step as u64, &pair[0], &pair[1]),
+                    true => judge.noise(before, &pair[1]),
                     false => noise,
                 };
                 kept.push(Evidence { sample: sample(), noise, defect });
@@ -265,11 +293,12 @@ pub fn sampled(scene: &Scene, states: &[State]) -> Vec<Evidence> {
     steps.dedup();
     let mut judge = Judge::new(scene, 0.0);
     let evidence = |step: usize| {
-        let (before, after) = (states.get(step)?, states.get(step + 1)?);
-        let [defect, _] = judge.step(step as u64, before, after)?;
-        let noise = judge.noise(step as u64, before, after);
+        let after = states.get(step + 1)?;
+        let before = Before::of(scene, states, step);
+        let [defect, _] = judge.step(before, after)?;
+        let noise = judge.noise(before, after);
         let earlier = step.checked_sub(1).map(|earlier| states[earlier].clone());
-        let (before, after) = (before.clone(), after.clone());
+        let (before, after) = (states[step].clone(), after.clone());
         let sample = Sample { step: step as u64, earlier, before, after };
         Some(Evidence { sample, noise, defect })
     };

@@ -436,7 +436,8 @@ fn other_root(scene: &SceneEvidence<'_>) -> Option<u64> {
     let first = scene.evidence.iter().find(|evidence| evidence.is_wrong())?;
     let Evidence { sample, defect, .. } = first;
     let size = sample.after.velocities.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    let is_solved = roots.solves(sample.step, &sample.before, &sample.after);
+    let is_solved =
+        roots.solves(sample.step, sample.earlier.as_ref(), &sample.before, &sample.after);
     (is_solved && defect[1] > 1e-5 * size).then_some(sample.step + 1)
 }
 

@@ -22,6 +22,7 @@ use simulator::scene::{Dimension, Overrides, ParseOptions, Scene, xml};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::system::{BuildForce, System};
+use simulator::trace::State;
 use simulator::vocabulary;
 
 use super::check::{ROUNDING, largest};
@@ -137,9 +138,12 @@ where
     }));
     let mut tally = Tally::default();
     let h = scene.time_step;
+    let mut earlier: Option<State> = None;
     for step in 0..scene.n_steps() {
         let time = step as f64 * h;
         let mut statistics = Statistics::default();
+        let start =
+            State { time: None, positions: positions.clone(), velocities: velocities.clone() };
         let taken = method.step(
             &system,
             Step {
@@ -147,9 +151,11 @@ where
                 time,
                 positions: &mut positions,
                 velocities: &mut velocities,
+                earlier: earlier.as_ref(),
                 statistics: &mut statistics,
             },
         );
+        earlier = Some(start);
         for observed in receiver.try_iter() {
             tally.add(&observed.judge(&system, scene));
         }
@@ -365,6 +371,7 @@ mod tests {
             time: 0.0,
             positions: &mut scene.positions(),
             velocities: &mut scene.velocities(),
+            earlier: None,
             statistics: &mut Statistics::default(),
         };
         method.step(&system, step).unwrap();

@@ -45,7 +45,7 @@ impl Run {
         if self.next > 0 {
             let stepper = &mut self.steppers[usize::from(self.next > self.switch_at)];
             let State { positions, velocities, .. } = &mut self.state;
-            assert!(stepper.step(self.next - 1, positions, velocities));
+            assert!(stepper.step(self.next - 1, None, positions, velocities));
         }
         self.next += 1;
         state.clone_from(&self.state);

@@ -3,5 +3,6 @@
 mod calibration;
 mod change;
 mod conformance;
+mod diagnosis;
 mod findings;
 mod jacobians;

@@ -173,7 +173,7 @@ impl DormandPrince {
 
 impl<const D: usize> Integrator<D> for DormandPrince {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, mut time, positions, velocities, statistics } = step;
+        let Step { size: h, mut time, positions, velocities, statistics, .. } = step;
         self.start.copy_from_slice(positions);
         self.end[0].copy_from_slice(positions);
         self.end[1].copy_from_slice(velocities);

@@ -84,7 +84,7 @@ impl<const D: usize, const SYMPLECTIC: bool> pulp::WithSimd for Advance<'_, D, S
 
 impl<const D: usize, const SYMPLECTIC: bool> Integrator<D> for Euler<SYMPLECTIC> {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size, time, positions, velocities, statistics } = step;
+        let Step { size, time, positions, velocities, statistics, .. } = step;
         system.force(positions, velocities, time, &mut self.force)?;
         statistics.force_evaluations += 1;
         let (euler, arch) = (&*self, pulp::Arch::new());

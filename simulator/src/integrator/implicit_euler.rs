@@ -130,7 +130,7 @@ impl<const D: usize> ImplicitEuler<D> {
         step: Step<'_>,
         line_search: Option<LineSearch>,
     ) -> Result<(), StepError> {
-        let Step { size: h, time, positions, velocities, statistics } = step;
+        let Step { size: h, time, positions, velocities, statistics, .. } = step;
         let linearisation = &mut self.linearisation;
         let mut equation = Equation {
             system,

@@ -67,7 +67,7 @@ impl<const D: usize> ImplicitMidpoint<D> {
         step: Step<'_>,
         half: impl FnOnce(&mut ImplicitEuler<D>, Step<'_>) -> R,
     ) -> R {
-        let Step { size, time, positions, velocities, statistics } = step;
+        let Step { size, time, positions, velocities, statistics, .. } = step;
         let [q, v] = &mut self.start;
         q.copy_from_slice(positions);
         v.copy_from_slice(velocities);
@@ -76,6 +76,7 @@ impl<const D: usize> ImplicitMidpoint<D> {
             time,
             positions: &mut *positions,
             velocities: &mut *velocities,
+            earlier: None,
             statistics,
         };
         let result = half(&mut self.half, to_middle);

@@ -49,7 +49,7 @@ struct LinearizedImplicitEuler<const D: usize> {
 
 impl<const D: usize> Integrator<D> for LinearizedImplicitEuler<D> {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, time, positions, velocities, statistics } = step;
+        let Step { size: h, time, positions, velocities, statistics, .. } = step;
         let point = Point { h, time: time + h, positions, velocities, iterate: velocities };
         self.linearisation.solve(system, point, &mut self.delta, statistics)?;
         for (velocity, change) in velocities.iter_mut().zip(&self.delta) {

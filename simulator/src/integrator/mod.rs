@@ -16,12 +16,14 @@ use crate::solver::LinearError;
 use crate::solver::linear::LinearSolver;
 use crate::statistics::Statistics;
 use crate::system::System;
+use crate::trace::State;
 
 mod backward;
 mod euler;
 mod interrupt;
 mod observe;
 
+mod bdf2;
 mod dormand_prince;
 mod explicit_euler;
 mod fast_mass_spring;
@@ -48,6 +50,7 @@ pub static REGISTRY: &[&IntegratorKind] = &[
     &runge_kutta_4::KIND,
     &implicit_midpoint::KIND,
     &dormand_prince::KIND,
+    &bdf2::KIND,
 ];
 
 /// An integrator as the registry knows it.
@@ -96,7 +99,8 @@ impl BuildIntegrator<3> for IntegratorKind {
 
 /// A method with the room it needs for one system.
 ///
-/// A step depends on its start alone, and on no step before it: single steps are taken again from the states of a trace.
+/// A step depends on its [`Step`] alone, and on no step before it: single steps are taken again from the states of a trace.
+/// The driver keeps the earlier state that a two-step method uses.
 pub trait Integrator<const D: usize>: Send {
     /// Replaces the state by the one a time `step.size` later.
     ///
@@ -141,6 +145,8 @@ pub struct Step<'a> {
     pub positions: &'a mut [f64],
     /// Velocities, the same shape.
     pub velocities: &'a mut [f64],
+    /// The state at `time - size`, for two-step methods; `None` at the start of a run. Other methods ignore it.
+    pub earlier: Option<&'a State>,
     /// Counts of the work done.
     pub statistics: &'a mut Statistics,
 }

@@ -174,7 +174,7 @@ impl<const D: usize> ProjectedNewton<D> {
         system: &System<D>,
         step: &mut Step<'_>,
     ) -> Result<(), StepError> {
-        let Step { size: h, time, positions, velocities, statistics } = step;
+        let Step { size: h, time, positions, velocities, statistics, .. } = step;
         let (h, time) = (*h, *time + *h);
         let (positions, velocities): (&[f64], &[f64]) = (positions, velocities);
         // x ← xⁿ; a fixed particle is where its velocity takes it.

@@ -70,7 +70,7 @@ struct RungeKutta4 {
 
 impl<const D: usize> Integrator<D> for RungeKutta4 {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, time, positions, velocities, statistics } = step;
+        let Step { size: h, time, positions, velocities, statistics, .. } = step;
         let Self { start, stage: [x, u], mean, force } = self;
         for copy in [&mut *start, &mut *u, &mut *mean] {
             copy.copy_from_slice(velocities);

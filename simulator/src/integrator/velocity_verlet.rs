@@ -70,7 +70,7 @@ struct VelocityVerlet {
 
 impl<const D: usize> Integrator<D> for VelocityVerlet {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, time, positions, velocities, statistics } = step;
+        let Step { size: h, time, positions, velocities, statistics, .. } = step;
         let Self { keeps, at, force, half, ahead } = self;
         if *at != *positions {
             system.force(positions, velocities, time, force)?;

@@ -373,6 +373,27 @@ pub enum StepEquation {
     ImplicitMidpoint,
     /// Steps of Dormand and Prince's pair of orders 5 and 4, as many as error control asks for.
     DormandPrince,
+    /// Of both states `y`, with `y₋` one step earlier: `y' = 4/3 y − 1/3 y₋ + 2/3 h f(y', t + h)`, that is
+    /// `x' = x̂ + 2/3 h v'` and `M (v' − v̂) = 2/3 h F(x', v', t + h)`. Implicit Euler without an earlier state.
+    BackwardDifferentiation2,
+}
+
+impl StepEquation {
+    /// Whether a step uses the state one step before its start.
+    pub fn is_two_step(self) -> bool {
+        match self {
+            Self::ExplicitEuler
+            | Self::SymplecticEuler
+            | Self::LinearizedImplicitEuler
+            | Self::ImplicitEuler
+            | Self::LocalGlobal
+            | Self::VelocityVerlet
+            | Self::RungeKutta4
+            | Self::ImplicitMidpoint
+            | Self::DormandPrince => false,
+            Self::BackwardDifferentiation2 => true,
+        }
+    }
 }
 
 /// Families of integrators.

@@ -65,7 +65,7 @@ impl TraceFormat {
     }
 }
 
-/// A state read from a trace.
+/// A state of a trace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     /// Time in seconds, if the format stores it.

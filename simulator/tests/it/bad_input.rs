@@ -237,7 +237,7 @@ fn a_scene_says_when_it_starts_ends_and_how_it_steps() {
         two integrators | <edge | ¶<integrator type="implicit" dt="1"/><edge | second <integrator>; the first is at line 3 | keep one
         no type | <integrator type="symplectic-euler" | ¶<integrator | no attribute "type" | add type=
         type misspelt | type="symplectic-euler" | ¶type="simplectic-euler" | unknown integrator type "simplectic-euler" | did you mean "symplectic-euler"?
-        type unknown | type="symplectic-euler" | ¶type="bdf2" | unknown integrator type "bdf2" | known types: explicit-euler, symplectic-euler,
+        type unknown | type="symplectic-euler" | ¶type="adams" | unknown integrator type "adams" | known types: explicit-euler, symplectic-euler,
         no dt | <integrator type="symplectic-euler" dt="0.25" | ¶<integrator type="symplectic-euler" | no attribute "dt" | add dt=
         dt in capitals | <integrator type="symplectic-euler" dt="0.25" | ¶<integrator type="symplectic-euler" Dt="1" | no attribute "dt" |
         dt zero | dt="0.25" | ¶dt="0" | dt="0" must be a finite number above 0 | give dt

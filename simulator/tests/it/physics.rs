@@ -12,6 +12,7 @@ use simulator::simulation::{FailureKind, Simulation};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::{ControlStatistics, Statistics};
 use simulator::system::{BuildForce, System};
+use simulator::trace::State;
 use simulator::vocabulary;
 use tempfile::TempDir;
 
@@ -496,7 +497,7 @@ fn both_implicit_methods_differ_on_a_nonlinear_problem() {
 fn steps_of_the_oscillator_follow_their_closed_recurrences() {
     let (h, k, b, m) = (0.125, 6.0, 1.5, 2.0);
     for name in names() {
-        let step = |[x, v]: [f64; 2]| match name {
+        let step = |[earlier_x, earlier_v]: [f64; 2], [x, v]: [f64; 2], is_first: bool| match name {
             "explicit-euler" => [x + h * v, v + h / m * (-k * x - b * v)],
             "symplectic-euler" => {
                 let v = v + h / m * (-k * x - b * v);
@@ -534,14 +535,27 @@ fn steps_of_the_oscillator_follow_their_closed_recurrences() {
                 let middle = (2.0 * m * v - h * k * x) / (2.0 * m + h * b + h * h * k / 2.0);
                 [x + h * middle, 2.0 * middle - v]
             }
+            // 3 m (v' − 4/3 v + 1/3 v₋) = 2 h (−k x' − b v'), and x' likewise; the first step is implicit Euler's.
+            "bdf2" if is_first => {
+                let v = (m * v - h * k * x) / (m + h * b + h * h * k);
+                [x + h * v, v]
+            }
+            "bdf2" => {
+                let [x, v] = [4.0 * x - earlier_x, 4.0 * v - earlier_v];
+                let end =
+                    (3.0 * m * v - 2.0 * h * k * x) / (9.0 * m + 6.0 * h * b + 4.0 * h * h * k);
+                [(x + 2.0 * h * end) / 3.0, end]
+            }
             _ => panic!("{name} has no recurrence here: add it"),
         };
         let mut expected = [[1.0, 0.25], [-0.5, 2.0]];
+        let mut earlier = expected;
         for (i, [x, v]) in states(&scene(name, h, 5.0, OSCILLATOR)).into_iter().enumerate() {
             let found = [[x[2], v[2]], [x[3], v[3]]];
             let error = largest_difference(found.as_flattened(), expected.as_flattened());
             assert!(error < 1e-13, "{name}, step {i}: {error:e}");
-            expected = expected.map(step);
+            let next = [0, 1].map(|axis| step(earlier[axis], expected[axis], i == 0));
+            earlier = std::mem::replace(&mut expected, next);
         }
     }
 }
@@ -561,11 +575,19 @@ fn drag_divides_or_multiplies_the_velocity_by_the_same_factor_every_step() {
                 let taylor = 1.0 - z + z.powi(2) / 2.0 - z.powi(3) / 6.0 + z.powi(4) / 24.0;
                 taylor - z.powi(5) / 120.0 + z.powi(6) / 600.0
             }
-            "linearized-implicit-euler" | "implicit-euler" | "projected-newton" => 1.0 / (1.0 + z),
+            "linearized-implicit-euler" | "implicit-euler" | "projected-newton" | "bdf2" => {
+                1.0 / (1.0 + z)
+            }
             _ => 1.0 - z,
         };
+        // Of a one-step method, a power; of a two-step method, this for its first step alone.
+        let mut left = [1.0, factor];
         for (i, [_, v]) in states(&scene(name, h, 10.0, elements)).iter().enumerate() {
-            let expected = [3.0, -4.0].map(|v| v * factor.powi(i as i32));
+            if name == "bdf2" && i > 1 {
+                left = [left[1], (4.0 * left[1] - left[0]) / (3.0 + 2.0 * z)];
+            }
+            let left = if name == "bdf2" { left[i.min(1)] } else { factor.powi(i as i32) };
+            let expected = [3.0, -4.0].map(|v| v * left);
             assert!(largest_difference(v, &expected) < 1e-14, "{name}, step {i}: {v:?}");
         }
     }
@@ -574,13 +596,15 @@ fn drag_divides_or_multiplies_the_velocity_by_the_same_factor_every_step() {
 #[test]
 fn a_free_fall_is_exact_in_binary() {
     // After n steps v = n h g, and x = h² g n (n ± 1)/2: minus where the step starts with the old velocity. Methods of
-    // higher order are exact: x = h² g n²/2.
+    // higher order are exact: x = h² g n²/2. The first step of BDF2 is off by e₁ = h² g/2, and eₙ = (4 eₙ₋₁ − eₙ₋₂)/3 later:
+    // eₙ = 3/4 (1 − 3⁻ⁿ) h² g.
     let elements = r#"<particle m="3" px="0" py="0" vx="0" vy="0" fixed="0"/><simplegravity fx="0.5" fy="-10"/>"#;
     for kind in INTEGRATORS {
         let IntegratorSchema { name, order, .. } = kind.schema;
         let (steps, h) = (64.0, 0.125);
         let states = states(&scene(name, h, steps * h, elements));
         let side = match name {
+            "bdf2" => 1.5 / steps,
             _ if order.without_velocity > 1 => 0.0,
             "explicit-euler" => -1.0,
             _ => 1.0,
@@ -624,6 +648,8 @@ fn a_circular_orbit_gains_keeps_or_loses_energy_as_its_integrator_does() {
             "runge-kutta-4" | "implicit-midpoint" | "dormand-prince" => {
                 assert!((end + 2.0).abs() < 1e-7, "{name}: {end}");
             }
+            // It damps, but by a higher power of the step.
+            "bdf2" => assert!((-2.001..-2.0001).contains(&end), "{name}: {end}"),
             _ => assert!(end < -2.1, "{name}: {end}"),
         }
     }
@@ -962,7 +988,7 @@ fn refining_a_stiff_step_factorises_its_matrix_once() {
 }
 
 #[test]
-fn a_step_depends_on_the_state_alone() {
+fn a_step_depends_on_its_states_alone() {
     // A method that kept something of earlier steps would differ on its second way through.
     for kind in INTEGRATORS {
         let name = kind.schema.name;
@@ -974,16 +1000,51 @@ fn a_step_depends_on_the_state_alone() {
         for _ in 0..3 {
             let (mut positions, mut velocities) = (x.clone(), v.clone());
             let statistics = &mut Statistics::default();
+            let mut before = None;
             for _ in 0..4 {
+                let start = kept(&[positions.clone(), velocities.clone()]);
                 let (positions, velocities) = (&mut positions, &mut velocities);
+                let earlier = before.as_ref();
                 used.step(
                     &system,
-                    Step { size: 0.01, time: 0.0, positions, velocities, statistics },
+                    Step { size: 0.01, time: 0.0, positions, velocities, earlier, statistics },
                 )
                 .unwrap();
+                before = Some(start);
             }
             let found = (bits(&positions), bits(&velocities));
             assert_eq!(first.get_or_insert_with(|| found.clone()), &found, "{name}");
+        }
+    }
+}
+
+/// A state as the earlier one of a step.
+fn kept([positions, velocities]: &[Vec<f64>; 2]) -> State {
+    State { time: None, positions: positions.clone(), velocities: velocities.clone() }
+}
+
+#[test]
+fn single_steps_from_the_states_of_a_run_are_its_own() {
+    for kind in INTEGRATORS {
+        let name = kind.schema.name;
+        let scene = everything(name, 0.01, 2, 4);
+        let states = states(&scene);
+        let mut simulation = Simulation::new(&scene);
+        // Backwards, so that nothing of the step before is there.
+        for step in (0..states.len() - 1).rev() {
+            let [x, v] = &states[step];
+            let earlier = step.checked_sub(1).map(|earlier| &states[earlier]);
+            let mut end = |earlier: Option<&[Vec<f64>; 2]>| {
+                simulation.set_state(step as u64, earlier.map(kept).as_ref(), x, v);
+                simulation.advance().unwrap();
+                let state = simulation.state();
+                [bits(state.positions), bits(state.velocities)]
+            };
+            let expected = states[step + 1].clone().map(|values| bits(&values));
+            assert_eq!(end(earlier), expected, "{name}, step {step}");
+            // Without the earlier state, a two-step method takes the first step of a run.
+            let needs_earlier = kind.schema.equation.is_two_step() && step > 0;
+            assert_eq!(end(None) != expected, needs_earlier, "{name}, step {step}");
         }
     }
 }

@@ -8,6 +8,7 @@ use simulator::scene::schema::{Convergence, IntegratorOptions};
 use simulator::scene::{self, ParseOptions, Scene};
 use simulator::simulation::{FailureKind, Simulation, SimulationError, SimulationOptions};
 use simulator::statistics::Statistics;
+use simulator::trace::State;
 use simulator::vocabulary;
 
 const ROBUST: SimulationOptions =
@@ -153,6 +154,48 @@ fn smaller_steps_are_the_method_at_that_step() {
     assert_eq!((counts.substepped, counts.substeps, counts.max_substeps), (1, 2, 2));
     let halved = Scene { time_step: 0.25, ..scene };
     assert_eq!(states[1], run(&halved, SimulationOptions::default()).0[2]);
+}
+
+#[test]
+fn a_two_step_method_goes_on_from_whole_steps_after_smaller_ones() {
+    let mut scene = parse(&flung("3"));
+    (scene.integrator, scene.duration) = (vocabulary().integrator("bdf2").unwrap(), 40.0);
+    let mut robust = Simulation::with_options(&scene, ROBUST);
+    let mut plain = Simulation::new(&scene);
+    let mut halved = scene.clone();
+    halved.integrator = vocabulary().integrator("implicit-euler").unwrap();
+    let state = |simulation: &Simulation| {
+        let state = simulation.state();
+        let (positions, velocities) = (state.positions.to_vec(), state.velocities.to_vec());
+        State { time: None, positions, velocities }
+    };
+    let mut states = vec![state(&robust)];
+    let (mut is_after_smaller, mut checked) = (false, [0; 2]);
+    for step in 0..scene.n_steps() as usize {
+        let before = robust.statistics().fallback;
+        robust.advance().unwrap();
+        let after = robust.statistics().fallback;
+        let end = state(&robust);
+        let State { positions, velocities, .. } = &states[step];
+        if after.substepped > before.substepped {
+            // Each smaller step is the first of a run.
+            let substeps = after.substeps - before.substeps;
+            halved.time_step = scene.time_step / substeps as f64;
+            let mut euler = Simulation::new(&halved);
+            euler.set_state(0, None, positions, velocities);
+            (0..substeps).for_each(|_| assert!(euler.advance().unwrap()));
+            assert_eq!(end, state(&euler), "step {step}");
+            checked[0] += 1;
+        } else if after == before && is_after_smaller {
+            plain.set_state(step as u64, Some(&states[step - 1]), positions, velocities);
+            assert!(plain.advance().unwrap());
+            assert_eq!(end, state(&plain), "step {step}");
+            checked[1] += 1;
+        }
+        is_after_smaller = after.substepped > before.substepped;
+        states.push(end);
+    }
+    assert!(checked.iter().all(|count| *count > 0), "{checked:?}");
 }
 
 #[test]

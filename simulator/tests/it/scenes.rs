@@ -160,6 +160,8 @@ fn every_spelling_of_an_integrator_means_the_same_method() {
         ("implicit-midpoint", "implicit-midpoint"),
         ("dormand-prince", "dormand-prince"),
         ("rk45", "dormand-prince"),
+        ("bdf2", "bdf2"),
+        ("backward-differentiation-2", "bdf2"),
     ];
     for (spelling, name) in spellings {
         // Of forces that every method takes.

@@ -808,7 +808,7 @@ fn the_jacobians_have_reports_for_programs_too() {
         assert_eq!(state["forces"][0]["parameters"][2]["name"], "b");
         assert_eq!(block["exhibit"]["entries"].as_array().unwrap().len(), 9);
     }
-    assert_eq!(report["newton_systems"].as_array().unwrap().len(), 10);
+    assert_eq!(report["newton_systems"].as_array().unwrap().len(), 13);
 
     let junit = run(folder.path(), &["jacobians", "--format", "junit"], &[]);
     assert_eq!(junit.code, 0);

@@ -210,11 +210,14 @@ impl Model {
             fixed_rules,
             scene,
         };
-        if let (Method::Backward { linearized: false, part }, Convergence::Update(_), None) = (
-            Method::of(model.scene.integrator.equation),
-            model.scene.integrator.convergence,
-            model.method,
-        ) {
+        let part = match Method::of(model.scene.integrator.equation) {
+            Method::Backward { linearized: false, part } => Some(part),
+            Method::Differences { repeated } => Some(1.0 - repeated),
+            _ => None,
+        };
+        if let (Some(part), Convergence::Update(_), None) =
+            (part, model.scene.integrator.convergence, model.method)
+        {
             let mut inner = model.clone();
             inner.h *= part;
             inner.method = Some(OnePoint::Implicit);
@@ -244,7 +247,7 @@ impl Model {
             || self.method.is_some()
             || match Method::of(self.scene.integrator.equation) {
                 Method::Explicit(_) | Method::Stages(_) | Method::Controlled(_) => true,
-                Method::Backward { .. } => self.part.is_some(),
+                Method::Backward { .. } | Method::Differences { .. } => self.part.is_some(),
                 Method::Rounds => false,
             }
     }

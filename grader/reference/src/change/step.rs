@@ -137,10 +137,36 @@ impl Model {
                 state.positions.iter_mut().zip(&old.positions).for_each(|(x, y)| whole(x, y));
                 state.velocities.iter_mut().zip(&old.velocities).for_each(|(v, w)| whole(v, w));
             }
+            Method::Differences { .. } => {
+                let (part, inner) = self.part.as_ref()?;
+                if let Some(earlier) = earlier {
+                    let repeated = 1.0 - part;
+                    self.repeat(repeated, earlier, state);
+                    let time = time + repeated * self.h;
+                    converged = inner.substep(time, Some(earlier), state)?;
+                } else {
+                    let mut whole = inner.clone();
+                    whole.h = self.h;
+                    converged = whole.substep(time, None, state)?;
+                }
+            }
             Method::Rounds => return None,
         }
         self.fix(&old, state);
         Some(converged)
+    }
+
+    /// `y ← y + c (y − y₋)`, and `x ← x + c h v` of fixed particles, that they go on from there.
+    fn repeat(&self, c: f64, earlier: &State, state: &mut State) {
+        for dof in 0..self.fixed.len() {
+            let (x, v) = (&mut state.positions[dof], &mut state.velocities[dof]);
+            if !self.fixed[dof] {
+                *x += c * (*x - earlier.positions[dof]);
+                *v += c * (*v - earlier.velocities[dof]);
+            } else if !self.stands(dof) {
+                *x += c * self.h * *v;
+            }
+        }
     }
 
     /// The substeps of an explicit method, in order.

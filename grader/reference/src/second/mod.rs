@@ -8,13 +8,14 @@
 //! ```
 //!
 //! with `F`, `K = ∂F/∂x` and `B = ∂F/∂v` at `(q̂, u)`, from `q̂ = q + h v`, `u = v`. Implicit midpoint is the same
-//! for half of the step, twice. The forces are those of
+//! for half of the step, twice; a method of differences is the same for the rest of a step. The forces are those of
 //! [`arithmetic`], the Jacobians are the law's dual numbers; both are independent of the simulator. Cost:
 //! `O((n·D)³)` per solve, and one evaluation of the law per column.
 
 use nalgebra::{DMatrix, DVector};
 use simulator::scene::schema::Convergence;
 use simulator::scene::{ForceElement, Scene};
+use simulator::trace::State;
 
 pub mod arithmetic;
 
@@ -88,7 +89,8 @@ const ITERATIVE: f64 = 1e-12;
 pub struct Second {
     scene: Scene,
     style: Style,
-    method: Stepping,
+    /// The first step, and those after it.
+    methods: [Stepping; 2],
     laws: Laws,
     random: fastrand::Rng,
 }
@@ -107,13 +109,20 @@ enum Stepping {
         part: f64,
         tolerance: f64,
     },
+    /// Newton's method for the rest of the step, after a part of the step before is made once more.
+    Differences {
+        repeated: f64,
+        tolerance: f64,
+    },
 }
 
 impl Stepping {
-    /// `None` where the result depends on how a method goes about it: its own tolerance, or its rounds.
-    fn of(scene: &Scene) -> Option<Self> {
+    /// That of a step, by whether there is an earlier state. `None` where the result depends on how a method goes about it:
+    /// its own tolerance, or its rounds.
+    fn of(scene: &Scene, has_earlier: bool) -> Option<Self> {
         let integrator = scene.integrator;
-        match (Method::of(integrator.equation), integrator.convergence) {
+        let method = Method::of(integrator.equation).with_earlier(has_earlier);
+        match (method, integrator.convergence) {
             (Method::Explicit(substeps), _) => Some(Self::Explicit(substeps)),
             (Method::Stages(tableau), _) => Some(Self::Stages(tableau)),
             (Method::Controlled(pair), Convergence::ErrorEstimate(name)) => {
@@ -124,7 +133,15 @@ impl Stepping {
             (Method::Backward { linearized: false, part }, Convergence::Update(tolerance)) => {
                 Some(Self::Newton { part, tolerance })
             }
-            (Method::Backward { linearized: false, .. }, _) | (Method::Rounds, _) => None,
+            (Method::Differences { repeated }, Convergence::Update(tolerance)) => {
+                Some(Self::Differences { repeated, tolerance })
+            }
+            (
+                Method::Backward { linearized: false, .. }
+                | Method::Differences { .. }
+                | Method::Rounds,
+                _,
+            ) => None,
         }
     }
 }
@@ -132,21 +149,28 @@ impl Stepping {
 impl Second {
     /// `None` where the scene's method has no second implementation: it ends at a tolerance of its own, or takes rounds.
     pub fn new(scene: &Scene, style: Style, seed: u64) -> Option<Self> {
-        let method = Stepping::of(scene)?;
+        let methods = [Stepping::of(scene, false)?, Stepping::of(scene, true)?];
         let (scene, laws) = (scene.clone(), Laws::new(scene));
-        Some(Self { scene, style, method, laws, random: fastrand::Rng::with_seed(seed) })
+        Some(Self { scene, style, methods, laws, random: fastrand::Rng::with_seed(seed) })
     }
 
     /// Whether it steps the scene by solving linear systems.
     pub fn is_implicit(scene: &Scene) -> bool {
-        let method = Stepping::of(scene);
-        matches!(method, Some(Stepping::Linearized | Stepping::Newton { .. }))
+        use Stepping::{Differences, Linearized, Newton};
+        let method = Stepping::of(scene, true);
+        matches!(method, Some(Linearized | Newton { .. } | Differences { .. }))
     }
 
-    /// Takes the step of this number; false where it has no answer.
-    pub fn step(&mut self, step: u64, x: &mut [f64], v: &mut [f64]) -> bool {
+    /// Takes the step of this number; false where it has no answer. `earlier` is the state one step before, if there is one.
+    pub fn step(
+        &mut self,
+        step: u64,
+        earlier: Option<&State>,
+        x: &mut [f64],
+        v: &mut [f64],
+    ) -> bool {
         let time = step as f64 * self.scene.time_step;
-        let done = match self.method {
+        let done = match self.methods[usize::from(earlier.is_some())] {
             Stepping::Explicit(substeps) => {
                 self.explicit(time, x, v, substeps);
                 Some(())
@@ -171,6 +195,14 @@ impl Second {
                     }
                 }
                 done
+            }
+            Stepping::Differences { repeated, tolerance } => {
+                if let Some(State { positions, velocities, .. }) = earlier {
+                    self.repeat(repeated, positions, x);
+                    self.repeat(repeated, velocities, v);
+                }
+                let time = time + repeated * self.scene.time_step;
+                self.implicit(time, x, v, Some((1.0 - repeated, tolerance)))
             }
         };
         done.is_some() && x.iter().chain(v.iter()).all(|value| value.is_finite())
@@ -197,6 +229,13 @@ impl Second {
     fn kick(&self, time: f64, x: &[f64], v: &mut [f64], h: f64) {
         let force = self.force(x, v, time);
         self.push(v, &force, h);
+    }
+
+    /// `y ← (1 + c) y − c y₋`.
+    fn repeat(&self, c: f64, earlier: &[f64], now: &mut [f64]) {
+        for (now, earlier) in now.iter_mut().zip(earlier) {
+            *now = self.style.arithmetic.multiply_add(1.0 + c, *now, -c * earlier);
+        }
     }
 
     /// `v ← v + h M⁻¹ F`.

@@ -48,6 +48,7 @@ pub(super) fn in_integrators() -> Vec<Mistake> {
             Method::Explicit(_) => in_substeps(&subject),
             Method::Stages(_) => in_stages(&subject),
             Method::Backward { .. } => in_parts(&subject),
+            Method::Differences { .. } => in_differences(&subject),
             Method::Controlled(_) | Method::Rounds => Vec::new(),
         }
     };
@@ -88,6 +89,16 @@ fn in_parts(subject: &Subject) -> Vec<Mistake> {
     vec![
         of("a step of implicit Euler", |_| 1.0),
         of("the force of another time", |part| 0.5 * (1.0 + part)),
+    ]
+}
+
+fn in_differences(subject: &Subject) -> Vec<Mistake> {
+    let of = |description, make| deviating(subject, description, Deviation::Repeated(make));
+    vec![
+        of("each step is the first", |_| 0.0),
+        of("another part of the step before", |part| 0.75 * part),
+        of("the step before with the wrong sign", |part| -part),
+        of("the first step as if nothing had moved before", |_| 1.0 / 3.0),
     ]
 }
 

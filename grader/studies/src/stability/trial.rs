@@ -5,7 +5,7 @@
 //! equation    each of the first 32 steps, every 2ᵏ-th and the last satisfy the method's equation (equation.rs)
 //! momentum    Σ m (v − v₀) equals the impulse of external forces, within the summed bounds of the equations
 //! spin        Σ m x × v is conserved by symplectic explicit methods if all forces are central
-//! recurrence  the state of an oscillator is a power of its 2 × 2 matrix, if the case is an oscillator and steps are not
+//! recurrence  the state of an oscillator is a power of its matrix, if the case is an oscillator and steps are not
 //!             divided by error control
 //! residual    no linear solution was accepted with a residual above 256 ε
 //! ```
@@ -14,6 +14,7 @@
 
 use std::time::Instant;
 
+use nalgebra::DVector;
 use simulator::scene::schema::{Dependence, Family, IntegratorSchema};
 use simulator::scene::{ForceElement, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
@@ -127,12 +128,16 @@ impl<'a> Run<'a> {
 
     fn advance(&mut self) -> Outcome {
         let n_steps = self.simulation.n_steps();
-        let mut from = State::default();
+        let (mut earlier, mut from) = (None, State::default());
         for step in 1..=n_steps {
             let is_checked = step <= FIRST_STEPS || step.is_power_of_two() || step == n_steps;
             if is_checked {
                 let state = self.simulation.state();
                 from = State { x: state.positions.to_vec(), v: state.velocities.to_vec() };
+                earlier = self
+                    .simulation
+                    .earlier()
+                    .map(|state| State { x: state.positions.clone(), v: state.velocities.clone() });
             }
             let substepped = self.simulation.statistics().fallback.substepped;
             if let Err(error) = self.simulation.advance() {
@@ -151,7 +156,8 @@ impl<'a> Run<'a> {
             self.measured.energy_rise = self.measured.energy_rise.max(rise);
             // A step replaced by smaller steps does not satisfy this equation.
             if is_checked && self.simulation.statistics().fallback.substepped == substepped {
-                self.check_equation(&from, (step - 1) as f64 * self.scene.time_step);
+                let time = (step - 1) as f64 * self.scene.time_step;
+                self.check_equation(earlier.as_ref(), &from, time);
             }
             if rise > BOUND {
                 return Outcome::BlowUp { step };
@@ -171,10 +177,10 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn check_equation(&mut self, from: &State, time: f64) {
+    fn check_equation(&mut self, earlier: Option<&State>, from: &State, time: f64) {
         let state = self.simulation.state();
         let to = State { x: state.positions.to_vec(), v: state.velocities.to_vec() };
-        let (excess, allowed) = self.equation.excess(from, &to, time);
+        let (excess, allowed) = self.equation.excess(earlier, from, &to, time);
         self.allowed = self.allowed.max(allowed);
         self.measured.equation = Some(self.measured.equation.unwrap_or(0.0).max(excess));
         self.note("equation", excess);
@@ -242,7 +248,9 @@ impl<'a> Run<'a> {
         if matches!(method, Method::Controlled(_)) {
             return;
         }
-        let matrix = method.oscillator(h * omega, oscillator.zeta);
+        let [first, matrix] = [false, true].map(|has_earlier| {
+            method.with_earlier(has_earlier).oscillator(h * omega, oscillator.zeta)
+        });
         let particle = scene.particles.iter().position(|particle| !particle.fixed).unwrap_or(0);
         let axes = scene.dimension.count();
         let state = self.simulation.state();
@@ -251,16 +259,18 @@ impl<'a> Run<'a> {
         // What rounding and the tolerance for an update of the velocity may add in a step.
         let tolerance = scene.integrator.convergence.tolerance(scene);
         for axis in 0..axes {
-            let mut z = [start.position[axis], start.velocity[axis] / omega];
+            // The first step of a two-step method uses no earlier state, which stays zero.
+            let mut z = DVector::zeros(matrix.nrows());
+            (z[0], z[1]) = (start.position[axis], start.velocity[axis] / omega);
             let mut largest = z[0].abs() + z[1].abs();
-            for _ in 0..steps {
-                z = [0, 1].map(|row| matrix[row][0] * z[0] + matrix[row][1] * z[1]);
+            for step in 0..steps {
+                z = if step == 0 { &first * z } else { &matrix * z };
                 largest = largest.max(z[0].abs() + z[1].abs());
             }
             let place = particle * axes + axis;
             let got = [positions[place], velocities[place] / omega];
             let error = (got[0] - z[0]).abs() + (got[1] - z[1]).abs();
-            let factor = matrix.iter().flatten().fold(1.0_f64, |most, entry| most.max(entry.abs()));
+            let factor = matrix.amax().max(1.0);
             let rounding = RESIDUAL * factor * largest;
             let allowed = steps as f64 * (rounding + (h + 1.0 / omega) * tolerance);
             self.note("recurrence", if error == 0.0 { 0.0 } else { error / allowed });

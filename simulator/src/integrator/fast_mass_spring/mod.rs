@@ -257,7 +257,7 @@ fn padded<const P: usize>(values: &[f64]) -> [f64; P] {
 
 impl<const D: usize, const P: usize> Integrator<D> for FastMassSpring<D, P> {
     fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        let Step { size: h, time, positions, velocities, statistics } = step;
+        let Step { size: h, time, positions, velocities, statistics, .. } = step;
         self.evaluate_external(positions, velocities, time)?;
         statistics.force_evaluations += 1;
         let mut objective = match self.objective.take() {

@@ -26,8 +26,8 @@ pub struct Amplification {
     pub measured: f64,
     /// `|λ|` of the method's matrix.
     pub theory: f64,
-    /// Bound of the rounding errors of the two: `4 √ε` times the largest entry of the method's matrix, at least 1. That of
-    /// a double eigenvalue is the square root of its matrix's.
+    /// Bound of the rounding errors of the two: `4 ε^(1/m)` times the largest entry of the method's matrix, at least 1.
+    /// That of an eigenvalue that occurs `m` times is the m-th root of its matrix's; `m` is at most the number of rows.
     pub rounding: f64,
     /// `|λ|` of the exact solution.
     pub exact: f64,
@@ -48,11 +48,9 @@ pub fn amplifications() -> Vec<Amplification> {
             }
             for a in [0.01, 0.1, 0.5, 1.0, 1.9, 10.0] {
                 let Some(matrix) = scene.matrix(&kind.schema, a) else { continue };
-                let entry = |row, column| matrix[(row, column)];
-                let value = leading([[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]);
+                let value = leading(&matrix);
                 let theory = Method::of(kind.schema.equation).oscillator(a, zeta);
-                let largest =
-                    theory.as_flattened().iter().fold(1.0, |most: f64, e| most.max(e.abs()));
+                let multiplicity = theory.nrows() as f64;
                 let turn = (1.0 - zeta * zeta).max(0.0).sqrt();
                 let oscillates = turn > 0.0 && value.im > 0.0;
                 let logarithm = value.ln();
@@ -61,8 +59,8 @@ pub fn amplifications() -> Vec<Amplification> {
                     a,
                     zeta,
                     measured: value.norm(),
-                    theory: leading(theory).norm(),
-                    rounding: 4.0 * f64::EPSILON.sqrt() * largest,
+                    theory: leading(&theory).norm(),
+                    rounding: 4.0 * f64::EPSILON.powf(1.0 / multiplicity) * theory.amax().max(1.0),
                     exact: (-a * zeta).exp(),
                     damping: oscillates.then(|| -logarithm.re / logarithm.norm() - zeta),
                     period: oscillates.then(|| a * turn / value.arg() - 1.0),

@@ -4,14 +4,17 @@
 //! A e_j = (step(z₀ + s e_j) − step(z₀)) / s        z = (x, v/ω), z₀ at rest
 //! ```
 //!
+//! That of a two-step method is of two states, `z = (x, v/ω, x₋, v₋/ω)`, and keeps the first of them as the second.
+//!
 //! Springs of rest length zero are linear, so any `s` works; this value equals no distance in the scene, so that no
-//! particles coincide. Cost: `2 N + 1` runs of one step.
+//! particles coincide. Cost: a step for each column, and one.
 
 use ::reference::method::stable_steps;
 use nalgebra::{DMatrix, Schur};
 use simulator::scene::Scene;
 use simulator::scene::schema::{Convergence, IntegratorSchema};
 use simulator::simulation::Simulation;
+use simulator::trace::State;
 
 use crate::stability::draft::Draft;
 
@@ -85,14 +88,15 @@ impl Linear {
         scene
     }
 
-    /// The matrix `A`, for `(x, v/ω)` of the free particles; `None` if a step fails.
+    /// The matrix `A`, for `(x, v/ω)` of the free particles, of each state that a step uses; `None` if a step fails.
     pub fn matrix(&self, integrator: &'static IntegratorSchema, a: f64) -> Option<DMatrix<f64>> {
-        let scene = self.scene(integrator, a, 1);
+        let earlier_states = u64::from(integrator.equation.is_two_step());
+        let scene = self.scene(integrator, a, 1 + earlier_states);
         let free: Vec<usize> =
             (0..scene.particles.len()).filter(|idx| !scene.particles[*idx].fixed).collect();
-        let size = 2 * free.len();
-        let after = |scene: &Scene| -> Option<Vec<f64>> {
-            let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::new(&scene);
+        let mut after = |[now, earlier]: &[State; 2]| {
+            simulation.set_state(earlier_states, Some(earlier), &now.positions, &now.velocities);
             simulation.advance().ok()?;
             let state = simulation.state();
             let of = |values: &[f64], scale: f64| -> Vec<f64> {
@@ -100,20 +104,29 @@ impl Linear {
             };
             Some([of(state.positions, 1.0), of(state.velocities, self.omega)].concat())
         };
-        let rest = after(&scene)?;
-        let mut matrix = DMatrix::zeros(size, size);
-        for column in 0..size {
-            let mut shifted = scene.clone();
-            let particle = &mut shifted.particles[free[column % free.len()]];
-            match column < free.len() {
-                true => particle.position[0] += SHIFT,
-                false => particle.velocity[0] += SHIFT * self.omega,
+        let start =
+            State { time: None, positions: scene.positions(), velocities: scene.velocities() };
+        let start = [start.clone(), start];
+        let rest = after(&start)?;
+        let size = rest.len();
+        let mut matrix = DMatrix::zeros(size, (1 + earlier_states as usize) * size);
+        for column in 0..matrix.ncols() {
+            let mut shifted = start.clone();
+            let State { positions, velocities, .. } = &mut shifted[column / size];
+            let place = 2 * free[column % free.len()];
+            match column % size < free.len() {
+                true => positions[place] += SHIFT,
+                false => velocities[place] += SHIFT * self.omega,
             }
             for (row, (moved, rest)) in after(&shifted)?.iter().zip(&rest).enumerate() {
                 matrix[(row, column)] = (moved - rest) / SHIFT;
             }
         }
-        Some(matrix)
+        // An earlier state is the state one step before.
+        let columns = matrix.ncols();
+        let mut square = matrix.resize_vertically(columns, 0.0);
+        square.view_mut((size, 0), (columns - size, columns)).fill_with_identity();
+        Some(square)
     }
 
     /// The spectral radius of `A`; infinite if a step fails.

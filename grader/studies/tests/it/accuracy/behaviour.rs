@@ -9,8 +9,10 @@
 //! Verlet       v² + ω²x² (1 − h²ω²/4) is conserved: E_n/E_0 within 1 − h²ω²/4 and its reciprocal
 //! Runge–Kutta  E_n = E_0 |R(ihω)|^{2n}, |R|² = 1 − (hω)⁶/72 + (hω)⁸/576
 //! midpoint     E_n = E_0
+//! BDF2         E_n = E_0 |c₁ λ₁ⁿ + c₂ λ₂ⁿ|², the roots of (3 − 2ihω) λ² − 4λ + 1 = 0, from 1 and 1/(1 − ihω)
 //! ```
 
+use nalgebra::Complex;
 use simulator::integrator::REGISTRY;
 use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
 use simulator::scene::{ParseOptions, Scene, xml};
@@ -136,6 +138,22 @@ fn implicit_midpoint_keeps_a_quadratic_energy_at_any_step() {
     for a in [0.02, 1.0, 30.0] {
         let [low, high, _] = range_of_energy("implicit-midpoint", a);
         assert!(high - low < 1e-11, "{a}: {low} … {high}");
+    }
+}
+
+#[test]
+fn bdf2_loses_energy_at_the_predicted_rate() {
+    for a in [0.02, 0.1, 0.3] {
+        let (one, i) = (Complex::from(1.0), Complex::i());
+        let root = (one + i * 2.0 * a).sqrt();
+        let [first, second] =
+            [1.0, -1.0].map(|sign| (root * sign + 2.0) / (one * 3.0 - i * 2.0 * a));
+        // The second root, about 1/3, has left nothing.
+        let part = (one / (one - i * a) - second) / (first - second);
+        let expected = (part * first.powu(1000)).norm_sqr();
+        let [_, high, end] = range_of_energy("bdf2", a);
+        assert!((end / expected - 1.0).abs() < 1e-9, "{a}: {end}, not {expected}");
+        assert!(high <= 1.0, "{a}: {high}");
     }
 }
 

@@ -512,7 +512,7 @@ mod tests {
         };
         expected.forces.push(wind);
         let mut simulation = Simulation::new(&expected);
-        simulation.set_state(10, &before.positions, &before.velocities);
+        simulation.set_state(10, None, &before.positions, &before.velocities);
         simulation.advance().unwrap();
         advance(&mut run, Advance::Step);
         assert_eq!(run.positions(), simulation.state().positions);
@@ -528,7 +528,7 @@ mod tests {
         let before = run.positions().to_vec();
         type Edit = fn(&mut Settings);
         let wrong: [(&str, Edit); 6] = [
-            ("integrator \"bdf2\"", |settings| settings.integrator = "bdf2".to_owned()),
+            ("integrator \"adams\"", |settings| settings.integrator = "adams".to_owned()),
             ("time step is 0 s", |settings| settings.time_step = 0.0),
             ("time step is NaN s", |settings| settings.time_step = f64::NAN),
             ("k of <springforce> is -100", |settings| settings.stiffness = -1.0),

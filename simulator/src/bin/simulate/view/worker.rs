@@ -148,7 +148,7 @@ fn take_steps(
     budget: Duration,
 ) -> Done {
     if let Some(State { step, positions, velocities, .. }) = &job.start {
-        simulation.set_state(*step, positions, velocities);
+        simulation.set_state(*step, None, positions, velocities);
     }
     let started = Instant::now();
     let of = |simulation: &Simulation| {

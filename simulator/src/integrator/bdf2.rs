@@ -8,11 +8,11 @@
 //! with `q₋, v₋` one step before `q, v`. The step is one of implicit Euler of 2/3 of the length, from `(q̂, v̂)` to the same
 //! end. So Newton's method, its tolerance and its line search are those of [`implicit_euler`](super::implicit_euler).
 //!
-//! A step without an earlier state is one of implicit Euler: the first of a run, and each substep of a fallback. One such
-//! step has an error of `h²`, which later steps carry along and do not multiply, so the method stays of second order.
+//! A step without an earlier state is one of implicit Euler: the first of a run, and each substep of a fallback. Its error
+//! is of the size of `h²`. Later steps keep that error and do not multiply it, so the method stays of second order.
 //!
-//! The method is A-stable, and damps motions that are faster than the step: in the limit of an infinite rate, by a factor
-//! of 0 as implicit Euler does.
+//! The method is A-stable. It damps motions that are faster than the step, as implicit Euler does, and slower motions far
+//! less.
 //!
 //! Source: Hairer and Wanner, *Solving Ordinary Differential Equations II*, sections V.1 and V.2.
 

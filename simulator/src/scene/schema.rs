@@ -373,8 +373,8 @@ pub enum StepEquation {
     ImplicitMidpoint,
     /// Steps of Dormand and Prince's pair of orders 5 and 4, as many as error control asks for.
     DormandPrince,
-    /// Of both states `y`, with `y₋` one step earlier: `y' = 4/3 y − 1/3 y₋ + 2/3 h f(y', t + h)`, that is
-    /// `x' = x̂ + 2/3 h v'` and `M (v' − v̂) = 2/3 h F(x', v', t + h)`. Implicit Euler without an earlier state.
+    /// `M (v' − v̂) = 2/3 h F(x', v', t + h)`, `x' = x̂ + 2/3 h v'`, with `x̂ = 4/3 x − 1/3 x₋` and `v̂ = 4/3 v − 1/3 v₋`, where
+    /// `(x₋, v₋)` is the state one step before; without one, the step is implicit Euler's.
     BackwardDifferentiation2,
 }
 

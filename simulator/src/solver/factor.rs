@@ -9,23 +9,34 @@
 //!
 //! With `V` the columns below a pivot block `B`, and `W` the transposed rows to its right (`V = W` in a symmetric matrix),
 //! `X = V B⁻¹` are the columns of `L`, and `X Wᵀ` is subtracted from what is to the right. The rows of `U` are kept
-//! transposed, in the layout of `L`: the same kernel subtracts `W Xᵀ` from them. Tiles are held in registers.
+//! transposed, in the layout of `L`: the same kernel subtracts `W Xᵀ` from them. Tiles are held in registers. Large
+//! fronts have a kernel of their own ([`front`](super::front)).
+//!
+//! Threads eliminate the branches of a large tree at the same time, and then share the work on each large front of the
+//! trunk. Every number is computed by one thread, from the same numbers in the same order.
 //!
 //! Everything is sums and products in a fixed order, never fused, whatever vectors the processor has: the
-//! bits are the same on all of them. Cost: `2 D³` operations for each product of blocks in the
-//! symbolic factor, twice that without symmetry; about an operation a lane and clock; a solution is two passes over the
-//! factor. Nothing is allocated after [`BlockFactor::new`].
+//! bits are the same on all of them. Cost: `2 D³` operations for each product of blocks in the symbolic factor, twice that
+//! without symmetry; a solution is two passes over the factor. Nothing is allocated after [`BlockFactor::new`].
 
 #![expect(clippy::needless_range_loop, reason = "indices run over several arrays at once")]
 
-use super::symbolic::{Front, SymbolicFactor};
+use std::ops::Range;
+
+use pulp::Simd;
+
+use super::front::{FrontWorkspace, first_row};
+use super::symbolic::{Branch, Front, SymbolicFactor};
 use crate::statistics::FactorWork;
 
 /// Blocks that are eliminated before what is to their right is updated.
-const PANEL: usize = 8;
+pub(super) const PANEL: usize = 8;
 
 /// Rows of a tile.
 const TILE_ROWS: usize = 8;
+
+/// Rows of a front from which on [`front`](super::front) is faster.
+const LARGE: usize = 128;
 
 /// A pivot in a block is left in its place where it is this part of what is below it: growth is bounded,
 /// as by partial pivoting.
@@ -38,12 +49,14 @@ pub(crate) struct BlockFactor<const D: usize> {
     upper: Triangle,
     /// Diagonal blocks, transposed and factorised.
     pivots: Vec<PivotBlock<D>>,
-    /// `V` of the current panel.
-    unscaled: Vec<f64>,
+    /// Of each branch, and of the trunk.
+    workspaces: Vec<Workspace<D>>,
     /// A right-hand side in the order of elimination.
     permuted: Vec<f64>,
     /// The part of it that a front sees.
     gathered: Vec<f64>,
+    /// Rows of a front from which on it is eliminated in chunks.
+    large: usize,
     /// What was done since it was last asked.
     work: FactorWork,
 }
@@ -58,8 +71,15 @@ struct Triangle {
     updates: Vec<f64>,
 }
 
+/// Workspace of a thread.
+struct Workspace<const D: usize> {
+    /// `V` of the current panel of a small front.
+    unscaled: Vec<f64>,
+    large: FrontWorkspace<D>,
+}
+
 /// The signs of the pivots.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Inertia {
     /// The matrix is symmetric, and every pivot block is positive definite: so is the matrix.
     Definite,
@@ -71,24 +91,34 @@ pub(crate) enum Inertia {
 
 /// A diagonal block as `P B Q = L U`, reciprocals of the pivots on the diagonal.
 #[derive(Debug, Clone, Copy)]
-struct PivotBlock<const D: usize> {
-    lu: [[f64; D]; D],
-    rows: [usize; D],
-    columns: [usize; D],
+pub(super) struct PivotBlock<const D: usize> {
+    pub(super) lu: [[f64; D]; D],
+    pub(super) rows: [usize; D],
+    pub(super) columns: [usize; D],
 }
 
 impl<const D: usize> BlockFactor<D> {
     /// Allocates the factor; `None` if there is not enough memory.
     pub(crate) fn new(symbolic: &SymbolicFactor, symmetric: bool) -> Option<Self> {
+        Self::with_large_fronts(symbolic, symmetric, LARGE)
+    }
+
+    /// The same with fronts that count as large from so many rows on.
+    fn with_large_fronts(symbolic: &SymbolicFactor, symmetric: bool, large: usize) -> Option<Self> {
         let height = symbolic.max_height * D;
+        let branches = symbolic.branches.iter().map(|branch| branch.fronts.clone());
+        let workspaces = branches.map(|branch| Workspace::new(symbolic, branch, large));
+        let trunk = Workspace::new(symbolic, symbolic.trunk().flatten(), large);
+        let workspaces = workspaces.chain([trunk]);
         let zero = PivotBlock { lu: [[0.0; D]; D], rows: [0; D], columns: [0; D] };
         Some(Self {
             lower: Triangle::new(symbolic, D)?,
             upper: if symmetric { Triangle::default() } else { Triangle::new(symbolic, D)? },
             pivots: vec![zero; symbolic.order.len()],
-            unscaled: zeros(height * PANEL * D)?,
-            permuted: zeros(symbolic.order.len() * D)?,
-            gathered: zeros(height)?,
+            workspaces: workspaces.collect::<Option<_>>()?,
+            permuted: zeros(symbolic.order.len() * D, 0.0)?,
+            gathered: zeros(height, 0.0)?,
+            large,
             work: FactorWork::default(),
         })
     }
@@ -105,13 +135,17 @@ impl<const D: usize> BlockFactor<D> {
 
     /// Factorises the matrix whose blocks are `values`.
     pub(crate) fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia {
-        let arch = pulp::Arch::new();
         let products = if self.is_symmetric() { 1 } else { 2 } * symbolic.n_products;
         self.work.operations += 2 * (D * D * D) as u64 * products;
-        match self.is_symmetric() {
-            true => arch.dispatch(Factorise::<D, true> { symbolic, values, factor: self }),
-            false => arch.dispatch(Factorise::<D, false> { symbolic, values, factor: self }),
-        }
+        let threads = !symbolic.branches.is_empty() && rayon::current_num_threads() > 1;
+        let arch = pulp::Arch::new();
+        let mut run = || match self.is_symmetric() {
+            true => arch.dispatch(Factorise::<D, true> { symbolic, values, factor: self, threads }),
+            false => {
+                arch.dispatch(Factorise::<D, false> { symbolic, values, factor: self, threads })
+            }
+        };
+        if threads { rayon::scope(|_| run()) } else { run() }
     }
 
     /// Overwrites a right-hand side by the solution.
@@ -140,17 +174,115 @@ impl BlockFactor<1> {
 impl Triangle {
     fn new(symbolic: &SymbolicFactor, dimension: usize) -> Option<Self> {
         let area = dimension * dimension;
-        let columns = zeros(symbolic.n_factor.checked_mul(area)?)?;
-        Some(Self { columns, updates: zeros(symbolic.n_updates.checked_mul(area)?)? })
+        let columns = zeros(symbolic.n_factor.checked_mul(area)?, 0.0)?;
+        Some(Self { columns, updates: zeros(symbolic.n_updates.checked_mul(area)?, 0.0)? })
+    }
+
+    fn view(&mut self) -> TriangleView<'_> {
+        let Self { columns, updates } = self;
+        TriangleView { columns, updates, panel: 0, update: 0 }
+    }
+}
+
+impl<const D: usize> Workspace<D> {
+    /// A workspace that is large enough for each of the fronts.
+    fn new(
+        symbolic: &SymbolicFactor,
+        fronts: impl Iterator<Item = usize>,
+        from: usize,
+    ) -> Option<Self> {
+        let (mut small, mut large) = (0, 0);
+        for front in fronts.map(|front| &symbolic.fronts[front]) {
+            // On a processor with short vectors, large fronts are eliminated as small ones are.
+            small = small.max(front.height() * D * PANEL * D);
+            if front.height() * D >= from {
+                large = large.max(FrontWorkspace::<D>::size_for(front));
+            }
+        }
+        Some(Self { unscaled: zeros(small, 0.0)?, large: FrontWorkspace::new(large)? })
     }
 }
 
 /// So many zeros; `None` if there is not enough memory.
-fn zeros(count: usize) -> Option<Vec<f64>> {
+pub(super) fn zeros<T: Clone>(count: usize, zero: T) -> Option<Vec<T>> {
     let mut values = Vec::new();
     values.try_reserve_exact(count).ok()?;
-    values.resize(count, 0.0);
+    values.resize(count, zero);
     Some(values)
+}
+
+/// What consecutive fronts have of a factor.
+struct Part<'a, const D: usize> {
+    lower: TriangleView<'a>,
+    upper: TriangleView<'a>,
+    pivots: &'a mut [PivotBlock<D>],
+    /// Number of the first pivot.
+    first: usize,
+}
+
+/// What consecutive fronts have of a triangle.
+struct TriangleView<'a> {
+    columns: &'a mut [f64],
+    updates: &'a mut [f64],
+    /// Offsets of the two in the triangle.
+    panel: usize,
+    update: usize,
+}
+
+impl<'a, const D: usize> Part<'a, D> {
+    /// The pivots of a front, and its columns and update matrix in the lower and the upper triangle.
+    #[inline(always)]
+    fn of_front<const SYMMETRIC: bool>(
+        &mut self,
+        front: &Front,
+    ) -> (&mut [PivotBlock<D>], [&mut [f64]; 2], [&mut [f64]; 2]) {
+        let pivots = &mut self.pivots[front.first - self.first..][..front.n_pivots];
+        let upper = match SYMMETRIC {
+            true => Default::default(),
+            false => self.upper.front::<D>(front),
+        };
+        (pivots, self.lower.front::<D>(front), upper)
+    }
+
+    /// The parts before and from the first front of `branch` on.
+    fn split(self, symbolic: &SymbolicFactor, branch: &Branch) -> [Self; 2] {
+        let front = &symbolic.fronts[branch.fronts.start];
+        let at = [front.panel * D * D, branch.update * D * D];
+        let [lower, upper] = [self.lower, self.upper].map(|triangle| triangle.split(at));
+        let (pivots, rest) = self.pivots.split_at_mut(front.first - self.first);
+        let ([lower, lower_rest], [upper, upper_rest]) = (lower, upper);
+        [
+            Self { lower, upper, pivots, first: self.first },
+            Self { lower: lower_rest, upper: upper_rest, pivots: rest, first: front.first },
+        ]
+    }
+}
+
+impl TriangleView<'_> {
+    fn split(self, [panel, update]: [usize; 2]) -> [Self; 2] {
+        // The upper triangle of a symmetric matrix is empty.
+        let at = self.columns.len().min(panel - self.panel);
+        let (columns, columns_rest) = self.columns.split_at_mut(at);
+        let at = self.updates.len().min(update - self.update);
+        let (updates, updates_rest) = self.updates.split_at_mut(at);
+        [
+            Self { columns, updates, ..self },
+            Self { columns: columns_rest, updates: updates_rest, panel, update },
+        ]
+    }
+
+    /// The columns of a front, and all update matrices.
+    fn parts<const D: usize>(&mut self, front: &Front) -> [&mut [f64]; 2] {
+        let panel = front.panel * D * D - self.panel;
+        [&mut self.columns[panel..][..front.n_pivots * front.height() * D * D], self.updates]
+    }
+
+    /// The columns of a front, and its update matrix.
+    fn front<const D: usize>(&mut self, front: &Front) -> [&mut [f64]; 2] {
+        let update = front.update * D * D - self.update;
+        let [columns, updates] = self.parts::<D>(front);
+        [columns, &mut updates[update..][..front.n_rows().pow(2) * D * D]]
+    }
 }
 
 // Code that is compiled for the vectors that the processor has: everything below is inlined into these.
@@ -158,6 +290,7 @@ struct Factorise<'a, const D: usize, const SYMMETRIC: bool> {
     symbolic: &'a SymbolicFactor,
     values: &'a [f64],
     factor: &'a mut BlockFactor<D>,
+    threads: bool,
 }
 
 struct Solve<'a, const D: usize, const SYMMETRIC: bool> {
@@ -170,41 +303,174 @@ impl<const D: usize, const SYMMETRIC: bool> pulp::WithSimd for Factorise<'_, D, 
     type Output = Inertia;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Inertia {
-        let Self { symbolic, values, factor } = self;
-        let mut inertia = if SYMMETRIC { Inertia::Definite } else { Inertia::Indefinite };
-        for front in &symbolic.fronts {
-            let below = if SYMMETRIC { None } else { Some(false) };
-            assemble::<D>(symbolic, front, values, below, &mut factor.lower);
-            if !SYMMETRIC {
-                assemble::<D>(symbolic, front, values, Some(true), &mut factor.upper);
+    fn with_simd<S: Simd>(self, simd: S) -> Inertia {
+        let Self { symbolic, values, factor, threads } = self;
+        let BlockFactor { lower, upper, pivots, workspaces, large, .. } = factor;
+        let large = *large;
+        let (of_trunk, of_branches) =
+            workspaces.split_last_mut().expect("the trunk has a workspace");
+        let elimination =
+            Elimination::<'_, D, SYMMETRIC, S> { simd, symbolic, values, large, threads };
+        let mut part = Part { lower: lower.view(), upper: upper.view(), pivots, first: 0 };
+        let mut inertia = elimination.branches(&symbolic.branches, part, of_branches);
+        part = Part { lower: lower.view(), upper: upper.view(), pivots, first: 0 };
+        for fronts in symbolic.trunk() {
+            if inertia == Inertia::Singular {
+                break;
             }
-            let BlockFactor { lower, upper, pivots, unscaled, .. } = &mut *factor;
-            let pivots = &mut pivots[front.first..][..front.n_pivots];
-            match eliminate::<D, SYMMETRIC>(front, lower, upper, pivots, unscaled) {
-                Inertia::Definite => {}
-                Inertia::Indefinite => inertia = Inertia::Indefinite,
-                Inertia::Singular => return Inertia::Singular,
+            inertia = inertia.max(elimination.fronts(fronts, &mut part, of_trunk, threads));
+        }
+        inertia
+    }
+}
+
+/// What all fronts of a factorisation share.
+#[derive(Clone, Copy)]
+struct Elimination<'a, const D: usize, const SYMMETRIC: bool, S> {
+    simd: S,
+    symbolic: &'a SymbolicFactor,
+    values: &'a [f64],
+    /// Rows of a front from which on it is eliminated in chunks.
+    large: usize,
+    threads: bool,
+}
+
+impl<const D: usize, const SYMMETRIC: bool, S: Simd> Elimination<'_, D, SYMMETRIC, S> {
+    /// Eliminates the fronts of branches, which do not depend on each other.
+    fn branches(
+        self,
+        branches: &[Branch],
+        mut part: Part<'_, D>,
+        workspaces: &mut [Workspace<D>],
+    ) -> Inertia {
+        match branches {
+            [] => Inertia::Definite,
+            [branch] => self.fronts(branch.fronts.clone(), &mut part, &mut workspaces[0], false),
+            _ => {
+                let (first, second) = branches.split_at(branches.len() / 2);
+                let [before, from] = part.split(self.symbolic, &second[0]);
+                let (of_first, of_second) = workspaces.split_at_mut(first.len());
+                let (first, second) = join(
+                    self.threads,
+                    || self.branches(first, before, of_first),
+                    || self.branches(second, from, of_second),
+                );
+                first.max(second)
+            }
+        }
+    }
+
+    /// Eliminates fronts, children before parents.
+    fn fronts(
+        self,
+        fronts: Range<usize>,
+        part: &mut Part<'_, D>,
+        workspace: &mut Workspace<D>,
+        threads: bool,
+    ) -> Inertia {
+        self.simd.vectorize(FrontsWork { elimination: self, fronts, part, workspace, threads })
+    }
+
+    #[inline(always)]
+    fn fronts_in_vectors(
+        self,
+        fronts: Range<usize>,
+        part: &mut Part<'_, D>,
+        workspace: &mut Workspace<D>,
+        threads: bool,
+    ) -> Inertia {
+        let Self { simd, symbolic, values, large: large_from, .. } = self;
+        let mut inertia = if SYMMETRIC { Inertia::Definite } else { Inertia::Indefinite };
+        for front in &symbolic.fronts[fronts] {
+            let below = if SYMMETRIC { None } else { Some(false) };
+            let Workspace { unscaled, large } = &mut *workspace;
+            // Scalars and short vectors gain nothing from chunks; left out, they are not compiled.
+            let is_large = const { D > 1 && S::F64_LANES >= 4 } && front.height() * D >= large_from;
+            let found = if is_large {
+                let columns = Some(large.columns(front));
+                assemble::<D>(symbolic, front, values, below, columns, &mut part.lower);
+                large.pack_lower::<SYMMETRIC>(front);
+                if !SYMMETRIC {
+                    let columns = Some(large.columns(front));
+                    assemble::<D>(symbolic, front, values, Some(true), columns, &mut part.upper);
+                    large.pack_upper(front);
+                }
+                let (pivots, lower, upper) = part.of_front::<SYMMETRIC>(front);
+                large.eliminate::<SYMMETRIC, S>(simd, pivots, lower, upper, threads)
+            } else {
+                assemble::<D>(symbolic, front, values, below, None, &mut part.lower);
+                if !SYMMETRIC {
+                    assemble::<D>(symbolic, front, values, Some(true), None, &mut part.upper);
+                }
+                let (pivots, lower, upper) = part.of_front::<SYMMETRIC>(front);
+                eliminate::<D, SYMMETRIC>(front, lower, upper, pivots, unscaled)
+            };
+            inertia = inertia.max(found);
+            if inertia == Inertia::Singular {
+                break;
             }
         }
         inertia
     }
 }
 
+// Work of a thread, compiled for its vectors. A closure might not be, since it is called by a function of its own.
+struct FrontsWork<'a, 'b, 'c, const D: usize, const SYMMETRIC: bool, S> {
+    elimination: Elimination<'a, D, SYMMETRIC, S>,
+    fronts: Range<usize>,
+    part: &'b mut Part<'c, D>,
+    workspace: &'b mut Workspace<D>,
+    threads: bool,
+}
+
+impl<const D: usize, const SYMMETRIC: bool, S: Simd> pulp::NullaryFnOnce
+    for FrontsWork<'_, '_, '_, D, SYMMETRIC, S>
+{
+    type Output = Inertia;
+
+    #[inline(always)]
+    fn call(self) -> Inertia {
+        let Self { elimination, fronts, part, workspace, threads } = self;
+        elimination.fronts_in_vectors(fronts, part, workspace, threads)
+    }
+}
+
+/// Does both, at the same time with `threads`.
+fn join<A: Send, B: Send>(
+    threads: bool,
+    first: impl FnOnce() -> A + Send,
+    second: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    if threads { rayon::join(first, second) } else { (first(), second()) }
+}
+
 /// Sets a front of one triangle to the matrix's own blocks and the update matrices of its children. `transposed`: the
-/// blocks above the diagonal or those on and below it; `None`: all, for both have one place.
+/// blocks above the diagonal or those on and below it; `None`: all, for both have one place. `columns`: where the front's
+/// columns are put; `None`: where they stay.
 #[inline(always)]
 fn assemble<const D: usize>(
     symbolic: &SymbolicFactor,
     front: &Front,
     values: &[f64],
     transposed: Option<bool>,
-    triangle: &mut Triangle,
+    columns: Option<&mut [f64]>,
+    triangle: &mut TriangleView<'_>,
 ) {
     let (height, rows) = (front.height() * D, front.n_rows() * D);
-    let panel = &mut triangle.columns[front.panel * D * D..][..front.n_pivots * D * height];
+    let offset = triangle.update;
+    let [panel, updates] = triangle.parts::<D>(front);
+    let large = columns.is_some();
+    let panel = columns.unwrap_or(panel);
+    let update = &mut updates[front.update * D * D - offset..][..rows * rows];
     panel.fill(0.0);
-    triangle.updates[front.update * D * D..][..rows * rows].fill(0.0);
+    if large {
+        // Most of what is above the diagonal is not used.
+        for column in 0..rows {
+            update[column * rows..][..rows][first_row(column, D)..].fill(0.0);
+        }
+    } else {
+        update.fill(0.0);
+    }
     for entry in &symbolic.entries[front.entries[0]..front.entries[1]] {
         if transposed.is_some_and(|transposed| transposed != entry.transposed) {
             continue;
@@ -221,7 +487,7 @@ fn assemble<const D: usize>(
     }
     for child in &symbolic.children[front.children[0]..front.children[1]] {
         let child = &symbolic.fronts[*child as usize];
-        extend_add::<D>(symbolic, front, child, panel, &mut triangle.updates);
+        extend_add::<D>(symbolic, front, child, panel, updates, offset);
     }
 }
 
@@ -233,40 +499,43 @@ fn extend_add<const D: usize>(
     child: &Front,
     panel: &mut [f64],
     updates: &mut [f64],
+    offset: usize,
 ) {
     let places = &symbolic.rows_in_parent[child.rows[0]..child.rows[1]];
     let (height, child_rows, own_rows) =
         (front.height() * D, child.n_rows() * D, front.n_rows() * D);
-    let (from, to) = (child.update * D * D, front.update * D * D);
+    let (from, to) = (child.update * D * D - offset, front.update * D * D - offset);
+    // The two update matrices are apart.
+    let (source, update) = if from < to {
+        let (low, high) = updates.split_at_mut(to);
+        (&low[from..], high)
+    } else {
+        let (low, high) = updates.split_at_mut(from);
+        (&*high, &mut low[to..])
+    };
     let into_panel = places.partition_point(|place| (*place as usize) < front.n_pivots);
     for (number, &column) in places.iter().enumerate() {
-        for j in 0..D {
-            let source = from + (number * D + j) * child_rows;
-            if number < into_panel {
-                let target = &mut panel[(column as usize * D + j) * height..][..height];
-                let source = &updates[source..][..child_rows];
-                for (block, &row) in source[number * D..].chunks_exact(D).zip(&places[number..]) {
-                    let target = &mut target[row as usize * D..][..D];
-                    for i in 0..D {
-                        target[i] += block[i];
-                    }
-                }
-            } else {
-                let column = (column as usize - front.n_pivots) * D + j;
-                // The two update matrices are apart.
-                let (source, target) = if from < to {
-                    let (low, high) = updates.split_at_mut(to);
-                    (&low[source..][..child_rows], &mut high[column * own_rows..][..own_rows])
-                } else {
-                    let (low, high) = updates.split_at_mut(from);
-                    let low = &mut low[to + column * own_rows..][..own_rows];
-                    (&high[source - from..][..child_rows], low)
-                };
-                for (block, &row) in source[number * D..].chunks_exact(D).zip(&places[number..]) {
-                    let target = &mut target[(row as usize - front.n_pivots) * D..][..D];
-                    for i in 0..D {
-                        target[i] += block[i];
-                    }
+        let column = column as usize;
+        // The columns of a block, from the first row that they have in common with the child.
+        let (target, stride, above) = match number < into_panel {
+            true => (&mut panel[column * D * height..], height, 0),
+            false => {
+                let column = (column - front.n_pivots) * D;
+                (&mut update[column * own_rows..], own_rows, front.n_pivots)
+            }
+        };
+        let mut targets = target.chunks_exact_mut(stride);
+        let targets: [_; D] =
+            std::array::from_fn(|_| targets.next().unwrap_or_default().as_chunks_mut::<D>().0);
+        let sources: [_; D] = std::array::from_fn(|j| {
+            let column = &source[(number * D + j) * child_rows..][..child_rows];
+            column[number * D..].as_chunks::<D>().0
+        });
+        for (number, row) in places[number..].iter().enumerate() {
+            let row = *row as usize - above;
+            for j in 0..D {
+                for i in 0..D {
+                    targets[j][row][i] += sources[j][number][i];
                 }
             }
         }
@@ -278,20 +547,14 @@ fn extend_add<const D: usize>(
 #[inline(always)]
 fn eliminate<const D: usize, const SYMMETRIC: bool>(
     front: &Front,
-    lower: &mut Triangle,
-    upper: &mut Triangle,
+    [panel, update]: [&mut [f64]; 2],
+    [rows, upper_update]: [&mut [f64]; 2],
     pivots: &mut [PivotBlock<D>],
     unscaled: &mut [f64],
 ) -> Inertia {
     let height = front.height() * D;
     let n_columns = pivots.len() * D;
     let n_rows = height - n_columns;
-    let of_panel = |triangle: &Triangle| match triangle.columns.is_empty() {
-        true => 0..0,
-        false => front.panel * D * D..front.panel * D * D + n_columns * height,
-    };
-    let (panel, rows) = (of_panel(lower), of_panel(upper));
-    let (panel, rows) = (&mut lower.columns[panel], &mut upper.columns[rows]);
     let mut inertia = Inertia::Definite;
     let mut start = 0;
     while start < pivots.len() {
@@ -300,7 +563,9 @@ fn eliminate<const D: usize, const SYMMETRIC: bool>(
             let below = (pivot + 1) * D;
             let (left, right) = panel.split_at_mut(below * height);
             let own = &mut left[pivot * D * height..];
-            let (factorised, definite) = PivotBlock::new::<SYMMETRIC>(own, height, pivot * D);
+            let block =
+                std::array::from_fn(|j| std::array::from_fn(|i| own[j * height + pivot * D + i]));
+            let (factorised, definite) = PivotBlock::new::<SYMMETRIC>(block);
             let Some(factorised) = factorised else { return Inertia::Singular };
             if !definite {
                 inertia = Inertia::Indefinite;
@@ -343,12 +608,9 @@ fn eliminate<const D: usize, const SYMMETRIC: bool>(
         if n_rows > 0 {
             let x = Operand { columns: x, offset: n_columns };
             let w = Operand { columns: w, offset: n_columns };
-            let place = front.update * D * D..front.update * D * D + n_rows * n_rows;
-            let update = &mut lower.updates[place.clone()];
             subtract::<D>(update, n_rows, n_rows, x, w, height, n_rows, depth);
             if !SYMMETRIC {
-                let update = &mut upper.updates[place];
-                subtract::<D>(update, n_rows, n_rows, w, x, height, n_rows, depth);
+                subtract::<D>(upper_update, n_rows, n_rows, w, x, height, n_rows, depth);
             }
         }
         start = end;
@@ -357,21 +619,17 @@ fn eliminate<const D: usize, const SYMMETRIC: bool>(
 }
 
 impl<const D: usize> PivotBlock<D> {
-    /// Factorises the transpose of the block at row `row` of `columns`; `None` if it is singular. Whether a symmetric
+    /// Factorises the transpose of a block of which the columns are given; `None` if it is singular. Whether a symmetric
     /// block is positive definite: then, and only then, all pivots are positive and on the diagonal.
     #[inline(always)]
-    fn new<const SYMMETRIC: bool>(
-        columns: &[f64],
-        height: usize,
-        row: usize,
-    ) -> (Option<Self>, bool) {
+    pub(super) fn new<const SYMMETRIC: bool>(block: [[f64; D]; D]) -> (Option<Self>, bool) {
         let mut lu = [[0.0; D]; D];
         for i in 0..D {
             for j in 0..D {
                 // Of a symmetric block, only the lower triangle is up to date.
                 lu[i][j] = match SYMMETRIC {
-                    true => columns[i.min(j) * height + row + i.max(j)],
-                    false => columns[i * height + row + j],
+                    true => block[i.min(j)][i.max(j)],
+                    false => block[i][j],
                 };
             }
         }
@@ -629,7 +887,7 @@ impl<const D: usize, const SYMMETRIC: bool> pulp::WithSimd for Solve<'_, D, SYMM
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, _: S) {
         let Self { symbolic, values, factor } = self;
         let BlockFactor { lower, upper, pivots, permuted, gathered, .. } = factor;
         for (target, block) in permuted.chunks_exact_mut(D).zip(&symbolic.order) {
@@ -751,4 +1009,108 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
         sum += a * b;
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square net with all diagonals: its pattern, and stiffness matrices with `weight` on the diagonal.
+    struct Net {
+        starts: Vec<usize>,
+        rows: Vec<u32>,
+    }
+
+    impl Net {
+        fn new(side: usize, symmetric: bool) -> Self {
+            let (mut starts, mut rows) = (vec![0], Vec::new());
+            for own in 0..side * side {
+                let (row, column) = (own / side, own % side);
+                let near = |other: &usize| {
+                    (other / side).abs_diff(row) <= 1 && (other % side).abs_diff(column) <= 1
+                };
+                let others = (0..side * side).filter(|other| *other != own && near(other));
+                rows.push(own as u32);
+                rows.extend(
+                    others.filter(|other| !symmetric || *other > own).map(|row| row as u32),
+                );
+                starts.push(rows.len());
+            }
+            Self { starts, rows }
+        }
+
+        fn values<const D: usize>(&self, symmetric: bool, weight: f64) -> Vec<f64> {
+            let mut random = fastrand::Rng::with_seed(7);
+            let mut values = Vec::new();
+            for own in 0..self.starts.len() - 1 {
+                for place in self.starts[own]..self.starts[own + 1] {
+                    let on_diagonal = self.rows[place] as usize == own;
+                    let mut block = [[0.0; D]; D];
+                    for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
+                        block[j][i] = random.f64() - 0.5;
+                        if on_diagonal && symmetric && j < i {
+                            block[j][i] = block[i][j];
+                        }
+                        if on_diagonal && i == j {
+                            block[j][i] += weight;
+                        }
+                    }
+                    values.extend(block.as_flattened());
+                }
+            }
+            values
+        }
+    }
+
+    /// The bits of a solution, the signs of the pivots, and whether there are branches.
+    fn solve<const D: usize>(
+        net: &Net,
+        values: &[f64],
+        symmetric: bool,
+        large: usize,
+        n_threads: usize,
+    ) -> (Vec<u64>, Inertia, bool) {
+        let symbolic = SymbolicFactor::new(&net.starts, &net.rows);
+        let factor = BlockFactor::<D>::with_large_fronts(&symbolic, symmetric, large);
+        let mut factor = factor.unwrap();
+        let mut right: Vec<f64> =
+            (0..symbolic.order.len() * D).map(|row| (row % 17) as f64).collect();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+        pool.install(|| {
+            // The second time, workspaces are not zero.
+            factor.factorise(&symbolic, values);
+            let inertia = factor.factorise(&symbolic, values);
+            factor.solve(&symbolic, &mut right);
+            let bits = right.iter().map(|value| value.to_bits()).collect();
+            (bits, inertia, !symbolic.branches.is_empty())
+        })
+    }
+
+    fn bits_are_equal<const D: usize>() {
+        // Definite, indefinite and unsymmetric.
+        for (symmetric, weight) in [(true, 4.5), (true, 1.0), (false, 4.0)] {
+            for side in [9, 30, 80] {
+                let net = Net::new(side, symmetric);
+                let values = net.values::<D>(symmetric, weight);
+                let expected = solve::<D>(&net, &values, symmetric, usize::MAX, 1);
+                let definite = symmetric && weight > 2.0;
+                assert_eq!(expected.1 == Inertia::Definite, definite, "{D}D, weight {weight}");
+                assert_eq!(expected.2, side == 80, "branches of {side}");
+                assert!(expected.0.iter().all(|bits| f64::from_bits(*bits).is_finite()));
+                for (large, n_threads) in [(0, 1), (LARGE, 1), (LARGE, 2), (LARGE, 3), (0, 5)] {
+                    let found = solve::<D>(&net, &values, symmetric, large, n_threads);
+                    let what =
+                        format!("{D}D, side {side}, {symmetric}, {large}, {n_threads} threads");
+                    assert!(found == expected, "{what}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn chunks_and_threads_do_not_change_bits() {
+        bits_are_equal::<1>();
+        bits_are_equal::<2>();
+        bits_are_equal::<3>();
+    }
 }

@@ -12,6 +12,7 @@ mod blocks;
 pub(crate) mod checked;
 pub mod dense;
 pub(crate) mod factor;
+mod front;
 mod lagged;
 pub mod line_search;
 pub mod linear;

@@ -13,9 +13,9 @@
 //! matters at 25 to 1000 particles; a matrix need not be definite, where Cholesky would fail; and the bits do not
 //! depend on the processor.
 //!
-//! Storage is in proportion to the couplings, and that of the factors to their fill. Everything runs on
-//! one thread, so that the bits do not depend on how many there are. Nothing is allocated once each of the
-//! methods that a system takes was used.
+//! Storage is in proportion to the couplings, and that of the factors to their fill. The factorisation of a large matrix
+//! uses several threads, with the same bits for any number of them; everything else runs on one. Nothing is allocated
+//! once each of the methods that a system takes was used.
 
 use nalgebra::SMatrix;
 

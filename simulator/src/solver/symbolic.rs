@@ -7,8 +7,16 @@
 //! order, and leaves an update matrix on its other rows, which its parent in the tree assembles (extend-add). Every
 //! offset is known before a number is. Cost: in proportion to the entries of the factor, in blocks.
 
+use std::ops::Range;
+
 /// A pattern with this many blocks or fewer has one front, in the order of the file.
 const MAX_SINGLE_FRONT: usize = 4;
+
+/// With fewer products of blocks than this, no branches are taken off the tree.
+const MIN_PRODUCTS: u64 = 4_000_000;
+
+/// A branch has at most this part of the cost of the tree.
+const BRANCHES: u64 = 16;
 
 /// The symbolic factor of a sparsity pattern.
 pub(crate) struct SymbolicFactor {
@@ -16,6 +24,8 @@ pub(crate) struct SymbolicFactor {
     pub(crate) order: Vec<u32>,
     /// Children before parents.
     pub(crate) fronts: Vec<Front>,
+    /// Subtrees of a large tree that threads may eliminate at the same time, ascending.
+    pub(crate) branches: Vec<Branch>,
     /// Places of the rows below the pivots of each front, ascending.
     pub(crate) rows: Vec<u32>,
     /// Number of each of these rows among all rows of the parent front.
@@ -32,6 +42,14 @@ pub(crate) struct SymbolicFactor {
     pub(crate) max_height: usize,
     /// Products of blocks in a factorisation.
     pub(crate) n_products: u64,
+}
+
+/// Fronts that depend on no other ones.
+#[derive(Debug, Clone)]
+pub(crate) struct Branch {
+    pub(crate) fronts: Range<usize>,
+    /// Offset of their update matrices in the workspace.
+    pub(crate) update: usize,
 }
 
 /// One dense step of the elimination; all counts in blocks.
@@ -107,6 +125,7 @@ impl SymbolicFactor {
         let mut symbolic = Self {
             order: final_order,
             fronts: Vec::with_capacity(nodes.len()),
+            branches: Vec::new(),
             rows: Vec::new(),
             rows_in_parent: Vec::new(),
             children: Vec::new(),
@@ -141,6 +160,7 @@ impl SymbolicFactor {
             symbolic.fronts.push(front);
         }
         symbolic.place_rows_in_parents(&numbered, &nodes, &front_of_node);
+        symbolic.take_branches();
         symbolic.place_updates();
         symbolic.place_entries(starts, rows, &place);
         symbolic
@@ -157,12 +177,61 @@ impl SymbolicFactor {
         }
     }
 
+    /// The fronts that are in no branch, ascending.
+    pub(crate) fn trunk(&self) -> impl Iterator<Item = Range<usize>> {
+        let starts = self.branches.iter().map(|branch| branch.fronts.start);
+        let ends = self.branches.iter().map(|branch| branch.fronts.end);
+        let between = [0].into_iter().chain(ends).zip(starts.chain([self.fronts.len()]));
+        between.map(|(start, end)| start..end)
+    }
+
+    /// Takes the largest subtrees off that cost at most a part of the whole.
+    fn take_branches(&mut self) {
+        if self.n_products < MIN_PRODUCTS {
+            return;
+        }
+        // The first front and the cost of each subtree, which ends with its root.
+        let mut subtrees: Vec<(usize, u64)> = Vec::with_capacity(self.fronts.len());
+        let mut roots = Vec::new();
+        for (number, front) in self.fronts.iter().enumerate() {
+            let own = (number, cost(front.n_pivots, front.n_rows()));
+            let children = &self.children[front.children[0]..front.children[1]];
+            let children = children.iter().map(|child| subtrees[*child as usize]);
+            subtrees.push(children.fold(own, |a, b| (a.0.min(b.0), a.1 + b.1)));
+            if front.n_rows() == 0 {
+                roots.push(number);
+            }
+        }
+        let limit = roots.iter().map(|root| subtrees[*root].1).sum::<u64>() / BRANCHES;
+        let mut pending = roots;
+        while let Some(root) = pending.pop() {
+            let (first, cost) = subtrees[root];
+            if cost <= limit {
+                self.branches.push(Branch { fronts: first..root + 1, update: 0 });
+            } else {
+                let [start, end] = self.fronts[root].children;
+                pending.extend(self.children[start..end].iter().map(|child| *child as usize));
+            }
+        }
+        self.branches.sort_unstable_by_key(|branch| branch.fronts.start);
+    }
+
+    /// Gives each branch a part of the workspace, and the trunk the rest.
+    fn place_updates(&mut self) {
+        let trunk: Vec<usize> = self.trunk().flatten().collect();
+        for branch in 0..self.branches.len() {
+            self.branches[branch].update = self.n_updates;
+            self.place_updates_of(self.branches[branch].fronts.clone(), self.n_updates);
+        }
+        self.place_updates_of(trunk.into_iter(), self.n_updates);
+    }
+
     /// Gives each update matrix its place: the first gap that is wide enough from when it is made until
     /// its parent has assembled it.
-    fn place_updates(&mut self) {
+    fn place_updates_of(&mut self, fronts: impl Iterator<Item = usize>, start: usize) {
         // Gaps by offset; the last has no end.
-        let mut gaps: Vec<[usize; 2]> = vec![[0, usize::MAX]];
-        for number in 0..self.fronts.len() {
+        let mut gaps: Vec<[usize; 2]> = vec![[start, usize::MAX]];
+        for number in fronts {
             let length = self.fronts[number].n_rows().pow(2);
             if length > 0 {
                 let gap = gaps.iter().position(|[start, end]| end - start >= length);

@@ -35,7 +35,7 @@ pub(super) const PANEL: usize = 8;
 /// Rows of a tile.
 const TILE_ROWS: usize = 8;
 
-/// Rows of a front from which on [`front`](super::front) is faster.
+/// Rows of a front from which on [`front`](super::front) is faster with several threads. With one it gains nothing.
 const LARGE: usize = 128;
 
 /// A pivot in a block is left in its place where it is this part of what is below it: growth is bounded,
@@ -100,7 +100,8 @@ pub(super) struct PivotBlock<const D: usize> {
 impl<const D: usize> BlockFactor<D> {
     /// Allocates the factor; `None` if there is not enough memory.
     pub(crate) fn new(symbolic: &SymbolicFactor, symmetric: bool) -> Option<Self> {
-        Self::with_large_fronts(symbolic, symmetric, LARGE)
+        let threads = !symbolic.branches.is_empty() && rayon::current_num_threads() > 1;
+        Self::with_large_fronts(symbolic, symmetric, if threads { LARGE } else { usize::MAX })
     }
 
     /// The same with fronts that count as large from so many rows on.

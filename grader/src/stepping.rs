@@ -33,8 +33,7 @@ impl Stepper {
     }
 
     /// Replaces the state at the beginning of step `step`, counted from 0, by the state at its end. `earlier` is the state
-    /// one step before, of which there is none before the first step. Returns false if the step fails or its result is not
-    /// finite.
+    /// one step before; the first step has none. Returns false if the step fails or its result is not finite.
     pub fn step(
         &mut self,
         step: u64,

@@ -100,8 +100,8 @@ pub(super) struct PivotBlock<const D: usize> {
 impl<const D: usize> BlockFactor<D> {
     /// Allocates the factor; `None` if there is not enough memory.
     pub(crate) fn new(symbolic: &SymbolicFactor, symmetric: bool) -> Option<Self> {
-        let threads = !symbolic.branches.is_empty() && rayon::current_num_threads() > 1;
-        Self::with_large_fronts(symbolic, symmetric, if threads { LARGE } else { usize::MAX })
+        let large = if uses_threads(symbolic) { LARGE } else { usize::MAX };
+        Self::with_large_fronts(symbolic, symmetric, large)
     }
 
     /// The same with fronts that count as large from so many rows on.
@@ -138,7 +138,7 @@ impl<const D: usize> BlockFactor<D> {
     pub(crate) fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia {
         let products = if self.is_symmetric() { 1 } else { 2 } * symbolic.n_products;
         self.work.operations += 2 * (D * D * D) as u64 * products;
-        let threads = !symbolic.branches.is_empty() && rayon::current_num_threads() > 1;
+        let threads = uses_threads(symbolic);
         let arch = pulp::Arch::new();
         let mut run = || match self.is_symmetric() {
             true => arch.dispatch(Factorise::<D, true> { symbolic, values, factor: self, threads }),
@@ -202,6 +202,11 @@ impl<const D: usize> Workspace<D> {
         }
         Some(Self { unscaled: zeros(small, 0.0)?, large: FrontWorkspace::new(large)? })
     }
+}
+
+/// Whether several threads factorise.
+fn uses_threads(symbolic: &SymbolicFactor) -> bool {
+    !symbolic.branches.is_empty() && rayon::current_num_threads() > 1
 }
 
 /// So many zeros; `None` if there is not enough memory.

@@ -8,6 +8,8 @@
 //! closed     motions with a closed form
 //! adaptive   motions by a method of order 8
 //! change     mistakes as data, and steps with them made
+//! ridders    derivatives of any function by extrapolated differences
+//! taylor     does a linearization leave a remainder of second order?
 //! second     second stepper, with dense matrices and other orders of evaluation
 //! ```
 //!
@@ -20,4 +22,6 @@ pub mod equation;
 pub mod law;
 pub mod laws;
 pub mod method;
+pub mod ridders;
 pub mod second;
+pub mod taylor;

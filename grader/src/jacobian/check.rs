@@ -5,13 +5,13 @@
 
 use nalgebra::DMatrix;
 
-use super::ridders::{Estimate, differentiate, power_of_two};
 use super::states::CheckState;
 use super::subject::Subject;
-use super::taylor::Steps;
 use super::verdict::{BlockKind, By, Entry, Part};
 use reference::law::Jacobians;
 use reference::law::{Expectation, Law, Scale, Term};
+use reference::ridders::{Estimate, differentiate, power_of_two};
+use reference::taylor::Steps;
 
 /// Bound on the rounding error of a value, relative to the sum of the sizes of its terms, in any sensible order of
 /// operations: thirty-two roundings.
@@ -73,7 +73,7 @@ pub(super) fn observe(
             By::Position => (&x, first_step(expectation.shortest(&x), 1.0)),
             By::Velocity => (&v, first_step(None, largest(&v).max(1.0))),
         };
-        let evaluate = |moved: &[f64], force: &mut [f64]| {
+        let mut evaluate = |moved: &[f64], force: &mut [f64]| {
             let (x, v) = match by {
                 By::Position => (moved, v.as_slice()),
                 By::Velocity => (x.as_slice(), moved),
@@ -82,8 +82,8 @@ pub(super) fn observe(
         };
         let columns: Vec<_> = (0..size)
             .map(|column| {
-                let differences = differentiate(evaluate, moved, column, first, &noise);
-                (differences, Steps::take(evaluate, moved, column, first, size))
+                let differences = differentiate(&mut evaluate, moved, column, first, &noise);
+                (differences, Steps::take(&mut evaluate, moved, column, first, size))
             })
             .collect();
         let analytic = by.of(&analytic);

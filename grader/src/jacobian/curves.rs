@@ -16,9 +16,9 @@ use nalgebra::DVector;
 use super::check::ROUNDING;
 use super::states::{CheckState, states};
 use super::subject::{Subject, simulated};
-use super::taylor::{Remainder, Taylor, Window, judge};
 use super::{Config, JacobianCheck, Verdict};
 use reference::law::{self, Expectation};
+use reference::taylor::{Remainder, Taylor, Window, judge};
 use simulator::force;
 
 /// Steps of a curve.

@@ -4,9 +4,9 @@
 //! of `∂F/∂x` and `∂F/∂v` is compared with three estimates:
 //!
 //! ```text
-//! differences    (F(z+h) − F(z−h)) / 2h, extrapolated to h = 0, with an uncertainty (ridders)
-//! dual numbers   an independent implementation of the law, F(z + ε e) = F(z) + ε J e          (law)
-//! Taylor         |F(z+te) − F(z) − t J e| falls as t² or as t                        (taylor)
+//! differences    (F(z+h) − F(z−h)) / 2h, extrapolated to h = 0, with an uncertainty (reference::ridders)
+//! dual numbers   an independent implementation of the law, F(z + ε e) = F(z) + ε J e (reference::law)
+//! Taylor         |F(z+te) − F(z) − t J e| falls as t² or as t (reference::taylor)
 //! ```
 //!
 //! and judged correct, wrong or inconclusive ([`Verdict`]). Two further checks cover properties of the whole
@@ -16,12 +16,10 @@
 mod check;
 mod curves;
 mod newton;
-mod ridders;
 mod states;
 mod structure;
 mod subject;
 mod tally;
-mod taylor;
 mod verdict;
 
 use nalgebra::{DMatrix, SMatrix};
@@ -33,10 +31,10 @@ use simulator::solver::psd::Projection;
 
 pub use curves::{Curves, curves};
 pub use newton::NewtonCheck;
-pub use ridders::{Difference, Estimate};
+pub use reference::ridders::{Difference, Estimate};
+pub use reference::taylor::{Taylor, Window};
 pub use states::{CheckState, states};
 pub use subject::{Maker, Subject, simulated};
-pub use taylor::{Taylor, Window};
 pub use verdict::{
     BlockFinding, BlockKind, By, Entry, Exhibit, Part, Property, PropertyFinding, Reason, Verdict,
 };

@@ -26,10 +26,10 @@ use simulator::trace::State;
 use simulator::vocabulary;
 
 use super::check::{ROUNDING, largest};
-use super::ridders::{Difference, Estimate, differentiate_rounded, power_of_two};
 use super::verdict::{Reason, Verdict};
 use reference::law::Scale;
 use reference::laws::Laws;
+use reference::ridders::{Difference, Estimate, differentiate_rounded, power_of_two};
 
 /// Ratio of a difference to its tolerance above which it is a contradiction.
 const CLEAR: f64 = 8.0;

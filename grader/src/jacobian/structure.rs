@@ -18,12 +18,12 @@ use simulator::force::Coupling;
 use simulator::scene::ForceElement;
 
 use super::check::{ROUNDING, first_step, largest};
-use super::ridders::{Difference, Estimate, Sample, differentiate, exact_steps, extrapolate};
 use super::states::CheckState;
 use super::subject::Subject;
 use super::verdict::{By, Property, PropertyFinding, Reason, Verdict};
 use reference::law::Jacobians;
 use reference::law::{Expectation, Law, Scale, Symmetry};
+use reference::ridders::{Difference, Estimate, Sample, differentiate, exact_steps, extrapolate};
 
 /// Ratio of a difference to its tolerance above which it is a violation.
 const CLEAR: f64 = 8.0;
@@ -367,14 +367,15 @@ impl<'a> Scenario<'a> {
             return;
         }
         let (energy, noise) = self.energy();
-        let evaluate = |x: &[f64], values: &mut [f64]| {
+        let mut evaluate = |x: &[f64], values: &mut [f64]| {
             values[0] = energy(x);
             values[0].is_finite()
         };
         let mut seen = false;
         let mut pairs = Vec::new();
         for (column, force) in self.force.iter().enumerate() {
-            let differences = differentiate(evaluate, &self.x, column, self.first_step(), &[noise]);
+            let differences =
+                differentiate(&mut evaluate, &self.x, column, self.first_step(), &[noise]);
             let Difference::Smooth(Estimate { value, uncertainty }) = differences[0] else {
                 continue;
             };
@@ -447,18 +448,18 @@ fn second_difference(
     noise: f64,
 ) -> Option<Estimate> {
     let mut samples = Vec::with_capacity(HESSIAN_LEVELS);
+    let mut moved = x.to_vec();
     let mut step = 0.5 * first;
     for _ in 0..HESSIAN_LEVELS {
         // On the diagonal both steps add up.
         let reach = if row == column { 2.0 * step } else { step };
         if exact_steps(x[row], reach).is_some() && exact_steps(x[column], reach).is_some() {
-            let at = |along_row: f64, along_column: f64| {
-                let mut moved = x.to_vec();
+            let mut at = |along_row: f64, along_column: f64| {
                 if row == column {
-                    moved[row] += along_row + along_column;
+                    moved[row] = x[row] + (along_row + along_column);
                 } else {
-                    moved[row] += along_row;
-                    moved[column] += along_column;
+                    moved[row] = x[row] + along_row;
+                    moved[column] = x[column] + along_column;
                 }
                 energy(&moved)
             };

@@ -1,8 +1,8 @@
 //! Verdict on a Jacobian: correct, wrong, or inconclusive for a reason.
 
-use super::ridders::{Difference, Estimate};
 use super::states::CheckState;
-use super::taylor::Taylor;
+use reference::ridders::{Difference, Estimate};
+use reference::taylor::Taylor;
 
 /// A verdict on a block, a property or a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -343,7 +343,7 @@ impl Property {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jacobian::taylor::Window;
+    use reference::taylor::Window;
 
     fn estimate(value: f64, uncertainty: f64) -> Estimate {
         Estimate { value, uncertainty }

@@ -10,7 +10,7 @@
 //! constant. If the remainder is at rounding level throughout, the function is linear along `e`, and `J` is right.
 //! Cost: up to 44 evaluations for each coordinate.
 
-use super::ridders::exact_steps;
+use crate::ridders::{Function, exact_steps};
 
 /// Number of steps.
 const STEPS: usize = 44;
@@ -59,31 +59,33 @@ impl Taylor {
 }
 
 /// A remainder with its rounding bound.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Remainder {
-    pub(super) step: f64,
-    pub(super) size: f64,
-    pub(super) floor: f64,
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Remainder {
+    /// The step `t`.
+    pub step: f64,
+    /// The remainder.
+    pub size: f64,
+    /// Bound of its rounding error.
+    pub floor: f64,
 }
 
 /// Changes of a function along a sequence of steps. They yield the remainders for any Jacobian.
-pub(super) struct Steps {
+pub struct Steps {
     steps: Vec<f64>,
-    /// `F(z + t e) − F(z)`, one row for each step.
-    changes: Vec<Vec<f64>>,
+    /// `F(z + t e) − F(z)`, `size` numbers for each step.
+    changes: Vec<f64>,
+    size: usize,
 }
 
 impl Steps {
     /// Takes the steps along coordinate `column` of `x`, from `first` (a power of two) downwards. Steps that are
     /// inexact or lead to a point where the function is undefined are left out.
-    pub(super) fn take(
-        mut function: impl FnMut(&[f64], &mut [f64]) -> bool,
-        x: &[f64],
-        column: usize,
-        first: f64,
-        size: usize,
-    ) -> Self {
-        let mut taken = Self { steps: Vec::new(), changes: Vec::new() };
+    pub fn take(function: Function<'_>, x: &[f64], column: usize, first: f64, size: usize) -> Self {
+        let mut taken = Self {
+            steps: Vec::with_capacity(STEPS),
+            changes: Vec::with_capacity(STEPS * size),
+            size,
+        };
         let (mut here, mut there) = (vec![0.0; size], vec![0.0; size]);
         if !function(x, &mut here) {
             return taken;
@@ -95,7 +97,7 @@ impl Steps {
                 moved[column] = up;
                 if function(&moved, &mut there) {
                     taken.steps.push(step);
-                    taken.changes.push(there.iter().zip(&here).map(|(a, b)| a - b).collect());
+                    taken.changes.extend(there.iter().zip(&here).map(|(a, b)| a - b));
                 }
             }
             step *= 0.5;
@@ -105,23 +107,22 @@ impl Steps {
 
     /// Tests the entry `jacobian` against the remainders of component `row`. `noise` bounds the rounding error of the
     /// component, `entry_noise` that of the entry.
-    pub(super) fn judge(&self, row: usize, jacobian: f64, noise: f64, entry_noise: f64) -> Taylor {
-        let remainders: Vec<Remainder> = self
-            .steps
-            .iter()
-            .zip(&self.changes)
-            .map(|(&step, change)| Remainder {
+    pub fn judge(&self, row: usize, jacobian: f64, noise: f64, entry_noise: f64) -> Taylor {
+        let mut remainders = [Remainder::default(); STEPS];
+        let changes = self.changes.chunks_exact(self.size);
+        for ((remainder, &step), change) in remainders.iter_mut().zip(&self.steps).zip(changes) {
+            *remainder = Remainder {
                 step,
                 size: (change[row] - step * jacobian).abs(),
                 floor: 2.0 * noise + step * entry_noise,
-            })
-            .collect();
-        judge(&remainders)
+            };
+        }
+        judge(&remainders[..self.steps.len()])
     }
 }
 
 /// Judges remainders of falling steps.
-pub(super) fn judge(remainders: &[Remainder]) -> Taylor {
+pub fn judge(remainders: &[Remainder]) -> Taylor {
     if remainders.len() < FEWEST || remainders.iter().any(|r| !r.size.is_finite()) {
         return Taylor::Undecided;
     }
@@ -158,9 +159,15 @@ pub(super) fn judge(remainders: &[Remainder]) -> Taylor {
 /// Slope of the least-squares line through `log₂ R` against `log₂ t`.
 fn fit(remainders: &[Remainder]) -> f64 {
     let n = remainders.len() as f64;
-    let points = || remainders.iter().map(|r| (r.step.log2(), r.size.log2()));
-    let (x, y) = points().fold((0.0, 0.0), |(sx, sy), (x, y)| (sx + x / n, sy + y / n));
-    let (above, below) = points()
+    let mut points = [(0.0, 0.0); STEPS];
+    let points = &mut points[..remainders.len()];
+    let (mut x, mut y) = (0.0, 0.0);
+    for (point, remainder) in points.iter_mut().zip(remainders) {
+        *point = (remainder.step.log2(), remainder.size.log2());
+        (x, y) = (x + point.0 / n, y + point.1 / n);
+    }
+    let (above, below) = points
+        .iter()
         .fold((0.0, 0.0), |(a, b), (px, py)| (a + (px - x) * (py - y), b + (px - x) * (px - x)));
     above / below
 }
@@ -177,7 +184,12 @@ mod tests {
             true
         };
         let noise = 2.0 * f64::EPSILON * function(x[0]).abs();
-        Steps::take(evaluate, &x, 0, 0.25, 1).judge(0, jacobian, noise, f64::EPSILON * jacobian)
+        Steps::take(&mut { evaluate }, &x, 0, 0.25, 1).judge(
+            0,
+            jacobian,
+            noise,
+            f64::EPSILON * jacobian,
+        )
     }
 
     #[test]

@@ -17,6 +17,8 @@
 //! Source: Ridders, *Accurate computation of F'(x) and F'(x)F''(x)*, Advances in Engineering Software 4
 //! (1982).
 
+use std::mem;
+
 /// Maximum number of steps.
 const LEVELS: usize = 8;
 
@@ -30,12 +32,14 @@ pub struct Estimate {
 }
 
 /// A quantity at one step, with an error that is even in the step.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sample {
-    pub(super) step: f64,
-    pub(super) value: f64,
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sample {
+    /// The step.
+    pub step: f64,
+    /// The quantity.
+    pub value: f64,
     /// Bound of the rounding in `value`.
-    pub(super) noise: f64,
+    pub noise: f64,
 }
 
 /// The derivative by differences of one entry.
@@ -49,22 +53,24 @@ pub enum Difference {
     Unavailable,
 }
 
-/// Extrapolates samples of falling steps to step 0; `None` for fewer than two, or if some are not finite.
-pub(super) fn extrapolate(samples: &[Sample]) -> Option<Estimate> {
+/// Extrapolates up to eight samples of falling steps to step 0; `None` for fewer than two, or if some are not finite.
+///
+/// # Panics
+/// With more samples.
+pub fn extrapolate(samples: &[Sample]) -> Option<Estimate> {
     if samples.len() < 2 || samples.iter().any(|sample| !sample.value.is_finite()) {
         return None;
     }
     let mut best: Option<Estimate> = None;
     // The last row of the scheme: values and bounds on their rounding errors.
-    let mut last: Vec<(f64, f64)> = Vec::with_capacity(samples.len());
-    let mut row: Vec<(f64, f64)> = Vec::with_capacity(samples.len());
+    let mut row = [(0.0, 0.0); LEVELS];
     for (i, sample) in samples.iter().enumerate() {
-        row.clear();
-        row.push((sample.value, sample.noise));
-        for j in 1..=i {
-            let ratio = samples[i - j].step / sample.step;
+        let mut next = (sample.value, sample.noise);
+        for (above, wider) in row[..i].iter_mut().zip(samples[..i].iter().rev()) {
+            let ratio = wider.step / sample.step;
             let weight = 1.0 / (ratio * ratio - 1.0);
-            let ((left, left_noise), (above, above_noise)) = (row[j - 1], last[j - 1]);
+            let (left, left_noise) = next;
+            let (above, above_noise) = mem::replace(above, next);
             let value = left + (left - above) * weight;
             let noise = left_noise * (1.0 + weight) + above_noise * weight;
             let change = (value - left).abs().max((value - above).abs());
@@ -72,20 +78,19 @@ pub(super) fn extrapolate(samples: &[Sample]) -> Option<Estimate> {
             if best.is_none_or(|best| uncertainty < best.uncertainty) {
                 best = Some(Estimate { value, uncertainty });
             }
-            row.push((value, noise));
+            next = (value, noise);
         }
-        std::mem::swap(&mut row, &mut last);
+        row[i] = next;
     }
     best
 }
 
 /// The derivatives of every component of `function` by coordinate `column` of `x`.
 ///
-/// `function` fills a vector of `noise.len()` components and returns whether it is defined there. `noise` bounds the
-/// rounding error of each component. `first` is the first step: a power of two, well below the distance to the nearest
+/// `function` fills a vector of `noise.len()` components. `noise` bounds the rounding error of each component. `first` is the first step: a power of two, well below the distance to the nearest
 /// non-smooth point.
-pub(super) fn differentiate(
-    function: impl FnMut(&[f64], &mut [f64]) -> bool,
+pub fn differentiate(
+    function: Function<'_>,
     x: &[f64],
     column: usize,
     first: f64,
@@ -96,8 +101,8 @@ pub(super) fn differentiate(
 
 /// The same with rounded steps, for coordinates without spare digits. The two sides may then differ by a rounding error
 /// of the coordinate, which `noise` must include.
-pub(super) fn differentiate_rounded(
-    function: impl FnMut(&[f64], &mut [f64]) -> bool,
+pub fn differentiate_rounded(
+    function: Function<'_>,
     x: &[f64],
     column: usize,
     first: f64,
@@ -107,11 +112,14 @@ pub(super) fn differentiate_rounded(
     differentiate_by(function, x, column, (first, rounded), noise)
 }
 
+/// A function of some coordinates: fills a vector, and returns whether it is defined there.
+pub type Function<'a> = &'a mut dyn FnMut(&[f64], &mut [f64]) -> bool;
+
 /// The coordinate on both sides of a step, if the step can be taken.
 type Sides = fn(f64, f64) -> Option<(f64, f64)>;
 
 fn differentiate_by(
-    mut function: impl FnMut(&[f64], &mut [f64]) -> bool,
+    function: Function<'_>,
     x: &[f64],
     column: usize,
     (first, sides): (f64, Sides),
@@ -120,8 +128,10 @@ fn differentiate_by(
     let size = noise.len();
     let mut moved = x.to_vec();
     let (mut above, mut here, mut below) = (vec![0.0; size], vec![0.0; size], vec![0.0; size]);
-    let mut samples = vec![Vec::with_capacity(LEVELS); size];
-    let mut jumps = vec![Vec::with_capacity(LEVELS); size];
+    // Of each row, the samples of the steps taken, and the jumps of the slope.
+    let mut samples = vec![[Sample::default(); LEVELS]; size];
+    let mut jumps = vec![[0.0; LEVELS]; size];
+    let mut taken = 0;
     if !function(&moved, &mut here) {
         return vec![Difference::Unavailable; size];
     }
@@ -136,16 +146,17 @@ fn differentiate_by(
                 for row in 0..size {
                     let value = (above[row] - below[row]) / width;
                     let step = 0.5 * width;
-                    samples[row].push(Sample { step, value, noise: noise[row] / step });
-                    jumps[row].push((above[row] - 2.0 * here[row] + below[row]) / step);
+                    samples[row][taken] = Sample { step, value, noise: noise[row] / step };
+                    jumps[row][taken] = (above[row] - 2.0 * here[row] + below[row]) / step;
                 }
+                taken += 1;
             }
         }
         step *= 0.5;
     }
     let rows = samples.iter().zip(&jumps).zip(noise);
-    rows.map(|((samples, jumps), noise)| match extrapolate(samples) {
-        _ if is_kink(samples, jumps, *noise) => Difference::Kink,
+    rows.map(|((samples, jumps), noise)| match extrapolate(&samples[..taken]) {
+        _ if is_kink(&samples[..taken], &jumps[..taken], *noise) => Difference::Kink,
         Some(estimate) => Difference::Smooth(estimate),
         None => Difference::Unavailable,
     })
@@ -153,7 +164,7 @@ fn differentiate_by(
 }
 
 /// `x + step` and `x − step` if both are exact.
-pub(super) fn exact_steps(x: f64, step: f64) -> Option<(f64, f64)> {
+pub fn exact_steps(x: f64, step: f64) -> Option<(f64, f64)> {
     let (up, down) = (x + step, x - step);
     // If the sum loses digits of x, the step back does not return to x.
     (up - step == x && up - x == step && down + step == x && x - down == step).then_some((up, down))
@@ -177,7 +188,7 @@ fn is_kink(samples: &[Sample], jumps: &[f64], noise: f64) -> bool {
 }
 
 /// The largest power of two that is at most `scale`, which must be positive.
-pub(super) fn power_of_two(scale: f64) -> f64 {
+pub fn power_of_two(scale: f64) -> f64 {
     2.0_f64.powi(scale.log2().floor() as i32)
 }
 
@@ -190,7 +201,7 @@ mod tests {
             values[0] = function(x[0]);
             values[0].is_finite()
         };
-        differentiate(evaluate, &[x], 0, first, &[noise])[0]
+        differentiate(&mut { evaluate }, &[x], 0, first, &[noise])[0]
     }
 
     #[test]

@@ -262,7 +262,7 @@ struct JsonScene {
 
 #[derive(Serialize, JsonSchema)]
 struct JsonDiagnosis {
-    /// Single steps that were redone, each from the trace's own previous state.
+    /// Single steps that were redone, each from the trace's own states.
     steps: u64,
     /// Number of those steps that are wrong.
     steps_wrong: u64,

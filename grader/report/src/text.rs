@@ -268,7 +268,7 @@ pub(crate) fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Res
 
 fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()> {
     let Diagnosis { steps, causes, other_root, restarts, .. } = diagnosis;
-    writeln!(out, "  Redoing each step from your own previous state: {}", steps.words())?;
+    writeln!(out, "  Redoing each step from your own trace: {}", steps.words())?;
     if let Some(restarts) = restarts {
         writeln!(out, "  Running your program from the oracle's states: {}", restarts.words())?;
     }

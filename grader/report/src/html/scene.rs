@@ -63,7 +63,7 @@ fn heading(html: &mut Html, case: &Case, result: &SceneResult) {
     html.markup("<p><strong>").text(&format!("{sign} {name}")).markup("</strong>: ");
     html.element("span", &[("class", "said")], &verdict.to_string()).markup("</p>");
     if let Some(diagnosis) = &result.diagnosis {
-        html.markup("<p>Redoing each step from the submission's own previous state: ");
+        html.markup("<p>Redoing each step from the submission's own trace: ");
         html.text(&diagnosis.steps.words()).markup(".</p>");
         if let Some(restarts) = &diagnosis.restarts {
             html.markup("<p>Running the program from the oracle's states: ");

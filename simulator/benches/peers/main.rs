@@ -65,9 +65,12 @@ struct Cli {
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Row {
     Lie,
+    LieCholmod,
     Symplectic,
     Fms,
+    FmsCholmod,
     Pn,
+    Factor,
     Growth,
 }
 
@@ -115,7 +118,7 @@ fn run(cli: &Cli) -> io::Result<()> {
     let limits = Limits::measure();
     let mut tables = Tables::new(&mut output);
     tables.limits(&limits)?;
-    let rows = [Row::Lie, Row::Symplectic, Row::Fms, Row::Pn];
+    let rows = [Row::Lie, Row::LieCholmod, Row::Symplectic, Row::Fms, Row::FmsCholmod, Row::Pn];
     for (_, method) in rows.into_iter().zip(&METHODS).filter(|(row, _)| wanted(*row)) {
         tables.start(method)?;
         let mut cells = Vec::new();
@@ -127,6 +130,9 @@ fn run(cli: &Cli) -> io::Result<()> {
             }
         }
         tables.end(&cells)?;
+    }
+    if wanted(Row::Factor) {
+        tables.factors(&limits, cli.repeats, &peers)?;
     }
     if wanted(Row::Growth) {
         tables.growth(&Taken::by_child)?;

@@ -2,8 +2,8 @@
 
 use crate::limits::Work;
 use crate::method::{Method, springs};
-use crate::ours::Ours;
-use crate::theirs::Peers;
+use crate::ours::{Factor, Ours};
+use crate::theirs::{Factorisation, Peers};
 
 /// Both sides on one net. Times are in ns a step, one a repeat.
 pub(crate) struct Cell {
@@ -21,6 +21,8 @@ pub(crate) struct Cell {
     pub(crate) work: Option<Work>,
     /// The peer's times, or why there are none.
     pub(crate) theirs: Result<Vec<f64>, String>,
+    /// Steps of a measurement whose matrix the peer could not factorise as it does the others.
+    pub(crate) refused: u64,
     /// The largest difference of positions after [`CHECKED_STEPS`], or as many as are measured; or why
     /// it is not known.
     pub(crate) difference: Result<f64, String>,
@@ -47,15 +49,52 @@ pub(crate) fn cell(
     });
     let (mut ours, mut theirs) = (Ok(Vec::new()), Ok(Vec::new()));
     let mut work = None;
+    let mut refused = 0;
     for _ in 0..repeats {
         add(&mut ours, || {
             let (time, of_step) = scene.as_ref().map_err(String::clone)?.time()?;
             work = Some(of_step);
             Ok(time)
         });
-        add(&mut theirs, || Ok(peers.run(method, segments, steps)?.time));
+        add(&mut theirs, || {
+            let run = peers.run(method, segments, steps)?;
+            refused = run.refused;
+            Ok(run.time)
+        });
     }
-    Cell { segments, springs, steps, target, ours, work, theirs, difference }
+    Cell { segments, springs, steps, target, ours, work, theirs, refused, difference }
+}
+
+/// Factorisations of the matrix of one net, ours and CHOLMOD's.
+pub(crate) struct Factors {
+    /// Segments a side.
+    pub(crate) segments: usize,
+    /// Rows of the matrix.
+    pub(crate) rows: usize,
+    /// The least time of ours, or why there is none.
+    pub(crate) ours: Result<Factorisation, String>,
+    /// The same of CHOLMOD.
+    pub(crate) theirs: Result<Factorisation, String>,
+}
+
+/// Measures the factorisations, in turn.
+pub(crate) fn factors(segments: usize, repeats: u64, peers: &Peers) -> Factors {
+    let mut factor = Factor::new(segments as u64);
+    let (mut ours, mut theirs) = (Ok(Vec::new()), Ok(Vec::new()));
+    let mut operations = 0.0;
+    for _ in 0..repeats {
+        add(&mut ours, || factor.as_mut().map_err(|reason| reason.clone())?.time());
+        add(&mut theirs, || {
+            let once = peers.factorisation(segments)?;
+            operations = once.operations;
+            Ok(once.time)
+        });
+    }
+    let of_ours = factor.map_or(0.0, |factor| factor.operations);
+    let best =
+        |operations| move |times: Vec<f64>| Factorisation { time: least(&times), operations };
+    let rows = 2 * (segments + 1) * (segments + 1);
+    Factors { segments, rows, ours: ours.map(best(of_ours)), theirs: theirs.map(best(operations)) }
 }
 
 /// One more time, unless an earlier one failed.

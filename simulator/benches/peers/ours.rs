@@ -4,15 +4,18 @@ use std::env;
 use std::process::Command;
 use std::time::Instant;
 
+use simulator::force::{Block, Coupling, Degenerate, JacobianSink};
 use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
 use simulator::parts::PARALLEL;
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
-use simulator::statistics::Statistics;
+use simulator::solver::sparse::SparseSystem;
+use simulator::statistics::{LinearStatistics, Statistics};
+use simulator::system::System;
 use simulator::vocabulary;
 
 use crate::limits::Work;
-use crate::method::{Method, Peer, STIFFNESS};
+use crate::method::{METHODS, Method, Peer, STIFFNESS};
 
 /// Our side of a cell.
 pub(crate) struct Ours {
@@ -31,7 +34,7 @@ impl Ours {
         let integrator = integrator.ok_or("this build has no such integrator")?;
         let untimed = u64::from(method.first_step_untimed);
         let law = match method.peer {
-            Peer::Eigen(_) => SpringLaw::Hooke,
+            Peer::Eigen(_) | Peer::Cholmod(_) => SpringLaw::Hooke,
             Peer::Python => SpringLaw::Green,
         };
         let options = method.options.iter();
@@ -99,6 +102,82 @@ fn advance(simulation: &mut Simulation, steps: u64) -> Result<(), String> {
         simulation.advance().map_err(|error| error.to_string())?;
     }
     Ok(())
+}
+
+/// The matrix of the first step of linearized implicit Euler on a net, `M − h² ∂F/∂x`.
+pub(crate) struct Factor {
+    system: SparseSystem<2>,
+    /// Multiplications and additions of a factorisation, as its pattern tells them.
+    pub(crate) operations: f64,
+}
+
+impl Factor {
+    /// Assembles, analyses and factorises it.
+    ///
+    /// # Errors
+    /// The reason why that cannot be done.
+    pub(crate) fn new(segments: u64) -> Result<Self, String> {
+        let method = &METHODS[0];
+        let scene = Ours::new(method, segments, 1)?.scene;
+        let physics = System::<2>::new(&scene);
+        let mut couplings = Vec::new();
+        physics.couplings(&mut |coupling| {
+            if let Coupling::Pair { particles, .. } = coupling {
+                couplings.push(particles);
+            }
+        });
+        let mut system = SparseSystem::new(physics.n_particles(), &couplings, true);
+        for (particle, mass) in physics.masses().iter().enumerate() {
+            system.add_diagonal(particle, -mass);
+        }
+        let mut sink = Sink { system, scale: method.time_step * method.time_step };
+        let (x, v) = (scene.positions(), scene.velocities());
+        physics
+            .jacobians(&x, &v, 0.0, &mut sink)
+            .map_err(|Degenerate { element }| format!("spring {element} has no direction"))?;
+        let mut factor = Self { system: sink.system, operations: 0.0 };
+        factor.system.right_mut().fill(1.0);
+        let work = |of: LinearStatistics| of.factor.operations as f64;
+        factor.operations = work(factor.solve(false)?.1) - work(factor.solve(true)?.1);
+        Ok(factor)
+    }
+
+    /// The time of a factorisation in ns: of a solution with one, less that of a solution without.
+    ///
+    /// # Errors
+    /// If the matrix cannot be factorised.
+    pub(crate) fn time(&mut self) -> Result<f64, String> {
+        let (with, of_with) = self.solve(false)?;
+        let (without, of_without) = self.solve(true)?;
+        if (of_with.factorisations, of_without.factorisations) != (1, 0) {
+            return Err("a solution did not factorise as expected".into());
+        }
+        Ok(with - without)
+    }
+
+    fn solve(&mut self, again: bool) -> Result<(f64, LinearStatistics), String> {
+        let mut statistics = LinearStatistics::default();
+        let start = Instant::now();
+        let solved = match again {
+            true => self.system.solve_again(&mut statistics),
+            false => self.system.solve(&mut statistics),
+        };
+        solved.map_err(|error| error.to_string())?;
+        Ok((start.elapsed().as_secs_f64() * 1e9, statistics))
+    }
+}
+
+/// Adds `h²` times the Jacobians to a system. That is the negative of the method's matrix: the factor of a matrix that is
+/// not positive definite is never used again for the next one.
+struct Sink {
+    system: SparseSystem<2>,
+    scale: f64,
+}
+
+impl JacobianSink<2> for Sink {
+    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<2>, _: &Block<2>) {
+        self.system.add(row, column, &(jacobian_x * self.scale));
+    }
 }
 
 /// What a net of a size takes, in a process of its own.

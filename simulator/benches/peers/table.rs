@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use crate::limits::Limits;
-use crate::measure::{Cell, growth, least};
-use crate::method::{METHODS, Method, springs};
+use crate::measure::{self, Cell, Factors, growth, least};
+use crate::method::{METHODS, Method, Peer, springs};
 use crate::ours::Taken;
+use crate::theirs::{Factorisation, Peers};
 
 /// What has been measured so far.
 pub(crate) struct Tables<'a> {
@@ -29,6 +30,24 @@ const HEADER: [&str; 12] = [
     "differ by",
 ];
 const WIDTHS: [usize; 12] = [4, 7, 7, 9, 9, 7, 9, 6, 11, 6, 14, 9];
+
+const FACTOR_HEADER: [&str; 11] = [
+    "n",
+    "rows",
+    "ours, Gflop",
+    "ms",
+    "Gflop/s",
+    "of peak",
+    "CHOLMOD, Gflop",
+    "ms",
+    "Gflop/s",
+    "of peak",
+    "ratio",
+];
+const FACTOR_WIDTHS: [usize; 11] = [4, 7, 11, 7, 7, 7, 14, 7, 7, 7, 6];
+
+/// Segments a side of the nets whose factorisation is timed.
+const FACTORS: [usize; 4] = [64, 128, 256, 512];
 
 const LIMITS_HEADER: [&str; 2] = ["one core", "limit"];
 const LIMITS_WIDTHS: [usize; 2] = [44, 12];
@@ -129,10 +148,60 @@ impl<'a> Tables<'a> {
                 "growth exponent, {small} to {large}: ours {ours}, theirs {theirs}"
             ))?;
         }
+        for Cell { segments, steps, refused, .. } in cells.iter().filter(|cell| cell.refused > 0) {
+            self.note(&format!(
+                "{segments}: {refused} of {steps} matrices are indefinite, and were factorised by theirs as LDLᵀ without supernodes"
+            ))?;
+        }
         let mut lines: Vec<_> = cells.iter().flat_map(reasons).collect();
         lines.sort();
         lines.dedup();
         lines.iter().try_for_each(|reason| self.note(reason))
+    }
+
+    /// The table of factorisations alone, ours and CHOLMOD's.
+    pub(crate) fn factors(
+        &mut self,
+        limits: &Limits,
+        repeats: u64,
+        peers: &Peers,
+    ) -> io::Result<()> {
+        let cores = rayon::current_num_threads();
+        self.title(&format!(
+            "Factorisation of the matrix of linearized implicit Euler, {cores} threads"
+        ))?;
+        self.header(&FACTOR_HEADER, &FACTOR_WIDTHS)?;
+        let side = |side: &Result<Factorisation, String>| match side {
+            // A Gflop/s is an operation a ns.
+            Ok(Factorisation { time, operations }) => {
+                let (rate, peak) = (operations / time, limits.peak * cores as f64);
+                let figures = [operations * 1e-9, time * 1e-6, rate].map(significant).to_vec();
+                [figures, vec![format!("{:.0} %", 100.0 * rate / peak)]].concat()
+            }
+            Err(_) => vec!["-".into(); 4],
+        };
+        let mut notes = Vec::new();
+        for segments in FACTORS {
+            let Factors { segments, rows, ours, theirs } =
+                measure::factors(segments, repeats, peers);
+            let ratio = match (&ours, &theirs) {
+                (Ok(ours), Ok(theirs)) => significant(theirs.time / ours.time),
+                _ => "-".into(),
+            };
+            let row = [
+                vec![segments.to_string(), rows.to_string()],
+                side(&ours),
+                side(&theirs),
+                vec![ratio],
+            ];
+            self.row(&row.concat(), &FACTOR_WIDTHS)?;
+            let reasons = [("ours", ours.err()), ("theirs", theirs.err())];
+            let reasons = reasons.into_iter().filter_map(|(who, reason)| Some((who, reason?)));
+            notes.extend(reasons.map(|(who, reason)| format!("{who} not measured: {reason}")));
+        }
+        notes.sort();
+        notes.dedup();
+        notes.iter().try_for_each(|note| self.note(note))
     }
 
     /// The tables of time and memory up to a million particles; `taken` measures a net.
@@ -140,7 +209,7 @@ impl<'a> Tables<'a> {
         &mut self,
         taken: &dyn Fn(&Method, usize) -> Result<Taken, String>,
     ) -> io::Result<()> {
-        for method in &METHODS {
+        for method in METHODS.iter().filter(|method| !matches!(method.peer, Peer::Cholmod(_))) {
             self.title(&format!("{}, ours, by size", method.title))?;
             self.header(&GROWTH_HEADER, &GROWTH_WIDTHS)?;
             let mut before: Option<(usize, Taken)> = None;

@@ -9,11 +9,14 @@ use simulator::scene::Scene;
 use simulator::trace::{self, Shape, State, TraceError, TraceFormat};
 use tempfile::TempDir;
 
-use crate::method::{FMS_ITERATIONS, Method, NEWTON_TOLERANCE, Peer, STIFFNESS};
+use crate::method::{
+    FACTORISED, FMS_ITERATIONS, METHODS, Method, NEWTON_TOLERANCE, Peer, STIFFNESS,
+};
 
 /// The peers that are there, or why one is not.
 pub(crate) struct Peers {
     eigen: Result<PathBuf, String>,
+    cholmod: Result<PathBuf, String>,
     python: Result<String, String>,
     // What is in it goes when this is dropped.
     scratch: TempDir,
@@ -25,9 +28,21 @@ pub(crate) struct Run {
     pub(crate) time: f64,
     /// The first coordinate at the end.
     pub(crate) x0: f64,
+    /// Steps whose matrix it could not factorise as it does the others.
+    pub(crate) refused: u64,
+}
+
+/// The factorisation of a matrix.
+pub(crate) struct Factorisation {
+    /// Its least time in ns.
+    pub(crate) time: f64,
+    /// Multiplications and additions, by the program's own count.
+    pub(crate) operations: f64,
 }
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/projected_newton.py");
+
+const CHOLMOD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/cholmod.cpp");
 
 impl Peers {
     /// Builds and looks for what is there.
@@ -39,18 +54,21 @@ impl Peers {
         let versions = "import numpy, platform, scipy; \
             print('Python', platform.python_version(), '· numpy', numpy.__version__, '· scipy', scipy.__version__)";
         let python = output(Command::new("python3").args(["-c", versions]));
-        Ok(Self { eigen: build(source, scratch.path()), python, scratch })
+        let eigen = build(source, scratch.path());
+        let cholmod = build(Path::new(CHOLMOD), scratch.path());
+        Ok(Self { eigen, cholmod, python, scratch })
     }
 
     /// The versions of what the peers are made with, a line each; or why they are not there.
-    pub(crate) fn versions(&self) -> [String; 2] {
+    pub(crate) fn versions(&self) -> [String; 3] {
         let compiler = || output(Command::new("g++").arg("--version"));
         let eigen = self.eigen.as_ref().map_err(String::clone).and_then(|_| compiler());
+        let cholmod = self.cholmod().and_then(|mut command| output(command.arg("version")));
         let or_why = |result: Result<String, String>| {
             let line = result.unwrap_or_else(|reason| format!("not there: {reason}"));
             line.lines().next().unwrap_or_default().to_owned()
         };
-        [or_why(eigen), or_why(self.python.clone())]
+        [or_why(eigen), or_why(cholmod), or_why(self.python.clone())]
     }
 
     /// Runs the method's peer on a net of so many segments a side.
@@ -60,6 +78,20 @@ impl Peers {
     pub(crate) fn run(&self, method: &Method, segments: usize, steps: u64) -> Result<Run, String> {
         let mut command = self.command(method, segments, steps)?;
         parse(&output(&mut command)?).ok_or_else(|| "the peer prints no times".into())
+    }
+
+    /// CHOLMOD's factorisations of the first matrices of a net that are positive definite.
+    ///
+    /// # Errors
+    /// The reason why that cannot be measured.
+    pub(crate) fn factorisation(&self, segments: usize) -> Result<Factorisation, String> {
+        let method = METHODS.iter().find(|method| method.peer == Peer::Cholmod("lie"));
+        let method = method.ok_or("it is not among the peers")?;
+        let line = output(&mut self.command(method, segments, FACTORISED)?)?;
+        let time = field(&line, "factor_ms").filter(|time| time.is_finite());
+        let time = time.ok_or("the peer refused every matrix")? * 1e6;
+        let operations = field(&line, "factor_flops").ok_or("the peer counts no operations")?;
+        Ok(Factorisation { time, operations })
     }
 
     /// The largest distance, in one coordinate, between our positions and the peer's after so many
@@ -96,6 +128,12 @@ impl Peers {
                 command.arg(FMS_ITERATIONS.to_string());
                 Ok(command)
             }
+            Peer::Cholmod(mode) => {
+                let mut command = self.cholmod()?;
+                net(command.arg(mode));
+                command.arg(FMS_ITERATIONS.to_string());
+                Ok(command)
+            }
             Peer::Python => {
                 self.python.as_ref()?;
                 let mut command = Command::new("python3");
@@ -104,6 +142,20 @@ impl Peers {
                 Ok(command)
             }
         }
+    }
+
+    fn cholmod(&self) -> Result<Command, String> {
+        let mut command = Command::new(self.cholmod.as_ref()?);
+        // OpenBLAS takes the oldest kernels for processors that it does not know.
+        #[cfg(target_arch = "x86_64")]
+        if std::env::var_os("OPENBLAS_CORETYPE").is_none() {
+            if std::arch::is_x86_feature_detected!("avx512f") {
+                command.env("OPENBLAS_CORETYPE", "SkylakeX");
+            } else if std::arch::is_x86_feature_detected!("avx2") {
+                command.env("OPENBLAS_CORETYPE", "Haswell");
+            }
+        }
+        Ok(command)
     }
 }
 
@@ -144,12 +196,14 @@ pub(crate) fn output(command: &mut Command) -> Result<String, String> {
 }
 
 fn parse(line: &str) -> Option<Run> {
-    let field = |name: &str| {
-        let mut words = line.split_whitespace();
-        let value = words.find_map(|word| word.strip_prefix(name)?.strip_prefix('='))?;
-        value.parse::<f64>().ok()
-    };
     // The times a step are rounded to 0.1 µs; those a spring are not so coarse.
-    let time = field("ns_per_spring_step")? * field("springs")?;
-    Some(Run { time, x0: field("x0")? })
+    let time = field(line, "ns_per_spring_step")? * field(line, "springs")?;
+    let refused = field(line, "refused").unwrap_or(0.0) as u64;
+    Some(Run { time, x0: field(line, "x0")?, refused })
+}
+
+fn field(line: &str, name: &str) -> Option<f64> {
+    let mut words = line.split_whitespace();
+    let value = words.find_map(|word| word.strip_prefix(name)?.strip_prefix('='))?;
+    value.parse().ok()
 }

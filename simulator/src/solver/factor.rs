@@ -12,8 +12,8 @@
 //! transposed, in the layout of `L`: the same kernel subtracts `W Xᵀ` from them. Tiles are held in registers. Large
 //! fronts have a kernel of their own ([`front`](super::front)).
 //!
-//! Threads eliminate the branches of a large tree at the same time, and then share the work on each large front of the
-//! trunk. Every number is computed by one thread, from the same numbers in the same order.
+//! Threads eliminate the branches of a large tree at the same time, and share the work on each large front that the
+//! branches have in common. Every number is computed by one thread, from the same numbers in the same order.
 //!
 //! Everything is sums and products in a fixed order, never fused, whatever vectors the processor has: the
 //! bits are the same on all of them. Cost: `2 D³` operations for each product of blocks in the symbolic factor, twice that
@@ -49,7 +49,7 @@ pub(crate) struct BlockFactor<const D: usize> {
     upper: Triangle,
     /// Diagonal blocks, transposed and factorised.
     pivots: Vec<PivotBlock<D>>,
-    /// Of each branch, and of the trunk.
+    /// Of each branch that is not divided. What branches have in common uses that of the heaviest of them.
     workspaces: Vec<Workspace<D>>,
     /// A right-hand side in the order of elimination.
     permuted: Vec<f64>,
@@ -107,16 +107,13 @@ impl<const D: usize> BlockFactor<D> {
     /// The same with fronts that count as large from so many rows on.
     fn with_large_fronts(symbolic: &SymbolicFactor, symmetric: bool, large: usize) -> Option<Self> {
         let height = symbolic.max_height * D;
-        let branches = symbolic.branches.iter().map(|branch| branch.fronts.clone());
-        let workspaces = branches.map(|branch| Workspace::new(symbolic, branch, large));
-        let trunk = Workspace::new(symbolic, symbolic.trunk().flatten(), large);
-        let workspaces = workspaces.chain([trunk]);
+        let workspaces = Workspace::of_branches(symbolic, &symbolic.branches, large);
         let zero = PivotBlock { lu: [[0.0; D]; D], rows: [0; D], columns: [0; D] };
         Some(Self {
             lower: Triangle::new(symbolic, D)?,
             upper: if symmetric { Triangle::default() } else { Triangle::new(symbolic, D)? },
             pivots: vec![zero; symbolic.order.len()],
-            workspaces: workspaces.collect::<Option<_>>()?,
+            workspaces: workspaces?,
             permuted: zeros(symbolic.order.len() * D, 0.0)?,
             gathered: zeros(height, 0.0)?,
             large,
@@ -186,27 +183,50 @@ impl Triangle {
 }
 
 impl<const D: usize> Workspace<D> {
-    /// A workspace that is large enough for each of the fronts.
-    fn new(
+    /// A workspace for each branch that is not divided, large enough for all fronts that use it.
+    fn of_branches(
         symbolic: &SymbolicFactor,
-        fronts: impl Iterator<Item = usize>,
+        branches: &[Branch],
         from: usize,
-    ) -> Option<Self> {
-        let (mut small, mut large) = (0, 0);
-        for front in fronts.map(|front| &symbolic.fronts[front]) {
+    ) -> Option<Vec<Self>> {
+        let mut sizes = Vec::new();
+        for branch in branches {
+            Self::add_sizes(symbolic, branch, from, &mut sizes);
+        }
+        let new = |[small, large]: [usize; 2]| {
+            Some(Self { unscaled: zeros(small, 0.0)?, large: FrontWorkspace::new(large)? })
+        };
+        sizes.into_iter().map(new).collect()
+    }
+
+    /// Appends the sizes for a branch: for small fronts, and for large ones.
+    fn add_sizes(
+        symbolic: &SymbolicFactor,
+        branch: &Branch,
+        from: usize,
+        sizes: &mut Vec<[usize; 2]>,
+    ) {
+        let first = sizes.len();
+        for inner in &branch.branches {
+            Self::add_sizes(symbolic, inner, from, sizes);
+        }
+        if sizes.len() == first {
+            sizes.push([0; 2]);
+        }
+        let [small, large] = &mut sizes[first + branch.heaviest];
+        for front in &symbolic.fronts[branch.trunk()] {
             // On a processor with short vectors, large fronts are eliminated as small ones are.
-            small = small.max(front.height() * D * PANEL * D);
+            *small = (*small).max(front.height() * D * PANEL * D);
             if front.height() * D >= from {
-                large = large.max(FrontWorkspace::<D>::size_for(front));
+                *large = (*large).max(FrontWorkspace::<D>::size_for(front));
             }
         }
-        Some(Self { unscaled: zeros(small, 0.0)?, large: FrontWorkspace::new(large)? })
     }
 }
 
 /// Whether several threads factorise.
 fn uses_threads(symbolic: &SymbolicFactor) -> bool {
-    !symbolic.branches.is_empty() && rayon::current_num_threads() > 1
+    symbolic.is_divided() && rayon::current_num_threads() > 1
 }
 
 /// So many zeros; `None` if there is not enough memory.
@@ -250,6 +270,11 @@ impl<'a, const D: usize> Part<'a, D> {
         (pivots, self.lower.front::<D>(front), upper)
     }
 
+    fn reborrow(&mut self) -> Part<'_, D> {
+        let Self { lower, upper, pivots, first } = self;
+        Part { lower: lower.reborrow(), upper: upper.reborrow(), pivots, first: *first }
+    }
+
     /// The parts before and from the first front of `branch` on.
     fn split(self, symbolic: &SymbolicFactor, branch: &Branch) -> [Self; 2] {
         let front = &symbolic.fronts[branch.fronts.start];
@@ -265,6 +290,11 @@ impl<'a, const D: usize> Part<'a, D> {
 }
 
 impl TriangleView<'_> {
+    fn reborrow(&mut self) -> TriangleView<'_> {
+        let Self { columns, updates, panel, update } = self;
+        TriangleView { columns, updates, panel: *panel, update: *update }
+    }
+
     fn split(self, [panel, update]: [usize; 2]) -> [Self; 2] {
         // The upper triangle of a symmetric matrix is empty.
         let at = self.columns.len().min(panel - self.panel);
@@ -313,20 +343,10 @@ impl<const D: usize, const SYMMETRIC: bool> pulp::WithSimd for Factorise<'_, D, 
         let Self { symbolic, values, factor, threads } = self;
         let BlockFactor { lower, upper, pivots, workspaces, large, .. } = factor;
         let large = *large;
-        let (of_trunk, of_branches) =
-            workspaces.split_last_mut().expect("the trunk has a workspace");
         let elimination =
             Elimination::<'_, D, SYMMETRIC, S> { simd, symbolic, values, large, threads };
-        let mut part = Part { lower: lower.view(), upper: upper.view(), pivots, first: 0 };
-        let mut inertia = elimination.branches(&symbolic.branches, part, of_branches);
-        part = Part { lower: lower.view(), upper: upper.view(), pivots, first: 0 };
-        for fronts in symbolic.trunk() {
-            if inertia == Inertia::Singular {
-                break;
-            }
-            inertia = inertia.max(elimination.fronts(fronts, &mut part, of_trunk, threads));
-        }
-        inertia
+        let part = Part { lower: lower.view(), upper: upper.view(), pivots, first: 0 };
+        elimination.branches(&symbolic.branches, part, workspaces)
     }
 }
 
@@ -342,7 +362,7 @@ struct Elimination<'a, const D: usize, const SYMMETRIC: bool, S> {
 }
 
 impl<const D: usize, const SYMMETRIC: bool, S: Simd> Elimination<'_, D, SYMMETRIC, S> {
-    /// Eliminates the fronts of branches, which do not depend on each other.
+    /// Eliminates the fronts of branches that do not depend on each other.
     fn branches(
         self,
         branches: &[Branch],
@@ -351,11 +371,25 @@ impl<const D: usize, const SYMMETRIC: bool, S: Simd> Elimination<'_, D, SYMMETRI
     ) -> Inertia {
         match branches {
             [] => Inertia::Definite,
-            [branch] => self.fronts(branch.fronts.clone(), &mut part, &mut workspaces[0], false),
+            [branch] => {
+                let inertia = self.branches(&branch.branches, part.reborrow(), workspaces);
+                if inertia == Inertia::Singular {
+                    return inertia;
+                }
+                let threads = self.threads && !branch.branches.is_empty();
+                let trunk = self.fronts(
+                    branch.trunk(),
+                    &mut part,
+                    &mut workspaces[branch.heaviest],
+                    threads,
+                );
+                inertia.max(trunk)
+            }
             _ => {
                 let (first, second) = branches.split_at(branches.len() / 2);
                 let [before, from] = part.split(self.symbolic, &second[0]);
-                let (of_first, of_second) = workspaces.split_at_mut(first.len());
+                let n_leaves = first.iter().map(|branch| branch.n_leaves).sum();
+                let (of_first, of_second) = workspaces.split_at_mut(n_leaves);
                 let (first, second) = join(
                     self.threads,
                     || self.branches(first, before, of_first),
@@ -1088,7 +1122,7 @@ mod tests {
             let inertia = factor.factorise(&symbolic, values);
             factor.solve(&symbolic, &mut right);
             let bits = right.iter().map(|value| value.to_bits()).collect();
-            (bits, inertia, !symbolic.branches.is_empty())
+            (bits, inertia, symbolic.is_divided())
         })
     }
 

@@ -7,16 +7,21 @@
 //! order, and leaves an update matrix on its other rows, which its parent in the tree assembles (extend-add). Every
 //! offset is known before a number is. Cost: in proportion to the entries of the factor, in blocks.
 
+use std::iter;
+use std::mem;
 use std::ops::Range;
 
 /// A pattern with this many blocks or fewer has one front, in the order of the file.
 const MAX_SINGLE_FRONT: usize = 4;
 
-/// With fewer products of blocks than this, no branches are taken off the tree.
-const MIN_PRODUCTS: u64 = 4_000_000;
+/// With fewer products of blocks than this, the tree is one branch.
+const MIN_PRODUCTS: u64 = 1_000_000;
 
-/// A branch has at most this part of the cost of the tree.
+/// A branch that is not divided has at most this part of the cost of the tree.
 const BRANCHES: u64 = 16;
+
+/// Branches within branches; a tree that is deeper is almost a chain, and threads gain nothing.
+const DEEPEST: usize = 128;
 
 /// The symbolic factor of a sparsity pattern.
 pub(crate) struct SymbolicFactor {
@@ -24,7 +29,7 @@ pub(crate) struct SymbolicFactor {
     pub(crate) order: Vec<u32>,
     /// Children before parents.
     pub(crate) fronts: Vec<Front>,
-    /// Subtrees of a large tree that threads may eliminate at the same time, ascending.
+    /// Subtrees that threads may eliminate at the same time, ascending.
     pub(crate) branches: Vec<Branch>,
     /// Places of the rows below the pivots of each front, ascending.
     pub(crate) rows: Vec<u32>,
@@ -44,12 +49,29 @@ pub(crate) struct SymbolicFactor {
     pub(crate) n_products: u64,
 }
 
-/// Fronts that depend on no other ones.
+/// A subtree: fronts that depend on no other ones.
 #[derive(Debug, Clone)]
 pub(crate) struct Branch {
     pub(crate) fronts: Range<usize>,
+    /// The subtrees in it that threads may eliminate at the same time, its first fronts; none of a small one.
+    pub(crate) branches: Vec<Branch>,
+    /// Subtrees in it that are not divided, itself included.
+    pub(crate) n_leaves: usize,
+    /// The number among them of that in the most costly branch, and in that the most costly one, and so on.
+    pub(crate) heaviest: usize,
     /// Offset of their update matrices in the workspace.
     pub(crate) update: usize,
+}
+
+impl Branch {
+    fn leaf(fronts: Range<usize>) -> Self {
+        Self { fronts, branches: Vec::new(), n_leaves: 1, heaviest: 0, update: 0 }
+    }
+
+    /// The fronts that are in none of its branches.
+    pub(crate) fn trunk(&self) -> Range<usize> {
+        self.branches.last().map_or(self.fronts.start, |last| last.fronts.end)..self.fronts.end
+    }
 }
 
 /// One dense step of the elimination; all counts in blocks.
@@ -177,85 +199,108 @@ impl SymbolicFactor {
         }
     }
 
-    /// The fronts that are in no branch, ascending.
-    pub(crate) fn trunk(&self) -> impl Iterator<Item = Range<usize>> {
-        let starts = self.branches.iter().map(|branch| branch.fronts.start);
-        let ends = self.branches.iter().map(|branch| branch.fronts.end);
-        let between = [0].into_iter().chain(ends).zip(starts.chain([self.fronts.len()]));
-        between.map(|(start, end)| start..end)
-    }
-
-    /// Takes the largest subtrees off that cost at most a part of the whole.
+    /// Divides the tree into branches, down to those that cost a small part of the whole.
     fn take_branches(&mut self) {
-        if self.n_products < MIN_PRODUCTS {
-            return;
-        }
         // The first front and the cost of each subtree, which ends with its root.
         let mut subtrees: Vec<(usize, u64)> = Vec::with_capacity(self.fronts.len());
         let mut roots = Vec::new();
         for (number, front) in self.fronts.iter().enumerate() {
             let own = (number, cost(front.n_pivots, front.n_rows()));
-            let children = &self.children[front.children[0]..front.children[1]];
-            let children = children.iter().map(|child| subtrees[*child as usize]);
+            let children = self.children_of(number).iter().map(|child| subtrees[*child as usize]);
             subtrees.push(children.fold(own, |a, b| (a.0.min(b.0), a.1 + b.1)));
             if front.n_rows() == 0 {
-                roots.push(number);
+                roots.push(number as u32);
             }
         }
-        let limit = roots.iter().map(|root| subtrees[*root].1).sum::<u64>() / BRANCHES;
-        let mut pending = roots;
-        while let Some(root) = pending.pop() {
-            let (first, cost) = subtrees[root];
-            if cost <= limit {
-                self.branches.push(Branch { fronts: first..root + 1, update: 0 });
-            } else {
-                let [start, end] = self.fronts[root].children;
-                pending.extend(self.children[start..end].iter().map(|child| *child as usize));
-            }
-        }
-        self.branches.sort_unstable_by_key(|branch| branch.fronts.start);
+        let whole = roots.iter().map(|root| subtrees[*root as usize].1).sum::<u64>();
+        let limit = whole / BRANCHES;
+        let branch = |root: &u32| self.branch(*root as usize, &subtrees, limit, DEEPEST);
+        self.branches = match self.n_products < MIN_PRODUCTS {
+            true => vec![Branch::leaf(0..self.fronts.len())],
+            false => roots.iter().map(branch).collect(),
+        };
     }
 
-    /// Gives each branch a part of the workspace, and the trunk the rest.
+    /// Whether there are branches that threads may eliminate at the same time.
+    pub(crate) fn is_divided(&self) -> bool {
+        let branches = self.branches.iter().map(|branch| branch.n_leaves);
+        branches.sum::<usize>() > 1
+    }
+
+    fn children_of(&self, front: usize) -> &[u32] {
+        let [start, end] = self.fronts[front].children;
+        &self.children[start..end]
+    }
+
+    /// The subtree of a front, divided where it costs more than `limit`, so many levels deep at most.
+    fn branch(&self, root: usize, subtrees: &[(usize, u64)], limit: u64, levels: usize) -> Branch {
+        let (first, cost) = subtrees[root];
+        let fronts = first..root + 1;
+        if cost <= limit || levels == 0 {
+            return Branch::leaf(fronts);
+        }
+        // A chain of fronts is one trunk.
+        let mut top = root;
+        while let [child] = *self.children_of(top)
+            && subtrees[child as usize].1 > limit
+        {
+            top = child as usize;
+        }
+        let mut whole = Branch { fronts, n_leaves: 0, ..Branch::leaf(0..0) };
+        let mut most = 0;
+        for child in self.children_of(top).iter().map(|child| *child as usize) {
+            let branch = self.branch(child, subtrees, limit, levels - 1);
+            if subtrees[child].1 > most {
+                most = subtrees[child].1;
+                whole.heaviest = whole.n_leaves + branch.heaviest;
+            }
+            whole.n_leaves += branch.n_leaves;
+            whole.branches.push(branch);
+        }
+        whole.n_leaves = whole.n_leaves.max(1);
+        whole
+    }
+
+    /// Gives each branch a part of the workspace of its own.
     fn place_updates(&mut self) {
-        let trunk: Vec<usize> = self.trunk().flatten().collect();
-        for branch in 0..self.branches.len() {
-            self.branches[branch].update = self.n_updates;
-            self.place_updates_of(self.branches[branch].fronts.clone(), self.n_updates);
-        }
-        self.place_updates_of(trunk.into_iter(), self.n_updates);
+        let mut branches = mem::take(&mut self.branches);
+        self.n_updates = self.place_updates_of(&mut branches, 0);
+        self.branches = branches;
     }
 
-    /// Gives each update matrix its place: the first gap that is wide enough from when it is made until
-    /// its parent has assembled it.
-    fn place_updates_of(&mut self, fronts: impl Iterator<Item = usize>, start: usize) {
-        // Gaps by offset; the last has no end.
-        let mut gaps: Vec<[usize; 2]> = vec![[start, usize::MAX]];
+    /// Places the update matrices of some branches one after another, from `start` on; returns where they end.
+    fn place_updates_of(&mut self, branches: &mut [Branch], mut start: usize) -> usize {
+        for branch in branches {
+            branch.update = start;
+            let end = self.place_updates_of(&mut branch.branches, start);
+            // What is in the branches waits for the trunk: the update matrices of their roots.
+            let mut gaps = Gaps::from(start);
+            for of_root in branch.branches.iter().map(|inner| inner.fronts.end - 1) {
+                let front = &self.fronts[of_root];
+                gaps.take(front.update..front.update + front.n_rows().pow(2));
+            }
+            start = end.max(self.place_updates_in(branch.trunk(), gaps));
+        }
+        start
+    }
+
+    /// Gives each update matrix its place: the first gap that is wide enough from when it is made until its parent has
+    /// assembled it. Returns where they end.
+    fn place_updates_in(&mut self, fronts: Range<usize>, mut gaps: Gaps) -> usize {
+        let mut last = 0;
         for number in fronts {
             let length = self.fronts[number].n_rows().pow(2);
             if length > 0 {
-                let gap = gaps.iter().position(|[start, end]| end - start >= length);
-                let gap = gap.unwrap_or(gaps.len() - 1);
-                self.fronts[number].update = gaps[gap][0];
-                gaps[gap][0] += length;
-                self.n_updates = self.n_updates.max(gaps[gap][0]);
+                let place = gaps.first(length);
+                self.fronts[number].update = place;
+                last = last.max(place + length);
             }
-            let [start, end] = self.fronts[number].children;
-            for child in start..end {
-                let child = &self.fronts[self.children[child] as usize];
-                let (from, to) = (child.update, child.update + child.n_rows().pow(2));
-                let next = gaps.partition_point(|gap| gap[0] < from);
-                gaps.insert(next, [from, to]);
+            for child in self.children_of(number) {
+                let child = &self.fronts[*child as usize];
+                gaps.give_back(child.update..child.update + child.n_rows().pow(2));
             }
-            let mut kept: Vec<[usize; 2]> = Vec::with_capacity(gaps.len());
-            for gap in gaps.drain(..).filter(|[start, end]| start < end) {
-                match kept.last_mut() {
-                    Some(last) if last[1] == gap[0] => last[1] = gap[1],
-                    _ => kept.push(gap),
-                }
-            }
-            gaps = kept;
         }
+        last
     }
 
     fn place_entries(&mut self, starts: &[usize], rows: &[u32], place: &[u32]) {
@@ -290,6 +335,45 @@ impl SymbolicFactor {
             front.entries = [start, end];
         }
         self.entries = entries.into_iter().map(|(_, entry)| entry).collect();
+    }
+}
+
+/// Parts of a workspace that are free, ascending and apart; the last one has no end.
+struct Gaps(Vec<Range<usize>>);
+
+impl Gaps {
+    /// All from `start` on.
+    fn from(start: usize) -> Self {
+        Self(iter::once(start..usize::MAX).collect())
+    }
+
+    /// Takes the first of so many numbers that are free.
+    fn first(&mut self, length: usize) -> usize {
+        let gap = self.0.iter().position(|gap| gap.len() >= length).unwrap_or(self.0.len() - 1);
+        let start = self.0[gap].start;
+        self.take(start..start + length);
+        start
+    }
+
+    /// Takes numbers that are free.
+    fn take(&mut self, taken: Range<usize>) {
+        let gap = self.0.partition_point(|gap| gap.end < taken.end);
+        let Range { start, end } = self.0[gap];
+        let left = [start..taken.start, taken.end..end];
+        self.0.splice(gap..=gap, left.into_iter().filter(|gap| !gap.is_empty()));
+    }
+
+    /// Gives numbers back.
+    fn give_back(&mut self, free: Range<usize>) {
+        if free.is_empty() {
+            return;
+        }
+        let next = self.0.partition_point(|gap| gap.end < free.start);
+        let joined = self.0[next..].iter().take_while(|gap| gap.start <= free.end).count();
+        let hull = self.0[next..next + joined]
+            .iter()
+            .fold(free, |all, gap| all.start.min(gap.start)..all.end.max(gap.end));
+        self.0.splice(next..next + joined, [hull]);
     }
 }
 
@@ -372,7 +456,7 @@ fn elimination_tree(order: &[u32], neighbours: &[Vec<u32>]) -> Vec<Node> {
             }
         };
         neighbours[block as usize].iter().for_each(|other| visit(place[*other as usize]));
-        let own = std::mem::take(&mut children[number]);
+        let own = mem::take(&mut children[number]);
         for &child in &own {
             let child: &Node = &nodes[child];
             child.rows.iter().for_each(|row| visit(*row));
@@ -402,7 +486,7 @@ fn cost(n_pivots: usize, n_rows: usize) -> u64 {
 fn amalgamate(mut nodes: Vec<Node>) -> Vec<Node> {
     // Nodes are numbered children first, and an amalgamated node passes its children to its parent.
     for number in 0..nodes.len() {
-        let mut children = std::mem::take(&mut nodes[number].children);
+        let mut children = mem::take(&mut nodes[number].children);
         // The widest first: it has the most rows in common with its parent.
         children.sort_by_key(|child| std::cmp::Reverse((nodes[*child].rows.len(), *child)));
         let mut kept = Vec::new();
@@ -415,7 +499,7 @@ fn amalgamate(mut nodes: Vec<Node>) -> Vec<Node> {
                 kept.push(child);
                 continue;
             }
-            let of_child = std::mem::take(&mut nodes[child]);
+            let of_child = mem::take(&mut nodes[child]);
             let mut pivots = of_child.pivots;
             pivots.append(&mut nodes[number].pivots);
             nodes[number].pivots = pivots;

@@ -138,6 +138,128 @@ cholmod_factor* analyse(cholmod_sparse* matrix, bool supernodal, cholmod_common*
     return cholmod_analyze(matrix, common);
 }
 
+/// What is printed of a run.
+struct Result {
+    /// Seconds of all steps.
+    double time = 0;
+    /// The first coordinate at the end.
+    double x0 = 0;
+    /// Matrices without a Cholesky factor.
+    int refused = 0;
+    /// The shortest factorisation in seconds, and its operations.
+    double of_factor = INFINITY, operations = 0;
+};
+
+/// A factor's solutions, in memory that is kept.
+class Solver {
+public:
+    Solver(std::size_t rows, std::size_t columns, cholmod_common* common)
+        : right_(cholmod_zeros(rows, columns, CHOLMOD_REAL, common)), common_(common) {}
+
+    double* right() { return static_cast<double*>(right_->x); }
+
+    const double* solve(cholmod_factor* factor) {
+        cholmod_solve2(CHOLMOD_A, factor, right_, nullptr, &solution_, nullptr, &y_, &e_, common_);
+        return static_cast<double*>(solution_->x);
+    }
+
+private:
+    cholmod_dense *right_, *solution_ = nullptr, *y_ = nullptr, *e_ = nullptr;
+    cholmod_common* common_;
+};
+
+Result linearized_implicit_euler(Net net, double h, int steps, double k, cholmod_common* common) {
+    const std::size_t size = net.x.size();
+    Matrix matrix(net, 2, common);
+    Solver solver(size, 1, common);
+    cholmod_factor *factor = nullptr, *indefinite = nullptr;
+    double* impulse = solver.right();
+    std::vector<double> v(size, 0.0), y(size);
+    Result result;
+    const double start = seconds();
+    for (int step = 0; step < steps; ++step) {
+        for (std::size_t c = 0; c < size; ++c) y[c] = net.x[c] + h * v[c];
+        std::fill(impulse, impulse + size, 0.0);
+        matrix.set_diagonal(net.mass);
+        for (std::size_t number = 0; number < net.springs.size(); ++number) {
+            const auto [i, j, rest_length] = net.springs[number];
+            const double dx = y[2 * i] - y[2 * j], dy = y[2 * i + 1] - y[2 * j + 1];
+            const double length = std::sqrt(dx * dx + dy * dy), nx = dx / length, ny = dy / length;
+            const double pull = h * k * (length - rest_length), strain = (length - rest_length) / length;
+            impulse[2 * i] -= pull * nx;
+            impulse[2 * i + 1] -= pull * ny;
+            impulse[2 * j] += pull * nx;
+            impulse[2 * j + 1] += pull * ny;
+            const double scale = h * h * k, across = scale * (1 - strain) * nx * ny;
+            const double block[4] = {scale * (nx * nx + strain * (1 - nx * nx)), across, across,
+                                     scale * (ny * ny + strain * (1 - ny * ny))};
+            matrix.add(number, net.springs[number], block);
+        }
+        if (!factor) factor = analyse(matrix.sparse, true, common);
+        const double before = seconds();
+        cholmod_factorize(matrix.sparse, factor, common);
+        cholmod_factor* used = factor;
+        if (common->status != CHOLMOD_NOT_POSDEF) {
+            result.of_factor = std::min(result.of_factor, seconds() - before);
+            result.operations = common->fl;
+        } else {
+            ++result.refused;
+            if (!indefinite) indefinite = analyse(matrix.sparse, false, common);
+            cholmod_factorize(matrix.sparse, indefinite, common);
+            used = indefinite;
+        }
+        const double* change = solver.solve(used);
+        for (std::size_t c = 0; c < size; ++c) {
+            v[c] += change[c];
+            net.x[c] += h * v[c];
+        }
+    }
+    result.time = seconds() - start;
+    result.x0 = net.x[0];
+    return result;
+}
+
+Result fast_mass_spring(const Net& net, double h, int steps, double k, int iterations, cholmod_common* common) {
+    const std::size_t size = net.x.size(), particles = size / 2;
+    // Both coordinates have one matrix, with a number for each pair of particles.
+    Matrix matrix(net, 1, common);
+    const double weight = net.mass / (h * h), block[1] = {k};
+    matrix.set_diagonal(weight);
+    for (std::size_t number = 0; number < net.springs.size(); ++number)
+        matrix.add(number, net.springs[number], block);
+    cholmod_factor* factor = analyse(matrix.sparse, true, common);
+    cholmod_factorize(matrix.sparse, factor, common);
+    Solver solver(particles, 2, common);
+    // Coordinates one after the other, as the right-hand sides are.
+    std::vector<double> x(size), before, inertia(size);
+    for (std::size_t particle = 0; particle < particles; ++particle)
+        for (int axis = 0; axis < 2; ++axis) x[axis * particles + particle] = net.x[2 * particle + axis];
+    before = x;
+    Result result;
+    const double start = seconds();
+    for (int step = 0; step < steps; ++step) {
+        for (std::size_t c = 0; c < size; ++c) inertia[c] = weight * (2 * x[c] - before[c]);
+        before = x;
+        for (int iteration = 0; iteration < iterations; ++iteration) {
+            double* b = solver.right();
+            std::copy(inertia.begin(), inertia.end(), b);
+            for (const auto& [i, j, rest_length] : net.springs) {
+                const double dx = x[i] - x[j], dy = x[particles + i] - x[particles + j];
+                const double scale = k * rest_length / std::sqrt(dx * dx + dy * dy);
+                b[i] += scale * dx;
+                b[j] -= scale * dx;
+                b[particles + i] += scale * dy;
+                b[particles + j] -= scale * dy;
+            }
+            const double* solved = solver.solve(factor);
+            std::copy(solved, solved + size, x.begin());
+        }
+    }
+    result.time = seconds() - start;
+    result.x0 = x[0];
+    return result;
+}
+
 /// The name of the BLAS, where it tells one.
 const char* blas() {
     using Tell = char* (*)();
@@ -163,101 +285,13 @@ int main(int count, char** arguments) {
     const bool is_lie = !std::strcmp(arguments[1], "lie");
     const double h = std::atof(arguments[3]), k = std::atof(arguments[5]);
     const int steps = std::atoi(arguments[4]), iterations = count > 6 ? std::atoi(arguments[6]) : 50;
-    Net net(std::atoi(arguments[2]));
-    const std::size_t size = net.x.size(), particles = size / 2;
-    int refused = 0;
-    double of_factor = INFINITY, flops = 0, start = 0, end = 0;
-
-    if (is_lie) {
-        Matrix matrix(net, 2, &common);
-        cholmod_factor *factor = nullptr, *indefinite = nullptr;
-        cholmod_dense* right = cholmod_zeros(size, 1, CHOLMOD_REAL, &common);
-        cholmod_dense *solution = nullptr, *scratch_y = nullptr, *scratch_e = nullptr;
-        double* force = static_cast<double*>(right->x);
-        std::vector<double> v(size, 0.0), y(size);
-        start = seconds();
-        for (int step = 0; step < steps; ++step) {
-            for (std::size_t c = 0; c < size; ++c) y[c] = net.x[c] + h * v[c];
-            std::fill(force, force + size, 0.0);
-            matrix.set_diagonal(net.mass);
-            for (std::size_t number = 0; number < net.springs.size(); ++number) {
-                const Spring& spring = net.springs[number];
-                const double dx = y[2 * spring.i] - y[2 * spring.j], dy = y[2 * spring.i + 1] - y[2 * spring.j + 1];
-                const double length = std::sqrt(dx * dx + dy * dy), nx = dx / length, ny = dy / length;
-                const double strain = (length - spring.rest_length) / length, tension = h * k * (length - spring.rest_length);
-                force[2 * spring.i] -= tension * nx;
-                force[2 * spring.i + 1] -= tension * ny;
-                force[2 * spring.j] += tension * nx;
-                force[2 * spring.j + 1] += tension * ny;
-                const double across = (1 - strain) * nx * ny, scale = h * h * k;
-                const double block[4] = {scale * (nx * nx + strain * (1 - nx * nx)), scale * across, scale * across,
-                                         scale * (ny * ny + strain * (1 - ny * ny))};
-                matrix.add(number, spring, block);
-            }
-            if (!factor) factor = analyse(matrix.sparse, true, &common);
-            const double before = seconds();
-            cholmod_factorize(matrix.sparse, factor, &common);
-            cholmod_factor* used = factor;
-            if (common.status != CHOLMOD_NOT_POSDEF) {
-                of_factor = std::min(of_factor, seconds() - before);
-                flops = common.fl;
-            } else {
-                ++refused;
-                if (!indefinite) indefinite = analyse(matrix.sparse, false, &common);
-                cholmod_factorize(matrix.sparse, indefinite, &common);
-                used = indefinite;
-            }
-            cholmod_solve2(CHOLMOD_A, used, right, nullptr, &solution, nullptr, &scratch_y, &scratch_e, &common);
-            const double* change = static_cast<double*>(solution->x);
-            for (std::size_t c = 0; c < size; ++c) {
-                v[c] += change[c];
-                net.x[c] += h * v[c];
-            }
-        }
-        end = seconds();
-    } else {
-        // Both coordinates have one matrix, of a number for each pair of particles.
-        Matrix matrix(net, 1, &common);
-        const double weight = net.mass / (h * h);
-        const double block[1] = {k};
-        matrix.set_diagonal(weight);
-        for (std::size_t number = 0; number < net.springs.size(); ++number) matrix.add(number, net.springs[number], block);
-        cholmod_factor* factor = analyse(matrix.sparse, true, &common);
-        cholmod_factorize(matrix.sparse, factor, &common);
-        cholmod_dense* right = cholmod_zeros(particles, 2, CHOLMOD_REAL, &common);
-        cholmod_dense *solution = nullptr, *scratch_y = nullptr, *scratch_e = nullptr;
-        double* b = static_cast<double*>(right->x);
-        // Coordinates one after the other, as the right-hand sides are.
-        std::vector<double> x(size), before, inertia(size);
-        for (std::size_t particle = 0; particle < particles; ++particle)
-            for (int axis = 0; axis < 2; ++axis) x[axis * particles + particle] = net.x[2 * particle + axis];
-        before = x;
-        start = seconds();
-        for (int step = 0; step < steps; ++step) {
-            for (std::size_t c = 0; c < size; ++c) inertia[c] = weight * (2 * x[c] - before[c]);
-            before = x;
-            for (int iteration = 0; iteration < iterations; ++iteration) {
-                std::copy(inertia.begin(), inertia.end(), b);
-                for (const Spring& spring : net.springs) {
-                    const double dx = x[spring.i] - x[spring.j];
-                    const double dy = x[particles + spring.i] - x[particles + spring.j];
-                    const double scale = k * spring.rest_length / std::sqrt(dx * dx + dy * dy);
-                    b[spring.i] += scale * dx;
-                    b[spring.j] -= scale * dx;
-                    b[particles + spring.i] += scale * dy;
-                    b[particles + spring.j] -= scale * dy;
-                }
-                cholmod_solve2(CHOLMOD_A, factor, right, nullptr, &solution, nullptr, &scratch_y, &scratch_e, &common);
-                const double* solved = static_cast<double*>(solution->x);
-                std::copy(solved, solved + size, x.begin());
-            }
-        }
-        end = seconds();
-        net.x[0] = x[0];
-    }
-    const double a_step = (end - start) / steps;
-    std::printf("springs=%zu ms_per_step=%.4f ns_per_spring_step=%.3f x0=%.15g refused=%d factor_ms=%.4f factor_flops=%.6g\n",
-                net.springs.size(), a_step * 1e3, a_step / net.springs.size() * 1e9, net.x[0], refused, of_factor * 1e3,
-                flops);
+    const Net net(std::atoi(arguments[2]));
+    const Result result = is_lie ? linearized_implicit_euler(net, h, steps, k, &common)
+                                 : fast_mass_spring(net, h, steps, k, iterations, &common);
+    const double a_step = result.time / steps;
+    std::printf(
+        "springs=%zu ms_per_step=%.4f ns_per_spring_step=%.3f x0=%.15g refused=%d factor_ms=%.4f factor_flops=%.6g\n",
+        net.springs.size(), a_step * 1e3, a_step / net.springs.size() * 1e9, result.x0, result.refused,
+        result.of_factor * 1e3, result.operations);
     return 0;
 }

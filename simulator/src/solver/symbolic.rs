@@ -221,10 +221,9 @@ impl SymbolicFactor {
         };
     }
 
-    /// Whether there are branches that threads may eliminate at the same time.
+    /// Whether there is work for several threads.
     pub(crate) fn is_divided(&self) -> bool {
-        let branches = self.branches.iter().map(|branch| branch.n_leaves);
-        branches.sum::<usize>() > 1
+        self.branches.len() > 1 || self.branches.iter().any(|branch| !branch.branches.is_empty())
     }
 
     fn children_of(&self, front: usize) -> &[u32] {

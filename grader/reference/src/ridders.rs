@@ -85,40 +85,17 @@ pub fn extrapolate(samples: &[Sample]) -> Option<Estimate> {
     best
 }
 
-/// The derivatives of every component of `function` by coordinate `column` of `x`.
-///
-/// `function` fills a vector of `noise.len()` components. `noise` bounds the rounding error of each component. `first` is the first step: a power of two, well below the distance to the nearest
-/// non-smooth point.
-pub fn differentiate(
-    function: Function<'_>,
-    x: &[f64],
-    column: usize,
-    first: f64,
-    noise: &[f64],
-) -> Vec<Difference> {
-    differentiate_by(function, x, column, (first, exact_steps), noise)
-}
-
-/// The same with rounded steps, for coordinates without spare digits. The two sides may then differ by a rounding error
-/// of the coordinate, which `noise` must include.
-pub fn differentiate_rounded(
-    function: Function<'_>,
-    x: &[f64],
-    column: usize,
-    first: f64,
-    noise: &[f64],
-) -> Vec<Difference> {
-    let rounded = |x: f64, step: f64| Some((x + step, x - step));
-    differentiate_by(function, x, column, (first, rounded), noise)
-}
-
 /// A function of some coordinates: fills a vector, and returns whether it is defined there.
 pub type Function<'a> = &'a mut dyn FnMut(&[f64], &mut [f64]) -> bool;
 
-/// The coordinate on both sides of a step, if the step can be taken.
-type Sides = fn(f64, f64) -> Option<(f64, f64)>;
+/// The coordinate on both sides of a step, if the step can be taken: [`exact_steps`] or [`rounded_steps`].
+pub type Sides = fn(f64, f64) -> Option<(f64, f64)>;
 
-fn differentiate_by(
+/// The derivatives of every component of `function` by coordinate `column` of `x`.
+///
+/// `function` fills a vector of `noise.len()` components. `noise` bounds the rounding error of each component. `first` is
+/// the first step: a power of two, well below the distance to the nearest non-smooth point.
+pub fn differentiate(
     function: Function<'_>,
     x: &[f64],
     column: usize,
@@ -170,6 +147,12 @@ pub fn exact_steps(x: f64, step: f64) -> Option<(f64, f64)> {
     (up - step == x && up - x == step && down + step == x && x - down == step).then_some((up, down))
 }
 
+/// `x + step` and `x − step`, rounded: for coordinates without spare digits. Their distances to `x` may then differ by a
+/// rounding error of the coordinate, which `noise` must include.
+pub fn rounded_steps(x: f64, step: f64) -> Option<(f64, f64)> {
+    Some((x + step, x - step))
+}
+
 /// Whether the slopes on the two sides differ. Their jump over a step `h` is `κ + ah + bh³ + O(h⁵)`, with `κ = 0` for
 /// a smooth `F`. After elimination of the second and third term, the jump of a kink stays above rounding; that of a
 /// smooth function falls.
@@ -201,7 +184,7 @@ mod tests {
             values[0] = function(x[0]);
             values[0].is_finite()
         };
-        differentiate(&mut { evaluate }, &[x], 0, first, &[noise])[0]
+        differentiate(&mut { evaluate }, &[x], 0, (first, exact_steps), &[noise])[0]
     }
 
     #[test]

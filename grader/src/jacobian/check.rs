@@ -10,7 +10,7 @@ use super::subject::Subject;
 use super::verdict::{BlockKind, By, Entry, Part};
 use reference::law::Jacobians;
 use reference::law::{Expectation, Law, Scale, Term};
-use reference::ridders::{Estimate, differentiate, power_of_two};
+use reference::ridders::{Estimate, differentiate, exact_steps, power_of_two};
 use reference::taylor::Steps;
 
 /// Bound on the rounding error of a value, relative to the sum of the sizes of its terms, in any sensible order of
@@ -82,7 +82,8 @@ pub(super) fn observe(
         };
         let columns: Vec<_> = (0..size)
             .map(|column| {
-                let differences = differentiate(&mut evaluate, moved, column, first, &noise);
+                let differences =
+                    differentiate(&mut evaluate, moved, column, (first, exact_steps), &noise);
                 (differences, Steps::take(&mut evaluate, moved, column, first, size))
             })
             .collect();

@@ -29,7 +29,7 @@ use super::check::{ROUNDING, largest};
 use super::verdict::{Reason, Verdict};
 use reference::law::Scale;
 use reference::laws::Laws;
-use reference::ridders::{Difference, Estimate, differentiate_rounded, power_of_two};
+use reference::ridders::{Difference, Estimate, differentiate, power_of_two, rounded_steps};
 
 /// Ratio of a difference to its tolerance above which it is a contradiction.
 const CLEAR: f64 = 8.0;
@@ -268,7 +268,7 @@ impl Observed {
         let size = self.matrix.amax();
         for (column, dof) in free.iter().enumerate() {
             let differences =
-                differentiate_rounded(&mut residual, &self.iterate, *dof, first, &noise);
+                differentiate(&mut residual, &self.iterate, *dof, (first, rounded_steps), &noise);
             for (row, difference) in differences.iter().enumerate() {
                 let Difference::Smooth(Estimate { value, uncertainty }) = difference else {
                     return Finding::Unknown;

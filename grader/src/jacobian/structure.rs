@@ -374,8 +374,13 @@ impl<'a> Scenario<'a> {
         let mut seen = false;
         let mut pairs = Vec::new();
         for (column, force) in self.force.iter().enumerate() {
-            let differences =
-                differentiate(&mut evaluate, &self.x, column, self.first_step(), &[noise]);
+            let differences = differentiate(
+                &mut evaluate,
+                &self.x,
+                column,
+                (self.first_step(), exact_steps),
+                &[noise],
+            );
             let Difference::Smooth(Estimate { value, uncertainty }) = differences[0] else {
                 continue;
             };

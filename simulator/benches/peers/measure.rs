@@ -71,7 +71,7 @@ pub(crate) struct Factors {
     pub(crate) segments: usize,
     /// Rows of the matrix.
     pub(crate) rows: usize,
-    /// The least time of ours, or why there is none.
+    /// Ours, with the least of the times, or why it was not measured.
     pub(crate) ours: Result<Factorisation, String>,
     /// The same of CHOLMOD.
     pub(crate) theirs: Result<Factorisation, String>,

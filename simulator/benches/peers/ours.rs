@@ -104,7 +104,8 @@ fn advance(simulation: &mut Simulation, steps: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// The matrix of the first step of linearized implicit Euler on a net, `M − h² ∂F/∂x`.
+/// The matrix of the first step of linearized implicit Euler on a net, negated: `h² ∂F/∂x − M`. The solver may solve with an
+/// old factor in the place of a new one, but only with that of a positive definite matrix.
 pub(crate) struct Factor {
     system: SparseSystem<2>,
     /// Multiplications and additions of a factorisation, as its pattern tells them.
@@ -167,8 +168,7 @@ impl Factor {
     }
 }
 
-/// Adds `h²` times the Jacobians to a system. That is the negative of the method's matrix: the factor of a matrix that is
-/// not positive definite is never used again for the next one.
+/// Adds `h²` times the Jacobians by positions to a system.
 struct Sink {
     system: SparseSystem<2>,
     scale: f64,

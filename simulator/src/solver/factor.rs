@@ -422,27 +422,23 @@ impl<const D: usize, const SYMMETRIC: bool, S: Simd> Elimination<'_, D, SYMMETRI
         let Self { simd, symbolic, values, large: large_from, .. } = self;
         let mut inertia = if SYMMETRIC { Inertia::Definite } else { Inertia::Indefinite };
         for front in &symbolic.fronts[fronts] {
-            let below = if SYMMETRIC { None } else { Some(false) };
             let Workspace { unscaled, large } = &mut *workspace;
             // Scalars and short vectors gain nothing from chunks; left out, they are not compiled.
             let is_large = const { D > 1 && S::F64_LANES >= 4 } && front.height() * D >= large_from;
-            let found = if is_large {
-                let columns = Some(large.columns(front));
-                assemble::<D>(symbolic, front, values, below, columns, &mut part.lower);
-                large.pack_lower::<SYMMETRIC>(front);
-                if !SYMMETRIC {
-                    let columns = Some(large.columns(front));
-                    assemble::<D>(symbolic, front, values, Some(true), columns, &mut part.upper);
-                    large.pack_upper(front);
+            // A symmetric matrix has one triangle.
+            for above in [false, true].into_iter().take(if SYMMETRIC { 1 } else { 2 }) {
+                let transposed = (!SYMMETRIC).then_some(above);
+                let triangle = if above { &mut part.upper } else { &mut part.lower };
+                let columns = is_large.then(|| large.columns(front));
+                assemble::<D>(symbolic, front, values, transposed, columns, triangle);
+                if is_large {
+                    large.pack(front, SYMMETRIC || above);
                 }
-                let (pivots, lower, upper) = part.of_front::<SYMMETRIC>(front);
+            }
+            let (pivots, lower, upper) = part.of_front::<SYMMETRIC>(front);
+            let found = if is_large {
                 large.eliminate::<SYMMETRIC, S>(simd, pivots, lower, upper, threads)
             } else {
-                assemble::<D>(symbolic, front, values, below, None, &mut part.lower);
-                if !SYMMETRIC {
-                    assemble::<D>(symbolic, front, values, Some(true), None, &mut part.upper);
-                }
-                let (pivots, lower, upper) = part.of_front::<SYMMETRIC>(front);
                 eliminate::<D, SYMMETRIC>(front, lower, upper, pivots, unscaled)
             };
             inertia = inertia.max(found);

@@ -62,17 +62,12 @@ impl<const D: usize> FrontWorkspace<D> {
         &mut self.columns[..front.n_pivots * front.height() * D * D]
     }
 
-    /// Takes the columns that were assembled for those of the lower triangle.
+    /// Takes the columns that were assembled for those of `W`: of the upper triangle, or of a symmetric matrix; or for those
+    /// of `X`.
     #[inline(always)]
-    pub(super) fn pack_lower<const SYMMETRIC: bool>(&mut self, front: &Front) {
-        let to = if SYMMETRIC { &mut self.w } else { &mut self.x };
+    pub(super) fn pack(&mut self, front: &Front, of_w: bool) {
+        let to = if of_w { &mut self.w } else { &mut self.x };
         pack(&self.columns, front.height() * D, front.n_pivots * D, to);
-    }
-
-    /// Takes the columns that were assembled for those of the upper triangle.
-    #[inline(always)]
-    pub(super) fn pack_upper(&mut self, front: &Front) {
-        pack(&self.columns, front.height() * D, front.n_pivots * D, &mut self.w);
     }
 
     /// Eliminates the pivots of the front that was packed, with its columns and update matrix of each triangle. Its columns

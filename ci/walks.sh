@@ -171,12 +171,12 @@ fi
 
 walk docs/adding-a-force.md
 run "${tests[@]}" --test it --test facts --test laws --no-run
-must_fail "quadraticdrag" "${tests[@]}" --test it docs::the_formats
+must_fail "quadraticdrag" "${tests[@]}" --test it docs::the_methods
 must_fail "QuadraticDrag/three-pucks" "$CARGO_TARGET_DIR/release/grade" oracle verify
 run_commands
 run "${tests[@]}" --test it docs::the_
 expect "test result: ok"
-grep -q 'quadraticdrag' docs/formats.md || fail "docs/formats.md does not list the force"
+grep -q 'quadraticdrag' docs/methods.md || fail "docs/methods.md does not list the force"
 run "$CARGO_TARGET_DIR/release/simulate" --help
 expect "quadraticdrag"
 grade --only QuadraticDrag
@@ -200,12 +200,12 @@ leave_out 04 "no scene has <quadraticdrag>" "${tests[@]}" --test facts
 
 walk docs/adding-an-integrator.md
 run "${tests[@]}" --test it --test facts --test laws --no-run
-must_fail "position-verlet" "${tests[@]}" --test it docs::the_formats
+must_fail "position-verlet" "${tests[@]}" --test it docs::the_methods
 must_fail "PositionVerlet/three-masses" "$CARGO_TARGET_DIR/release/grade" oracle verify
 run_commands
 run "${tests[@]}" --test it docs::the_
 expect "test result: ok"
-grep -q 'position-verlet' docs/formats.md || fail "docs/formats.md does not list the integrator"
+grep -q 'position-verlet' docs/methods.md || fail "docs/methods.md does not list the integrator"
 grade --only PositionVerlet
 expect "1/1 scenes"
 grade stability --quick

@@ -2,7 +2,7 @@
 //!
 //! Each force and each integrator states its facts here, once, in its registry entry. No fact has a default:
 //! an entry that leaves one out does not compile. The parser, the help text, the grader's checks and the tables of
-//! docs/formats.md all derive from these facts.
+//! docs/methods.md all derive from these facts.
 
 use super::ForceElement;
 
@@ -40,7 +40,7 @@ pub struct ForceSchema {
     pub tag: &'static str,
     /// Its name in prose.
     pub title: &'static str,
-    /// The law in a line of Markdown, as docs/formats.md shows it.
+    /// The law in a line of Markdown, as docs/methods.md shows it.
     pub formula: &'static str,
     /// What it acts on.
     pub acts_on: ActsOn,
@@ -326,7 +326,7 @@ pub struct IntegratorSchema {
     pub aliases: &'static [&'static str],
     /// Its update rule in a line.
     pub summary: &'static str,
-    /// The same in Markdown and in full, as docs/formats.md shows it.
+    /// The same in Markdown and in full, as docs/methods.md shows it.
     pub formula: &'static str,
     /// The equation that a step obeys.
     pub equation: StepEquation,
@@ -486,13 +486,13 @@ pub struct OptionSchema {
     pub meaning: &'static str,
     /// The accepted values, and the default.
     pub kind: OptionKind,
-    /// The same values and meaning in Markdown, as docs/formats.md shows them.
+    /// The same values and meaning in Markdown, as docs/methods.md shows them.
     pub formats: OptionText,
     /// The values under which accuracy is measured; none where it does not depend on the option.
     pub accuracy: &'static [AccuracySetting],
 }
 
-/// An option in docs/formats.md.
+/// An option in docs/methods.md.
 #[derive(Debug, PartialEq)]
 pub struct OptionText {
     /// Its values.

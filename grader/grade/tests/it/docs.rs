@@ -303,18 +303,18 @@ fn attributes(schema: &ForceSchema) -> String {
 }
 
 #[test]
-fn the_formats_list_the_forces_of_the_registry() {
+fn the_methods_list_the_forces_of_the_registry() {
     let row = |kind: &&ForceKind| {
         let ForceSchema { tag, formula, .. } = kind.schema;
         format!("| `{tag}` | {} | {formula} |", attributes(&kind.schema))
     };
     let rows: Vec<String> = force::REGISTRY.iter().map(row).collect();
-    let found = rows_of("docs/formats.md", "| force | attributes | on the particles |");
-    hold("docs/formats.md", &found, &rows, "forces");
+    let found = rows_of("docs/methods.md", "| force | attributes | on the particles |");
+    hold("docs/methods.md", &found, &rows, "forces");
 }
 
 #[test]
-fn the_formats_list_the_integrators_of_the_registry() {
+fn the_methods_list_the_integrators_of_the_registry() {
     let row = |kind: &&IntegratorKind| {
         let IntegratorSchema { name, aliases, formula, .. } = kind.schema;
         let aliases: Vec<String> = aliases.iter().map(|alias| format!("`{alias}`")).collect();
@@ -324,8 +324,8 @@ fn the_formats_list_the_integrators_of_the_registry() {
     };
     let rows: Vec<String> = integrator::REGISTRY.iter().map(row).collect();
     let found =
-        rows_of("docs/formats.md", "| integrator `type` | also spelt | step from `(q, v)` |");
-    hold("docs/formats.md", &found, &rows, "integrators");
+        rows_of("docs/methods.md", "| integrator `type` | also spelt | step from `(q, v)` |");
+    hold("docs/methods.md", &found, &rows, "integrators");
 
     let option = |name: &str, option: &OptionSchema| {
         let default = match option.kind {
@@ -346,5 +346,5 @@ fn the_formats_list_the_integrators_of_the_registry() {
         .flat_map(|kind| kind.schema.options.iter().map(|each| option(kind.schema.name, each)))
         .collect();
     let header = "| integrator | option | values | default | meaning |";
-    hold("docs/formats.md", &rows_of("docs/formats.md", header), &rows, "options");
+    hold("docs/methods.md", &rows_of("docs/methods.md", header), &rows, "options");
 }

@@ -30,7 +30,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "bdf2",
         aliases: &["backward-differentiation-2"],
         summary: "q' = q^ + 2/3 h v', m (v' - v^) = 2/3 h F(q', v'), ^: 4/3 of the state - 1/3 of the one before, by Newton's method to 1e-9",
-        formula: "`q' = q̂ + 2/3 h v'`, `M (v' − v̂) = 2/3 h F(q', v')`, with `q̂ = 4/3 q − 1/3 q₋` and `v̂ = 4/3 v − 1/3 v₋` of this state and the one a step before it, by Newton's method from `v̂` until the update's l2 norm is below 1e-9; the first step is one of implicit Euler",
+        formula: "`q' = q̂ + 2/3 h v'`, `M (v' − v̂) = 2/3 h F(q', v', t + h)`, with `q̂ = 4/3 q − 1/3 q₋` and `v̂ = 4/3 v − 1/3 v₋` of this state and the one a step before it, by Newton's method from `v̂` until the update's l2 norm is below 1e-9; the first step is one of implicit Euler",
         equation: StepEquation::BackwardDifferentiation2,
         family: Family::Implicit,
         matrix: Matrix::Jacobians,

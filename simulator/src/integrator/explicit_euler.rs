@@ -20,7 +20,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "explicit-euler",
         aliases: &[],
         summary: "q' = q + h v, v' = v + h F(q, v)/m",
-        formula: "`q' = q + h v`, `v' = v + h M⁻¹ F(q, v)`",
+        formula: "`q' = q + h v`, `v' = v + h M⁻¹ F(q, v, t)`",
         equation: StepEquation::ExplicitEuler,
         family: Family::Explicit,
         matrix: Matrix::None,

@@ -30,7 +30,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "implicit-euler",
         aliases: &["implicit"],
         summary: "m (v' - v) = h F(q', v'), q' = q + h v', by Newton's method to 1e-9",
-        formula: "`M (v' − v) = h F(q', v')`, `q' = q + h v'`, by Newton's method from `v` until the update's l2 norm is below 1e-9",
+        formula: "`M (v' − v) = h F(q', v', t + h)`, `q' = q + h v'`, by Newton's method from `v` until the update's l2 norm is below 1e-9",
         equation: StepEquation::ImplicitEuler,
         family: Family::Implicit,
         matrix: Matrix::Jacobians,

@@ -30,7 +30,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "implicit-midpoint",
         aliases: &[],
         summary: "m (v' - v) = h F at the middle of both states, q' = q + h (v + v')/2, by Newton's method to 1e-9",
-        formula: "`M (v' − v) = h F((q + q')/2, (v + v')/2)`, `q' = q + h (v + v')/2`, by Newton's method for `(v + v')/2` from `v` until the update's l2 norm is below 1e-9",
+        formula: "`M (v' − v) = h F((q + q')/2, (v + v')/2, t + h/2)`, `q' = q + h (v + v')/2`, by Newton's method for `(v + v')/2` from `v` until the update's l2 norm is below 1e-9",
         equation: StepEquation::ImplicitMidpoint,
         family: Family::Implicit,
         matrix: Matrix::Jacobians,

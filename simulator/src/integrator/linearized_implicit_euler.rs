@@ -20,7 +20,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "linearized-implicit-euler",
         aliases: &["linearized-implicit"],
         summary: "one Newton step of implicit Euler, from v' = v",
-        formula: "`(M − h² ∂F/∂x − h ∂F/∂v) (v' − v) = h F` at `(q + h v, v)`, `q' = q + h v'`",
+        formula: "`(M − h² ∂F/∂x − h ∂F/∂v) (v' − v) = h F` at `(q + h v, v, t + h)`, `q' = q + h v'`",
         equation: StepEquation::LinearizedImplicitEuler,
         family: Family::Implicit,
         matrix: Matrix::Jacobians,

@@ -26,7 +26,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "runge-kutta-4",
         aliases: &["rk4"],
         summary: "the classical Runge-Kutta method: four forces, with weights 1/6, 1/3, 1/3, 1/6",
-        formula: "`a₁ = M⁻¹ F(q, v)`, `a₂ = M⁻¹ F(q + h/2 v, v₂)`, `a₃ = M⁻¹ F(q + h/2 v₂, v₃)`, `a₄ = M⁻¹ F(q + h v₃, v₄)` with `v₂ = v + h/2 a₁`, `v₃ = v + h/2 a₂`, `v₄ = v + h a₃`; `q' = q + h/6 (v + 2 v₂ + 2 v₃ + v₄)`, `v' = v + h/6 (a₁ + 2 a₂ + 2 a₃ + a₄)`",
+        formula: "`a₁ = M⁻¹ F(q, v, t)`, `a₂ = M⁻¹ F(q + h/2 v, v₂, t + h/2)`, `a₃ = M⁻¹ F(q + h/2 v₂, v₃, t + h/2)`, `a₄ = M⁻¹ F(q + h v₃, v₄, t + h)` with `v₂ = v + h/2 a₁`, `v₃ = v + h/2 a₂`, `v₄ = v + h a₃`; `q' = q + h/6 (v + 2 v₂ + 2 v₃ + v₄)`, `v' = v + h/6 (a₁ + 2 a₂ + 2 a₃ + a₄)`",
         equation: StepEquation::RungeKutta4,
         family: Family::Explicit,
         matrix: Matrix::None,

@@ -20,7 +20,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "symplectic-euler",
         aliases: &["symplectic", "forward-backward-euler"],
         summary: "v' = v + h F(q, v)/m, q' = q + h v'",
-        formula: "`v' = v + h M⁻¹ F(q, v)`, `q' = q + h v'`",
+        formula: "`v' = v + h M⁻¹ F(q, v, t)`, `q' = q + h v'`",
         equation: StepEquation::SymplecticEuler,
         family: Family::Symplectic,
         matrix: Matrix::None,

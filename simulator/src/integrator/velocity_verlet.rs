@@ -27,7 +27,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "velocity-verlet",
         aliases: &[],
         summary: "a = F(q, v)/m, q' = q + h v + h²/2 a, v' = v + h/2 (a + F(q', v + h a)/m)",
-        formula: "`a = M⁻¹ F(q, v)`, `q' = q + h v + h²/2 a`, `a' = M⁻¹ F(q', v + h a)`, `v' = v + h/2 (a + a')`",
+        formula: "`a = M⁻¹ F(q, v, t)`, `q' = q + h v + h²/2 a`, `a' = M⁻¹ F(q', v + h a, t + h)`, `v' = v + h/2 (a + a')`",
         equation: StepEquation::VelocityVerlet,
         family: Family::Symplectic,
         matrix: Matrix::None,

@@ -314,6 +314,14 @@ fn the_methods_list_the_forces_of_the_registry() {
 }
 
 #[test]
+fn the_derivatives_are_those_of_the_forces_of_the_registry() {
+    let rows = rows_of("docs/methods.md", "| force | `A` | `B` | energy |");
+    let found: Vec<&str> = rows.iter().filter_map(|row| code_words(row).next()).collect();
+    let tags: Vec<&str> = force::REGISTRY.iter().map(|kind| kind.schema.tag).collect();
+    assert_eq!(found, tags, "docs/methods.md, derivatives and energies");
+}
+
+#[test]
 fn the_methods_list_the_integrators_of_the_registry() {
     let row = |kind: &&IntegratorKind| {
         let IntegratorSchema { name, aliases, formula, .. } = kind.schema;

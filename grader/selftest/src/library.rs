@@ -67,6 +67,7 @@ const CORRECT: &[Correct] = &[
     ("order", "forces summed backwards", CPP, &["ORDER=reversed"]),
     ("solver", "LU without pivots", CPP, &["SOLVER=nopivot"]),
     ("solver", "conjugate gradients of the normal equations to 1e-15", CPP, &["SOLVER=krylov", "TOLERANCE=1e-15"]),
+    ("start", "Newton's method from (q, v), not from (q + h v, v)", CPP, &["START=state"]),
     ("output", "CSV by %.17g", CPP, &["FORMAT=csv"]),
     ("output", "CSV by %.16e", CPP, &["FORMAT=csv", "DIGITS=%.16e"]),
     ("system", "the unreduced 4 n by Gauss and Jordan, -O2", C, &[]),

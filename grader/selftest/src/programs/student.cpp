@@ -2,8 +2,8 @@
 // matrices. Called as FOSSSim is: student -s scene.xml -d 0 -o trace.bin
 //
 // REAL (a macro) is the type it computes with. The rest is set in the environment, or by arguments `-e NAME=VALUE`:
-// SOLVER is lu, nopivot, krylov or gauss-seidel, to a TOLERANCE; ORDER=reversed sums forces backwards; FORMAT=csv
-// writes text, numbers by DIGITS (%.17g); MISTAKE plants one mistake by its name.
+// SOLVER is lu, nopivot, krylov or gauss-seidel, to a TOLERANCE; ORDER=reversed sums forces backwards; START=state begins
+// Newton's method at (q, v); FORMAT=csv writes text, numbers by DIGITS (%.17g); MISTAKE plants one mistake by its name.
 
 #include <algorithm>
 #include <cmath>
@@ -305,12 +305,13 @@ static void explicit_step() {
   for (int i = 0; i < 2 * n; i++) x[i] += h * (uses_old ? old[i] : v[i]);
 }
 
-// One system of Newton's method: (M - h^2 K - h B) d = -M (u - v) + h F. Returns d.
-static Vec newton(const Vec &u, bool linearized) {
+// One system of Newton's method: (M - h^2 K - h B) d = -M (u - v) + h F. Returns d. At the state (q, v), which does not
+// fulfil q = q^n + h u, elimination leaves h^2 K u on the right-hand side.
+static Vec newton(const Vec &u, bool linearized, bool at_state) {
   Vec ahead = x, F;
   for (int i = 0; i < 2 * n; i++) ahead[i] += h * u[i];
   std::vector<Real> K, B, A(4 * n * n);
-  evaluate(is("step: everything at q") || is("step: Jacobians at q") ? x : ahead, u, F, &K, &B);
+  evaluate(at_state || is("step: everything at q") || is("step: Jacobians at q") ? x : ahead, u, F, &K, &B);
   if (is("step: right-hand side at q")) evaluate(x, u, F, nullptr, nullptr);
   if (is("step: Jacobians at q")) evaluate(ahead, u, F, nullptr, nullptr);
   if (is("step: K and B swapped")) std::swap(K, B);
@@ -333,6 +334,8 @@ static Vec newton(const Vec &u, bool linearized) {
     }
   Vec b(size);
   for (int r = 0; r < size; r++) b[r] = hf * F[r];
+  for (int r = 0; at_state && r < size; r++)
+    for (int c = 0; c < size; c++) b[r] += hk * K[r * size + c] * u[c];
   if (!linearized)
     for (int r = 0; r < size; r++) b[r] -= mass[r / 2] * (u[r] - v[r]);
   for (int p = 0; p < n; p++) {
@@ -379,7 +382,8 @@ static void step() {
   if (is("newton: never stops") && !linearized) most = 2000000000;
   Vec u = v;
   for (int iteration = 0; iteration < most; iteration++) {
-    Vec d = newton(u, linearized), before = u;
+    bool at_state = !linearized && iteration == 0 && setting("START") == "state";
+    Vec d = newton(u, linearized, at_state), before = u;
     for (int i = 0; i < 2 * n; i++) u[i] += d[i];
     if (linearized || !is_small(d)) continue;
     if (is("newton: returns the iterate before the last")) u = before;

@@ -197,6 +197,7 @@ leave_out 01 "quadratic_drag" "${tests[@]}" --test facts
 leave_out 02 "quadraticdrag" "${tests[@]}" --test facts
 leave_out 03 "quadraticdrag has no law" "${tests[@]}" --test laws
 leave_out 04 "no scene has <quadraticdrag>" "${tests[@]}" --test facts
+leave_out 05 "quadraticdrag" "${tests[@]}" --test it docs::the_derivatives
 
 walk docs/adding-an-integrator.md
 run "${tests[@]}" --test it --test facts --test laws --no-run

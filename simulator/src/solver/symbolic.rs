@@ -289,11 +289,10 @@ impl SymbolicFactor {
         let mut last = 0;
         for number in fronts {
             let length = self.fronts[number].n_rows().pow(2);
-            if length > 0 {
-                let place = gaps.first(length);
-                self.fronts[number].update = place;
-                last = last.max(place + length);
-            }
+            // That of a root is empty, and has a place in its branch all the same.
+            let place = gaps.first(length);
+            self.fronts[number].update = place;
+            last = last.max(place + length);
             for child in self.children_of(number) {
                 let child = &self.fronts[*child as usize];
                 gaps.give_back(child.update..child.update + child.n_rows().pow(2));

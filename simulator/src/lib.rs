@@ -7,6 +7,7 @@
 //! - [`scene`]: the scene model and its parsers.
 //! - [`force`]: energies, forces and Jacobians, one force per file, and their registry.
 //! - [`parts`]: the particles of a large scene, divided among threads.
+//! - [`sizes`]: sizes at which another code path begins.
 //! - [`system`]: assembly of a scene's masses, forces and fixed particles.
 //! - [`solver`]: linear and nonlinear solvers, without physics.
 //! - [`integrator`]: time integrators, one per file, and their registry.
@@ -36,6 +37,7 @@
 pub mod scene;
 
 pub mod parts;
+pub mod sizes;
 
 pub mod force;
 pub mod system;

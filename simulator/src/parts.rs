@@ -5,10 +5,7 @@
 use std::ops::Range;
 
 use crate::scene::Scene;
-
-/// Force elements of a scene from which on its particles are divided among the threads of rayon's pool: with fewer,
-/// waking a thread takes longer than it saves. A step from outside the pool waits for it to start.
-pub const PARALLEL: usize = 8_000;
+use crate::sizes::PARALLEL;
 
 /// Ranges of particles in ascending order, at least one.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -17,7 +17,8 @@ use simulator::force;
 use simulator::scene::schema::{ActsOn, MAX_PARAMETERS, Matrix};
 use simulator::scene::{Dimension, ForceElement, Location, Scene};
 use simulator::simulation::{Simulation, SimulationError};
-use simulator::solver::linear::{LinearSolver, MAX_SMALL_BLOCKS};
+use simulator::sizes::MAX_SMALL_BLOCKS;
+use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 
 /// Number of runs; the fastest counts.

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use simulator::force::{Block, Coupling, Degenerate, JacobianSink};
 use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
-use simulator::parts::PARALLEL;
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
+use simulator::sizes::PARALLEL;
 use simulator::solver::sparse::SparseSystem;
 use simulator::statistics::{LinearStatistics, Statistics};
 use simulator::system::System;

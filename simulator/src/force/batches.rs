@@ -25,21 +25,7 @@ use pulp::Simd;
 
 use super::pair::{PairLaw, PairLaws, Undefined};
 use super::{State, Vector};
-
-/// Most elements of a batch: what is done once a batch costs about 50 ns, and their forces stay in the nearest cache.
-const BATCH: usize = 512;
-
-/// The longest period of alternating runs that is looked for.
-const MAX_PERIOD: usize = 4;
-
-/// Fewer repeats than this are not worth a run.
-const MIN_REPEATS: usize = 8;
-
-/// The most particles by which a run advances from one repeat to the next.
-const MAX_ADVANCE: u32 = 3;
-
-/// Slots of a run come in multiples of this, so that they fill vectors.
-const LANES: usize = 8;
+use crate::sizes::{BATCH, LANES, MAX_ADVANCE, MAX_PERIOD, MIN_REPEATS};
 
 /// The number of an element that is none: of a hole, or of what fills the last vector of a run.
 pub(super) const HOLE: u32 = u32::MAX;
@@ -487,6 +473,31 @@ mod tests {
         order.retain(|number| *number != HOLE);
         order.sort_unstable();
         assert!(order.iter().copied().eq(0..pairs.len() as u32));
+    }
+
+    #[test]
+    fn runs_begin_and_end_at_their_sizes() {
+        // So many repeats of a pattern, in rows of 20 between which particles are skipped.
+        let batches = |repeats: u32, period: u32, advance: u32| {
+            let first = |repeat: u32| repeat + repeat / 20 * (advance - 1);
+            let pairs = (0..repeats).flat_map(|repeat| {
+                (0..period).map(move |run| [first(repeat) + run * run, first(repeat) + 50])
+            });
+            let pairs: Vec<[u32; 2]> = pairs.collect();
+            let n_particles = first(repeats) as usize + 60;
+            Batches::new(&pairs, 0..n_particles, &mut Vec::new()).batches
+        };
+        let n_runs = |repeats, period, advance| {
+            batches(repeats, period, advance).iter().map(|batch| batch.n_runs).sum::<u32>()
+        };
+        let repeats = MIN_REPEATS as u32;
+        assert_eq!([repeats - 1, repeats, repeats + 1].map(|n| n_runs(n, 1, 1)), [0, 1, 1]);
+        let period = MAX_PERIOD as u32;
+        assert_eq!([period - 1, period, period + 1].map(|n| n_runs(20, n, 1)), [3, 4, 0]);
+        let advances = [MAX_ADVANCE - 1, MAX_ADVANCE, MAX_ADVANCE + 1];
+        assert_eq!(advances.map(|n| n_runs(40, 1, n)), [1, 1, 2]);
+        let size = BATCH as u32;
+        assert_eq!([size - 1, size, size + 1].map(|n| batches(n, 1, 1).len()), [1, 1, 2]);
     }
 
     #[test]

@@ -287,6 +287,7 @@ mod tests {
     use super::super::spring::Springs;
     use super::*;
     use crate::scene::{ParseOptions, xml};
+    use crate::sizes::{BATCH, LANES, MAX_ADVANCE, MAX_PERIOD, MIN_REPEATS};
     use crate::vocabulary;
 
     const PARTICLES: usize = 200;
@@ -320,18 +321,19 @@ mod tests {
     /// A scene of random states, in which such a share of the springs is damped, and of no rest length.
     fn scene(rng: &mut fastrand::Rng, dimensions: usize, damped: f64, unstretched: f64) -> Scene {
         let pairs = pairs(rng);
-        scene_of(rng, dimensions, [damped, unstretched], pairs)
+        scene_of(rng, dimensions, [damped, unstretched], PARTICLES, pairs)
     }
 
     fn scene_of(
         rng: &mut fastrand::Rng,
         dimensions: usize,
         [damped, unstretched]: [f64; 2],
+        n_particles: usize,
         pairs: Vec<[usize; 2]>,
     ) -> Scene {
         let mut text =
             r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="1"/>"#.to_owned();
-        for _ in 0..PARTICLES {
+        for _ in 0..n_particles {
             let mut numbers = std::iter::repeat_with(|| rng.f64() - 0.5);
             let mut number = || numbers.next().unwrap();
             write!(
@@ -371,7 +373,7 @@ mod tests {
 
     fn springs<const D: usize>(scene: &Scene, n_parts: usize) -> PairForce<Springs<D>> {
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-        let parts = Parts::new(PARTICLES, n_parts);
+        let parts = Parts::new(scene.particles.len(), n_parts);
         PairForce::in_parts::<D>(scene, &elements, Springs::<D>::of_element, &parts)
     }
 
@@ -390,37 +392,64 @@ mod tests {
         sums
     }
 
-    fn assert_same_bits<const D: usize>() {
+    /// In so many parts, the forces have the bits of pair by pair.
+    fn assert_same_bits<const D: usize>(scene: &Scene, parts: &[usize], what: &str) {
+        let n_particles = scene.particles.len();
+        let masses = vec![1.0; n_particles];
+        let positions = coordinates::<D>(scene, |particle| particle.position);
+        let velocities = coordinates::<D>(scene, |particle| particle.velocity);
+        let state =
+            State { masses: &masses, positions: &positions, velocities: &velocities, time: 0.0 };
+        let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        let expected = bits(&pair_by_pair::<D>(scene, state));
+        for n_parts in parts {
+            let mut sums = vec![0.0; positions.len()];
+            springs::<D>(scene, *n_parts).add_force(state, 0..n_particles, &mut sums).unwrap();
+            assert!(bits(&sums) == expected, "{what} in {n_parts} parts");
+        }
+    }
+
+    fn assert_same_bits_of_every_pattern<const D: usize>() {
         let mut rng = fastrand::Rng::with_seed(D as u64);
         for (damped, unstretched) in [(0.0, 0.0), (1.0, 0.0), (0.3, 0.0), (0.0, 0.2), (0.5, 0.5)] {
             let scene = scene(&mut rng, D, damped, unstretched);
-            let masses = vec![1.0; PARTICLES];
-            let positions = coordinates::<D>(&scene, |particle| particle.position);
-            let velocities = coordinates::<D>(&scene, |particle| particle.velocity);
-            let state = State {
-                masses: &masses,
-                positions: &positions,
-                velocities: &velocities,
-                time: 0.0,
-            };
-            let expected = pair_by_pair::<D>(&scene, state);
-            for n_parts in [1, 2, 3, 7, PARTICLES] {
-                let mut sums = vec![0.0; positions.len()];
-                springs::<D>(&scene, n_parts).add_force(state, 0..PARTICLES, &mut sums).unwrap();
-                let bits =
-                    |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-                assert!(
-                    bits(&sums) == bits(&expected),
-                    "{damped} {unstretched} in {n_parts} parts"
-                );
-            }
+            let what = format!("{damped} {unstretched}");
+            assert_same_bits::<D>(&scene, &[1, 2, 3, 7, PARTICLES], &what);
         }
     }
 
     #[test]
     fn vectors_and_threads_give_the_bits_of_pair_by_pair() {
-        assert_same_bits::<2>();
-        assert_same_bits::<3>();
+        assert_same_bits_of_every_pattern::<2>();
+        assert_same_bits_of_every_pattern::<3>();
+    }
+
+    #[test]
+    fn runs_of_every_length_have_the_bits_of_pair_by_pair() {
+        let mut rng = fastrand::Rng::with_seed(8);
+        let around = |size: usize| [size - 1, size, size + 1];
+        for period in 1..=MAX_PERIOD + 1 {
+            let mut lengths = [MIN_REPEATS, 2 * LANES, BATCH / period].map(around).to_vec();
+            lengths.push(around(2 * (BATCH / period)));
+            for repeats in lengths.into_iter().flatten() {
+                // Rows of 20 repeats, between which particles are skipped.
+                for advance in 1..=MAX_ADVANCE as usize + 1 {
+                    if advance > 1 && repeats < 20 {
+                        continue;
+                    }
+                    let first = |repeat: usize| repeat + repeat / 20 * (advance - 1);
+                    let pairs = (0..repeats).flat_map(|repeat| {
+                        let of_run =
+                            move |run: usize| [first(repeat) + run, first(repeat) + 9 - run];
+                        (0..period).map(of_run)
+                    });
+                    let pairs: Vec<[usize; 2]> = pairs.collect();
+                    let scene = scene_of(&mut rng, 2, [0.3, 0.1], first(repeats) + 10, pairs);
+                    let what = format!("{repeats} repeats of {period}, advance {advance}");
+                    assert_same_bits::<2>(&scene, &[1, 3], &what);
+                }
+            }
+        }
     }
 
     #[test]
@@ -428,7 +457,7 @@ mod tests {
         let mut rng = fastrand::Rng::with_seed(7);
         let row =
             (0..PARTICLES - 1).filter(|first| first % 20 != 7).map(|first| [first, first + 1]);
-        let mut scene = scene_of(&mut rng, 2, [0.3, 0.0], row.collect());
+        let mut scene = scene_of(&mut rng, 2, [0.3, 0.0], PARTICLES, row.collect());
         for first in (7..PARTICLES - 1).step_by(20) {
             scene.particles[first + 1].position = scene.particles[first].position;
         }

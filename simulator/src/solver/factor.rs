@@ -27,16 +27,8 @@ use pulp::Simd;
 
 use super::front::{FrontWorkspace, first_row};
 use super::symbolic::{Branch, Front, SymbolicFactor};
+use crate::sizes::{LARGE, PANEL, TILE_ROWS};
 use crate::statistics::FactorWork;
-
-/// Blocks that are eliminated before what is to their right is updated.
-pub(super) const PANEL: usize = 8;
-
-/// Rows of a tile.
-const TILE_ROWS: usize = 8;
-
-/// Rows of a front from which on [`front`](super::front) is faster with several threads. With one it gains nothing.
-const LARGE: usize = 128;
 
 /// A pivot in a block is left in its place where it is this part of what is below it: growth is bounded,
 /// as by partial pivoting.
@@ -105,7 +97,11 @@ impl<const D: usize> BlockFactor<D> {
     }
 
     /// The same with fronts that count as large from so many rows on.
-    fn with_large_fronts(symbolic: &SymbolicFactor, symmetric: bool, large: usize) -> Option<Self> {
+    pub(super) fn with_large_fronts(
+        symbolic: &SymbolicFactor,
+        symmetric: bool,
+        large: usize,
+    ) -> Option<Self> {
         let height = symbolic.max_height * D;
         let workspaces = Workspace::of_branches(symbolic, &symbolic.branches, large);
         let zero = PivotBlock { lu: [[0.0; D]; D], rows: [0; D], columns: [0; D] };

@@ -13,17 +13,9 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use super::factor::{Inertia, PANEL, PivotBlock, zeros};
+use super::factor::{Inertia, PivotBlock, zeros};
 use super::symbolic::Front;
-
-/// Rows that are stored together: as many as the longest vectors hold numbers.
-pub(super) const CHUNK: usize = 8;
-
-/// Chunks of rows that a panel is eliminated from at a time.
-const BLOCK: usize = 3;
-
-/// Products of numbers that are worth a thread of their own.
-const GRAIN: usize = 1 << 19;
+use crate::sizes::{BLOCK, CHUNK, GRAIN, PANEL};
 
 /// Consecutive rows of a column.
 type Chunk = [f64; CHUNK];
@@ -618,4 +610,104 @@ fn tile<S: Simd, const N: usize, const G: usize>(
         }
     }
     sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A front of blocks of three rows, eliminated with or without threads.
+    #[derive(Clone, Copy)]
+    struct Elimination<const SYMMETRIC: bool> {
+        n_pivots: usize,
+        n_rows: usize,
+        threads: bool,
+    }
+
+    impl<const SYMMETRIC: bool> pulp::WithSimd for Elimination<SYMMETRIC> {
+        /// The bits below the diagonal blocks of columns and update matrices; none where vectors are short.
+        type Output = Vec<u64>;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Vec<u64> {
+            if S::F64_LANES < 4 {
+                return Vec::new();
+            }
+            let Self { n_pivots, n_rows, threads } = self;
+            let front = Front {
+                first: 0,
+                n_pivots,
+                rows: [0, n_rows],
+                panel: 0,
+                update: 0,
+                children: [0; 2],
+                entries: [0; 2],
+            };
+            let (height, n_columns, n_below) = (front.height() * 3, n_pivots * 3, n_rows * 3);
+            let mut workspace =
+                FrontWorkspace::<3>::new(FrontWorkspace::<3>::size_for(&front)).unwrap();
+            let mut random = fastrand::Rng::with_seed(3);
+            let mut triangle = |of_w: bool| {
+                let columns = workspace.columns(&front);
+                columns.iter_mut().for_each(|entry| *entry = random.f64() - 0.5);
+                (0..n_columns).for_each(|column| columns[column * height + column] += 400.0);
+                workspace.pack(&front, of_w);
+                let update: Vec<f64> = (0..n_below * n_below).map(|_| random.f64()).collect();
+                (vec![0.0; n_columns * height], update)
+            };
+            let (mut lower, mut update) = triangle(SYMMETRIC);
+            let (mut upper, mut upper_update) =
+                if SYMMETRIC { Default::default() } else { triangle(true) };
+            let zero = PivotBlock { lu: [[0.0; 3]; 3], rows: [0; 3], columns: [0; 3] };
+            let mut pivots = vec![zero; n_pivots];
+            let inertia = workspace.eliminate::<SYMMETRIC, S>(
+                simd,
+                &mut pivots,
+                [&mut lower, &mut update],
+                [&mut upper, &mut upper_update],
+                threads,
+            );
+            assert_ne!(inertia, Inertia::Singular);
+            let mut bits = Vec::new();
+            for (matrix, height) in
+                [(lower, height), (upper, height), (update, n_below), (upper_update, n_below)]
+            {
+                for (column, entries) in matrix.chunks_exact(height).enumerate() {
+                    let below = &entries[column / 3 * 3 + 3..];
+                    bits.extend(below.iter().map(|entry| entry.to_bits()));
+                }
+            }
+            bits
+        }
+    }
+
+    #[test]
+    fn a_front_shared_by_threads_has_the_same_bits() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        let (few, many) = (16, 80);
+        // The update matrix of the first is shared from some number of rows on, and the last panel of the second.
+        let product = |n_rows: &usize| {
+            let rows = 3 * n_rows;
+            rows * (rows - rows / 2) * 3 * few > 2 * GRAIN
+        };
+        let panel = |n_rows: &usize| {
+            let rows = (3 * n_rows).next_multiple_of(CHUNK);
+            rows * 3 * PANEL * 3 * many > 2 * GRAIN
+        };
+        let first_product = (1..).find(product).unwrap();
+        let first_panel = (1..).find(panel).unwrap();
+        for (n_pivots, first) in [(few, first_product), (many, first_panel)] {
+            for n_rows in [first - 1, first, first + 1] {
+                let eliminate = |threads| {
+                    pool.install(|| {
+                        let arch = pulp::Arch::new();
+                        let symmetric = Elimination::<true> { n_pivots, n_rows, threads };
+                        let other = Elimination::<false> { n_pivots, n_rows, threads };
+                        (arch.dispatch(symmetric), arch.dispatch(other))
+                    })
+                };
+                assert!(eliminate(true) == eliminate(false), "{n_pivots} pivots, {n_rows} rows");
+            }
+        }
+    }
 }

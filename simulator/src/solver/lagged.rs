@@ -17,9 +17,7 @@
 //! - after a failure it pauses, twice as long after each further one.
 
 use super::checked::{Checked, Product};
-
-/// Below this many iterations in the time of a factorisation, there is nothing to gain.
-const WORTHWHILE: u64 = 4;
+use crate::sizes::WORTHWHILE;
 
 /// Longest pause, in solutions.
 const LONGEST_PAUSE: u64 = 64;
@@ -59,6 +57,12 @@ impl LaggedPreconditioner {
             pause: 0,
             next_pause: 1,
         }
+    }
+
+    /// Cost of a factorisation, in iterations.
+    #[cfg(test)]
+    pub(super) fn budget(&self) -> u64 {
+        self.budget
     }
 
     /// Whether to try the old factor for the next solution.

@@ -11,13 +11,8 @@ use nalgebra::{DMatrix, SMatrix};
 use super::LinearError;
 use super::dense::{DenseMethod, DenseSystem};
 use super::sparse::SparseSystem;
+use crate::sizes::{MAX_DENSE_BLOCKS, MAX_SMALL_BLOCKS};
 use crate::statistics::LinearStatistics;
-
-/// The most blocks that are solved by complete pivoting from the start.
-pub const MAX_SMALL_BLOCKS: usize = 3;
-
-/// The most blocks of an unsymmetric component that is dense.
-pub const MAX_DENSE_BLOCKS: usize = 16;
 
 /// Two blocks that the matrix couples; a block with itself if its own `D × D` entries are coupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -586,6 +581,45 @@ mod tests {
             // The blocks of a pair cancel: every row of a column of blocks sums to the diagonal's addition.
             let column_sum = (0..14).step_by(2).map(|row| shown[0][(row, 2)]).sum::<f64>();
             assert!((column_sum - 4.0).abs() < 1e-14, "{column_sum}");
+        }
+    }
+
+    #[test]
+    fn dense_gives_way_to_sparse_by_size() {
+        let sides = |size| [size - 1, size, size + 1];
+        for n_blocks in [MAX_SMALL_BLOCKS, MAX_DENSE_BLOCKS].into_iter().flat_map(sides) {
+            for symmetric in [true, false] {
+                let mut links: Vec<Link> =
+                    (1..n_blocks).map(|block| link(block / 3, block)).collect();
+                links.iter_mut().for_each(|link| link.symmetric = symmetric);
+                let solve = |choice| {
+                    let mut matrix = BlockMatrix::<3>::new(n_blocks, &links, choice);
+                    let mut random = fastrand::Rng::with_seed(6);
+                    for Link { blocks: [a, b], .. } in &links {
+                        let block = SMatrix::<f64, 3, 3>::from_fn(|_, _| random.f64() - 0.5);
+                        matrix.add(*b, *a, &block.transpose());
+                        matrix.add(*a, *b, &(block * if symmetric { 1.0 } else { -2.0 }));
+                    }
+                    (0..n_blocks).for_each(|block| matrix.add_diagonal(block, 6.0));
+                    let mut values: Vec<f64> = (0..3 * n_blocks).map(|row| row as f64).collect();
+                    matrix.solve(&mut values, &mut LinearStatistics::default()).unwrap();
+                    (matrix.describe(), values)
+                };
+                let (words, found) = solve(LinearSolver::Auto);
+                let expected = match (n_blocks, symmetric) {
+                    (..=MAX_SMALL_BLOCKS, _) => "dense complete-pivoting LU",
+                    (..=MAX_DENSE_BLOCKS, false) => "dense LU",
+                    (_, true) => "sparse LDLᵀ",
+                    (_, false) => "sparse LU",
+                };
+                let size = 3 * n_blocks;
+                assert_eq!(words, format!("{expected} {size} × {size}"));
+                for choice in [LinearSolver::Dense, LinearSolver::Sparse] {
+                    let pairs = solve(choice).1.into_iter().zip(&found);
+                    let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                    assert!(worst < 1e-13 * size as f64, "{words}: {worst:e}");
+                }
+            }
         }
     }
 

@@ -12,11 +12,15 @@ mod blocks;
 pub(crate) mod checked;
 pub mod dense;
 pub(crate) mod factor;
+#[cfg(test)]
+pub(crate) mod forest;
 mod front;
 mod lagged;
 pub mod line_search;
 pub mod linear;
 pub mod newton;
+#[cfg(test)]
+mod properties;
 pub mod psd;
 pub mod sparse;
 pub(crate) mod symbolic;

@@ -26,13 +26,11 @@ use super::dense::{DenseMethod, DenseSystem};
 use super::factor::{BlockFactor, Inertia};
 use super::lagged::LaggedPreconditioner;
 use super::symbolic::SymbolicFactor;
+use crate::sizes::MAX_DENSE_ROWS;
 use crate::statistics::LinearStatistics;
 
 /// Refinements that may bring a solution to rounding; each is far cheaper than another method.
 const MAX_REFINEMENTS: u32 = 4;
-
-/// The most rows of a matrix that is solved as a dense one where its sparse factor is not accurate enough.
-pub const MAX_DENSE_ROWS: usize = 2000;
 
 /// A matrix with the workspace for solving.
 pub struct SparseSystem<const D: usize> {
@@ -262,6 +260,7 @@ const RATE: u64 = 4;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sizes::WORTHWHILE;
 
     /// The couplings of a square net of `side` blocks a side, with one diagonal.
     fn net(side: usize) -> Vec<[usize; 2]> {
@@ -506,6 +505,50 @@ mod tests {
         assert_eq!(statistics.reused + statistics.factorisations, 8, "{statistics:?}");
         assert!(statistics.reused >= 4, "{statistics:?}");
         assert!(statistics.worst_residual < 1e-14, "{statistics:?}");
+    }
+
+    #[test]
+    fn the_old_factor_is_tried_from_a_cost_on() {
+        let budget = |side| {
+            let system = SparseSystem::<2>::new(side * side, &net(side), true);
+            Direct::new(&system.matrix).unwrap().lagged.budget()
+        };
+        let first = (40..100).find(|side| budget(*side) >= WORTHWHILE).unwrap();
+        for (side, is_tried) in [(first - 1, false), (first, true), (first + 1, true)] {
+            let new = || SparseSystem::<2>::new(side * side, &net(side), true);
+            let (mut system, mut statistics) = (new(), LinearStatistics::default());
+            for step in 0..8 {
+                let change = 1e-9 * f64::from(step);
+                fill(&mut system, side, 0.1, change);
+                system.solve(&mut statistics).unwrap();
+                let mut fresh = new();
+                fill(&mut fresh, side, 0.1, change);
+                fresh.solve(&mut LinearStatistics::default()).unwrap();
+                let difference = difference(system.solution(), fresh.solution());
+                assert!(difference < 1e-11, "side {side}, step {step}: {difference:e}");
+            }
+            assert_eq!(statistics.reused > 0, is_tried, "side {side}: {statistics:?}");
+        }
+    }
+
+    #[test]
+    fn what_no_sparse_factor_solves_is_dense_up_to_a_size() {
+        // A chain without diagonal blocks has no first pivot. Of an even number of blocks, it is regular.
+        let solve = |n_blocks: usize| {
+            let couplings: Vec<[usize; 2]> = (1..n_blocks).map(|i| [i - 1, i]).collect();
+            let mut system = SparseSystem::<2>::new(n_blocks, &couplings, true);
+            for [a, b] in couplings {
+                let turn = SMatrix::<f64, 2, 2>::new(0.0, 1.0 + a as f64 % 3.0, -2.0, 0.5);
+                system.add(a, b, &turn);
+                system.add(b, a, &turn.transpose());
+            }
+            system.right_mut().fill(1.0);
+            system.solve(&mut LinearStatistics::default())
+        };
+        let at = MAX_DENSE_ROWS / 2;
+        assert_eq!(solve(at), Ok(()));
+        let size = MAX_DENSE_ROWS + 4;
+        assert_eq!(solve(at + 2), Err(LinearError::SingularToPrecision { size }));
     }
 
     #[test]

@@ -11,17 +11,7 @@ use std::iter;
 use std::mem;
 use std::ops::Range;
 
-/// A pattern with this many blocks or fewer has one front, in the order of the file.
-const MAX_SINGLE_FRONT: usize = 4;
-
-/// With fewer products of blocks than this, the tree is one branch.
-const MIN_PRODUCTS: u64 = 1_000_000;
-
-/// A branch that is not divided has at most this part of the cost of the tree.
-const BRANCHES: u64 = 16;
-
-/// Branches within branches; a tree that is deeper is almost a chain, and threads gain nothing.
-const DEEPEST: usize = 128;
+use crate::sizes::{BRANCHES, DEEPEST, MAX_UNORDERED_BLOCKS, MIN_PRODUCTS};
 
 /// The symbolic factor of a sparsity pattern.
 pub(crate) struct SymbolicFactor {
@@ -124,6 +114,11 @@ impl SymbolicFactor {
     /// `starts[column]..starts[column + 1]`: of a symmetric matrix those on and below its diagonal, else all, in a
     /// symmetric pattern.
     pub(crate) fn new(starts: &[usize], rows: &[u32]) -> Self {
+        Self::with_levels(starts, rows, DEEPEST)
+    }
+
+    /// The same with so many levels of branches within branches at most.
+    pub(super) fn with_levels(starts: &[usize], rows: &[u32], levels: usize) -> Self {
         let n_blocks = starts.len() - 1;
         let neighbours = neighbours(starts, rows);
         let order = minimum_degree(&neighbours);
@@ -182,7 +177,7 @@ impl SymbolicFactor {
             symbolic.fronts.push(front);
         }
         symbolic.place_rows_in_parents(&numbered, &nodes, &front_of_node);
-        symbolic.take_branches();
+        symbolic.take_branches(levels);
         symbolic.place_updates();
         symbolic.place_entries(starts, rows, &place);
         symbolic
@@ -200,7 +195,7 @@ impl SymbolicFactor {
     }
 
     /// Divides the tree into branches, down to those that cost a small part of the whole.
-    fn take_branches(&mut self) {
+    fn take_branches(&mut self, levels: usize) {
         // The first front and the cost of each subtree, which ends with its root.
         let mut subtrees: Vec<(usize, u64)> = Vec::with_capacity(self.fronts.len());
         let mut roots = Vec::new();
@@ -214,7 +209,7 @@ impl SymbolicFactor {
         }
         let whole = roots.iter().map(|root| subtrees[*root as usize].1).sum::<u64>();
         let limit = whole / BRANCHES;
-        let branch = |root: &u32| self.branch(*root as usize, &subtrees, limit, DEEPEST);
+        let branch = |root: &u32| self.branch(*root as usize, &subtrees, limit, levels);
         self.branches = match self.n_products < MIN_PRODUCTS {
             true => vec![Branch::leaf(0..self.fronts.len())],
             false => roots.iter().map(branch).collect(),
@@ -417,7 +412,7 @@ fn neighbours(starts: &[usize], rows: &[u32]) -> Vec<Vec<u32>> {
 /// The blocks in order of approximate minimum degree.
 fn minimum_degree(neighbours: &[Vec<u32>]) -> Vec<u32> {
     let n_blocks = neighbours.len();
-    if n_blocks <= MAX_SINGLE_FRONT {
+    if n_blocks <= MAX_UNORDERED_BLOCKS {
         return (0..n_blocks as u32).collect();
     }
     let (mut starts, mut rows) = (vec![0], Vec::new());

@@ -3,10 +3,10 @@
 use simulator::force;
 use simulator::generate::{Generator, Net, Timeline};
 use simulator::integrator::REGISTRY;
-use simulator::parts::PARALLEL;
 use simulator::scene::schema::IntegratorOptions;
 use simulator::scene::{ForceElement, ParseOptions, Scene, xml};
 use simulator::simulation::Simulation;
+use simulator::sizes::PARALLEL;
 use simulator::vocabulary;
 
 /// A pinned net large enough for several threads, with an element of every kind of force, and with particles that are
@@ -44,7 +44,7 @@ fn scene() -> Scene {
 }
 
 /// The states of all steps, and the error that ends them.
-fn run(scene: &Scene, n_threads: usize) -> (Vec<u64>, Option<String>) {
+pub(crate) fn run(scene: &Scene, n_threads: usize) -> (Vec<u64>, Option<String>) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
     pool.install(|| {
         let mut simulation = Simulation::new(scene);

@@ -24,10 +24,6 @@ pub(super) enum Storage {
     Sparse,
 }
 
-/// Rows up to which `auto` takes a dense factor: it is one panel, and there is nothing to analyse. From nine rows
-/// on a sparse one is as quick or quicker, on chains and square nets alike.
-pub(super) const MAX_DENSE_ROWS: usize = 8;
-
 /// `Q`, its rows still in the order of the scene.
 pub(super) struct GlobalMatrix {
     /// Its diagonal.
@@ -273,4 +269,63 @@ fn sparse(
         panels.push(front.first, front.n_pivots, below, entry);
     }
     Ok((panels, symbolic.order.iter().map(|row| *row as usize).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::forest::Forest;
+
+    /// The order of elimination, and the bits of the solutions for `P` right-hand sides at once.
+    fn solve<const P: usize>(matrix: &GlobalMatrix, n_threads: usize) -> (Vec<usize>, Vec<u64>) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+        pool.install(|| {
+            let statistics = &mut LinearStatistics::default();
+            let solver = GlobalSolver::<P>::new(matrix, Storage::Sparse, statistics);
+            let (mut solver, order) = solver.unwrap();
+            let right: Vec<[f64; P]> = (0..order.len())
+                .map(|row| std::array::from_fn(|axis| ((row * 5 + axis) % 17) as f64 - 7.5))
+                .collect();
+            let mut x = right.clone();
+            solver.solve(&mut x);
+            solver.check(&mut x, &right, statistics).unwrap();
+            assert!(statistics.worst_residual < 1e-14, "{statistics:?}");
+            (order, x.as_flattened().iter().map(|value| value.to_bits()).collect())
+        })
+    }
+
+    /// Springs on the pairs of a forest; pinned particles have a weight.
+    fn check(forest: &Forest) {
+        let mut random = fastrand::Rng::with_seed(forest.pairs.len() as u64);
+        let pins = forest.pinned.iter().map(|pinned| if *pinned { 1e10 } else { 0.0 });
+        let mut matrix =
+            GlobalMatrix { diagonal: pins.map(|pin| 0.5 + pin).collect(), links: Vec::new() };
+        for &pair in &forest.pairs {
+            let stiffness = 1e3 * random.f64();
+            pair.iter().for_each(|row| matrix.diagonal[*row] += stiffness);
+            matrix.links.push((pair, stiffness));
+        }
+        let (in_plane, in_space) = (solve::<2>(&matrix, 1), solve::<4>(&matrix, 1));
+        for n_threads in [2, 3, 5] {
+            let what = format!("{}, {n_threads} threads", forest.name);
+            assert!(solve::<2>(&matrix, n_threads) == in_plane, "{what}");
+            assert!(solve::<4>(&matrix, n_threads) == in_space, "{what}");
+        }
+    }
+
+    #[test]
+    fn several_right_hand_sides_of_a_forest_have_the_same_bits_by_any_number_of_threads() {
+        check(&Forest::nets(2, 40));
+        for seed in 0..16 {
+            check(&Forest::new(seed, 8_000));
+        }
+    }
+
+    #[test]
+    #[ignore = "it takes minutes"]
+    fn several_right_hand_sides_of_two_thousand_forests_have_the_same_bits() {
+        for seed in 1_000..3_000 {
+            check(&Forest::new(seed, 1_500 << (seed % 5)));
+        }
+    }
 }

@@ -10,8 +10,7 @@
 //! with one square root and one division each; ends are slots of the elimination order, and springs sorted by
 //! them. Cost: one pass over the springs.
 
-/// Springs that are projected together.
-const GROUP: usize = 8;
+use crate::sizes::GROUP;
 
 /// A spring, as the scene has it.
 #[derive(Debug, Clone, Copy)]

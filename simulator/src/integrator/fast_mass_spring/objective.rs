@@ -13,10 +13,11 @@
 //! positions would lose. Everything is in slots: unknowns in the order of elimination, then the fixed
 //! particles that are not unknowns, then one unused slot.
 
-use super::global::{GlobalMatrix, GlobalSolver, MAX_DENSE_ROWS, Storage, add};
+use super::global::{GlobalMatrix, GlobalSolver, Storage, add};
 use super::local::{ElasticSpring, SpringGroups};
 use crate::force::Degenerate;
 use crate::integrator::StepError;
+use crate::sizes::MAX_DENSE_GLOBAL_ROWS;
 use crate::solver::LinearError;
 use crate::statistics::{FactorWork, Statistics};
 
@@ -106,7 +107,7 @@ impl<const P: usize> StepObjective<P> {
             }
         }
         let by_size =
-            if unknowns.len() <= MAX_DENSE_ROWS { Storage::Dense } else { Storage::Sparse };
+            if unknowns.len() <= MAX_DENSE_GLOBAL_ROWS { Storage::Dense } else { Storage::Sparse };
         let storage = terms.storage.unwrap_or(by_size);
         let (global, order) = GlobalSolver::new(&matrix, storage, &mut statistics.linear)?;
         statistics.assemblies += 1;

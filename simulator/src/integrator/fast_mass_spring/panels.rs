@@ -11,8 +11,7 @@
 //! for all coordinates of a particle, which stand side by side. Cost: two multiplications and additions an
 //! entry and coordinate.
 
-/// The most columns of a panel: their sums stay in registers.
-const WIDEST: usize = 8;
+use crate::sizes::WIDEST;
 
 /// The factor of an `n × n` matrix.
 #[derive(Default)]

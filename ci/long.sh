@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The tests that take long: each attack in each setting, all programs that the black-box probe judges, and scenes of
-# others, where they are at hand.
+# The tests that take long: each attack in each setting, all programs that the black-box probe judges, two thousand
+# random forests, and scenes of others, where they are at hand.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

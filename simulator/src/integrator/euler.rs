@@ -43,7 +43,7 @@ impl<const D: usize, const SYMPLECTIC: bool> pulp::WithSimd for Advance<'_, D, S
             self;
         let within = |range: &Range<usize>| {
             let (from, to) = (range.start.max(start), range.end.min(end));
-            (from < to).then_some((from * D..to * D, (from - start) * D..(to - start) * D))
+            (from < to).then(|| (from * D..to * D, (from - start) * D..(to - start) * D))
         };
         // Of `a − a`: zero unless an `a` is infinite or NaN.
         let mut sum = simd.splat_f64s(0.0);

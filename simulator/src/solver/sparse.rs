@@ -525,9 +525,9 @@ mod tests {
                 fill(&mut fresh, side, 0.1, change);
                 fresh.solve(&mut LinearStatistics::default()).unwrap();
                 let difference = difference(system.solution(), fresh.solution());
-                assert!(difference < 1e-11, "side {side}, step {step}: {difference:e}");
+                assert!(difference < 1e-10, "side {side}, step {step}: {difference:e}");
             }
-            assert_eq!(statistics.reused > 0, is_tried, "side {side}: {statistics:?}");
+            assert_eq!(statistics.iterations > 0, is_tried, "side {side}: {statistics:?}");
         }
     }
 

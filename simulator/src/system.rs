@@ -162,6 +162,11 @@ impl<const D: usize> System<D> {
         self.forces.iter().try_for_each(|each| each.add_jacobians(state, sink))
     }
 
+    /// Whether the Jacobians are the same numbers at every state and time.
+    pub fn has_constant_jacobians(&self) -> bool {
+        self.forces.iter().all(|each| each.has_constant_jacobians())
+    }
+
     /// Says which particles the Jacobians couple, fixed ones included.
     pub fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
         self.forces.iter().for_each(|each| each.couplings(visit));

@@ -88,6 +88,10 @@ impl<const D: usize> Force<D> for Drag {
         Ok(())
     }
 
+    fn has_constant_jacobians(&self) -> bool {
+        true
+    }
+
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
         (0..self.n_particles).map(Coupling::Diagonal).for_each(visit);
     }

@@ -112,6 +112,11 @@ pub trait Force<const D: usize>: Send + Sync {
         Ok(())
     }
 
+    /// Whether [`add_jacobians`](Self::add_jacobians) hands over the same numbers at every state and time, bit for bit.
+    fn has_constant_jacobians(&self) -> bool {
+        false
+    }
+
     /// Says, element by element, which particles the Jacobians couple; nothing for an element whose
     /// Jacobians are zero.
     fn couplings(&self, _visit: &mut dyn FnMut(Coupling)) {}

@@ -35,6 +35,11 @@ pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
 
     /// Whether both Jacobians are symmetric at every state.
     fn symmetric(&self) -> bool;
+
+    /// Whether both Jacobians are the same numbers at every state.
+    fn has_constant_jacobians(&self) -> bool {
+        false
+    }
 }
 
 /// The laws of many elements, by slot.
@@ -222,6 +227,11 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
             sink.add_pair([active.i as usize, active.j as usize], &a, &b);
         }
         Ok(())
+    }
+
+    fn has_constant_jacobians(&self) -> bool {
+        let mut laws = self.active.iter().map(|element| self.laws.law(element.slot as usize));
+        laws.all(|law| law.has_constant_jacobians())
     }
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {

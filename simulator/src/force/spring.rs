@@ -136,6 +136,10 @@ impl<const D: usize> PairLaw<D> for Spring {
     fn symmetric(&self) -> bool {
         self.damping == 0.0
     }
+
+    fn has_constant_jacobians(&self) -> bool {
+        self.linear()
+    }
 }
 
 /// The springs of a scene, by slot. Their parameters are laid out as vectors are, and meet the same shuffles.

@@ -90,4 +90,8 @@ impl<const D: usize> Force<D> for Uniform<D> {
         }
         Ok(())
     }
+
+    fn has_constant_jacobians(&self) -> bool {
+        true
+    }
 }

@@ -79,12 +79,11 @@ impl Probing {
     }
 
     /// The required forces that were not measured: in no dimension does the simulator offer all their parts, with
-    /// Jacobians if they have any.
+    /// Jacobians if implicit steps measure any.
     pub fn missing(&self) -> Vec<&str> {
         let vocabulary = simulator::vocabulary();
         let is_measured = |tag: &str| {
-            let schema = vocabulary.force(tag);
-            let has_jacobian = schema.is_some_and(|schema| schema.depends_on().has_jacobian());
+            let has_jacobian = vocabulary.force(tag).is_some_and(scenes::measures_jacobians);
             let is_offered = |part: &PartReport| {
                 let blocks = part.blocks.iter().filter(|_| has_jacobian);
                 let mut findings = blocks.chain([&part.force_finding]);

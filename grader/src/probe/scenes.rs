@@ -123,6 +123,11 @@ impl Steps {
     }
 }
 
+/// Whether implicit steps measure Jacobians of this force.
+pub(super) fn measures_jacobians(schema: &ForceSchema) -> bool {
+    schema.depends_on().has_jacobian() && Steps::of(schema) != Steps::None
+}
+
 /// Every part, a force's parts one after the other in the order of the simulator's registry.
 pub(super) fn parts() -> &'static [Part] {
     static PARTS: LazyLock<Vec<Part>> = LazyLock::new(every_part);

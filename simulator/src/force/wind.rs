@@ -1,22 +1,25 @@
-//! Wind: a force on every particle that changes with time and with where the particle started.
+//! Wind: a force on every particle that changes with time and with where the particle is.
 //!
 //! ```text
-//! F_i = s (3 + 3/2 (1 + cos 5φ), 1 + cos(0.3 + φ), sin φ)       φ = x_i(0)/d + t
-//! U = −Σ F_i·x_i       ∂F/∂x = ∂F/∂v = 0
+//! F_i = s (3 + 3/2 (1 + cos 5φ), 1 + cos(0.3 + φ), sin φ)       φ = x_i/d + t
+//! ∂F_i/∂x_i = s/d (−15/2 sin 5φ, −sin(0.3 + φ), cos φ) e_xᵀ     ∂F/∂v = 0
 //! ```
 //!
-//! with `s` the strength, `x_i(0)` the particle's x in the scene's initial state, `d` the diagonal of the
-//! box around all particles of that state, and `t` the time in seconds; where `d` is 0, `φ = t`. In two
-//! dimensions the third component is left out. The force does not depend on the state, and so `U` is a
-//! potential, but that of the moment: energy is not conserved. Cost: three sines a particle. Source:
-//! *Computer Graphics – Mass-Spring Systems*, the assignment's program. Several elements add up.
+//! with `s` the strength, `x_i` the particle's x in the state that the force is evaluated at, `d` the diagonal of the
+//! box around all particles of the scene's initial state, and `t` the time in seconds; where `d` is 0, `φ = t`. In two
+//! dimensions the third component is left out. Only the first column of the Jacobian is not zero, so it is not
+//! symmetric, and the force has no energy. Cost: three sines a particle.
+//!
+//! Source: *Computer Graphics – Mass-Spring Systems*, the assignment's program. It evaluates external forces once a
+//! step, at its start, and so does `fast-mass-spring`; other methods evaluate wind where they evaluate all forces.
+//! Several elements add up.
 
 use std::ops::Range;
 
 use libm::{cos, sin};
 
-use super::{Degenerate, Force, ForceKind, Numbered, State};
-use super::{Vector, add_to, vector_of};
+use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
+use super::{Vector, add_to};
 use crate::scene::Scene;
 use crate::scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
@@ -37,8 +40,8 @@ pub(super) static KIND: ForceKind = ForceKind {
             scaled_by: &["strength"],
             shaped_by: &[],
             stands_alone: true,
-            depends_on: Dependence::TIME,
-            derives_from: Potential::Energy,
+            depends_on: Dependence::POSITION.or(Dependence::TIME),
+            derives_from: Potential::Neither,
         }],
         masses: Masses::None,
         central: false,
@@ -54,41 +57,35 @@ fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Fo
         along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
     };
     let diagonal = (0..D).map(|axis| extent(axis) * extent(axis)).sum::<f64>().sqrt();
-    let phase = |x: f64| if diagonal == 0.0 { 0.0 } else { x / diagonal };
     Box::new(Wind {
         strength: elements.iter().map(|(_, element)| element.parameter("strength")).sum(),
-        phases: scene.particles.iter().map(|particle| phase(particle.position[0])).collect(),
+        wave_number: if diagonal == 0.0 { 0.0 } else { 1.0 / diagonal },
+        n_particles: scene.particles.len(),
     })
 }
 
 struct Wind {
     strength: f64,
-    /// `x_i(0)/d` of each particle.
-    phases: Vec<f64>,
+    /// `1/d`; 0 where `d` is 0.
+    wave_number: f64,
+    n_particles: usize,
 }
 
 impl Wind {
-    /// The force on each of these particles, in their order.
-    fn forces<const D: usize>(
-        &self,
-        particles: Range<usize>,
-        time: f64,
-    ) -> impl Iterator<Item = Vector<D>> {
-        self.phases[particles].iter().map(move |phase| {
-            let phi = phase + time;
-            let force = [3.0 + 1.5 * (1.0 + cos(5.0 * phi)), 1.0 + cos(0.3 + phi), sin(phi)];
-            Vector::from_fn(|axis, _| self.strength * force[axis])
-        })
+    /// `φ` of a particle.
+    fn phase<const D: usize>(&self, state: State<'_>, particle: usize) -> f64 {
+        state.positions[particle * D] * self.wave_number + state.time
+    }
+
+    /// `s` times the first components.
+    fn vector<const D: usize>(&self, components: [f64; 3]) -> Vector<D> {
+        Vector::from_fn(|axis, _| self.strength * components[axis])
     }
 }
 
 impl<const D: usize> Force<D> for Wind {
-    fn energy(&self, state: State<'_>) -> Option<f64> {
-        let of_particle = |(particle, force): (usize, Vector<D>)| {
-            -force.dot(&vector_of(state.positions, particle))
-        };
-        let forces = self.forces(0..self.phases.len(), state.time);
-        Some(forces.enumerate().map(of_particle).sum())
+    fn energy(&self, _state: State<'_>) -> Option<f64> {
+        None
     }
 
     fn add_force(
@@ -97,17 +94,49 @@ impl<const D: usize> Force<D> for Wind {
         particles: Range<usize>,
         force: &mut [f64],
     ) -> Result<(), Degenerate> {
-        for (place, of_particle) in self.forces::<D>(particles, state.time).enumerate() {
-            add_to(force, place, &of_particle);
+        for (place, particle) in particles.enumerate() {
+            let phi = self.phase::<D>(state, particle);
+            let components = [3.0 + 1.5 * (1.0 + cos(5.0 * phi)), 1.0 + cos(0.3 + phi), sin(phi)];
+            add_to(force, place, &self.vector::<D>(components));
         }
         Ok(())
+    }
+
+    fn add_jacobians(
+        &self,
+        state: State<'_>,
+        sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        if self.wave_number == 0.0 {
+            return Ok(());
+        }
+        for particle in 0..self.n_particles {
+            let phi = self.phase::<D>(state, particle);
+            let by_phase = self.vector::<D>([-7.5 * sin(5.0 * phi), -sin(0.3 + phi), cos(phi)]);
+            let mut by_position = Block::<D>::zeros();
+            by_position.set_column(0, &(by_phase * self.wave_number));
+            sink.add(particle, particle, &by_position, &Block::zeros());
+        }
+        Ok(())
+    }
+
+    fn has_constant_jacobians(&self) -> bool {
+        self.wave_number == 0.0
+    }
+
+    fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
+        if self.wave_number != 0.0 {
+            let own = |particle| Coupling::Pair { particles: [particle; 2], symmetric: false };
+            (0..self.n_particles).map(own).for_each(visit);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::force::ForceKind;
     use crate::scene::{ParseOptions, xml};
-    use crate::system::System;
+    use crate::system::{BuildForce, System};
     use crate::vocabulary;
 
     const SCENE: &str = r#"<scene>
@@ -136,23 +165,30 @@ mod tests {
         [x, (0.3 + phi).cos() + 1.0, phi.sin()].map(|component| 1.5 * component)
     }
 
+    /// The force at a state, which is that of the wind alone.
+    fn force_at<const D: usize>(text: &str, positions: &[f64], time: f64) -> Vec<f64>
+    where
+        ForceKind: BuildForce<D>,
+    {
+        let mut force = vec![0.0; positions.len()];
+        let velocities = vec![7.0; positions.len()];
+        System::<D>::new(&scene(text)).force(positions, &velocities, time, &mut force).unwrap();
+        force
+    }
+
     #[test]
-    fn it_depends_on_time_and_on_where_a_particle_started() {
-        // The box is 2 × 1 × 2, and its diagonal 3. Where the particles are by now does not matter.
-        let system = System::<3>::new(&scene(SCENE));
-        let mut force = [0.0; 9];
-        system.force(&[7.0; 9], &[0.0; 9], 0.75, &mut force).unwrap();
-        let third = 1.0 / 3.0;
-        let expected = [wind(0.75 - third), wind(0.75 + third), [0.0; 3]].concat();
+    fn it_depends_on_time_and_on_where_a_particle_is() {
+        // The box at the start is 2 × 1 × 2, and its diagonal 3: where the particles are by now does not change it.
+        let positions = [4.0, 9.0, 8.0, -0.5, 7.0, 1.0, 2.0, 2.0, 2.0];
+        let force = force_at::<3>(SCENE, &positions, 0.75);
+        let expected = [wind(0.75 + 4.0 / 3.0), wind(0.75 - 0.5 / 3.0), [0.0; 3]].concat();
         assert_close(&force, &expected);
     }
 
     #[test]
     fn in_two_dimensions_the_box_and_the_force_are_flat() {
         let flat = SCENE.replace(r#"pz="1""#, "").replace(r#"pz="3""#, "");
-        let system = System::<2>::new(&scene(&flat));
-        let mut force = [0.0; 6];
-        system.force(&[0.0; 6], &[0.0; 6], 0.25, &mut force).unwrap();
+        let force = force_at::<2>(&flat, &[-1.0, 5.0, 1.0, 6.0, 0.0, 6.0], 0.25);
         let fifth = 1.0 / 5.0_f64.sqrt();
         let expected = [wind(0.25 - fifth), wind(0.25 + fifth), [0.0; 3]];
         assert_close(&force, &expected.map(|[x, y, _]| [x, y]).concat());
@@ -163,25 +199,9 @@ mod tests {
         let single = r#"<scene><duration time="1"/><integrator type="implicit" dt="0.1"/>
             <particle m="1" px="4" py="0" pz="0" vx="0" vy="0" fixed="0"/>
             <windforce strength="1.5"/></scene>"#;
-        let system = System::<3>::new(&scene(single));
-        let mut force = [0.0; 3];
-        system.force(&[4.0, 0.0, 0.0], &[0.0; 3], 0.5, &mut force).unwrap();
-        assert_close(&force, &wind(0.5));
-    }
-
-    #[test]
-    fn its_potential_is_that_of_the_moment() {
-        let system = System::<3>::new(&scene(SCENE));
-        let positions: Vec<f64> = (0..9).map(f64::from).collect();
-        let energy = |positions: &[f64]| system.potential_energy(positions, &[0.0; 9], 0.75);
-        let mut force = [0.0; 9];
-        system.force(&positions, &[0.0; 9], 0.75, &mut force).unwrap();
-        for axis in 0..6 {
-            // It is linear in the positions: differences are exact but for rounding.
-            let mut moved = positions.clone();
-            moved[axis] += 1.0;
-            let slope = energy(&moved) - energy(&positions);
-            assert!((slope + force[axis]).abs() < 1e-11, "{axis}: {slope} {}", force[axis]);
-        }
+        assert_close(&force_at::<3>(single, &[4.0, 0.0, 0.0], 0.5), &wind(0.5));
+        let mut n_couplings = 0;
+        System::<3>::new(&scene(single)).couplings(&mut |_| n_couplings += 1);
+        assert_eq!(n_couplings, 0);
     }
 }

@@ -103,8 +103,9 @@ impl Assignment {
         let (mut before, mut now) = (self.vertices.clone(), self.vertices.clone());
         let mut states = vec![now.clone()];
         for step in 0..STEPS {
-            let force = |i| self.force(i, step as f64 * TIME_STEP);
-            let forces: Vec<Point> = (0..n).map(force).collect();
+            // Of the current positions, and the same in all rounds.
+            let force = |now: &Point| self.force(*now, step as f64 * TIME_STEP);
+            let forces: Vec<Point> = now.iter().map(force).collect();
             let mut p = now.clone();
             for _ in 0..ROUNDS {
                 // d, from the positions that the round starts with.
@@ -151,15 +152,15 @@ impl Assignment {
         states
     }
 
-    /// External force on a vertex at a time.
-    fn force(&self, vertex: usize, time: f64) -> Point {
+    /// External force on a vertex that is there at a time.
+    fn force(&self, vertex: Point, time: f64) -> Point {
         let mut force = [0.0, -9.8, 0.0];
         if self.wind {
             let extent = |axis: usize| {
                 let values = || self.vertices.iter().map(|vertex| vertex[axis]);
                 values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
             };
-            let phi = self.vertices[vertex][0] / length([0, 1, 2].map(extent)) + time;
+            let phi = vertex[0] / length([0, 1, 2].map(extent)) + time;
             force[0] += 3.0 + 1.5 * (1.0 + (5.0 * phi).cos());
             force[1] += 1.0 + (0.3 + phi).cos();
             force[2] += phi.sin();

@@ -7,7 +7,7 @@
 //! wind            F = s (3 + 3/2 (1 + cos 5φ), 1 + cos(φ + 3/10), sin φ)         the assignment's program
 //! ```
 //!
-//! with `φ = x(0)/D + t`, and `D` the diagonal of the box around all particles at the start.
+//! with `φ = x/D + t`, and `D` the diagonal of the box around all particles at the start.
 
 use super::{At, Form, Law, Number, Parameters, Scale, Symmetry, Vector};
 
@@ -71,25 +71,34 @@ static WIND: Law = Law {
 
 fn wind<T: Number>(p: &Parameters, at: &At<'_, T>) -> Vector<T> {
     let phi = phase(at);
-    let force = [3.0 + 1.5 * (1.0 + (5.0 * phi).cos()), 1.0 + (phi + 0.3).cos(), phi.sin()];
+    let force = [((phi * 5.0).cos() + 1.0) * 1.5 + 3.0, (phi + 0.3).cos() + 1.0, phi.sin()];
     let [strength, ..] = *p;
-    force.map(|component| T::from(strength * component))
+    force.map(|component| component * strength)
 }
 
-fn phase<T>(at: &At<'_, T>) -> f64 {
-    let (particle, starts) = at.start;
+fn phase<T: Number>(at: &At<'_, T>) -> T {
+    let diagonal = diagonal(at.starts);
+    let place = if diagonal > 0.0 { at.position[0] / diagonal } else { T::from(0.0) };
+    place + at.time
+}
+
+fn diagonal(starts: &[[f64; 3]]) -> f64 {
     let extent = |axis: usize| {
         let along = || starts.iter().map(|start| start[axis]);
         along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
     };
-    let diagonal = (extent(0).powi(2) + extent(1).powi(2) + extent(2).powi(2)).sqrt();
-    let start = if diagonal > 0.0 { starts[particle][0] / diagonal } else { 0.0 };
-    start + at.time
+    (extent(0).powi(2) + extent(1).powi(2) + extent(2).powi(2)).sqrt()
 }
 
 fn wind_scale(p: &Parameters, at: &At<'_, f64>) -> Scale {
     // The phase is rounded too, and the more the larger it is.
     let [strength, ..] = *p;
-    let force = strength.abs() * (8.0 + 8.0 * phase(at).abs());
-    Scale { energy: force * super::norm(&at.position), force, ..Scale::default() }
+    let rounded = 8.0 + 8.0 * phase(at).abs();
+    let diagonal = diagonal(at.starts);
+    let by_position = if diagonal > 0.0 { 5.0 * rounded / diagonal } else { 0.0 };
+    Scale {
+        force: strength.abs() * rounded,
+        by_position: strength.abs() * by_position,
+        ..Scale::default()
+    }
 }

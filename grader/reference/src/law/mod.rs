@@ -146,8 +146,8 @@ struct At<'a, T> {
     position: Vector<T>,
     velocity: Vector<T>,
     time: f64,
-    /// The particle's number, and the initial positions of all particles.
-    start: (usize, &'a [[f64; 3]]),
+    /// The initial positions of all particles.
+    starts: &'a [[f64; 3]],
 }
 
 /// Magnitudes of the terms of each value: its rounding error is a few `ε` times these.
@@ -311,7 +311,7 @@ impl<'a> Expectation<'a> {
             position: vector(x, self.dimension(), particle),
             velocity: vector(v, self.dimension(), particle),
             time,
-            start: (particle, &self.starts),
+            starts: &self.starts,
         }
     }
 

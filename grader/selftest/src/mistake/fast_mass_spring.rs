@@ -191,6 +191,9 @@ fn in_wind() -> Vec<Mistake> {
             s.fast_mass_spring.wind = |gust| gust.mass * wind(gust.place + gust.time);
         }),
         of.mistake("the same everywhere", |s| s.fast_mass_spring.wind = |gust| wind(gust.time)),
+        of.mistake("where the particle started", |s| {
+            s.fast_mass_spring.wind = |gust| wind(gust.start + gust.time);
+        }),
         of.mistake("the same at any time", |s| s.fast_mass_spring.wind = |gust| wind(gust.place)),
         of.mistake("that of the end of the step", |s| {
             s.fast_mass_spring.wind = |gust| wind(gust.place + gust.time + gust.h);

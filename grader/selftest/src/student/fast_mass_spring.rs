@@ -20,8 +20,10 @@ use super::{Coefficient, Motion, Vec3};
 
 /// What the wind depends on.
 pub(crate) struct Gust {
-    /// Where the particle started: its x over the diagonal of the box around all.
+    /// Where the particle is at the start of the step: its x over the diagonal of the box around all at the start of the run.
     pub(crate) place: f64,
+    /// Where it was at the start of the run.
+    pub(crate) start: f64,
     /// Time at the start of the step.
     pub(crate) time: f64,
     pub(crate) h: f64,
@@ -96,8 +98,8 @@ pub(super) struct Net {
     springs: Vec<Spring>,
     /// Of the forces without a formula here.
     laws: Laws,
-    /// Places in the wind.
-    places: Vec<f64>,
+    /// The diagonal of the box around all particles at the start.
+    diagonal: f64,
     q: Vec<Vec3>,
     v: Vec<Vec3>,
     n_steps: u64,
@@ -118,7 +120,7 @@ impl Net {
         Self {
             inverse: inverse(&matrix(rules, &scene, &springs, weight)),
             laws: Laws::of(&scene, &others),
-            places: places(&q),
+            diagonal: diagonal(&q),
             q,
             v: scene.particles.iter().map(|particle| particle.velocity.into()).collect(),
             n_steps: 0,
@@ -140,14 +142,15 @@ impl Net {
         }
         for element in &self.scene.forces {
             for (i, force) in force.iter_mut().enumerate() {
-                let (place, mass) = (self.places[i], self.scene.particles[i].mass);
+                let Particle { mass, position: [start, ..], .. } = self.scene.particles[i];
                 *force += match element.schema.tag {
                     "constantforce" => {
                         let f = ["fx", "fy", "fz"].map(|name| element.parameter(name));
                         (self.rules.constant_force)(f.into(), mass)
                     }
                     "windforce" => {
-                        let gust = Gust { place, time, h: self.scene.time_step, mass };
+                        let [place, start] = [self.q[i].x, start].map(|x| self.place(x));
+                        let gust = Gust { place, start, time, h: self.scene.time_step, mass };
                         element.parameter("strength") * (self.rules.wind)(&gust)
                     }
                     _ => Vec3::zeros(),
@@ -155,6 +158,11 @@ impl Net {
             }
         }
         force
+    }
+
+    /// An x in the wind.
+    fn place(&self, x: f64) -> f64 {
+        if self.diagonal == 0.0 { 0.0 } else { x / self.diagonal }
     }
 
     fn load(&self, i: usize, external: Vec3, time: f64) -> Load {
@@ -290,12 +298,11 @@ fn other(element: &ForceElement) -> Option<ForceElement> {
     Some(element)
 }
 
-/// The x of each particle over the diagonal of the box around all.
-fn places(q: &[Vec3]) -> Vec<f64> {
+/// The diagonal of the box around all.
+fn diagonal(q: &[Vec3]) -> f64 {
     let mut corners = [q[0], q[0]];
     for q in q {
         corners = [corners[0].inf(q), corners[1].sup(q)];
     }
-    let diagonal = (corners[1] - corners[0]).norm();
-    q.iter().map(|q| if diagonal == 0.0 { 0.0 } else { q.x / diagonal }).collect()
+    (corners[1] - corners[0]).norm()
 }

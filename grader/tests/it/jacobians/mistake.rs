@@ -407,8 +407,16 @@ fn in_others() -> Vec<Mistake> {
         law("constantforce", "a ∂F/∂v that is not there", &[VD], |e| {
             (e.zeros(), e.identity() * -1e-9)
         }),
-        law("windforce", "that of wind against a moving particle", &[VD], |e| {
-            (e.zeros(), e.identity() * -e.p[0])
+        after("windforce", "missing", &[XD], |_, j| j.by_position.fill(0.0)),
+        after("windforce", "transposed", &[XD], |_, j| j.by_position.transpose_mut()),
+        after("windforce", "by y instead of x", &[XD], |moment, j| {
+            for x in (0..j.by_position.ncols()).step_by(moment.dimension) {
+                j.by_position.swap_columns(x, x + 1);
+            }
+        }),
+        after("windforce", "twice as large", &[XD], double),
+        after("windforce", "that of wind against a moving particle", &[VD], |moment, j| {
+            j.by_velocity.fill_diagonal(-moment.scene.forces[0].parameters[0]);
         }),
     ]
 }

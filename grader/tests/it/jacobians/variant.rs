@@ -5,8 +5,8 @@ use num_dual::{Dual64, DualNum};
 use reference::law::Jacobians;
 
 use super::element::{
-    Blocks, Element, add, assemble, damping_by_velocity, elastic, elements, gravitation, green,
-    nothing, spring, vortex,
+    Blocks, Element, add, damping_by_velocity, elastic, elements, gravitation, green, nothing,
+    spring, vortex,
 };
 use super::planted::{Moment, Plant};
 
@@ -128,16 +128,17 @@ pub(crate) fn all() -> Vec<Variant> {
             let shape = &u * u.transpose() * 2.0 + e.identity() * (u.dot(&u) - 1.0);
             (shape * (-2.0 * k), e.zeros())
         }),
-        after("dragdamping", "zeros of either sign", |_, j| {
-            for matrix in [&mut j.by_position, &mut j.by_velocity] {
-                matrix.apply(|entry| *entry = if *entry == 0.0 { -0.0 } else { *entry });
-            }
-        }),
+        after("dragdamping", "zeros of either sign", signed_zeros),
         law("simplegravity", "zeros written out", nothing),
-        after("windforce", "assembled from elements that are zero", |moment, j| {
-            *j = assemble(moment.scene, moment.x, moment.v, nothing);
-        }),
+        after("windforce", "zeros of either sign", signed_zeros),
     ]
+}
+
+/// Changes the sign of every zero.
+fn signed_zeros(_: &Moment<'_>, jacobians: &mut Jacobians) {
+    for matrix in [&mut jacobians.by_position, &mut jacobians.by_velocity] {
+        matrix.apply(|entry| *entry = if *entry == 0.0 { -0.0 } else { *entry });
+    }
 }
 
 /// Changes every entry by up to four rounding errors, in a pseudo-random pattern.

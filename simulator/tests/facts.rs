@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use simulator::force::{Force, Numbered, REGISTRY as FORCES, State};
+use simulator::force::{Block, Force, JacobianSink, Numbered, REGISTRY as FORCES, State};
 use simulator::integrator::REGISTRY as INTEGRATORS;
 use simulator::scene::schema::{ActsOn, Dependence, ForceSchema, Masses, PartSchema, Potential};
 use simulator::scene::{
@@ -207,4 +207,42 @@ fn every_force_and_every_integrator_has_a_scene() {
         );
     }
     assert!(scenes.iter().any(|scene| scene.dimension == Dimension::Three));
+}
+
+/// The bits of all Jacobians that a force hands over, in their order.
+fn jacobian_bits(force: &dyn Force<2>, state: State<'_>) -> Vec<u64> {
+    struct Bits(Vec<u64>);
+    impl JacobianSink<2> for Bits {
+        fn add(&mut self, _: usize, _: usize, by_position: &Block<2>, by_velocity: &Block<2>) {
+            let entries = by_position.iter().chain(by_velocity.iter());
+            self.0.extend(entries.map(|entry| entry.to_bits()));
+        }
+    }
+    let mut bits = Bits(Vec::new());
+    force.add_jacobians(state, &mut bits).unwrap();
+    bits.0
+}
+
+#[test]
+fn jacobians_are_constant_where_a_force_says_so_and_nowhere_else() {
+    let mut found = Vec::new();
+    for kind in FORCES {
+        let mut scenes = vec![scene(&kind.schema, kind.schema.parts.len() - 1)];
+        if kind.schema.tag == "springforce" {
+            let mut linear = scene(&kind.schema, 0);
+            *linear.forces[0].parameter_mut("l0") = 0.0;
+            scenes.push(linear);
+        }
+        for scene in scenes {
+            let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+            let force = (kind.build_2d)(&scene, &elements);
+            let here = jacobian_bits(force.as_ref(), state(&POSITIONS, &VELOCITIES));
+            let (x, v) = (moved(&POSITIONS, 2, 0.375), moved(&VELOCITIES, 1, -0.625));
+            let there = jacobian_bits(force.as_ref(), State { time: 0.5, ..state(&x, &v) });
+            assert_eq!(here == there, force.has_constant_jacobians(), "{}", kind.schema.tag);
+            found.push((force.has_constant_jacobians(), !here.is_empty()));
+        }
+    }
+    // Some are constant and not zero, and some are not constant.
+    assert!(found.contains(&(true, true)) && found.contains(&(false, true)), "{found:?}");
 }

@@ -10,6 +10,9 @@
 //! freedom are left out of the system rather than solved for, which gives them `δ = 0` as clearing
 //! their rows and columns would (section 9).
 //!
+//! If the Jacobians of a scene are the same at every state, so is the matrix at a given `h`: it is assembled and
+//! factorised once.
+//!
 //! Where `h² ∂F/∂x + h ∂F/∂v` is larger than `M` by many orders, the sum that is stored has lost the digits
 //! of `M`, and no residual of the stored matrix can tell. The solution is then refined with residuals that
 //! never form the sum: each element's contribution is its block times the *difference* of its two particles'
@@ -56,6 +59,13 @@ pub(super) struct Linearisation<const D: usize> {
     /// The smallest mass of a free particle.
     smallest_mass: f64,
     projection: Projection,
+    /// Whether the matrix depends on `h` alone, and the `h` of the one that is kept.
+    is_constant: bool,
+    kept: Option<f64>,
+    /// Largest entry of a contribution to the matrix, relative to the smallest mass.
+    stiffness: f64,
+    /// Contributions that were projected.
+    projected: u64,
     /// l2 norm of the last right-hand side.
     pub(super) residual: f64,
     /// Allocated at the first stiff step.
@@ -114,7 +124,9 @@ impl<const D: usize> Linearisation<D> {
         let matrix = BlockMatrix::new(n_free, &links, choice);
         let mut slots = Vec::with_capacity(links.len());
         system.couplings(&mut |coupling| {
-            if let Coupling::Pair { particles, .. } = coupling {
+            if let Coupling::Pair { particles, .. } = coupling
+                && particles[0] != particles[1]
+            {
                 let blocks = particles.map(|particle| free[particle]);
                 let place = match blocks {
                     [Some(i), Some(j)] => matrix.pair_slot([i, j]),
@@ -140,6 +152,10 @@ impl<const D: usize> Linearisation<D> {
                 .fold(f64::INFINITY, |smallest_mass, (mass, _)| smallest_mass.min(*mass)),
             free,
             projection: Projection::None,
+            is_constant: system.has_constant_jacobians(),
+            kept: None,
+            stiffness: 0.0,
+            projected: 0,
             residual: 0.0,
             stiff: None,
             observer: None,
@@ -181,29 +197,20 @@ impl<const D: usize> Linearisation<D> {
         system.force(&self.trial, iterate, time, &mut self.force)?;
         statistics.force_evaluations += 1;
 
-        self.matrix.clear();
         for (particle, mass) in system.masses().iter().enumerate() {
             let Some(number) = self.free[particle] else { continue };
-            self.matrix.add_diagonal(number, *mass);
             for axis in 0..D {
                 let dof = particle * D + axis;
                 self.reduced[number * D + axis] =
                     mass * (velocities[dof] - iterate[dof]) + h * self.force[dof];
             }
         }
-        let elements = Elements { h, projection: self.projection, projected: 0 };
-        let mut sink = Assembly {
-            elements,
-            free: &self.free,
-            matrix: &mut self.matrix,
-            slots: self.slots.iter(),
-            largest_entry: 0.0,
-        };
-        system.jacobians(&self.trial, iterate, time, &mut sink)?;
-        let stiffness = sink.largest_entry / self.smallest_mass;
-        let projected = sink.elements.projected;
-        statistics.projections += projected;
-        statistics.assemblies += 1;
+        let is_kept = self.kept == Some(h);
+        if !is_kept {
+            self.assemble(system, h, time, iterate)?;
+            statistics.projections += self.projected;
+            statistics.assemblies += 1;
+        }
 
         self.residual = l2(&self.reduced);
         if let Some(observer) = &mut self.observer {
@@ -215,29 +222,61 @@ impl<const D: usize> Linearisation<D> {
                 iterate,
                 matrix: self.matrix.to_dense(),
                 residual: &self.reduced,
-                projected,
+                projected: self.projected,
             });
         }
-        if stiffness > STIFF_RATIO {
-            let floor = FORCE_ROUNDING * stiffness;
-            self.solve_stiff(system, (h, time, iterate), delta, floor, statistics)
+        if self.stiffness > STIFF_RATIO {
+            self.solve_stiff(system, (h, time, iterate), delta, is_kept, statistics)?;
         } else {
-            self.matrix.solve(&mut self.reduced, &mut statistics.linear)?;
+            match is_kept {
+                true => self.matrix.solve_again(&mut self.reduced, &mut statistics.linear)?,
+                false => self.matrix.solve(&mut self.reduced, &mut statistics.linear)?,
+            }
             scatter::<D>(&self.free, &self.reduced, delta);
-            Ok(())
         }
+        Ok(())
     }
 
-    /// Solves with residuals that do not come from the stored matrix, until the corrections settle at
-    /// `floor` or below.
+    /// Fills the matrix.
+    fn assemble(
+        &mut self,
+        system: &System<D>,
+        h: f64,
+        time: f64,
+        iterate: &[f64],
+    ) -> Result<(), StepError> {
+        self.kept = None;
+        self.matrix.clear();
+        for (number, mass) in self.free.iter().zip(system.masses()) {
+            if let Some(number) = number {
+                self.matrix.add_diagonal(*number, *mass);
+            }
+        }
+        let mut sink = Assembly {
+            elements: Elements { h, projection: self.projection, projected: 0 },
+            free: &self.free,
+            matrix: &mut self.matrix,
+            slots: self.slots.iter(),
+            largest_entry: 0.0,
+        };
+        system.jacobians(&self.trial, iterate, time, &mut sink)?;
+        self.stiffness = sink.largest_entry / self.smallest_mass;
+        self.projected = sink.elements.projected;
+        self.kept = self.is_constant.then_some(h);
+        Ok(())
+    }
+
+    /// Solves with residuals that do not come from the stored matrix, until the corrections settle at rounding. A matrix
+    /// that `is_kept` was factorised before.
     fn solve_stiff(
         &mut self,
         system: &System<D>,
         (h, time, iterate): (f64, f64, &[f64]),
         delta: &mut [f64],
-        floor: f64,
+        is_kept: bool,
         statistics: &mut Statistics,
     ) -> Result<(), StepError> {
+        let floor = FORCE_ROUNDING * self.stiffness;
         let StiffWorkspace { right, solution, product } =
             self.stiff.get_or_insert_with(|| StiffWorkspace {
                 right: vec![0.0; self.reduced.len()],
@@ -249,7 +288,7 @@ impl<const D: usize> Linearisation<D> {
         let mut last = f64::INFINITY;
         for round in 0..MAX_REFINEMENTS {
             let linear = &mut statistics.linear;
-            if round == 0 {
+            if round == 0 && !is_kept {
                 self.matrix.solve(&mut self.reduced, linear)?;
             } else {
                 self.matrix.solve_again(&mut self.reduced, linear)?;

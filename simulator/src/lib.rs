@@ -45,6 +45,7 @@ pub mod system;
 pub mod solver;
 
 pub mod fallback;
+pub mod growth;
 pub mod integrator;
 pub mod simulation;
 pub mod state;

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use crate::fallback::MAX_HALVINGS;
 use crate::force::ForceKind;
+use crate::growth::{EnergyWatch, Scale};
 use crate::integrator::{
     BuildIntegrator, Integrator, IntegratorKind, Interrupt, REGISTRY, Step, StepError,
 };
@@ -24,6 +25,8 @@ pub struct SimulationOptions {
     pub solver: LinearSolver,
     /// Whether failed steps are retried as described in [`fallback`](crate::fallback).
     pub robust: bool,
+    /// Whether the energy is watched as described in [`growth`](crate::growth).
+    pub watch_energy: bool,
 }
 
 /// A running simulation. It dispatches on the dimension once, when it is created.
@@ -45,6 +48,8 @@ pub struct Simulation {
     earlier: Option<State>,
     statistics: Statistics,
     fallback: Option<Fallback>,
+    /// `None` if the energy is not watched, or was seen to grow.
+    watch: Option<EnergyWatch>,
     parts: Parts,
 }
 
@@ -70,7 +75,7 @@ impl Simulation {
     /// # Panics
     /// If the scene's integrator is not in the registry.
     pub fn with_solver(scene: &Scene, solver: LinearSolver) -> Self {
-        Self::with_options(scene, SimulationOptions { solver, robust: false })
+        Self::with_options(scene, SimulationOptions { solver, ..SimulationOptions::default() })
     }
 
     /// The same with options.
@@ -79,7 +84,7 @@ impl Simulation {
     /// If the scene's integrator is not in the registry.
     pub fn with_options(
         scene: &Scene,
-        SimulationOptions { solver, robust }: SimulationOptions,
+        SimulationOptions { solver, robust, watch_energy }: SimulationOptions,
     ) -> Self {
         let forces = scene.forces.iter().map(|element| {
             (element.schema.tag, element.pair.unwrap_or_default(), element.location)
@@ -107,6 +112,7 @@ impl Simulation {
             earlier: None,
             statistics: Statistics::default(),
             fallback,
+            watch: watch_energy.then(|| EnergyWatch::new(scene)),
             parts: Parts::of_scene(scene),
         }
     }
@@ -123,6 +129,11 @@ impl Simulation {
             start.positions.copy_from_slice(&self.positions);
             start.velocities.copy_from_slice(&self.velocities);
         }
+        if let Some(watch) = &mut self.watch {
+            let state = state_of(self.step, self.time_step, &self.positions, &self.velocities);
+            watch.start(|| self.stepper.scale(state, self.time_step));
+        }
+        self.statistics.conditioning.last = 0.0;
         let time = self.step as f64 * self.time_step;
         let step = Step {
             size: self.time_step,
@@ -137,12 +148,18 @@ impl Simulation {
             true => Ok(()),
             false => self.not_finite().map_or(Ok(()), Err),
         });
-        // Error control has shortened the step already, as far as it may.
-        if let Err(kind) = taken
-            && (matches!(kind, FailureKind::ErrorControl { .. } | FailureKind::Interrupted)
-                || !self.fall_back())
-        {
-            return Err(self.failure(kind));
+        match taken {
+            Ok(()) if self.statistics.conditioning.is_nearly_singular() => self.retake(),
+            Ok(()) => {}
+            // Error control has shortened the step already, as far as it may.
+            Err(kind @ (FailureKind::ErrorControl { .. } | FailureKind::Interrupted)) => {
+                return Err(self.failure(kind));
+            }
+            Err(kind) => {
+                if !self.fall_back() {
+                    return Err(self.failure(kind));
+                }
+            }
         }
         if self.is_two_step {
             std::mem::swap(&mut self.earlier, &mut self.start);
@@ -152,7 +169,37 @@ impl Simulation {
         }
         self.step += 1;
         self.statistics.steps += 1;
+        self.statistics.conditioning.end_step(self.step);
+        self.watch_energy();
         Ok(true)
+    }
+
+    fn watch_energy(&mut self) {
+        let Some(watch) = &mut self.watch else { return };
+        if !EnergyWatch::is_due(self.step, self.n_steps) {
+            return;
+        }
+        let kinetic = self.stepper.kinetic_energy(&self.velocities);
+        let state = state_of(self.step, self.time_step, &self.positions, &self.velocities);
+        let grown = watch.look(self.step, kinetic, || self.stepper.scale(state, self.time_step));
+        if grown.is_some() {
+            self.statistics.energy_growth = grown;
+            self.watch = None;
+        }
+    }
+
+    /// Retries a step that was taken through a nearly singular matrix with the fallbacks. It stays as it is if they are
+    /// off or all fail.
+    fn retake(&mut self) {
+        if self.fallback.is_none() {
+            return;
+        }
+        let taken = [self.positions.clone(), self.velocities.clone()];
+        let amplification = self.statistics.conditioning.last;
+        if !self.fall_back() {
+            [self.positions, self.velocities] = taken;
+            self.statistics.conditioning.last = amplification;
+        }
     }
 
     /// Retries the failed step with the fallbacks. Returns false if they are off or all fail.
@@ -172,7 +219,7 @@ impl Simulation {
         let (h, time) = (self.time_step, self.step as f64 * self.time_step);
         self.restore();
         let damped = stepper.step_damped(self.step_of(h, time));
-        if damped.is_some_and(|taken| taken.is_ok()) && self.not_finite().is_none() {
+        if damped.is_some_and(|taken| taken.is_ok()) && self.is_sound() {
             self.statistics.fallback.line_searched += 1;
             return true;
         }
@@ -184,7 +231,7 @@ impl Simulation {
                 // The earlier state is a whole step away.
                 let step =
                     Step { earlier: None, ..self.step_of(size, time + number as f64 * size) };
-                stepper.step(step).is_ok() && self.not_finite().is_none()
+                stepper.step(step).is_ok() && self.is_sound()
             });
             if all {
                 let counts = &mut self.statistics.fallback;
@@ -197,7 +244,13 @@ impl Simulation {
         false
     }
 
+    /// Whether the state is finite, and was not reached through a nearly singular matrix.
+    fn is_sound(&self) -> bool {
+        !self.statistics.conditioning.is_nearly_singular() && self.not_finite().is_none()
+    }
+
     fn restore(&mut self) {
+        self.statistics.conditioning.last = 0.0;
         if let Some(start) = &self.start {
             self.positions.copy_from_slice(&start.positions);
             self.velocities.copy_from_slice(&start.velocities);
@@ -237,6 +290,9 @@ impl Simulation {
         self.positions.copy_from_slice(positions);
         self.velocities.copy_from_slice(velocities);
         self.earlier = earlier.filter(|_| self.is_two_step).cloned();
+        if let Some(watch) = &mut self.watch {
+            watch.restart();
+        }
     }
 
     /// The state that the next step of a two-step method uses beside the current one.
@@ -246,12 +302,7 @@ impl Simulation {
 
     /// The current state.
     pub fn state(&self) -> StateView<'_> {
-        StateView {
-            step: self.step,
-            time: self.step as f64 * self.time_step,
-            positions: &self.positions,
-            velocities: &self.velocities,
-        }
+        state_of(self.step, self.time_step, &self.positions, &self.velocities)
     }
 
     /// Energies and momentum of the current state.
@@ -335,6 +386,15 @@ impl Simulation {
     }
 }
 
+fn state_of<'a>(
+    step: u64,
+    time_step: f64,
+    positions: &'a [f64],
+    velocities: &'a [f64],
+) -> StateView<'a> {
+    StateView { step, time: step as f64 * time_step, positions, velocities }
+}
+
 /// Builds the scene's system and integrator for its dimension.
 fn build_stepper(scene: &Scene, solver: LinearSolver) -> Box<dyn Stepper> {
     match scene.dimension {
@@ -352,6 +412,9 @@ trait Stepper: Send {
     /// The kinds of force that are evaluated, by their tags.
     fn force_tags(&self) -> &[&'static str];
     fn energies(&self, state: StateView<'_>) -> Energies;
+    fn kinetic_energy(&self, velocities: &[f64]) -> f64;
+    /// Energies of a state from which steps of this size are taken.
+    fn scale(&self, state: StateView<'_>, time_step: f64) -> Scale;
     /// Whether every force is defined at this state.
     fn check(&self, state: StateView<'_>) -> Result<(), StepError>;
 }
@@ -410,6 +473,32 @@ impl<const D: usize> Stepper for SystemStepper<D> {
             potential: self.system.potential_energy(positions, velocities, time),
             momentum: self.system.momentum(velocities).to_vec(),
         }
+    }
+
+    fn kinetic_energy(&self, velocities: &[f64]) -> f64 {
+        self.system.kinetic_energy(velocities)
+    }
+
+    fn scale(
+        &self,
+        StateView { time, positions, velocities, .. }: StateView<'_>,
+        time_step: f64,
+    ) -> Scale {
+        let kinetic = self.system.kinetic_energy(velocities);
+        let (potential, size) = self.system.energy_and_size(positions, velocities, time);
+        let mut force = vec![0.0; positions.len()];
+        // Without a force, the step fails or kicks by forces elsewhere.
+        let kick = match self.system.force(positions, velocities, time, &mut force) {
+            Ok(()) => {
+                let particles = force.chunks_exact(D).zip(self.system.masses());
+                let of_particle = |(force, mass): (&[f64], &f64)| {
+                    force.iter().map(|force| force * force).sum::<f64>() / (2.0 * mass)
+                };
+                time_step * time_step * particles.map(of_particle).sum::<f64>()
+            }
+            Err(_) => 0.0,
+        };
+        Scale { energy: kinetic + potential, reference: kinetic + size + kick }
     }
 }
 

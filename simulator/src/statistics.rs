@@ -1,6 +1,7 @@
 //! Statistics of a run: tests assert them, and `simulate --stats` prints them.
 
 use crate::fallback::FallbackStatistics;
+use crate::growth::EnergyGrowth;
 
 /// Counts over a whole run.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -33,8 +34,47 @@ pub struct Statistics {
     pub linear_solver: String,
     /// Counts of the linear solver's work.
     pub linear: LinearStatistics,
+    /// Conditioning of the matrices of steps.
+    pub conditioning: ConditioningStatistics,
     /// Fallbacks taken for steps that failed.
     pub fallback: FallbackStatistics,
+    /// The first look that found the energy grown by orders of magnitude, if the run is watched.
+    pub energy_growth: Option<EnergyGrowth>,
+}
+
+/// An amplification above which a matrix counts as nearly singular. If forces hold or dissipate, it is about 1. A matrix of
+/// compressed springs has any, but one in a million of them comes this close to singular; such a step has lost six digits,
+/// and what it says of the motion.
+pub const NEARLY_SINGULAR: f64 = 1e6;
+
+/// Conditioning of the matrices `A` of steps, as amplification: how many times larger than the change of velocity by the
+/// same forces without `A`, `M⁻¹ b`, the change `A⁻¹ b` can be. These are lower bounds of `‖A⁻¹ M‖` in the maximum norm.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ConditioningStatistics {
+    /// Of the last system that was solved.
+    pub last: f64,
+    /// The largest one of a step, which is that of its last system.
+    pub largest: f64,
+    /// Steps above [`NEARLY_SINGULAR`].
+    pub nearly_singular: u64,
+    /// The first of these steps, counted from 1, and its amplification.
+    pub first: Option<(u64, f64)>,
+}
+
+impl ConditioningStatistics {
+    /// Whether the last matrix counts as nearly singular.
+    pub(crate) fn is_nearly_singular(&self) -> bool {
+        self.last > NEARLY_SINGULAR
+    }
+
+    /// Records the end of a step, counted from 1.
+    pub(crate) fn end_step(&mut self, step: u64) {
+        self.largest = self.largest.max(self.last);
+        if self.is_nearly_singular() {
+            self.nearly_singular += 1;
+            self.first.get_or_insert((step, self.last));
+        }
+    }
 }
 
 /// Counts of the steps of error control.

@@ -25,7 +25,7 @@ use crate::force::{Block, Coupling, JacobianSink, Vector, add_to, vector_of};
 use crate::solver::LinearError;
 use crate::solver::linear::{BlockMatrix, LinearSolver, Link, PairSlot};
 use crate::solver::psd::Projection;
-use crate::statistics::Statistics;
+use crate::statistics::{LinearStatistics, NEARLY_SINGULAR, Statistics};
 use crate::system::System;
 
 /// Ratio of stiffness to mass above which the stored sum is not trusted: about 2e-12 of `M` would be lost.
@@ -197,13 +197,18 @@ impl<const D: usize> Linearisation<D> {
         system.force(&self.trial, iterate, time, &mut self.force)?;
         statistics.force_evaluations += 1;
 
+        // The largest change of a velocity by the same right-hand side with the masses alone.
+        let mut kick: f64 = 0.0;
         for (particle, mass) in system.masses().iter().enumerate() {
             let Some(number) = self.free[particle] else { continue };
+            let mut largest: f64 = 0.0;
             for axis in 0..D {
                 let dof = particle * D + axis;
-                self.reduced[number * D + axis] =
-                    mass * (velocities[dof] - iterate[dof]) + h * self.force[dof];
+                let right = mass * (velocities[dof] - iterate[dof]) + h * self.force[dof];
+                self.reduced[number * D + axis] = right;
+                largest = largest.max(right.abs());
             }
+            kick = kick.max(largest / mass);
         }
         let is_kept = self.kept == Some(h);
         if !is_kept {
@@ -234,7 +239,42 @@ impl<const D: usize> Linearisation<D> {
             }
             scatter::<D>(&self.free, &self.reduced, delta);
         }
+        statistics.conditioning.last = self.amplification(system, kick);
         Ok(())
+    }
+
+    /// Amplification by the matrix that was solved last, with the solution still in place. It is that of this solution;
+    /// a small pivot asks for a better estimate.
+    fn amplification(&mut self, system: &System<D>, kick: f64) -> f64 {
+        let seen = if kick > 0.0 { largest(&self.reduced) / kick } else { 0.0 };
+        let has_small_pivot = self.smallest_mass > NEARLY_SINGULAR * self.matrix.smallest_pivot();
+        match has_small_pivot && seen <= NEARLY_SINGULAR {
+            true => seen.max(self.iterate_inversely(system)),
+            false => seen,
+        }
+    }
+
+    /// Amplification by two inverse iterations `x ← A⁻¹ M x`, with the factor at hand.
+    fn iterate_inversely(&mut self, system: &System<D>) -> f64 {
+        // Multiples of the golden ratio, modulo 1: along every vector of a regular pattern, there is a part of this one.
+        let start = |number: usize| (number as f64 * 0.618_033_988_749_895).fract() - 0.5;
+        let mut x: Vec<f64> = (0..self.reduced.len()).map(start).collect();
+        let mut amplification: f64 = 0.0;
+        // They are no work of the run.
+        let mut statistics = LinearStatistics::default();
+        for _ in 0..2 {
+            let size = largest(&x);
+            for (number, mass) in self.free.iter().zip(system.masses()) {
+                if let Some(number) = number {
+                    x[number * D..][..D].iter_mut().for_each(|x| *x *= mass / size);
+                }
+            }
+            if self.matrix.solve_again(&mut x, &mut statistics).is_err() {
+                break;
+            }
+            amplification = amplification.max(largest(&x));
+        }
+        amplification
     }
 
     /// Fills the matrix.
@@ -338,6 +378,10 @@ fn scatter<const D: usize>(free: &[Option<usize>], reduced: &[f64], delta: &mut 
             None => delta.fill(0.0),
         }
     }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()))
 }
 
 fn l2(values: &[f64]) -> f64 {

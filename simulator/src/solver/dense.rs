@@ -26,6 +26,8 @@ pub struct DenseSystem {
     factor: DenseFactor,
     /// The method of the factor; `None` if it is not of the current matrix.
     last: Option<DenseMethod>,
+    /// Of the last factor of a few rows, which is not kept.
+    small_pivot: f64,
 }
 
 /// The first method a system is given to.
@@ -48,6 +50,7 @@ impl DenseSystem {
             checked: Checked::new(size),
             factor: DenseFactor::default(),
             last: None,
+            small_pivot: f64::INFINITY,
         }
     }
 
@@ -129,6 +132,17 @@ impl DenseSystem {
         self.solve(statistics)
     }
 
+    /// Magnitude of the smallest pivot of the last matrix, which was solved.
+    pub(super) fn smallest_pivot(&self) -> f64 {
+        let size = self.size();
+        let pivots = self.factor.entries.iter().step_by(size + 1).map(|pivot| pivot.abs());
+        match self.last {
+            None => self.small_pivot,
+            Some(DenseMethod::Cholesky) => pivots.fold(f64::INFINITY, f64::min).powi(2),
+            Some(_) => pivots.fold(f64::INFINITY, f64::min),
+        }
+    }
+
     /// Whether the factor brings the solution to rounding.
     fn attempt(&mut self, method: DenseMethod, statistics: &mut LinearStatistics) -> bool {
         let Self { matrix, checked, factor, .. } = self;
@@ -155,10 +169,11 @@ impl DenseSystem {
             b.copy_from_slice(values.as_slice());
             solved
         });
+        let pivots = factor.u().diagonal();
         if solved.is_some() {
+            self.small_pivot = pivots.amin();
             return self.checked.accept(&self.matrix, statistics);
         }
-        let pivots = factor.u().diagonal();
         let pivot = pivots.iter().position(|pivot| *pivot == 0.0).unwrap_or(N - 1);
         Err(LinearError::Singular { pivot, size: N })
     }

@@ -142,6 +142,12 @@ impl<const D: usize> BlockFactor<D> {
         if threads { rayon::scope(|_| run()) } else { run() }
     }
 
+    /// Magnitude of the smallest pivot of the last factorisation.
+    pub(super) fn smallest_pivot(&self) -> f64 {
+        let reciprocals = self.pivots.iter().flat_map(|pivot| (0..D).map(|k| pivot.lu[k][k].abs()));
+        reciprocals.fold(0.0, f64::max).recip()
+    }
+
     /// Overwrites a right-hand side by the solution.
     pub(crate) fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]) {
         let arch = pulp::Arch::new();

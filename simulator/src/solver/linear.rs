@@ -251,6 +251,17 @@ impl<const D: usize> BlockMatrix<D> {
         Ok(())
     }
 
+    /// Magnitude of the smallest pivot of the matrix that was solved last; infinite if no part of it was factorised. It is
+    /// small if the matrix is nearly singular. If the matrix is not definite, it may be small without.
+    pub fn smallest_pivot(&self) -> f64 {
+        let of_part = |Component { system, .. }: &Component<D>| match system {
+            ComponentSystem::Dense(system) => system.smallest_pivot(),
+            ComponentSystem::Sparse(system) => system.smallest_pivot(),
+        };
+        let diagonal = self.diagonal.iter().map(|entry| entry.abs());
+        diagonal.chain(self.parts.iter().map(of_part)).fold(f64::INFINITY, f64::min)
+    }
+
     /// The matrix in dense form, for inspection; cost: the square of the size.
     pub fn to_dense(&self) -> DMatrix<f64> {
         let size = self.locations.len() * D;
@@ -553,6 +564,40 @@ mod tests {
             }
             assert_eq!(solutions[0], solutions[1], "{choice:?}");
         }
+    }
+
+    #[test]
+    fn the_smallest_pivot_is_about_the_smallest_eigenvalue_of_a_definite_matrix() {
+        for (n_blocks, symmetric) in [(2, true), (2, false), (9, true), (9, false), (40, true)] {
+            for choice in [LinearSolver::Auto, LinearSolver::Dense, LinearSolver::Sparse] {
+                let mut links: Vec<Link> =
+                    (1..n_blocks).map(|block| link(block - 1, block)).collect();
+                links.iter_mut().for_each(|link| link.symmetric = symmetric);
+                let mut matrix = BlockMatrix::<2>::new(n_blocks, &links, choice);
+                assert_eq!(matrix.smallest_pivot(), f64::INFINITY);
+                for smallest in [1.0, 1e-9] {
+                    // Nothing but this holds a motion of all blocks together.
+                    matrix.clear();
+                    (0..n_blocks).for_each(|block| matrix.add_diagonal(block, smallest));
+                    for Link { blocks: [i, j], .. } in &links {
+                        let slot = matrix.pair_slot([*i, *j]).unwrap();
+                        matrix.add_pair(slot, &SMatrix::identity());
+                    }
+                    let mut values = vec![1.0; 2 * n_blocks];
+                    matrix.solve(&mut values, &mut LinearStatistics::default()).unwrap();
+                    let pivot = matrix.smallest_pivot();
+                    let bounds = 0.9 * smallest..2.0 * n_blocks as f64 * smallest;
+                    assert!(
+                        bounds.contains(&pivot),
+                        "{n_blocks} {symmetric} {choice:?}: {pivot:e}"
+                    );
+                }
+            }
+        }
+        let mut alone = BlockMatrix::<2>::new(2, &[], LinearSolver::Auto);
+        alone.add_diagonal(0, 3.0);
+        alone.add_diagonal(1, -2.0);
+        assert_eq!(alone.smallest_pivot(), 2.0);
     }
 
     #[test]

@@ -176,6 +176,15 @@ impl<const D: usize> SparseSystem<D> {
         }
     }
 
+    /// Magnitude of the smallest pivot of the last matrix; infinite if it was not factorised.
+    pub(super) fn smallest_pivot(&self) -> f64 {
+        match (self.last, &self.direct, &self.dense) {
+            (Last::Direct, Some(direct), _) => direct.factor.smallest_pivot(),
+            (Last::Dense, _, Some(dense)) => dense.smallest_pivot(),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Whether an earlier factor brought the solution to rounding.
     fn solve_lagged(&mut self, statistics: &mut LinearStatistics) -> bool {
         let Some(direct) = &mut self.direct else { return false };

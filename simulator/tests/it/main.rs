@@ -7,6 +7,7 @@ mod assignment;
 mod bad_input;
 mod cli;
 mod course_frames;
+mod doubtful;
 mod fast_mass_spring;
 mod film;
 mod forests;

@@ -11,8 +11,11 @@ use simulator::statistics::Statistics;
 use simulator::trace::State;
 use simulator::vocabulary;
 
-const ROBUST: SimulationOptions =
-    SimulationOptions { solver: simulator::solver::linear::LinearSolver::Auto, robust: true };
+const ROBUST: SimulationOptions = SimulationOptions {
+    solver: simulator::solver::linear::LinearSolver::Auto,
+    robust: true,
+    watch_energy: false,
+};
 
 /// Four particles, flung at 30 m/s with every pair of five tied by a spring of its own stiffness: plain Newton runs
 /// in circles in the first step of 1 s. `b` is the springs' damping.

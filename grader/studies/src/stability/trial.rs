@@ -18,7 +18,6 @@ use nalgebra::DVector;
 use simulator::scene::schema::{Dependence, Family, IntegratorSchema};
 use simulator::scene::{ForceElement, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
-use simulator::solver::linear::LinearSolver;
 
 use super::cases::Case;
 use super::outcome::{Measured, Outcome, Trial, reason};
@@ -90,7 +89,7 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(case: &'a Case, scene: &'a Scene, robust: bool) -> Self {
-        let config = SimulationOptions { solver: LinearSolver::Auto, robust };
+        let config = SimulationOptions { robust, ..SimulationOptions::default() };
         let simulation = Simulation::with_options(scene, config);
         let energies = simulation.energies().ok();
         let energy = energies.as_ref().map_or(f64::NAN, |all| all.kinetic + all.potential);

@@ -16,6 +16,7 @@ use film::{Film, FilmArgs};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulator::fallback::FallbackStatistics;
 use simulator::generate::{parse_integrator, parse_option};
+use simulator::growth::EnergyGrowth;
 use simulator::materials::Materials;
 use simulator::output::OutputFile;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
@@ -265,14 +266,18 @@ fn plot_all(
         let options = ParseOptions { overrides, ..options.clone() };
         scenes.push(scene::load(path, &vocabulary(), &options)?.scene);
     }
-    plot::write(plot, &scenes, SimulationOptions { solver: cli.solver, robust: cli.robust })
+    plot::write(plot, &scenes, options_of(cli))
+}
+
+fn options_of(cli: &Cli) -> SimulationOptions {
+    SimulationOptions { solver: cli.solver, robust: cli.robust, watch_energy: false }
 }
 
 /// Takes all steps of the scene and writes what was asked for.
 fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure> {
-    let config = SimulationOptions { solver: cli.solver, robust: cli.robust };
+    let config = SimulationOptions { watch_energy: true, ..options_of(cli) };
     let mut simulation = Simulation::with_options(scene, config);
-    let mut film = Film::open(&cli.film, scene, config)?;
+    let mut film = Film::open(&cli.film, scene, options_of(cli))?;
 
     let mut trace = Trace::start(cli.output.as_deref(), format, Shape::of(scene))?;
     let mut energy = match &cli.energy {
@@ -295,13 +300,20 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
             let written = writer.write(simulation.state(), &simulation.energies()?);
             written.map_err(|error| Failure::at(path, error))?;
         }
-        if !simulation.advance()? {
-            break;
+        match simulation.advance() {
+            Ok(true) => progress.at(simulation.statistics().steps),
+            end => {
+                // Warnings explain a failure as well.
+                drop(progress);
+                for warning in warnings(simulation.statistics(), scene) {
+                    print_message("warning", warning);
+                }
+                end?;
+                break;
+            }
         }
-        progress.at(simulation.statistics().steps);
     }
     let elapsed = started.elapsed();
-    drop(progress);
 
     if let Some(film) = film {
         film.finish()?;
@@ -476,7 +488,9 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
         control,
         linear_solver,
         linear,
+        conditioning,
         fallback,
+        energy_growth: _,
     } = simulation.statistics();
     let mut rows: Vec<(&str, String)> = vec![
         ("steps", steps.to_string()),
@@ -493,6 +507,12 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
             ("indefinite matrices", linear.indefinite.to_string()),
             ("complete pivotings", linear.complete_pivotings.to_string()),
             ("worst linear residual", format!("{:.1e}", linear.worst_residual)),
+        ]);
+    }
+    if conditioning.largest > 0.0 {
+        rows.extend([
+            ("largest amplification", format!("{:.1e}", conditioning.largest)),
+            ("nearly singular steps", conditioning.nearly_singular.to_string()),
         ]);
     }
     if linear.iterations > 0 {
@@ -547,6 +567,33 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
         writeln!(out, "{name:<22} {value}")?;
     }
     out.flush()
+}
+
+/// Warnings of what makes a trace doubtful without making a step fail.
+fn warnings(statistics: &Statistics, scene: &Scene) -> Vec<String> {
+    let (name, h) = (&scene.name, scene.time_step);
+    let mut warnings = Vec::new();
+    if let Some((step, amplification)) = statistics.conditioning.first {
+        let time = (step - 1) as f64 * h;
+        let later = match statistics.conditioning.nearly_singular {
+            1 => String::new(),
+            count => format!(", as in {} later steps", count - 1),
+        };
+        warnings.push(format!(
+            "{name}: step {step} (from t = {time} s): the matrix of the step is nearly singular: it \
+             enlarges a change of velocity {amplification:.1e} times{later}\n  help: shorten the time \
+             step, or add --robust"
+        ));
+    }
+    if let Some(EnergyGrowth { step, energy, before }) = statistics.energy_growth {
+        let time = step as f64 * h;
+        warnings.push(format!(
+            "{name}: step {step} (to t = {time} s): the energy has grown from at most {before:.1e} to \
+             {energy:.1e}; the motion is unstable\n  help: shorten the time step, or use an implicit \
+             integrator"
+        ));
+    }
+    warnings
 }
 
 /// A note for traces in which steps were recovered by fallbacks.

@@ -589,8 +589,7 @@ fn warnings(statistics: &Statistics, scene: &Scene) -> Vec<String> {
         let time = step as f64 * h;
         warnings.push(format!(
             "{name}: step {step} (to t = {time} s): the energy has grown from at most {before:.1e} to \
-             {energy:.1e}; the motion is unstable\n  help: shorten the time step, or use an implicit \
-             integrator"
+             {energy:.1e}; the motion is unstable\n  help: shorten the time step"
         ));
     }
     warnings

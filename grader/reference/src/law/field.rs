@@ -82,7 +82,8 @@ fn phase<T: Number>(at: &At<'_, T>) -> T {
     place + at.time
 }
 
-fn diagonal(starts: &[[f64; 3]]) -> f64 {
+/// The diagonal of the box around all particles at the start.
+pub(super) fn diagonal(starts: &[[f64; 3]]) -> f64 {
     let extent = |axis: usize| {
         let along = || starts.iter().map(|start| start[axis]);
         along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)

@@ -291,8 +291,13 @@ impl<'a> Expectation<'a> {
         scales
     }
 
-    /// The shortest distance between two particles joined by an element: the law is smooth within it.
+    /// The length within which the law is smooth: the shortest distance between two particles joined by an element, or a
+    /// fifth of the box over which a field varies with the position.
     pub fn shortest(&self, x: &[f64]) -> Option<f64> {
+        if !self.law.is_pair() {
+            let varies = self.law.schema().depends_on().position;
+            return varies.then(|| 0.2 * field::diagonal(&self.starts));
+        }
         let lengths = self.scene.forces.iter().filter_map(|element| {
             element.pair.map(|pair| norm(&difference(x, self.dimension(), pair)))
         });

@@ -18,7 +18,7 @@ use crate::system::System;
 pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {
         name: "symplectic-euler",
-        aliases: &["symplectic", "forward-backward-euler"],
+        aliases: &["symplectic", "semi-implicit-euler", "semi-implicit", "forward-backward-euler"],
         summary: "v' = v + h F(q, v)/m, q' = q + h v'",
         formula: "`v' = v + h M⁻¹ F(q, v, t)`, `q' = q + h v'`",
         equation: StepEquation::SymplecticEuler,

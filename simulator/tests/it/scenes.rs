@@ -146,6 +146,8 @@ fn every_spelling_of_an_integrator_means_the_same_method() {
         ("explicit-euler", "explicit-euler"),
         ("symplectic-euler", "symplectic-euler"),
         ("symplectic", "symplectic-euler"),
+        ("semi-implicit-euler", "symplectic-euler"),
+        ("semi-implicit", "symplectic-euler"),
         ("forward-backward-euler", "symplectic-euler"),
         ("linearized-implicit-euler", "linearized-implicit-euler"),
         ("linearized-implicit", "linearized-implicit-euler"),

@@ -73,7 +73,7 @@ async function controls(page) {
     await press(page, key);
     assert.deepEqual(await picture(), before, `${key} shows it again`);
   }
-  // Wind, stiffness and damping change the next step; without a change it is the same.
+  // Wind, mass, stiffness and damping change the next step; without a change it is the same.
   const positionsAfterAStep = async (change) => {
     await press(page, "r");
     await settled(page);
@@ -93,6 +93,8 @@ async function controls(page) {
   assert.equal(await positionsAfterAStep(() => press(page, "w")), plain, "no wind");
   assert.notEqual(await positionsAfterAStep(fill("timeStep", "0.008")), plain, "time step");
   assert.equal(await positionsAfterAStep(fill("timeStep", "0.004")), plain);
+  assert.notEqual(await positionsAfterAStep(fill("mass", "3")), plain, "mass");
+  assert.equal(await positionsAfterAStep(fill("mass", "1")), plain);
   assert.notEqual(await positionsAfterAStep(async () => {
     await fill("stiffness", "0.01")();
     await fill("damping", "5")();

@@ -218,7 +218,7 @@ Report.Live = class {
     this.playing = false;
     this.held = null;
     this.shown = { edges: true, particles: true, faces: true };
-    this.common = { stiffness: 1, damping: 0 };
+    this.common = { mass: 1, stiffness: 1, damping: 0 };
     this.windy = data.settings.wind !== 0;
     this.strength = data.settings.wind || 1;
     this.pending = { reset: false, step: false };
@@ -288,6 +288,7 @@ Report.Live = class {
       this.change();
     };
     const physics = [
+      this.number("mass", "mass ×", 1, { min: 0 }, set("mass")),
       this.number("stiffness", "stiffness ×", 1, { min: 0 }, set("stiffness")),
       this.number("damping", "damping +", 0, { min: 0 }, set("damping")),
       Report.element("fieldset", {}, box("wind", "wind, strength", this.windy, (checked) => {
@@ -301,12 +302,12 @@ Report.Live = class {
     this.charts = Report.element("div", { class: "charts" });
     const how = this.data.scene.dimension === 3 ? "turn it, with Shift to move it" : "move it";
     this.host = Report.element("div", { class: "live single" },
-      Report.element("div", { class: "wide-row" }, group("Playback", playback), group("Settings of all springs", physics)),
+      Report.element("div", { class: "wide-row" }, group("Playback", playback), group("Settings of all particles and springs", physics)),
       this.panesHost, this.charts,
       Report.element("p", { class: "hint wide-row" },
         `Drag a particle to move it; drag the picture to ${how}; turn the wheel to zoom. Keys: k play, full stop step, r reset, ` +
         `w wind, e edges, m masses, ${this.data.scene.faces ? "f faces, " : ""}2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. ` +
-        "Stiffness is a factor, damping is added, of every spring."));
+        "Mass is a factor of every particle's; stiffness is a factor, damping is added, of every spring."));
     host.append(this.host);
     this.chart = Report.chart(this.charts, { title: "Energy", xLabel: "t (s)", yLabel: "energy (J)", series: [] });
   }

@@ -96,7 +96,7 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 /// Show a scene live, on a page of this machine
 ///
 /// It prints the address of the page; Ctrl-C ends it. On the page: play, step, reset; another integrator, time step,
-/// stiffness, damping and wind while the scene runs; energies; particles to drag; two integrators side by side. Only
+/// mass, stiffness, damping and wind while the scene runs; energies; particles to drag; two integrators side by side. Only
 /// this address, with a random port and a random token, reaches the scene.
 #[derive(Args)]
 pub(super) struct View {

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use simulator::scene::error::Problem;
-use simulator::scene::schema::{ActsOn, IntegratorOptions, Refusal};
+use simulator::scene::schema::{ActsOn, Domain, IntegratorOptions, Refusal};
 use simulator::scene::{ForceElement, Location, Scene};
 use simulator::simulation::{FailureKind, SimulationError};
 use simulator::vocabulary;
@@ -37,6 +37,8 @@ pub(super) struct Settings {
     pub(super) integrator: String,
     /// In seconds.
     time_step: f64,
+    /// Factor of the mass of every particle.
+    mass: f64,
     /// Factor of the stiffness of every spring.
     stiffness: f64,
     /// Added to the damping of every spring.
@@ -139,6 +141,7 @@ impl Settings {
         Self {
             integrator: scene.integrator.name.to_owned(),
             time_step: scene.time_step,
+            mass: 1.0,
             stiffness: 1.0,
             damping: 0.0,
             wind: wind(scene),
@@ -165,6 +168,14 @@ impl Settings {
         let mut scene = Scene { time_step: h, duration: f64::MAX, integrator, ..original.clone() };
         if integrator != original.integrator {
             scene.integrator_options = IntegratorOptions::defaults(integrator);
+        }
+        for (number, particle) in scene.particles.iter_mut().enumerate() {
+            particle.mass *= self.mass;
+            if !Domain::Positive.contains(particle.mass) {
+                let help = format!("it must be {}", Domain::Positive.describe());
+                let message = format!("the mass of particle {number} is {}", particle.mass);
+                return Err(refused(message, &help));
+            }
         }
         for force in &mut scene.forces {
             if force.schema.acts_on == ActsOn::Edge {
@@ -494,6 +505,7 @@ mod tests {
         let before = run.state.clone();
         run.set(&changed(&run, |settings| {
             (settings.stiffness, settings.damping, settings.wind) = (4.0, 0.5, 2.0);
+            settings.mass = 2.5;
             settings.integrator = "implicit-euler".to_owned();
         }));
         assert_eq!(run.positions(), before.positions);
@@ -502,6 +514,7 @@ mod tests {
         expected.integrator_options = IntegratorOptions::defaults(expected.integrator);
         (*expected.forces[0].parameter_mut("k"), *expected.forces[0].parameter_mut("b")) =
             (400.0, 0.5);
+        expected.particles.iter_mut().for_each(|particle| particle.mass = 2.5);
         let schema = vocabulary().force(WIND).unwrap();
         let wind = ForceElement {
             schema,
@@ -527,10 +540,12 @@ mod tests {
         let mut run = Run::new(&scene, BUDGET);
         let before = run.positions().to_vec();
         type Edit = fn(&mut Settings);
-        let wrong: [(&str, Edit); 6] = [
+        let wrong: [(&str, Edit); 8] = [
             ("integrator \"adams\"", |settings| settings.integrator = "adams".to_owned()),
             ("time step is 0 s", |settings| settings.time_step = 0.0),
             ("time step is NaN s", |settings| settings.time_step = f64::NAN),
+            ("mass of particle 0 is 0", |settings| settings.mass = 0.0),
+            ("mass of particle 0 is NaN", |settings| settings.mass = f64::NAN),
             ("k of <springforce> is -100", |settings| settings.stiffness = -1.0),
             ("k of <springforce> is inf", |settings| settings.stiffness = 1e307),
             ("projected-newton cannot simulate", |settings| {

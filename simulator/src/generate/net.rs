@@ -20,12 +20,13 @@ use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use crate::scene::schema::Domain;
-use crate::scene::{Dimension, Scene};
+use crate::scene::{Color, Dimension, Scene, Viewport};
 
 /// A square net.
 #[derive(Debug, Clone, PartialEq, Args)]
 pub struct Net {
-    /// The net of the lecture, with its springs, integrator and time step: 4 segments, stretched.
+    /// The net of the lecture, with its springs, integrator and time step: 4 segments, stretched. Frames with --size
+    /// 900x900 look like the lecture's window.
     #[arg(long, conflicts_with_all = ["segments", "pinned", "stretch", "density", "stiffness", "damping", "law", "integrator", "options", "time_step", "duration", "steps"])]
     pub lecture: bool,
     /// Segments along a side.
@@ -69,6 +70,45 @@ impl Default for Net {
 /// The slides' time step.
 const TIME_STEP: f64 = 0.004;
 
+/// The window of the lecture's program.
+const WINDOW: Window = Window {
+    height: 900.0,
+    scale: 200.0,
+    line: 1.0,
+    radius: 0.1,
+    color: Color { r: 0.0, g: 0.0, b: 1.0 },
+    background: Color { r: 1.0, g: 1.0, b: 1.0 },
+};
+
+/// A square window about the origin.
+struct Window {
+    /// In pixels; so is its width.
+    height: f64,
+    /// Pixels a metre.
+    scale: f64,
+    /// Width of a line, in pixels.
+    line: f64,
+    /// Radius of a particle, as a share of a segment.
+    radius: f64,
+    /// Of particles and lines.
+    color: Color,
+    background: Color,
+}
+
+impl Window {
+    /// Lets the scene be drawn as this window shows it, in frames of its size.
+    fn draw(&self, scene: &mut Scene, segment: f64) {
+        let Self { height, scale, line, radius, color, background } = *self;
+        scene.particles.iter_mut().for_each(|particle| particle.radius = radius * segment);
+        scene.edges.iter_mut().for_each(|edge| edge.radius = 0.5 * line / scale);
+        let colors = |count: usize| (0..count).map(|number| (number, color)).collect();
+        scene.rendering.viewport = Some(Viewport { center: [0.0; 2], size: 0.5 * height / scale });
+        scene.rendering.background = Some(background);
+        scene.rendering.particle_colors = colors(scene.particles.len());
+        scene.rendering.edge_colors = colors(scene.edges.len());
+    }
+}
+
 impl Net {
     /// The net of the lecture: 20 steps of projected Newton, to its tolerance of 1e-2, on springs of squared length.
     pub fn of_the_lecture() -> Self {
@@ -92,7 +132,10 @@ impl Generator for Net {
 
     fn scene(&self) -> Result<Scene, GenerateError> {
         if self.lecture {
-            return Self::of_the_lecture().scene();
+            let lecture = Self::of_the_lecture();
+            let mut scene = lecture.scene()?;
+            WINDOW.draw(&mut scene, 1.0 / lecture.segments as f64);
+            return Ok(scene);
         }
         let mut builder = SceneBuilder::new("net", self.size()?, Dimension::Two, &self.timeline)?;
         check("stretch", self.stretch, Domain::Positive)?;

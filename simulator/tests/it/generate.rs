@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::support::{parse, shipped_scenes, simulate, stderr};
+use simulator::frames::{Bounds, Painter};
 use simulator::generate::{
     Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Size, Timeline,
 };
@@ -455,4 +456,55 @@ fn the_net_of_the_lecture_is_the_shipped_scene() {
         springs.collect::<Vec<_>>()
     };
     assert_eq!(springs(&made), springs(&shipped));
+}
+
+/// The lecture's program draws blue lines of one pixel and blue discs of a tenth of a segment, 200 pixels a metre, on a white
+/// window of 900 by 900 pixels whose middle is the origin.
+#[test]
+fn the_net_of_the_lecture_looks_like_its_window() {
+    let scene = parse(&generate(&["net", "--lecture"]));
+    let painter = Painter::new(&scene, [900, 900], Bounds::default());
+    let canvas = painter.draw(0.0, &scene.positions()).canvas();
+    // How blue a pixel is, from 0 for white to 1.
+    let share = |x: usize, y: usize| {
+        let at = 3 * (900 * y + x);
+        let [red, green, blue] = [0, 1, 2].map(|channel| canvas.pixels()[at + channel]);
+        assert_eq!((red, blue), (green, 255), "pixel {x}, {y}");
+        1.0 - f64::from(red) / 255.0
+    };
+    let screen = |[x, y, _]: [f64; 3]| [450.0 + 200.0 * x, 900.0 - (450.0 + 200.0 * y)];
+    let centers: Vec<[f64; 2]> =
+        scene.particles.iter().map(|particle| screen(particle.position)).collect();
+    let lines: Vec<[[f64; 2]; 2]> =
+        scene.edges.iter().map(|edge| edge.particles.map(|end| centers[end])).collect();
+    let distance = |[x, y]: [f64; 2], [[ax, ay], [bx, by]]: [[f64; 2]; 2]| {
+        let [dx, dy] = [bx - ax, by - ay];
+        let along = (((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
+        (x - ax - along * dx).hypot(y - ay - along * dy)
+    };
+    let mut blue = 0.0;
+    for (x, y) in (0..900).flat_map(|y| (0..900).map(move |x| (x, y))) {
+        let at = [x as f64 + 0.5, y as f64 + 0.5];
+        let to_disc = centers.iter().map(|[x, y]| (at[0] - x).hypot(at[1] - y) - 5.0);
+        let to_disc = to_disc.fold(f64::INFINITY, f64::min);
+        let to_line = lines.iter().map(|line| distance(at, *line) - 0.5);
+        let to_line = to_line.fold(f64::INFINITY, f64::min);
+        let share = share(x, y);
+        blue += share;
+        // A pixel's corners are 0.71 pixels from its middle.
+        if to_disc < -0.75 {
+            assert_eq!(share, 1.0, "in a disc: {x}, {y}");
+        }
+        if to_disc.min(to_line) > 0.75 {
+            assert_eq!(share, 0.0, "beside all: {x}, {y}");
+        }
+        if to_line < 0.0 {
+            assert!(share > 0.2, "on a line: {x}, {y}");
+        }
+    }
+    // The area of discs and lines; lines cross in few pixels.
+    let length = |[[ax, ay], [bx, by]]: [[f64; 2]; 2]| (bx - ax).hypot(by - ay);
+    let area = 25.0 * std::f64::consts::PI * 25.0
+        + lines.iter().map(|line| length(*line) - 10.0).sum::<f64>();
+    assert!((blue / area - 1.0).abs() < 0.02, "{blue} {area}");
 }

@@ -56,8 +56,8 @@ struct Cli {
     #[arg(long, value_enum, requires = "output")]
     format: Option<TraceFormat>,
 
-    /// Use this integrator instead of the scene's; may be given several times with --plot
-    #[arg(long, value_name = "TYPE", value_parser = parse_integrator)]
+    /// Use this integrator instead of the scene's; with --plot several, separated by commas
+    #[arg(long, value_name = "TYPE", value_delimiter = ',', value_parser = parse_integrator)]
     integrator: Vec<&'static IntegratorSchema>,
 
     /// Use this time step (seconds) instead of the scene's
@@ -84,8 +84,8 @@ struct Cli {
     #[arg(long, value_name = "FILE")]
     energy: Option<PathBuf>,
 
-    /// Write a diagram of energies and momenta over time, of each integrator (SVG). Without another output, the scene is
-    /// run for the diagram alone, and runs that fail are shown up to there
+    /// Write a diagram of the particles' paths, and of energies and momenta over time, of each integrator (SVG). Without
+    /// another output, the scene is run for the diagram alone, and runs that fail are shown up to there
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 

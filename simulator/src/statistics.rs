@@ -28,6 +28,8 @@ pub struct Statistics {
     pub max_local_global_iterations: u64,
     /// Steps that reached the maximum number of rounds before the tolerance.
     pub unconverged_steps: u64,
+    /// How far the rounds of a step are from the minimiser when they end.
+    pub rounds_end: RoundsEnd,
     /// Steps of error control, of which the steps of the scene are made.
     pub control: ControlStatistics,
     /// Description of the linear solver; empty for an explicit method.
@@ -74,6 +76,32 @@ impl ConditioningStatistics {
             self.nearly_singular += 1;
             self.first.get_or_insert((step, self.last));
         }
+    }
+}
+
+/// How far the rounds of local and global steps are from the minimiser when they end: the worst step of a run.
+///
+/// With `δ` the change of a round and `|δ|_Q² = δᵀ Q δ`, a norm of the residual `−∇E = Q δ` at the round's start: near the
+/// minimiser the rounds are `δ' = (I − Q⁻¹ ∇²E) δ`, whose matrix is symmetric in the product of `Q`. Where no eigenvalue of
+/// it is negative, the contraction `ρ = |δ_k|_Q / |δ_{k−1}|_Q` grows with `k`, and the distance that is left, in that norm, is at
+/// least `ρ/(1 − ρ) |δ_k|_Q`: slow components that are still hidden make it larger.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RoundsEnd {
+    /// Largest change of a coordinate in the last round, in metres.
+    pub change: f64,
+    /// `|δ|_Q` of the last round over that of the first; 0 with an accelerated method, which does not know it.
+    pub residual: f64,
+    /// `ρ/(1 − ρ)` times the change of the last round, in metres; infinite if the last two rounds do not contract. 0 with
+    /// an accelerated method or with a single round, which do not know it.
+    pub distance: f64,
+}
+
+impl RoundsEnd {
+    /// Adds a step.
+    pub fn add(&mut self, RoundsEnd { change, residual, distance }: RoundsEnd) {
+        self.change = self.change.max(change);
+        self.residual = self.residual.max(residual);
+        self.distance = self.distance.max(distance);
     }
 }
 

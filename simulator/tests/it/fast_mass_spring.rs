@@ -273,6 +273,52 @@ fn a_tolerance_ends_the_rounds_early_or_is_missed_openly() {
     assert_eq!((missed.unconverged_steps, missed.local_global_iterations), (5, 10));
 }
 
+/// The distance of each coordinate from the minimiser after some rounds of one step, and what the statistics say of it.
+#[test]
+fn the_statistics_say_how_far_the_rounds_are_from_the_minimiser() {
+    let elements = net(3, true).replace("k=\"300\"", "k=\"30000\"");
+    let after = |rounds: usize| {
+        let iterations = rounds.to_string();
+        let (states, statistics) =
+            run(&scene(&elements, 1.0 / 30.0, 1, &[("iterations", iterations.as_str())]));
+        (states.into_iter().next_back().unwrap(), statistics.rounds_end)
+    };
+    let (minimiser, converged) = after(6_000);
+    assert!(converged.distance < 1e-9 && converged.residual < 1e-8, "{converged:?}");
+    let mut before = after(9);
+    for (rounds, at_most) in [(10, 10.0), (50, 4.0), (1_000, 1.05)] {
+        if rounds > 10 {
+            before = after(rounds - 1);
+        }
+        let (state, end) = after(rounds);
+        let changed = largest_difference(&state, &before.0);
+        assert!((end.change / changed - 1.0).abs() < 1e-6, "{rounds}: {end:?} {changed:e}");
+        // It is an estimate from below, of a distance many times the change of the last round.
+        let true_distance = largest_difference(&state, &minimiser);
+        let ratio = true_distance / end.distance;
+        assert!((0.95..at_most).contains(&ratio), "{rounds}: {true_distance:e} {end:?}");
+        assert!(end.distance > 3.0 * end.change, "{rounds}: {end:?}");
+        assert!(end.residual < before.1.residual, "{rounds}: {end:?}");
+    }
+}
+
+#[test]
+fn the_end_of_the_rounds_is_that_of_the_worst_step_and_needs_two_rounds_for_a_distance() {
+    // Springs of rest length zero: the first round is the minimiser.
+    let linear = chain(2).replace("l0=\"0.95\"", "l0=\"0\"");
+    let exact = run(&scene(&linear, 0.01, 3, &[("iterations", "3")])).1.rounds_end;
+    assert!(exact.distance < 1e-14 && exact.residual < 1e-12, "{exact:?}");
+    let one = run(&scene(&chain(2), 0.01, 3, &[("iterations", "1")])).1.rounds_end;
+    assert!(one.change > 1e-4 && (one.residual, one.distance) == (1.0, 0.0), "{one:?}");
+    let of = |steps| run(&scene(&chain(2), 0.01, steps, &[("iterations", "5")])).1.rounds_end;
+    let (short, long) = (of(1), of(20));
+    assert!(long.change >= short.change && long.distance > short.distance, "{short:?} {long:?}");
+    let options = [("acceleration", "lbfgs"), ("iterations", "5")];
+    let accelerated = run(&scene(&chain(2), 0.01, 3, &options)).1.rounds_end;
+    assert!(accelerated.change > 0.0, "{accelerated:?}");
+    assert_eq!((accelerated.residual, accelerated.distance), (0.0, 0.0));
+}
+
 #[test]
 fn momentum_is_conserved_without_pins() {
     let elements = net(3, false).replace(GRAVITY, "").replacen(r#"vx="0""#, r#"vx="3""#, 1);

@@ -485,6 +485,7 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
         local_global_iterations,
         max_local_global_iterations,
         unconverged_steps,
+        rounds_end,
         control,
         linear_solver,
         linear,
@@ -541,7 +542,22 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
                 format!("{local_global_iterations}, at most {max_local_global_iterations} a step"),
             ),
             ("unconverged steps", unconverged_steps.to_string()),
+            ("last round's change", format!("up to {:.1e} m", rounds_end.change)),
         ]);
+    }
+    if rounds_end.residual > 0.0 {
+        rows.push((
+            "residual of rounds",
+            format!("down to {:.1e} of the first", rounds_end.residual),
+        ));
+    }
+    if rounds_end.distance > 0.0 {
+        let distance = if rounds_end.distance.is_finite() {
+            format!("in the worst step about {:.1e} m, or more", rounds_end.distance)
+        } else {
+            "unknown: the last rounds of a step do not contract".to_owned()
+        };
+        rows.push(("distance to minimiser", distance));
     }
     if control.taken > 0 {
         rows.extend([

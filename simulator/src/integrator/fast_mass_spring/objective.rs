@@ -239,6 +239,12 @@ impl<const P: usize> StepObjective<P> {
         &self.change
     }
 
+    /// `|δ|_Q²` of the last solution `δ`.
+    pub(super) fn change_squared(&self) -> f64 {
+        let products = self.change.as_flattened().iter().zip(self.right.as_flattened());
+        products.map(|(change, right)| change * right).sum()
+    }
+
     /// Judges the last solution. Where its error is more than rounding and `u` was changed by it, that error is
     /// taken back.
     ///

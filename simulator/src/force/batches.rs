@@ -176,7 +176,7 @@ impl Batches {
         &self,
         simd: S,
         laws: &impl PairLaws<D>,
-        State { positions, velocities, .. }: State<'_>,
+        State { positions, velocities, time, .. }: State<'_>,
         sums: &mut [f64],
     ) -> Result<(), Undefined> {
         let x = positions.as_chunks::<D>().0;
@@ -189,7 +189,8 @@ impl Batches {
             if batch.n_runs == 0 {
                 let pairs = &self.pairs[batch.first_pair as usize..][..count];
                 let forces = &mut forces[..count];
-                laws.forces(simd, slot, Scattered { pairs, x, v: V.then_some(v) }, forces)?;
+                let relative = Scattered { pairs, x, v: V.then_some(v), time };
+                laws.forces(simd, slot, relative, forces)?;
                 self.add_scattered(pairs, forces, sums);
                 continue;
             }
@@ -203,8 +204,9 @@ impl Batches {
                 let x = [&x[i..][..filled], &x[j..][..filled]];
                 let v = if V { [&v[i..][..filled], &v[j..][..filled]] } else { [&v[..0]; 2] };
                 let (slot, forces) = (slot + run * stride, &mut forces[run * stride..][..filled]);
-                if laws.forces(simd, slot, Run { x, v }, forces).is_err() {
-                    batch.forces_of_elements(laws, slot, Run { x, v }, forces)?;
+                let relative = Run { x, v, time };
+                if laws.forces(simd, slot, relative, forces).is_err() {
+                    batch.forces_of_elements(laws, slot, relative, forces)?;
                 }
                 for (forces, holes) in forces.chunks_mut(64).zip(batch.holes) {
                     let mut holes = holes;
@@ -272,7 +274,7 @@ impl Batch {
         forces: &mut [[f64; D]],
     ) -> Result<(), Undefined> {
         for idx in (0..self.count as usize).filter(|idx| !self.is_hole(*idx)) {
-            let law = laws.law(first_slot + idx);
+            let law = laws.law(first_slot + idx).at(run.time());
             let force = law.force(&run.position(idx), &run.velocity(idx));
             forces[idx] = force.ok_or(Undefined)?.into();
         }
@@ -290,6 +292,8 @@ pub(super) trait Relative<const D: usize>: Copy {
     fn position(self, idx: usize) -> Vector<D>;
     /// `w` of one element; 0 where velocities were not asked for.
     fn velocity(self, idx: usize) -> Vector<D>;
+    /// The time of the state.
+    fn time(self) -> f64;
 }
 
 /// All first particles, and all second ones.
@@ -297,6 +301,7 @@ pub(super) trait Relative<const D: usize>: Copy {
 struct Run<'a, const D: usize> {
     x: [&'a [[f64; D]]; 2],
     v: [&'a [[f64; D]]; 2],
+    time: f64,
 }
 
 /// Pairs, and the states of all particles.
@@ -305,6 +310,7 @@ struct Scattered<'a, const D: usize> {
     pairs: &'a [[u32; 2]],
     x: &'a [[f64; D]],
     v: Option<&'a [[f64; D]]>,
+    time: f64,
 }
 
 impl<const D: usize> Scattered<'_, D> {
@@ -372,6 +378,10 @@ impl<const D: usize> Relative<D> for Run<'_, D> {
             None => Vector::zeros(),
         }
     }
+    #[inline(always)]
+    fn time(self) -> f64 {
+        self.time
+    }
 }
 
 impl<const D: usize> Relative<D> for Scattered<'_, D> {
@@ -390,6 +400,10 @@ impl<const D: usize> Relative<D> for Scattered<'_, D> {
     #[inline(always)]
     fn velocity(self, idx: usize) -> Vector<D> {
         self.v.map_or_else(Vector::zeros, |v| self.difference(v, idx))
+    }
+    #[inline(always)]
+    fn time(self) -> f64 {
+        self.time
     }
 }
 

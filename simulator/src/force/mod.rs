@@ -40,6 +40,7 @@ mod constant;
 mod drag;
 mod gravitational;
 mod green_spring;
+mod scripted_spring;
 mod simple_gravity;
 mod spring;
 mod vortex;
@@ -61,6 +62,7 @@ pub static REGISTRY: &[&ForceKind] = &[
     &vortex::KIND,
     &green_spring::KIND,
     &wind::KIND,
+    &scripted_spring::KIND,
 ];
 
 /// A force as the registry knows it: how a scene mentions it, and how it is built.

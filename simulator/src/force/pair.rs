@@ -40,6 +40,11 @@ pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
     fn has_constant_jacobians(&self) -> bool {
         false
     }
+
+    /// The law at this time, for one that changes with it: all else is asked of what this returns.
+    fn at(self, _time: f64) -> Self {
+        self
+    }
 }
 
 /// The laws of many elements, by slot.
@@ -83,7 +88,7 @@ pub(super) fn one_by_one<const D: usize>(
     forces: &mut [[f64; D]],
 ) -> Result<(), Undefined> {
     for (idx, force) in forces.iter_mut().enumerate() {
-        let law = laws.law(first_slot + idx);
+        let law = laws.law(first_slot + idx).at(relative.time());
         let of_first = law.force(&relative.position(idx), &relative.velocity(idx));
         *force = of_first.ok_or(Undefined)?.into();
     }
@@ -193,7 +198,8 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
         let mut sum = 0.0;
         for element in self.active.iter().chain(&self.inert) {
             let (d, _) = relative::<D>(state, element.pair());
-            sum += self.laws.law(element.slot as usize).energy(d.norm())?;
+            let law = self.laws.law(element.slot as usize).at(state.time);
+            sum += law.energy(d.norm())?;
         }
         Some(sum)
     }
@@ -222,7 +228,8 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
     ) -> Result<(), Degenerate> {
         for active in &self.active {
             let (d, w) = relative(state, active.pair());
-            let jacobians = self.laws.law(active.slot as usize).jacobians(&d, &w);
+            let law = self.laws.law(active.slot as usize).at(state.time);
+            let jacobians = law.jacobians(&d, &w);
             let (a, b) = jacobians.ok_or(Degenerate { element: active.element as usize })?;
             sink.add_pair([active.i as usize, active.j as usize], &a, &b);
         }
@@ -252,7 +259,8 @@ impl<L> PairForce<L> {
     {
         let is_undefined = |active: &&PairElement| {
             let (d, w) = relative::<D>(state, active.pair());
-            self.laws.law(active.slot as usize).force(&d, &w).is_none()
+            let law = self.laws.law(active.slot as usize).at(state.time);
+            law.force(&d, &w).is_none()
         };
         let first = self.active.iter().find(is_undefined).expect("one of them is not defined");
         Degenerate { element: first.element as usize }

@@ -75,9 +75,9 @@ fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Fo
 
 #[derive(Clone, Copy)]
 pub(super) struct Spring {
-    stiffness: f64,
-    rest_length: f64,
-    damping: f64,
+    pub(super) stiffness: f64,
+    pub(super) rest_length: f64,
+    pub(super) damping: f64,
 }
 
 impl Spring {

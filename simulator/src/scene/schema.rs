@@ -160,6 +160,8 @@ impl Dependence {
     pub const VELOCITY: Self = Self { position: false, velocity: true, time: false };
     /// On positions and velocities.
     pub const STATE: Self = Self { position: true, velocity: true, time: false };
+    /// On positions and the time.
+    pub const POSITION_AND_TIME: Self = Self { position: true, velocity: false, time: true };
     /// On the time alone.
     pub const TIME: Self = Self { position: false, velocity: false, time: true };
 

@@ -122,6 +122,8 @@ enum Form {
         dual: PairLaw<Dual64>,
         /// By parameters, product of the masses, `|d|` and `|w|`.
         scale: fn(&Parameters, f64, f64, f64) -> Scale,
+        /// The parameters that these functions take, at a time.
+        at: fn(&Parameters, f64) -> Parameters,
     },
     /// The force on each particle by itself.
     Field {
@@ -204,7 +206,7 @@ impl<'a> Expectation<'a> {
     /// The force on every particle.
     pub fn force(&self, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
         self.total(x, v, time, |form| match form {
-            Form::Pair { plain, .. } => Evaluate::Pair(*plain),
+            Form::Pair { plain, at, .. } => Evaluate::Pair(*plain, *at),
             Form::Field { plain, .. } => Evaluate::Field(*plain),
         })
     }
@@ -215,7 +217,7 @@ impl<'a> Expectation<'a> {
             values.iter().zip(along).map(|(value, along)| Dual64::new(*value, *along)).collect()
         };
         let force = self.total(&seeded(x, dx), &seeded(v, dv), time, |form| match form {
-            Form::Pair { dual, .. } => Evaluate::Pair(*dual),
+            Form::Pair { dual, at, .. } => Evaluate::Pair(*dual, *at),
             Form::Field { dual, .. } => Evaluate::Field(*dual),
         });
         force.iter().map(|force| force.eps).collect()
@@ -237,7 +239,7 @@ impl<'a> Expectation<'a> {
                     true => (seeded(x, None), seeded(v, Some(column))),
                 };
                 let force = self.total(&x, &v, time, |form| match form {
-                    Form::Pair { dual, .. } => Evaluate::Pair(*dual),
+                    Form::Pair { dual, at, .. } => Evaluate::Pair(*dual, *at),
                     Form::Field { dual, .. } => Evaluate::Field(*dual),
                 });
                 for (entry, force) in matrix.column_mut(column).iter_mut().zip(&force) {
@@ -272,7 +274,8 @@ impl<'a> Expectation<'a> {
         let mut scales = vec![Scale::default(); self.scene.particles.len()];
         for (element, parameters) in self.scene.forces.iter().zip(&self.parameters) {
             match (&self.law.form, element.pair) {
-                (Form::Pair { scale, .. }, Some([i, j])) => {
+                (Form::Pair { scale, at, .. }, Some([i, j])) => {
+                    let parameters = &at(parameters, time);
                     let length = norm(&difference(x, dimension, [i, j]));
                     let speed = speed([i, j]);
                     let masses = self.scene.particles[i].mass * self.scene.particles[j].mass;
@@ -331,7 +334,8 @@ impl<'a> Expectation<'a> {
         let mut total = vec![T::from(0.0); x.len()];
         for (element, parameters) in self.scene.forces.iter().zip(&self.parameters) {
             match (choose(&self.law.form), element.pair) {
-                (Evaluate::Pair(law), Some([i, j])) => {
+                (Evaluate::Pair(law, at), Some([i, j])) => {
+                    let parameters = &at(parameters, time);
                     let masses = [i, j].map(|particle| self.scene.particles[particle].mass);
                     let d = difference(x, dimension, [i, j]);
                     let w = difference(v, dimension, [i, j]);
@@ -349,7 +353,7 @@ impl<'a> Expectation<'a> {
                         }
                     }
                 }
-                (Evaluate::Pair(_), None) => {}
+                (Evaluate::Pair(..), None) => {}
             }
         }
         total
@@ -358,7 +362,7 @@ impl<'a> Expectation<'a> {
 
 /// A law for one number type.
 enum Evaluate<T> {
-    Pair(PairLaw<T>),
+    Pair(PairLaw<T>, fn(&Parameters, f64) -> Parameters),
     Field(FieldLaw<T>),
 }
 

@@ -6,18 +6,21 @@
 //! vortex        f = kvc/l² (kbs R n − w)           milestone 3, section 11; R the quarter turn about the z axis,
 //!                                                  which leaves z alone: (x, y, z) → (−y, x, z)
 //! green spring  f = −2 k (l²/l0² − 1) d            lecture on optimisation time integration
+//! scripted      a spring of rest length            milestone 2, section 3.1, which leaves the script open
+//!               l0 + (l1 − l0) min(t/t1, 1)
 //! ```
 
 use super::{Form, Law, Number, Parameters, Scale, Symmetry, Vector, dot};
 
 /// The laws of this file.
-pub(super) static LAWS: &[&Law] = &[&SPRING, &GRAVITATION, &VORTEX, &GREEN_SPRING];
+pub(super) static LAWS: &[&Law] =
+    &[&SPRING, &GRAVITATION, &VORTEX, &GREEN_SPRING, &SCRIPTED_SPRING];
 
 static SPRING: Law = Law {
     tag: "springforce",
     parameters: &["k", "l0", "b"],
     symmetry: Symmetry::Isotropic,
-    form: Form::Pair { plain: spring, dual: spring, scale: spring_scale },
+    form: Form::Pair { plain: spring, dual: spring, scale: spring_scale, at: always },
 };
 
 fn spring<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
@@ -47,7 +50,12 @@ static GRAVITATION: Law = Law {
     tag: "gravitationalforce",
     parameters: &["G"],
     symmetry: Symmetry::Isotropic,
-    form: Form::Pair { plain: gravitation, dual: gravitation, scale: gravitation_scale },
+    form: Form::Pair {
+        plain: gravitation,
+        dual: gravitation,
+        scale: gravitation_scale,
+        at: always,
+    },
 };
 
 fn gravitation<T: Number>(p: &Parameters, m: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
@@ -72,7 +80,7 @@ static VORTEX: Law = Law {
     tag: "vortexforce",
     parameters: &["kbs", "kvc"],
     symmetry: Symmetry::AboutZ,
-    form: Form::Pair { plain: vortex, dual: vortex, scale: vortex_scale },
+    form: Form::Pair { plain: vortex, dual: vortex, scale: vortex_scale, at: always },
 };
 
 fn vortex<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
@@ -97,7 +105,12 @@ static GREEN_SPRING: Law = Law {
     tag: "greenspringforce",
     parameters: &["k", "l0"],
     symmetry: Symmetry::Isotropic,
-    form: Form::Pair { plain: green_spring, dual: green_spring, scale: green_spring_scale },
+    form: Form::Pair {
+        plain: green_spring,
+        dual: green_spring,
+        scale: green_spring_scale,
+        at: always,
+    },
 };
 
 fn green_spring<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
@@ -115,4 +128,23 @@ fn green_spring_scale(p: &Parameters, _: f64, l: f64, _: f64) -> Scale {
         by_position: 2.0 * k * (3.0 * strain),
         by_velocity: 0.0,
     }
+}
+
+/// The parameters of a law that does not change with time.
+fn always(p: &Parameters, _: f64) -> Parameters {
+    *p
+}
+
+static SCRIPTED_SPRING: Law = Law {
+    tag: "scriptedspringforce",
+    parameters: &["k", "l0", "l1", "t1"],
+    symmetry: Symmetry::Isotropic,
+    form: Form::Pair { plain: spring, dual: spring, scale: spring_scale, at: scripted_spring },
+};
+
+/// The parameters of a spring without damping.
+fn scripted_spring(p: &Parameters, time: f64) -> Parameters {
+    let [k, l0, l1, t1] = *p;
+    let share = (time / t1).min(1.0);
+    [k, (1.0 - share) * l0 + share * l1, 0.0, 0.0]
 }

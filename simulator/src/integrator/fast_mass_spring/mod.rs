@@ -139,7 +139,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 fn refuses(element: &ForceElement) -> Option<Refusal> {
     let other_spring = element.schema.acts_on == ActsOn::Edge && element.schema.tag != SPRING;
     other_spring.then_some(Refusal {
-        because: "has another energy than a Hookean spring, which the local step projects on",
+        because: "is no Hookean spring of constant rest length, which the local step projects on",
         remedy: "use projected-newton or implicit-euler",
     })
 }

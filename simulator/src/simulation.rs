@@ -7,7 +7,8 @@ use crate::fallback::MAX_HALVINGS;
 use crate::force::ForceKind;
 use crate::growth::{EnergyWatch, Scale};
 use crate::integrator::{
-    BuildIntegrator, Integrator, IntegratorKind, Interrupt, REGISTRY, Step, StepError,
+    BuildIntegrator, Integrator, IntegratorKind, Interrupt, IterationRecorder, REGISTRY, Step,
+    StepError,
 };
 use crate::parts::Parts;
 use crate::scene::{Dimension, Location, Scene};
@@ -274,6 +275,12 @@ impl Simulation {
         self.stepper.interrupt_by(interrupt);
     }
 
+    /// Hands the iterates of later steps to `recorder`; those of retries of a failed step are left out. False if the
+    /// integrator does not solve implicit Euler's equations by iterations: there is nothing to record.
+    pub fn record_by(&mut self, recorder: IterationRecorder) -> bool {
+        self.stepper.record_by(recorder)
+    }
+
     /// Replaces the state by another one, that at the beginning of step `step` (from 0). A two-step method goes on from
     /// `earlier` as well, the state one step before; without it, it starts anew. Other methods ignore it.
     ///
@@ -409,6 +416,7 @@ trait Stepper: Send {
     fn step_damped(&mut self, step: Step<'_>) -> Option<Result<(), StepError>>;
     fn is_finite(&self) -> bool;
     fn interrupt_by(&mut self, interrupt: &Interrupt);
+    fn record_by(&mut self, recorder: IterationRecorder) -> bool;
     /// The kinds of force that are evaluated, by their tags.
     fn force_tags(&self) -> &[&'static str];
     fn energies(&self, state: StateView<'_>) -> Energies;
@@ -461,6 +469,10 @@ impl<const D: usize> Stepper for SystemStepper<D> {
 
     fn interrupt_by(&mut self, interrupt: &Interrupt) {
         self.integrator.interrupt_by(interrupt);
+    }
+
+    fn record_by(&mut self, recorder: IterationRecorder) -> bool {
+        self.integrator.record_by(recorder)
     }
 
     fn force_tags(&self) -> &[&'static str] {

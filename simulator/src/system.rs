@@ -10,7 +10,7 @@ use crate::force::{
     Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, REGISTRY, State,
 };
 use crate::parts::Parts;
-use crate::scene::Scene;
+use crate::scene::{ForceElement, Scene};
 
 /// The forces of a kind, in `D` dimensions.
 pub trait BuildForce<const D: usize> {
@@ -40,6 +40,7 @@ pub struct System<const D: usize> {
     forces: Vec<Box<dyn Force<D>>>,
     /// Of each force.
     tags: Vec<&'static str>,
+    is_variational: bool,
 }
 
 impl<const D: usize> System<D>
@@ -67,7 +68,9 @@ where
             start = end;
         }
         let masses = scene.particles.iter().map(|particle| particle.mass).collect();
-        Self { masses, fixed, free, held, parts: Parts::of_scene(scene), forces, tags }
+        let is_variational = scene.forces.iter().all(ForceElement::is_variational);
+        let parts = Parts::of_scene(scene);
+        Self { masses, fixed, free, held, parts, forces, tags, is_variational }
     }
 }
 
@@ -80,6 +83,11 @@ impl<const D: usize> System<D> {
     /// The tags of the forces that it holds, in the order of the registry.
     pub fn force_tags(&self) -> &[&'static str] {
         &self.tags
+    }
+
+    /// Whether every force is the gradient of an energy or of a dissipation function, negated.
+    pub fn is_variational(&self) -> bool {
+        self.is_variational
     }
 
     /// Which particles are fixed.
@@ -165,6 +173,21 @@ impl<const D: usize> System<D> {
     /// Whether the Jacobians are the same numbers at every state and time.
     pub fn has_constant_jacobians(&self) -> bool {
         self.forces.iter().all(|each| each.has_constant_jacobians())
+    }
+
+    /// Hands Gauss–Newton's approximations of these blocks to `sink`.
+    ///
+    /// # Errors
+    /// If a force is not defined at this state.
+    pub fn gauss_newton(
+        &self,
+        positions: &[f64],
+        velocities: &[f64],
+        time: f64,
+        sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        let state = self.state(positions, velocities, time);
+        self.forces.iter().try_for_each(|each| each.add_gauss_newton(state, sink))
     }
 
     /// Says which particles the Jacobians couple, fixed ones included.

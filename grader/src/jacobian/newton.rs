@@ -200,7 +200,7 @@ impl Observed {
             iterate: system.iterate.to_vec(),
             matrix: system.matrix.clone(),
             residual: system.residual.to_vec(),
-            projected: system.projected > 0,
+            projected: !system.exact,
         }
     }
 

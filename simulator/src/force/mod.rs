@@ -119,6 +119,20 @@ pub trait Force<const D: usize>: Send + Sync {
         false
     }
 
+    /// Hands Gauss–Newton's approximations of these blocks to `sink`: the part of `∂F/∂x` that is left where the energy is
+    /// a square, and its second derivative without that of the square's root. The Jacobians themselves for a force whose
+    /// energy or dissipation function is linear or quadratic.
+    ///
+    /// # Errors
+    /// Where the force is not defined at this state.
+    fn add_gauss_newton(
+        &self,
+        state: State<'_>,
+        sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        self.add_jacobians(state, sink)
+    }
+
     /// Says, element by element, which particles the Jacobians couple; nothing for an element whose
     /// Jacobians are zero.
     fn couplings(&self, _visit: &mut dyn FnMut(Coupling)) {}

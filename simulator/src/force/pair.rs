@@ -241,6 +241,29 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
         laws.all(|law| law.has_constant_jacobians())
     }
 
+    /// With `U = ρ²/2`, `∂²U/∂d² ≈ (∂ρ/∂d)(∂ρ/∂d)ᵀ = f fᵀ/(2U)`. Where `U` is 0, that is the Hessian along `d`. An energy that
+    /// is negative is no square, and has no part in it.
+    fn add_gauss_newton(
+        &self,
+        state: State<'_>,
+        sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        for active in &self.active {
+            let (d, w) = relative(state, active.pair());
+            let law = self.laws.law(active.slot as usize).at(state.time);
+            let values = law.force(&d, &w).zip(law.jacobians(&d, &w));
+            let (f, (a, b)) = values.ok_or(Degenerate { element: active.element as usize })?;
+            let energy = law.energy(d.norm()).unwrap_or(0.0);
+            let along = match energy {
+                0.0 => d.try_normalize(0.0).map_or(a, |n| n * n.dot(&(a * n)) * n.transpose()),
+                _ if energy > 0.0 => f * (-0.5 / energy) * f.transpose(),
+                _ => Block::zeros(),
+            };
+            sink.add_pair([active.i as usize, active.j as usize], &along, &b);
+        }
+        Ok(())
+    }
+
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
         for element in &self.active {
             let particles = element.pair().map(|particle| particle as usize);

@@ -21,7 +21,7 @@
 use super::StepError;
 use super::interrupt::Interrupt;
 use super::observe::{NewtonSystem, Observer};
-use crate::force::{Block, Coupling, JacobianSink, Vector, add_to, vector_of};
+use crate::force::{Block, Coupling, Degenerate, JacobianSink, Vector, add_to, vector_of};
 use crate::solver::LinearError;
 use crate::solver::linear::{BlockMatrix, LinearSolver, Link, PairSlot};
 use crate::solver::psd::Projection;
@@ -58,7 +58,7 @@ pub(super) struct Linearisation<const D: usize> {
     reduced: Vec<f64>,
     /// The smallest mass of a free particle.
     smallest_mass: f64,
-    projection: Projection,
+    curvature: Curvature,
     /// Whether the matrix depends on `h` alone, and the `h` of the one that is kept.
     is_constant: bool,
     kept: Option<f64>,
@@ -86,6 +86,41 @@ struct StiffWorkspace {
     right: Vec<f64>,
     solution: Vec<f64>,
     product: Vec<f64>,
+}
+
+/// What is taken for the Jacobians in the matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Curvature {
+    /// The Jacobians, each element's contribution projected. Projected elements must be symmetric.
+    Jacobians(Projection),
+    /// Gauss–Newton's approximations of them.
+    GaussNewton,
+    /// Nothing: the matrix is that of the masses.
+    Mass,
+}
+
+impl Curvature {
+    fn elements(self, h: f64) -> Elements {
+        let projection = match self {
+            Self::Jacobians(projection) => projection,
+            Self::GaussNewton | Self::Mass => Projection::None,
+        };
+        Elements { h, projection, projected: 0 }
+    }
+
+    fn add<const D: usize>(
+        self,
+        system: &System<D>,
+        [positions, velocities]: [&[f64]; 2],
+        time: f64,
+        sink: &mut dyn JacobianSink<D>,
+    ) -> Result<(), Degenerate> {
+        match self {
+            Self::Jacobians(_) => system.jacobians(positions, velocities, time, sink),
+            Self::GaussNewton => system.gauss_newton(positions, velocities, time, sink),
+            Self::Mass => Ok(()),
+        }
+    }
 }
 
 /// Where a linearisation is made: the state the step starts from, and the iterate.
@@ -151,7 +186,7 @@ impl<const D: usize> Linearisation<D> {
                 .filter(|(_, fixed)| !**fixed)
                 .fold(f64::INFINITY, |smallest_mass, (mass, _)| smallest_mass.min(*mass)),
             free,
-            projection: Projection::None,
+            curvature: Curvature::Jacobians(Projection::None),
             is_constant: system.has_constant_jacobians(),
             kept: None,
             stiffness: 0.0,
@@ -173,9 +208,14 @@ impl<const D: usize> Linearisation<D> {
         self.interrupt = interrupt.clone();
     }
 
-    /// The same with projected element contributions. The elements must be symmetric.
-    pub(super) fn projected(mut self, projection: Projection) -> Self {
-        self.projection = projection;
+    /// The same with another matrix than that of the Jacobians.
+    pub(super) fn with_curvature(mut self, curvature: Curvature) -> Self {
+        self.is_constant = match curvature {
+            Curvature::Jacobians(_) => self.is_constant,
+            Curvature::GaussNewton => false,
+            Curvature::Mass => true,
+        };
+        self.curvature = curvature;
         self
     }
 
@@ -227,7 +267,7 @@ impl<const D: usize> Linearisation<D> {
                 iterate,
                 matrix: self.matrix.to_dense(),
                 residual: &self.reduced,
-                projected: self.projected,
+                exact: matches!(self.curvature, Curvature::Jacobians(_)) && self.projected == 0,
             });
         }
         if self.stiffness > STIFF_RATIO {
@@ -239,6 +279,8 @@ impl<const D: usize> Linearisation<D> {
             }
             scatter::<D>(&self.free, &self.reduced, delta);
         }
+        // Only a factor that has solved is kept.
+        self.kept = self.is_constant.then_some(h);
         statistics.conditioning.last = self.amplification(system, kick);
         Ok(())
     }
@@ -293,16 +335,15 @@ impl<const D: usize> Linearisation<D> {
             }
         }
         let mut sink = Assembly {
-            elements: Elements { h, projection: self.projection, projected: 0 },
+            elements: self.curvature.elements(h),
             free: &self.free,
             matrix: &mut self.matrix,
             slots: self.slots.iter(),
             largest_entry: 0.0,
         };
-        system.jacobians(&self.trial, iterate, time, &mut sink)?;
+        self.curvature.add(system, [&self.trial, iterate], time, &mut sink)?;
         self.stiffness = sink.largest_entry / self.smallest_mass;
         self.projected = sink.elements.projected;
-        self.kept = self.is_constant.then_some(h);
         Ok(())
     }
 
@@ -354,9 +395,9 @@ impl<const D: usize> Linearisation<D> {
             statistics.linear.refinements += 1;
 
             product.fill(0.0);
-            let elements = Elements { h, projection: self.projection, projected: 0 };
+            let elements = self.curvature.elements(h);
             let mut sink = ElementProduct { elements, delta: &*delta, product };
-            system.jacobians(&self.trial, iterate, time, &mut sink)?;
+            self.curvature.add(system, [&self.trial, iterate], time, &mut sink)?;
             for (particle, mass) in system.masses().iter().enumerate() {
                 let Some(number) = self.free[particle] else { continue };
                 for axis in 0..D {

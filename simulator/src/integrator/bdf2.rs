@@ -17,7 +17,7 @@
 //! Source: Hairer and Wanner, *Solving Ordinary Differential Equations II*, sections V.1 and V.2.
 
 use super::implicit_euler::{ImplicitEuler, NEWTON};
-use super::{Integrator, IntegratorKind, Interrupt, Observer, Step, StepError};
+use super::{Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
@@ -44,12 +44,12 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 };
 
 fn build<const D: usize>(
-    scene: &Scene,
+    _scene: &Scene,
     system: &System<D>,
     solver: LinearSolver,
 ) -> Box<dyn Integrator<D>> {
     let start = vec![0.0; system.n_particles() * D];
-    Box::new(Bdf2 { implicit: ImplicitEuler::new(scene, system, solver), start })
+    Box::new(Bdf2 { implicit: ImplicitEuler::new(system, solver), start })
 }
 
 struct Bdf2<const D: usize> {
@@ -109,6 +109,10 @@ impl<const D: usize> Integrator<D> for Bdf2<D> {
 
     fn observe(&mut self, observer: Observer) {
         Integrator::<D>::observe(&mut self.implicit, observer);
+    }
+
+    fn record_by(&mut self, recorder: IterationRecorder) -> bool {
+        Integrator::<D>::record_by(&mut self.implicit, recorder)
     }
 
     fn interrupt_by(&mut self, interrupt: &Interrupt) {

@@ -11,13 +11,16 @@
 //! from a minimum of the incremental potential ([`projected_newton`](super::projected_newton)), which is a solution;
 //! otherwise the line search is on the residual in the norm `‖r‖²_W = Σ r_i²/m_i`, which has the unit of an energy.
 
-use super::backward::{Linearisation, Point};
+use super::backward::{Curvature, Linearisation, Point};
 use super::projected_newton::{MinimiserOptions, ProjectedNewton};
-use super::{Integrator, IntegratorKind, Interrupt, Observer, Step, StepError, drift};
+use super::record::Recording;
+use super::{
+    Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError, drift,
+};
+use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::scene::{ForceElement, Scene};
 use crate::solver::line_search::backtrack_residual;
 use crate::solver::linear::LinearSolver;
 use crate::solver::newton::{Equations, NewtonError, NewtonOptions, newton};
@@ -47,18 +50,18 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 pub(super) const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-9, max_iterations: 100 };
 
 fn build<const D: usize>(
-    scene: &Scene,
+    _scene: &Scene,
     system: &System<D>,
     solver: LinearSolver,
 ) -> Box<dyn Integrator<D>> {
-    Box::new(ImplicitEuler::new(scene, system, solver))
+    Box::new(ImplicitEuler::new(system, solver))
 }
 
 /// Descent to near the minimum, where Newton's method takes over: with projected Hessians the last digits converge
 /// slowly.
 const DESCENT: MinimiserOptions = MinimiserOptions {
     tolerance: 1e-2,
-    projection: Projection::Clamp,
+    curvature: Curvature::Jacobians(Projection::Clamp),
     line_search: true,
     max_iterations: 200,
 };
@@ -76,6 +79,7 @@ pub(super) struct ImplicitEuler<const D: usize> {
     linearisation: Linearisation<D>,
     iterate: Vec<f64>,
     delta: Vec<f64>,
+    recording: Recording,
 }
 
 impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
@@ -109,18 +113,23 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
         self.linearisation.observe(observer);
     }
 
+    fn record_by(&mut self, recorder: IterationRecorder) -> bool {
+        self.recording = Recording::to(recorder);
+        true
+    }
+
     fn interrupt_by(&mut self, interrupt: &Interrupt) {
         self.linearisation.interrupt_by(interrupt);
     }
 }
 
 impl<const D: usize> ImplicitEuler<D> {
-    pub(super) fn new(scene: &Scene, system: &System<D>, solver: LinearSolver) -> Self {
+    pub(super) fn new(system: &System<D>, solver: LinearSolver) -> Self {
         let zeros = vec![0.0; system.n_particles() * D];
         let linearisation = Linearisation::new(system, solver);
-        let variational = scene.forces.iter().all(ForceElement::is_variational);
-        let descent = variational.then_some(EnergyDescent { solver, minimiser: None });
-        Self { linearisation, iterate: zeros.clone(), delta: zeros, descent }
+        let descent = system.is_variational().then_some(EnergyDescent { solver, minimiser: None });
+        let recording = Recording::default();
+        Self { linearisation, iterate: zeros.clone(), delta: zeros, descent, recording }
     }
 
     /// Newton's method from the iterate.
@@ -138,9 +147,13 @@ impl<const D: usize> ImplicitEuler<D> {
             start: (h, time + h, positions, velocities),
             line_search,
             statistics,
+            recording: &mut self.recording,
+            updates: 0,
         };
         let result = newton(&mut self.iterate, &mut self.delta, NEWTON, &mut equation);
         let iterations = result.map_err(|error| failure(error, equation.linearisation.residual))?;
+        let end = Point { h, time: time + h, positions, velocities, iterate: &self.iterate };
+        self.recording.record(system, end, iterations, (Some(1.0), 0));
         statistics.newton_iterations += iterations;
         statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
         velocities.copy_from_slice(&self.iterate);
@@ -170,6 +183,9 @@ struct Equation<'a, const D: usize> {
     /// `None` for whole steps.
     line_search: Option<LineSearch>,
     statistics: &'a mut Statistics,
+    recording: &'a mut Recording,
+    /// Newton steps so far.
+    updates: u64,
 }
 
 /// Workspace of the line search.
@@ -192,6 +208,11 @@ impl<const D: usize> Equations for Equation<'_, D> {
     fn update(&mut self, iterate: &[f64], delta: &mut [f64]) -> Result<(), StepError> {
         let (h, time, positions, velocities) = self.start;
         let point = Point { h, time, positions, velocities, iterate };
+        if self.line_search.is_none() {
+            let step_length = (self.updates > 0).then_some(1.0);
+            self.recording.record(self.system, point, self.updates, (step_length, 0));
+            self.updates += 1;
+        }
         self.linearisation.solve(self.system, point, delta, self.statistics)
     }
 

@@ -17,7 +17,9 @@
 //! Source: Hairer, Lubich and Wanner, *Geometric Numerical Integration*, sections I.1.2, IV.2.1 and VI.4.1.
 
 use super::implicit_euler::{ImplicitEuler, NEWTON};
-use super::{Integrator, IntegratorKind, Interrupt, Observer, Step, StepError, drift};
+use super::{
+    Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError, drift,
+};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
@@ -44,12 +46,12 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 };
 
 fn build<const D: usize>(
-    scene: &Scene,
+    _scene: &Scene,
     system: &System<D>,
     solver: LinearSolver,
 ) -> Box<dyn Integrator<D>> {
     let zeros = vec![0.0; system.n_particles() * D];
-    let half = ImplicitEuler::new(scene, system, solver);
+    let half = ImplicitEuler::new(system, solver);
     Box::new(ImplicitMidpoint { half, start: [zeros.clone(), zeros] })
 }
 
@@ -100,6 +102,10 @@ impl<const D: usize> Integrator<D> for ImplicitMidpoint<D> {
 
     fn observe(&mut self, observer: Observer) {
         Integrator::<D>::observe(&mut self.half, observer);
+    }
+
+    fn record_by(&mut self, recorder: IterationRecorder) -> bool {
+        Integrator::<D>::record_by(&mut self.half, recorder)
     }
 
     fn interrupt_by(&mut self, interrupt: &Interrupt) {

@@ -22,6 +22,7 @@ mod backward;
 mod euler;
 mod interrupt;
 mod observe;
+mod record;
 
 mod bdf2;
 mod dormand_prince;
@@ -37,6 +38,7 @@ mod velocity_verlet;
 
 pub use interrupt::Interrupt;
 pub use observe::{NewtonSystem, Observer};
+pub use record::{Iterate, IterationRecorder};
 
 /// Every integrator.
 pub static REGISTRY: &[&IntegratorKind] = &[
@@ -129,6 +131,12 @@ pub trait Integrator<const D: usize>: Send {
     /// Hands the linear systems of later steps to `observer`. A method that solves none, or one of another
     /// form, never calls it.
     fn observe(&mut self, _observer: Observer) {}
+
+    /// Hands the iterates of later steps to `recorder`. False for a method that does not solve implicit Euler's equations
+    /// by iterations: it never calls it.
+    fn record_by(&mut self, _recorder: IterationRecorder) -> bool {
+        false
+    }
 
     /// Ends a step with [`StepError::Interrupted`] once `interrupt` is raised. A method that does not iterate ends its step
     /// as usual.

@@ -28,8 +28,8 @@ pub struct NewtonSystem<'a> {
     pub matrix: DMatrix<f64>,
     /// `r(u)` of the free particles, in units of momentum.
     pub residual: &'a [f64],
-    /// Number of projected element contributions; if it is not 0, the matrix is not `−∂r/∂u`.
-    pub projected: u64,
+    /// Whether the matrix is `−∂r/∂u`: no element's contribution was projected or approximated.
+    pub exact: bool,
 }
 
 /// Receives every system.

@@ -27,8 +27,11 @@
 //! gradient of an energy nor of a dissipation function (the vortex, a spring with damping) has no `E`, and
 //! scenes with it are refused.
 
-use super::backward::{Linearisation, Point};
-use super::{Integrator, IntegratorKind, Interrupt, Observer, Step, StepError, drift};
+use super::backward::{Curvature, Linearisation, Point};
+use super::record::{Recording, incremental_potential};
+use super::{
+    Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError, drift,
+};
 use crate::force::Degenerate;
 use crate::scene::schema::{
     AccuracySetting, Convergence, Domain, Family, IntegratorOptions, IntegratorSchema, Matrix,
@@ -73,6 +76,16 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
                 formats: OptionText {
                     values: "`clamp`, `absolute`, `none`",
                     meaning: "negative eigenvalues of an element's Hessian are set to zero, replaced by their magnitude, or kept",
+                },
+                accuracy: &[],
+            },
+            OptionSchema {
+                name: "direction",
+                meaning: "the matrix whose solution is the step: the Hessian, that of Gauss and Newton, or the mass matrix",
+                kind: OptionKind::Choice { words: &["newton", "gauss-newton", "gradient"] },
+                formats: OptionText {
+                    values: "`newton`, `gauss-newton`, `gradient`",
+                    meaning: "the matrix `H` of the step: the projected Hessian; `M + h² Σ f fᵀ/(2U)` over the springs, with `f` the force and `U` the energy of each, which is Gauss–Newton's matrix for energies that are squares; `M`, which is gradient descent in the norm of `M`. The last two are baselines to compare with, and ignore `projection`",
                 },
                 accuracy: &[],
             },
@@ -122,7 +135,7 @@ fn build<const D: usize>(
 
 pub(super) struct MinimiserOptions {
     pub(super) tolerance: f64,
-    pub(super) projection: Projection,
+    pub(super) curvature: Curvature,
     pub(super) line_search: bool,
     pub(super) max_iterations: u64,
 }
@@ -131,10 +144,12 @@ impl MinimiserOptions {
     fn of(values: &IntegratorOptions) -> Self {
         Self {
             tolerance: values.number("tolerance"),
-            projection: match values.choice("projection") {
-                "clamp" => Projection::Clamp,
-                "absolute" => Projection::Absolute,
-                _ => Projection::None,
+            curvature: match (values.choice("direction"), values.choice("projection")) {
+                ("gradient", _) => Curvature::Mass,
+                ("gauss-newton", _) => Curvature::GaussNewton,
+                (_, "clamp") => Curvature::Jacobians(Projection::Clamp),
+                (_, "absolute") => Curvature::Jacobians(Projection::Absolute),
+                _ => Curvature::Jacobians(Projection::None),
             },
             line_search: values.choice("line_search") == "backtracking",
             max_iterations: values.count("max_iterations"),
@@ -152,19 +167,21 @@ pub(super) struct ProjectedNewton<const D: usize> {
     trial_positions: Vec<f64>,
     trial_velocities: Vec<f64>,
     force: Vec<f64>,
+    recording: Recording,
 }
 
 impl<const D: usize> ProjectedNewton<D> {
     pub(super) fn new(system: &System<D>, solver: LinearSolver, options: MinimiserOptions) -> Self {
         let zeros = vec![0.0; system.n_particles() * D];
         Self {
-            linearisation: Linearisation::new(system, solver).projected(options.projection),
+            linearisation: Linearisation::new(system, solver).with_curvature(options.curvature),
             options,
             iterate: zeros.clone(),
             delta: zeros.clone(),
             trial_positions: zeros.clone(),
             trial_velocities: zeros.clone(),
             force: zeros,
+            recording: Recording::default(),
         }
     }
 
@@ -185,8 +202,10 @@ impl<const D: usize> ProjectedNewton<D> {
             }
         }
         let mut iterations = 0;
+        let (mut step_length, mut halvings) = (None, 0);
         loop {
             let point = Point { h, time, positions, velocities, iterate: &self.iterate };
+            self.recording.record(system, point, iterations, (step_length, halvings));
             self.linearisation.solve(system, point, &mut self.delta, statistics)?;
             let update = self.delta.iter().fold(0.0, |max: f64, delta| max.max(delta.abs()));
             if update <= self.options.tolerance {
@@ -206,6 +225,7 @@ impl<const D: usize> ProjectedNewton<D> {
             iterations += 1;
 
             let mut alpha = 1.0;
+            halvings = 0;
             if self.options.line_search {
                 let mut line = Line {
                     system,
@@ -219,12 +239,13 @@ impl<const D: usize> ProjectedNewton<D> {
                 let (start, _) = line.value(0.0);
                 let found = backtrack(&mut line, start)?;
                 statistics.energy_evaluations += line.evaluations;
-                let Some((length, halvings)) = found else {
+                let Some((length, count)) = found else {
                     return Err(StepError::NoDescent { iterations, update });
                 };
-                statistics.line_search_halvings += u64::from(halvings);
-                alpha = length;
+                (alpha, halvings) = (length, u64::from(count));
+                statistics.line_search_halvings += halvings;
             }
+            step_length = Some(alpha);
             for (value, delta) in self.iterate.iter_mut().zip(&self.delta) {
                 *value += alpha * delta;
             }
@@ -245,6 +266,11 @@ impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
 
     fn observe(&mut self, observer: Observer) {
         self.linearisation.observe(observer);
+    }
+
+    fn record_by(&mut self, recorder: IterationRecorder) -> bool {
+        self.recording = Recording::to(recorder);
+        true
     }
 
     fn interrupt_by(&mut self, interrupt: &Interrupt) {
@@ -281,16 +307,7 @@ impl<const D: usize> Objective for Line<'_, D> {
     fn value(&mut self, alpha: f64) -> (f64, f64) {
         self.move_to(alpha);
         self.evaluations += 1;
-        let Point { h, time, velocities: start, .. } = self.point;
-        let mut inertia = 0.0;
-        let particles = self.velocities.chunks_exact(D).zip(start.chunks_exact(D));
-        for ((velocity, start), mass) in particles.zip(self.system.masses()) {
-            let change = velocity.iter().zip(start).map(|(v, start)| (v - start) * (v - start));
-            inertia += 0.5 * mass * change.sum::<f64>();
-        }
-        let (potential, size) = self.system.energy_and_size(self.positions, self.velocities, time);
-        let dissipation = h * self.system.dissipation(self.positions, self.velocities, time);
-        (inertia + potential + dissipation, inertia + size + dissipation)
+        incremental_potential(self.system, self.point, self.velocities, self.positions)
     }
 
     fn slope(&mut self, alpha: f64) -> Result<f64, Degenerate> {

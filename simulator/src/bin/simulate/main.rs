@@ -2,6 +2,7 @@
 
 mod film;
 mod generate;
+mod iterations;
 mod plot;
 mod view;
 
@@ -14,6 +15,7 @@ use std::time::{Duration, Instant};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use film::{Film, FilmArgs};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use iterations::Iterations;
 use simulator::fallback::FallbackStatistics;
 use simulator::generate::{parse_integrator, parse_option};
 use simulator::growth::EnergyGrowth;
@@ -83,6 +85,10 @@ struct Cli {
     /// Write kinetic, potential and total energy and momentum of every state (CSV)
     #[arg(long, value_name = "FILE")]
     energy: Option<PathBuf>,
+
+    /// Write residual, energy and step length of every iteration of an implicit method (CSV)
+    #[arg(long, value_name = "FILE")]
+    iterations: Option<PathBuf>,
 
     /// Write a diagram of the particles' paths, and of energies and momenta over time, of each integrator (SVG). Without
     /// another output, the scene is run for the diagram alone, and runs that fail are shown up to there
@@ -217,7 +223,8 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     let scene = parsed.scene;
     if let Some(plot) = &cli.plot {
         plot_all(cli, plot, path, &options, scene.clone())?;
-        let has_others = cli.output.is_some() || cli.energy.is_some() || cli.stats;
+        let has_others =
+            cli.output.is_some() || cli.energy.is_some() || cli.iterations.is_some() || cli.stats;
         if !has_others && !cli.film.is_asked() {
             return Ok(());
         }
@@ -289,6 +296,9 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
         }
         None => None,
     };
+    let iterations = cli.iterations.as_deref();
+    let mut iterations =
+        iterations.map(|path| Iterations::start(path, scene, &mut simulation)).transpose()?;
     let started = Instant::now();
     let mut progress = Progress::new(&scene.name, simulation.n_steps());
     loop {
@@ -312,6 +322,9 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
                 break;
             }
         }
+        if let Some(iterations) = &mut iterations {
+            iterations.write(simulation.state().step)?;
+        }
     }
     let elapsed = started.elapsed();
 
@@ -326,6 +339,10 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     if let Some((writer, path)) = energy {
         let file = writer.into_inner().and_then(OutputFile::seal);
         sealed.push((file.map_err(|error| Failure::at(path, error))?, path.clone()));
+    }
+    if let Some(iterations) = iterations {
+        let (file, path) = iterations.into_file()?;
+        sealed.push((file.seal().map_err(|error| Failure::at(&path, error))?, path));
     }
     for (file, path) in sealed {
         file.publish().map_err(|error| Failure::at(&path, error))?;
@@ -347,6 +364,7 @@ fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Fa
         ("the film", &cli.film.film),
         ("the trace", &cli.output),
         ("the energies", &cli.energy),
+        ("the iterations", &cli.iterations),
         ("the diagram", &cli.plot),
     ];
     let outputs = outputs.map(|(name, path)| (name, path.as_deref().and_then(target)));
@@ -358,7 +376,7 @@ fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Fa
     });
     let Some((first, second)) = clash else { return Ok(()) };
     Err(Failure::Input(format!(
-        "{first} and {second} cannot be one file\n  help: give --output, --energy, --film and --plot names of their own"
+        "{first} and {second} cannot be one file\n  help: give each output a name of its own"
     )))
 }
 

@@ -37,6 +37,8 @@ pub(super) struct Lbfgs<const P: usize> {
     direction: Vec<[f64; P]>,
     /// The largest change of a component of `u` in the last round.
     pub(super) largest_change: f64,
+    /// The part of its direction that the last round took.
+    pub(super) step_length: f64,
 }
 
 struct HistoryPair<const P: usize> {
@@ -60,6 +62,7 @@ impl<const P: usize> Lbfgs<P> {
             residual: zeros.clone(),
             direction: zeros,
             largest_change: 0.0,
+            step_length: 1.0,
         }
     }
 
@@ -99,12 +102,14 @@ impl<const P: usize> Lbfgs<P> {
                 && dot(objective.residual(), &self.direction) >= -(1.0 - 2.0 * DECREASE) * slope;
             if falls || flat {
                 self.largest_change *= length;
+                self.step_length = length;
                 self.remember(objective);
                 return Ok(next);
             }
             length *= 0.5;
         }
         self.forget();
+        self.step_length = 1.0;
         objective.u.copy_from_slice(&self.start);
         objective.solve(|_, right| right.copy_from_slice(&self.residual));
         statistics.linear.solves += 1;

@@ -35,7 +35,9 @@ use self::global::Storage;
 use self::lbfgs::Lbfgs;
 use self::local::ElasticSpring;
 use self::objective::{Energy, StepObjective, Terms, largest};
-use super::{Integrator, IntegratorKind, Interrupt, Step, StepError};
+use super::backward::Point;
+use super::record::Recording;
+use super::{Integrator, IntegratorKind, Interrupt, IterationRecorder, Step, StepError};
 use crate::force::{Degenerate, ForceKind};
 use crate::scene::schema::{
     AccuracySetting, ActsOn, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
@@ -172,6 +174,7 @@ where
         objective: None,
         lbfgs: None,
         interrupt: Interrupt::default(),
+        recording: Recording::default(),
     })
 }
 
@@ -242,6 +245,7 @@ struct FastMassSpring<const D: usize, const P: usize> {
     /// Built in the first step of an accelerated run.
     lbfgs: Option<Lbfgs<P>>,
     interrupt: Interrupt,
+    recording: Recording,
 }
 
 /// The first components, the rest 0.
@@ -265,7 +269,25 @@ impl<const D: usize, const P: usize> Integrator<D> for FastMassSpring<D, P> {
             _ => StepObjective::new(&self.terms(system), h, statistics)?,
         };
         self.fill(&mut objective, system, time, positions, velocities);
-        self.minimise(&mut objective, statistics)?;
+        let mut recording = std::mem::take(&mut self.recording);
+        let mut iterate = if recording.is_on() { velocities.to_vec() } else { Vec::new() };
+        let mut record = |round, objective: &StepObjective<P>, step_length| {
+            if !recording.is_on() {
+                return;
+            }
+            for (particle, u) in objective.particles.iter().zip(&objective.u) {
+                if !system.fixed()[*particle] {
+                    let of_particle = &mut iterate[particle * D..particle * D + D];
+                    of_particle.iter_mut().zip(u).for_each(|(velocity, u)| *velocity = u / h);
+                }
+            }
+            let time = time + h;
+            let point = Point { h, time, positions, velocities, iterate: &iterate };
+            recording.record(system, point, round, (step_length, 0));
+        };
+        let minimised = self.minimise(&mut objective, statistics, &mut record);
+        self.recording = recording;
+        minimised?;
         for (slot, particle) in objective.particles.iter().enumerate() {
             let of_particle = particle * D..particle * D + D;
             let (x, v) = (&mut positions[of_particle.clone()], &mut velocities[of_particle]);
@@ -283,6 +305,11 @@ impl<const D: usize, const P: usize> Integrator<D> for FastMassSpring<D, P> {
         }
         self.objective = Some(objective);
         Ok(())
+    }
+
+    fn record_by(&mut self, recorder: IterationRecorder) -> bool {
+        self.recording = Recording::to(recorder);
+        true
     }
 
     fn interrupt_by(&mut self, interrupt: &Interrupt) {
@@ -349,6 +376,7 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
         &mut self,
         objective: &mut StepObjective<P>,
         statistics: &mut Statistics,
+        record: &mut Record<'_, P>,
     ) -> Result<(), StepError> {
         let lbfgs = self.accelerated.then(|| {
             let lbfgs = self.lbfgs.get_or_insert_with(|| Lbfgs::new(objective.n_unknowns()));
@@ -356,6 +384,7 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
             lbfgs
         });
         objective.start()?;
+        record(0, objective, None);
         let mut rounds = Rounds {
             most: self.iterations,
             tolerance: self.tolerance,
@@ -365,14 +394,14 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
         };
         let (reached, end) = match lbfgs {
             Some(lbfgs) => {
-                let reached = rounds.accelerated(objective, lbfgs, statistics)?;
+                let reached = rounds.accelerated(objective, lbfgs, statistics, record)?;
                 let is_plain = rounds.made == 1;
                 let change =
                     if is_plain { largest(objective.change()) } else { lbfgs.largest_change };
                 (reached, RoundsEnd { change, ..RoundsEnd::default() })
             }
             None => {
-                let reached = rounds.plain(objective, statistics)?;
+                let reached = rounds.plain(objective, statistics, record)?;
                 let hidden = HIDDEN * largest(&objective.start);
                 (reached, rounds.norms.end(largest(objective.change()), hidden))
             }
@@ -386,6 +415,9 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
         Ok(())
     }
 }
+
+/// Receives the number of a round, its iterate, and the part of its step that was taken.
+type Record<'a, const P: usize> = dyn FnMut(u64, &StepObjective<P>, Option<f64>) + 'a;
 
 /// Share of the largest coordinate below which the changes of rounds are mostly rounding: `ε` times what the solution
 /// amplifies it by, `k h²/m`, of up to 10⁴ in the assignment's scenes.
@@ -438,9 +470,11 @@ impl Rounds<'_> {
         &mut self,
         objective: &mut StepObjective<P>,
         statistics: &mut Statistics,
+        record: &mut Record<'_, P>,
     ) -> Result<bool, StepError> {
         loop {
             let reached = self.round(objective, statistics);
+            record(self.made, objective, Some(1.0));
             if reached || self.made == self.most {
                 return Ok(reached);
             }
@@ -455,8 +489,10 @@ impl Rounds<'_> {
         objective: &mut StepObjective<P>,
         lbfgs: &mut Lbfgs<P>,
         statistics: &mut Statistics,
+        record: &mut Record<'_, P>,
     ) -> Result<bool, StepError> {
         let mut reached = self.round(objective, statistics);
+        record(self.made, objective, Some(1.0));
         let mut energy = Energy::default();
         while !reached && self.made < self.most {
             self.interrupt.check()?;
@@ -465,6 +501,7 @@ impl Rounds<'_> {
             }
             energy = lbfgs.round(objective, energy, statistics)?;
             self.made += 1;
+            record(self.made, objective, Some(lbfgs.step_length));
             reached = lbfgs.largest_change / objective.h < self.tolerance;
         }
         Ok(reached)

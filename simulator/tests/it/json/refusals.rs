@@ -315,7 +315,7 @@ fn neither_file_of_the_scene_is_written_over() {
         let call = ["scene.json", "--integrator", INTEGRATOR, "--format", "csv", "-o", output];
         let run = simulate(folder.path(), &call);
         let message = format!(
-            "error: the trace and {what} cannot be one file\n  help: give --output, --energy, --film and --plot names of their own\n"
+            "error: the trace and {what} cannot be one file\n  help: give each output a name of its own\n"
         );
         assert_eq!((run.status.code(), stderr(&run)), (Some(2), &*message));
         assert_eq!(contents(folder.path()), before);

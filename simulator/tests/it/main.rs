@@ -13,6 +13,7 @@ mod film;
 mod forests;
 mod fuzz_seeds;
 mod generate;
+mod iterations;
 mod json;
 mod memory;
 mod physics;

@@ -1,9 +1,11 @@
 //! `simulate`: steps a scene and writes its trace. `simulate generate`: writes a scene. `simulate view`: shows a scene.
 
+mod convergence;
 mod film;
 mod generate;
 mod iterations;
 mod plot;
+mod svg;
 mod view;
 
 use std::fmt::Display;
@@ -94,6 +96,15 @@ struct Cli {
     /// another output, the scene is run for the diagram alone, and runs that fail are shown up to there
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+
+    /// Write a diagram of how Newton, projected Newton, Gauss–Newton, gradient descent and local-global steps converge in one
+    /// step (SVG). Without another output, the scene is run up to that step alone
+    #[arg(long, value_name = "FILE")]
+    convergence: Option<PathBuf>,
+
+    /// The step of --convergence
+    #[arg(long, value_name = "STEP", default_value_t = 1, requires = "convergence", value_parser = clap::value_parser!(u64).range(1..))]
+    convergence_step: u64,
 
     /// Print statistics of the run: evaluations, factorisations, iterations, solver, residual
     #[arg(long)]
@@ -223,6 +234,17 @@ fn run(cli: &Cli) -> Result<(), Failure> {
     let scene = parsed.scene;
     if let Some(plot) = &cli.plot {
         plot_all(cli, plot, path, &options, scene.clone())?;
+    }
+    if let Some(output) = &cli.convergence {
+        let config = SimulationOptions {
+            solver: cli.solver,
+            robust: cli.robust,
+            ..SimulationOptions::default()
+        };
+        let step = cli.convergence_step;
+        convergence::write(output, path, &options, &scene, (config, step))?;
+    }
+    if cli.plot.is_some() || cli.convergence.is_some() {
         let has_others =
             cli.output.is_some() || cli.energy.is_some() || cli.iterations.is_some() || cli.stats;
         if !has_others && !cli.film.is_asked() {
@@ -366,6 +388,7 @@ fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Fa
         ("the energies", &cli.energy),
         ("the iterations", &cli.iterations),
         ("the diagram", &cli.plot),
+        ("the diagram of convergence", &cli.convergence),
     ];
     let outputs = outputs.map(|(name, path)| (name, path.as_deref().and_then(target)));
     let others = |number: usize| outputs[number + 1..].iter().map(|(name, path)| (*name, path));

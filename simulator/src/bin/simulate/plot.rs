@@ -16,6 +16,7 @@ use simulator::output::OutputFile;
 use simulator::scene::Scene;
 use simulator::simulation::{Simulation, SimulationOptions};
 
+use crate::svg::{self, COLORS, HEIGHT, LEFT, LINE, RIGHT, SPACE, short, ticks};
 use crate::{Failure, print_message};
 
 /// Maximum number of points of a curve, not counting the last.
@@ -38,23 +39,8 @@ const PATH_STEP: f64 = 0.4;
 const PATH_COLUMNS: usize = 3;
 const PATH_SPACE: f64 = 36.0;
 
-/// Colours of integrators.
-const COLORS: [&str; 6] = ["#0a5aa0", "#b34700", "#00735a", "#7b2d8e", "#9c1c4e", "#1b1f24"];
-
 /// Dashes of the curves of one integrator.
 const DASHES: [&str; 3] = ["", "7 4", "2 3"];
-
-/// Width of the diagram, and the frame of a panel: left, right, height. In pixels.
-const WIDTH: f64 = 800.0;
-const LEFT: f64 = 90.0;
-const RIGHT: f64 = 780.0;
-const HEIGHT: f64 = 260.0;
-
-/// Space between the panels, for titles and labels.
-const SPACE: f64 = 80.0;
-
-/// Height of a line of the legend.
-const LINE: f64 = 20.0;
 
 /// The recorded energies and momenta of a run.
 struct Record {
@@ -169,28 +155,16 @@ fn svg(scene: &Scene, records: &[Record]) -> String {
     ];
     let top = 50.0 + LINE * records.len() as f64;
     let height = top + paths.height() + 2.0 * (HEIGHT + SPACE);
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} {height}\" \
-         font-family=\"sans-serif\" font-size=\"13\" fill=\"#1b1f24\">\n\
-         <title>Paths, energy and momentum of {0}</title>\n<rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>\n\
-         <text x=\"{LEFT}\" y=\"28\" font-size=\"16\" font-weight=\"bold\">{0}</text>\n",
-        escaped(&scene.name)
-    );
+    let title = format!("Paths, energy and momentum of {}", scene.name);
+    let mut svg = svg::start(&title, &scene.name, height);
     for (number, record) in records.iter().enumerate() {
-        let y = 50.0 + LINE * number as f64;
-        let color = COLORS[number % COLORS.len()];
         let mut words = record.integrator.to_owned();
         if let Some(time) = record.failed {
             let _ = write!(words, ", fails at t = {} s", short(time));
         } else if panels.iter().any(|panel| panel.is_cut(record)) {
             words += ", leaves the diagram";
         }
-        let _ = writeln!(
-            svg,
-            "<path d=\"M{LEFT} {0}h28\" stroke=\"{color}\" stroke-width=\"3\"/><text x=\"{1}\" y=\"{y}\">{words}</text>",
-            y - 4.5,
-            LEFT + 36.0
-        );
+        svg::legend_line(&mut svg, number, &words);
     }
     for (number, panel) in panels.iter().enumerate() {
         panel.draw(&mut svg, top + paths.height() + number as f64 * (HEIGHT + SPACE) + 30.0);
@@ -408,50 +382,17 @@ impl Panel<'_> {
     }
 
     fn draw(&self, svg: &mut String, top: f64) {
-        let bottom = top + HEIGHT;
         let longest = self.records.iter().filter_map(|record| record.times.last());
         let end = longest.copied().fold(0.0, f64::max);
-        let end = if end > 0.0 { end } else { 1.0 };
-        let [low, high] = self.range();
-        let x = |time: f64| LEFT + (RIGHT - LEFT) * time / end;
-        let y = |value: f64| bottom - HEIGHT * (value - low) / (high - low);
-        let id = self.title;
-        let _ = writeln!(
-            svg,
-            "<clipPath id=\"{id}\"><rect x=\"{LEFT}\" y=\"{top}\" width=\"{}\" height=\"{HEIGHT}\"/></clipPath>",
-            RIGHT - LEFT
-        );
-        for value in ticks(low, high) {
-            let at = y(value);
-            let _ = writeln!(
-                svg,
-                "<path d=\"M{LEFT} {at:.2}H{RIGHT}\" stroke=\"#e6e9ed\"/>\
-                 <text x=\"{0}\" y=\"{1:.2}\" text-anchor=\"end\">{2}</text>",
-                LEFT - 8.0,
-                at + 4.5,
-                short(value)
-            );
-        }
-        for time in ticks(0.0, end) {
-            let at = x(time);
-            let _ = writeln!(
-                svg,
-                "<path d=\"M{at:.2} {top}V{bottom}\" stroke=\"#e6e9ed\"/>\
-                 <text x=\"{at:.2}\" y=\"{0}\" text-anchor=\"middle\">{1}</text>",
-                bottom + 18.0,
-                short(time)
-            );
-        }
-        let _ = writeln!(
-            svg,
-            "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{}\" height=\"{HEIGHT}\" fill=\"none\" stroke=\"#57606a\"/>\
-             <text x=\"{LEFT}\" y=\"{}\" font-weight=\"bold\">{}</text>\
-             <text x=\"{RIGHT}\" y=\"{}\" text-anchor=\"end\">time (s)</text>",
-            RIGHT - LEFT,
-            top - 10.0,
-            self.title,
-            bottom + 34.0
-        );
+        let frame = svg::Panel {
+            title: self.title,
+            label: "time (s)",
+            top,
+            x: [0.0, if end > 0.0 { end } else { 1.0 }],
+            y: self.range(),
+            logarithmic: false,
+        };
+        frame.draw(svg);
         let n_curves = self.records.first().map_or(0, |record| (self.of)(record).len());
         for (number, name) in self.names.iter().take(n_curves).enumerate() {
             let at = RIGHT - 110.0 * (n_curves - number) as f64;
@@ -467,55 +408,9 @@ impl Panel<'_> {
         }
         for (number, record) in self.records.iter().enumerate() {
             for (curve, dash) in (self.of)(record).iter().zip(DASHES) {
-                // A rasteriser's numbers end somewhere: far points are drawn just outside the frame.
-                let points = record.times.iter().zip(curve).map(|(time, value)| {
-                    format!("{:.2},{:.2}", x(*time), y(*value).clamp(top - 500.0, bottom + 500.0))
-                });
-                let _ = writeln!(
-                    svg,
-                    "<polyline clip-path=\"url(#{id})\" points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.75\" \
-                     stroke-dasharray=\"{dash}\"/>",
-                    points.collect::<Vec<_>>().join(" "),
-                    COLORS[number % COLORS.len()]
-                );
+                let points = record.times.iter().zip(curve).map(|(time, value)| [*time, *value]);
+                frame.curve(svg, number, dash, points);
             }
         }
     }
-}
-
-/// Round numbers in a range: 1, 2 or 5 times a power of ten apart.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
-    let rough = (high - low) / 6.0;
-    let power = 10.0_f64.powf(rough.log10().floor());
-    let factors = [1.0, 2.0, 5.0, 10.0];
-    let step = factors.map(|factor| factor * power).into_iter().find(|step| *step >= rough);
-    let step = step.unwrap_or(rough);
-    let first = (low / step).ceil() as i64;
-    let last = (high / step).floor() as i64;
-    (first..=last).map(|number| number as f64 * step).collect()
-}
-
-/// A number of a tick, without the rounding of its multiplication.
-fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.4e}").parse().unwrap_or(value);
-    match rounded.abs() {
-        0.0 => "0".to_owned(),
-        1e-3..1e6 => format!("{rounded}"),
-        _ => format!("{rounded:e}"),
-    }
-}
-
-/// Text in XML. Control characters, which XML cannot hold, are replaced.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::new();
-    for character in text.chars() {
-        match character {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            control if control.is_control() => escaped.push(char::REPLACEMENT_CHARACTER),
-            other => escaped.push(other),
-        }
-    }
-    escaped
 }

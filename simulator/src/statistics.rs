@@ -30,6 +30,8 @@ pub struct Statistics {
     pub unconverged_steps: u64,
     /// How far the rounds of a step are from the minimiser when they end.
     pub rounds_end: RoundsEnd,
+    /// Steps without a Newton iteration that needed one.
+    pub frozen: FrozenStatistics,
     /// Steps of error control, of which the steps of the scene are made.
     pub control: ControlStatistics,
     /// Description of the linear solver; empty for an explicit method.
@@ -102,6 +104,25 @@ impl RoundsEnd {
         self.change = self.change.max(change);
         self.residual = self.residual.max(residual);
         self.distance = self.distance.max(distance);
+    }
+}
+
+/// Counts of steps that ended before their first Newton iteration, although their equation did not hold.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FrozenStatistics {
+    /// Their number.
+    pub steps: u64,
+    /// The number of the first one, from 1; 0 if there is none.
+    pub first: u64,
+}
+
+impl FrozenStatistics {
+    /// Adds the step of this number, from 1.
+    pub fn add(&mut self, step: u64) {
+        if self.steps == 0 {
+            self.first = step;
+        }
+        self.steps += 1;
     }
 }
 

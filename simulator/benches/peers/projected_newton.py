@@ -138,7 +138,7 @@ class Net:
         x_n, x_tilde, iterations = x, x + v * self.h, 0
         energy = self.energy(x, x_tilde)
         p = self.direction(x, x_tilde)
-        while np.abs(p).max() / self.h > tol:
+        while np.abs(p).sum(axis=1).max() / self.h > tol:
             alpha = 1.0
             while (rise := self.energy(x + alpha * p, x_tilde) - energy) > 0:
                 if rise <= self.rounding(x, x_tilde):

@@ -296,6 +296,12 @@ impl<const D: usize> Linearisation<D> {
         }
     }
 
+    /// Whether the last right-hand side, of a step of `h`, is within the rounding error of the forces.
+    pub(super) fn residual_is_rounding(&self, h: f64) -> bool {
+        let size = self.trial.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        self.residual <= FORCE_ROUNDING * self.stiffness * self.smallest_mass * size / h
+    }
+
     /// Amplification by two inverse iterations `x ← A⁻¹ M x`, with the factor at hand.
     fn iterate_inversely(&mut self, system: &System<D>) -> f64 {
         // Multiples of the golden ratio, modulo 1: along every vector of a regular pattern, there is a part of this one.

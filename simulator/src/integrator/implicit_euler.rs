@@ -12,7 +12,7 @@
 //! otherwise the line search is on the residual in the norm `‖r‖²_W = Σ r_i²/m_i`, which has the unit of an energy.
 
 use super::backward::{Curvature, Linearisation, Point};
-use super::projected_newton::{MinimiserOptions, ProjectedNewton};
+use super::projected_newton::{MinimiserOptions, Norm, ProjectedNewton};
 use super::record::Recording;
 use super::{
     Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError, drift,
@@ -62,6 +62,8 @@ fn build<const D: usize>(
 const DESCENT: MinimiserOptions = MinimiserOptions {
     tolerance: 1e-2,
     curvature: Curvature::Jacobians(Projection::Clamp),
+    norm: Norm::Component,
+    min_iterations: 0,
     line_search: true,
     max_iterations: 200,
 };
@@ -102,7 +104,7 @@ impl<const D: usize> Integrator<D> for ImplicitEuler<D> {
             minimiser.get_or_insert_with(|| ProjectedNewton::new(system, *solver, DESCENT));
         match minimiser.minimise(system, &mut step) {
             // Even without convergence, the descent is a good initial guess.
-            Ok(()) | Err(StepError::NotConverged { .. }) => {}
+            Ok(_) | Err(StepError::NotConverged { .. }) => {}
             Err(error) => return Some(Err(error)),
         }
         self.iterate.copy_from_slice(&minimiser.iterate);

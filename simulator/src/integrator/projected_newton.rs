@@ -12,15 +12,18 @@
 //! ```text
 //! x ← xⁿ
 //! p ← −H⁻¹ ∇E(x)                  H: the Hessian, each element of it projected to be semi-definite
-//! while ‖p‖∞/h > tolerance:
+//! while ‖p‖/h > tolerance, or fewer than min_iterations are made:
 //!     α ← 1;  while E(x + α p) > E(x): α ← α/2
 //!     x ← x + α p
 //!     p ← −H⁻¹ ∇E(x)
 //! v ← (x − xⁿ)/h
 //! ```
 //!
-//! As in the lecture's code, the last `p`, which is below the tolerance, is not applied. Source: lecture on
-//! optimisation time integration, algorithms 2 and 3 and `time_integrator.py`.
+//! Source: lecture on optimisation time integration, algorithms 2 and 3 and `time_integrator.py`. As in its code, `‖p‖` is
+//! the largest sum of the magnitudes of a particle's components, and the last `p`, which is below the tolerance, is not
+//! applied. Its code may leave the loop before the first iteration, which freezes a motion that starts slowly: a particle
+//! at rest then never falls, however long the run. Its algorithm 3 makes at least one iteration, and so does this one by
+//! default. With `min_iterations="0"` it is the loop of the code; steps that freeze are counted.
 //!
 //! The unknown here is the velocity `u = (x − xⁿ)/h`, so that the linear system is the one of
 //! [`backward`](super::backward), and `p = h δ`; the objective is `E/h²`. A force that is neither the
@@ -48,7 +51,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "projected-newton",
         aliases: &[],
         summary: "implicit Euler by minimising an energy, with line search",
-        formula: "implicit Euler as the minimiser of `E(x) = ½ ‖x − q − h v‖²_M + h² U(x) + h³ R((x − q)/h)`, with `R` the dissipation of linear drag: `x ← x + α p` from `q` with `p = −H⁻¹ ∇E`, each spring's Hessian projected, `α` halved until `E` does not grow, until the largest component of `p/h` is at most the tolerance; `q' = x`, `v' = (x − q)/h`",
+        formula: "implicit Euler as the minimiser of `E(x) = ½ ‖x − q − h v‖²_M + h² U(x) + h³ R((x − q)/h)`, with `R` the dissipation of linear drag: `x ← x + α p` from `q` with `p = −H⁻¹ ∇E`, each spring's Hessian projected, `α` halved until `E` does not grow, at least `min_iterations` times and until `‖p‖/h` is at most the tolerance, in the norm of the option `norm`; the last `p` is not applied; `q' = x`, `v' = (x − q)/h`",
         equation: StepEquation::ImplicitEuler,
         family: Family::Minimization,
         matrix: Matrix::Jacobians,
@@ -57,17 +60,37 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         options: &[
             OptionSchema {
                 name: "tolerance",
-                meaning: "the largest component of Newton's step, divided by h, below which it ends",
+                meaning: "the norm of Newton's step, divided by h, below which it ends",
                 kind: OptionKind::Number { domain: Domain::Positive, default: 1e-2 },
                 formats: OptionText {
                     values: "number above 0",
-                    meaning: "Newton's method ends when no component of its step, divided by `dt`, is larger; that last step is not applied",
+                    meaning: "Newton's method ends when the norm of its step, divided by `dt`, is not larger; that last step is not applied",
                 },
                 accuracy: &[
                     AccuracySetting { value: "1e-2", converges: false },
                     AccuracySetting { value: "1e-5", converges: false },
                     AccuracySetting { value: "1e-10", converges: true },
                 ],
+            },
+            OptionSchema {
+                name: "norm",
+                meaning: "the norm of Newton's step",
+                kind: OptionKind::Choice { words: &["row-sum", "component"] },
+                formats: OptionText {
+                    values: "`row-sum`, `component`",
+                    meaning: "the largest sum of the magnitudes of a particle's components, as numpy's `norm(p, inf)` of an array of a row per particle; or the largest magnitude of a component",
+                },
+                accuracy: &[],
+            },
+            OptionSchema {
+                name: "min_iterations",
+                meaning: "the fewest Newton iterations of a step",
+                kind: OptionKind::Count { least: 0, default: 1 },
+                formats: OptionText {
+                    values: "whole number, 0 or more",
+                    meaning: "so many Newton steps are applied even if they are below the tolerance; with 0, a motion that starts slowly may never start, and `simulate` warns of it",
+                },
+                accuracy: &[],
             },
             OptionSchema {
                 name: "projection",
@@ -102,7 +125,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
             OptionSchema {
                 name: "max_iterations",
                 meaning: "the most Newton iterations of a step",
-                kind: OptionKind::Count { default: 1000 },
+                kind: OptionKind::Count { least: 1, default: 1000 },
                 formats: OptionText {
                     values: "whole number, 1 or more",
                     meaning: "more iterations in one step are an error",
@@ -133,9 +156,31 @@ fn build<const D: usize>(
     Box::new(ProjectedNewton::new(system, solver, options))
 }
 
+/// The norm of Newton's step.
+#[derive(Clone, Copy)]
+pub(super) enum Norm {
+    /// The largest sum of the magnitudes of a particle's components.
+    RowSum,
+    /// The largest magnitude of a component.
+    Component,
+}
+
+impl Norm {
+    /// Of a vector of `D` components per particle, in which a NaN is never the largest.
+    fn of<const D: usize>(self, vector: &[f64]) -> f64 {
+        let magnitudes = |particle: &[f64; D]| particle.map(f64::abs);
+        vector.as_chunks::<D>().0.iter().map(magnitudes).fold(0.0, |largest, particle| match self {
+            Self::RowSum => largest.max(particle.iter().sum()),
+            Self::Component => particle.into_iter().fold(largest, f64::max),
+        })
+    }
+}
+
 pub(super) struct MinimiserOptions {
     pub(super) tolerance: f64,
     pub(super) curvature: Curvature,
+    pub(super) norm: Norm,
+    pub(super) min_iterations: u64,
     pub(super) line_search: bool,
     pub(super) max_iterations: u64,
 }
@@ -144,6 +189,11 @@ impl MinimiserOptions {
     fn of(values: &IntegratorOptions) -> Self {
         Self {
             tolerance: values.number("tolerance"),
+            norm: match values.choice("norm") {
+                "row-sum" => Norm::RowSum,
+                _ => Norm::Component,
+            },
+            min_iterations: values.count("min_iterations"),
             curvature: match (values.choice("direction"), values.choice("projection")) {
                 ("gradient", _) => Curvature::Mass,
                 ("gauss-newton", _) => Curvature::GaussNewton,
@@ -185,12 +235,12 @@ impl<const D: usize> ProjectedNewton<D> {
         }
     }
 
-    /// Leaves the velocity that minimises in `self.iterate`.
+    /// Leaves the velocity that minimises in `self.iterate`, and returns the number of iterations.
     pub(super) fn minimise(
         &mut self,
         system: &System<D>,
         step: &mut Step<'_>,
-    ) -> Result<(), StepError> {
+    ) -> Result<u64, StepError> {
         let Step { size: h, time, positions, velocities, statistics, .. } = step;
         let (h, time) = (*h, *time + *h);
         let (positions, velocities): (&[f64], &[f64]) = (positions, velocities);
@@ -207,8 +257,9 @@ impl<const D: usize> ProjectedNewton<D> {
             let point = Point { h, time, positions, velocities, iterate: &self.iterate };
             self.recording.record(system, point, iterations, (step_length, halvings));
             self.linearisation.solve(system, point, &mut self.delta, statistics)?;
-            let update = self.delta.iter().fold(0.0, |max: f64, delta| max.max(delta.abs()));
-            if update <= self.options.tolerance {
+            let update = self.options.norm.of::<D>(&self.delta);
+            let is_within = update <= self.options.tolerance;
+            if is_within && iterations >= self.options.min_iterations {
                 break;
             }
             let not_converged = |update| {
@@ -240,6 +291,10 @@ impl<const D: usize> ProjectedNewton<D> {
                 let found = backtrack(&mut line, start)?;
                 statistics.energy_evaluations += line.evaluations;
                 let Some((length, count)) = found else {
+                    // Within the tolerance, rounding may be all that is left.
+                    if is_within {
+                        break;
+                    }
                     return Err(StepError::NoDescent { iterations, update });
                 };
                 (alpha, halvings) = (length, u64::from(count));
@@ -252,13 +307,17 @@ impl<const D: usize> ProjectedNewton<D> {
         }
         statistics.newton_iterations += iterations;
         statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
-        Ok(())
+        Ok(iterations)
     }
 }
 
 impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
     fn step(&mut self, system: &System<D>, mut step: Step<'_>) -> Result<(), StepError> {
-        self.minimise(system, &mut step)?;
+        let iterations = self.minimise(system, &mut step)?;
+        if iterations == 0 && !self.linearisation.residual_is_rounding(step.size) {
+            let step_number = step.statistics.steps + 1;
+            step.statistics.frozen.add(step_number);
+        }
         step.velocities.copy_from_slice(&self.iterate);
         drift(step.positions, step.velocities, step.size);
         Ok(())

@@ -430,7 +430,8 @@ pub enum Convergence {
     Direct,
     /// The l2 norm of an update of the velocities is below this number.
     Update(f64),
-    /// The largest component of an update of the velocities is at most the value of this option.
+    /// No component of the next update of the velocities is larger than the value of this option. A step may make more
+    /// updates than that needs.
     UpdateOption(&'static str),
     /// The step is divided until the estimated error of each part is at most the value of this option.
     ErrorEstimate(&'static str),
@@ -522,8 +523,10 @@ pub enum OptionKind {
         /// Its value if the attribute is missing.
         default: f64,
     },
-    /// A whole number, 1 or more.
+    /// A whole number.
     Count {
+        /// The smallest one.
+        least: u64,
         /// Its value if the attribute is missing.
         default: u64,
     },
@@ -539,7 +542,7 @@ impl OptionKind {
     pub fn default(self) -> OptionValue {
         match self {
             Self::Number { default, .. } => OptionValue::Number(default),
-            Self::Count { default } => OptionValue::Count(default),
+            Self::Count { default, .. } => OptionValue::Count(default),
             Self::Choice { words } => OptionValue::Choice(words.first().copied().unwrap_or("")),
         }
     }
@@ -555,9 +558,9 @@ impl OptionKind {
                 Ok(value) if domain.contains(value) => Ok(OptionValue::Number(value)),
                 _ => Err(domain.describe().to_owned()),
             },
-            Self::Count { .. } => match text.parse() {
-                Ok(value) if value > 0 => Ok(OptionValue::Count(value)),
-                _ => Err("a whole number, 1 or more".to_owned()),
+            Self::Count { least, .. } => match text.parse() {
+                Ok(value) if value >= least => Ok(OptionValue::Count(value)),
+                _ => Err(format!("a whole number, {least} or more")),
             },
             Self::Choice { words } => {
                 let word = words.iter().find(|word| **word == text);

@@ -8,7 +8,7 @@ use crate::support::{largest_difference, parse, simulate, stderr};
 use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
 use simulator::scene::Scene;
 use simulator::simulation::{FailureKind, Simulation};
-use simulator::statistics::Statistics;
+use simulator::statistics::{FrozenStatistics, Statistics};
 use simulator::vocabulary;
 use tempfile::TempDir;
 
@@ -197,18 +197,94 @@ fn a_minimum_is_a_solution_of_implicit_eulers_equation() {
 
 #[test]
 fn the_last_step_of_newtons_method_is_not_taken() {
-    // One particle falls: Newton's first step is the solution, and a second one is nothing. With a
-    // tolerance above the first, the particle stays where it is, as the lecture's loop leaves it.
+    // One particle falls: Newton's first step is the solution, and a second one is nothing.
     let elements =
         r#"<particle m="2" px="1" py="2" vx="0" vy="0" fixed="0"/><simplegravity fx="0" fy="-8"/>"#;
-    let steps = |tolerance: &str| {
-        let integrator = format!(r#"type="projected-newton" dt="0.125" tolerance="{tolerance}""#);
+    let steps = |options: &str| {
+        let integrator = format!(r#"type="projected-newton" dt="0.125" {options}"#);
         let (states, statistics) = run(&scene(&integrator, elements)).unwrap();
-        (states[states.len() - 4..].to_vec(), statistics.newton_iterations)
+        let end = states[states.len() - 4..].to_vec();
+        (end, statistics.newton_iterations, statistics.frozen)
     };
-    assert_eq!(steps("0.5"), (vec![1.0, -2.5, 0.0, -8.0], 8));
-    // The first step changes the velocity by 1.
-    assert_eq!(steps("1.5"), (vec![1.0, 2.0, 0.0, 0.0], 0));
+    let fell = (vec![1.0, -2.5, 0.0, -8.0], 8, FrozenStatistics::default());
+    assert_eq!(steps(r#"tolerance="0.5""#), fell);
+    // The first step changes the velocity by 1: it is taken, since one must be, unless that is not asked for.
+    assert_eq!(steps(r#"tolerance="1.5""#), fell);
+    let frozen = FrozenStatistics { steps: 8, first: 1 };
+    let stayed = (vec![1.0, 2.0, 0.0, 0.0], 0, frozen);
+    assert_eq!(steps(r#"tolerance="1.5" min_iterations="0""#), stayed);
+    let (_, iterations, _) = steps(r#"tolerance="0.5" min_iterations="3""#);
+    assert_eq!(iterations, 24);
+}
+
+#[test]
+fn the_norm_of_a_step_is_the_largest_sum_over_a_particle_or_the_largest_component() {
+    // The first step changes the velocity by (0.3, 0.4).
+    let elements = r#"<particle m="2" px="1" py="2" vx="0" vy="0" fixed="0"/><simplegravity fx="3" fy="-4"/>
+        <particle m="2" px="5" py="2" vx="0" vy="0" fixed="0"/>"#;
+    for (norm, value) in [("", 0.7), (r#"norm="row-sum""#, 0.7), (r#"norm="component""#, 0.4)] {
+        for (tolerance, iterations) in [(value - 1e-9, 10), (value + 1e-9, 0)] {
+            let integrator = format!(
+                r#"type="projected-newton" dt="0.1" tolerance="{tolerance}" min_iterations="0" {norm}"#
+            );
+            let (_, statistics) = run(&scene(&integrator, elements)).unwrap();
+            assert_eq!(statistics.newton_iterations, iterations, "{norm} {tolerance}");
+        }
+    }
+}
+
+#[test]
+fn a_motion_that_starts_slowly_starts() {
+    let falling = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/><simplegravity fx="0" fy="-9.81"/>"#;
+    let attracting = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>
+        <particle m="1" px="1" py="0" vx="0" vy="0" fixed="0"/><edge i="0" j="1"/>
+        <gravitationalforce i="0" j="1" G="0.1"/>"#;
+    let spring = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <particle m="1" px="1" py="0.5" vx="0" vy="0" fixed="0"/><edge i="0" j="1"/>
+        <springforce edge="0" k="1" l0="0"/>"#;
+    for (dt, elements) in [("0.001", falling), ("0.0001", attracting), ("1000000", spring)] {
+        let by_default = scene(&format!(r#"type="projected-newton" dt="{dt}""#), elements);
+        let (found, statistics) = run(&by_default).unwrap();
+        let (expected, _) = run(&by(&by_default, "implicit-euler")).unwrap();
+        let difference = largest_difference(&found, &expected);
+        // They start at rest, and move by 0.06 or more.
+        assert!(difference < 1e-5, "{dt}: {difference:e}");
+        assert_eq!(statistics.frozen, FrozenStatistics::default());
+    }
+}
+
+#[test]
+fn a_spring_at_rest_up_to_rounding_is_not_frozen() {
+    let length = 0.1_f64.hypot(0.7);
+    let elements = format!(
+        r#"<particle m="1" px="1000" py="0" vx="0" vy="0" fixed="0"/>
+        <particle m="1" px="1000.1" py="0.7" vx="0" vy="0" fixed="0"/><edge i="0" j="1"/>
+        <springforce edge="0" k="3000" l0="{length}"/>"#
+    );
+    for options in ["", r#"min_iterations="0""#] {
+        let integrator = format!(r#"type="projected-newton" dt="0.01" {options}"#);
+        let (states, statistics) = run(&scene(&integrator, &elements)).unwrap();
+        assert_eq!(statistics.frozen, FrozenStatistics::default(), "{options}");
+        let speed = states[states.len() - 4..].iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        assert!(speed < 1e-9, "{options}: {speed:e}");
+    }
+}
+
+#[test]
+fn steps_that_freeze_are_told_once_and_counted() {
+    let folder = TempDir::new().unwrap();
+    let text = r#"<scene><duration time="1"/><integrator type="projected-newton" dt="0.001"/>
+        <particle m="1" px="0" py="0" vx="0" vy="0.025" fixed="0"/><simplegravity fx="0" fy="-9.81"/></scene>"#;
+    fs::write(folder.path().join("scene.xml"), text).unwrap();
+    let run = simulate(folder.path(), &["scene.xml", "--stats", "--option", "min_iterations=0"]);
+    // The particle flies upwards; once its next velocity is below the tolerance of 0.01, it stops for good.
+    let expected = "warning: scene.xml: projected-newton left the particles where they were in 999 steps, first in step 2: the first Newton iteration was within the tolerance\n  help: set min_iterations to 1, or a smaller tolerance\n";
+    assert_eq!((run.status.code(), stderr(&run)), (Some(0), expected.into()));
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert!(said.contains("frozen steps           999, first 2\n"), "{said}");
+    let run = simulate(folder.path(), &["scene.xml", "--stats"]);
+    assert_eq!((run.status.code(), stderr(&run)), (Some(0), "".into()));
+    assert!(!String::from_utf8_lossy(&run.stdout).contains("frozen"));
 }
 
 /// A square of 4 segments, crumpled: every particle somewhere within 0.3 of its place.

@@ -339,7 +339,7 @@ fn the_methods_list_the_integrators_of_the_registry() {
         let default = match option.kind {
             OptionKind::Number { default, .. } if default >= 1e6 => format!("{default:e}"),
             OptionKind::Number { default, .. } => default.to_string(),
-            OptionKind::Count { default } => default.to_string(),
+            OptionKind::Count { default, .. } => default.to_string(),
             OptionKind::Choice { words } => format!("`{}`", words[0]),
         };
         let OptionText { values, meaning } = option.formats;

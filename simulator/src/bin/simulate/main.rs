@@ -28,7 +28,7 @@ use simulator::scene::{self, Overrides, ParseOptions, Parsed, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
 use simulator::sizes::PARALLEL;
 use simulator::solver::linear::LinearSolver;
-use simulator::statistics::Statistics;
+use simulator::statistics::{FrozenStatistics, Statistics};
 use simulator::trace::csv::CsvWriter;
 use simulator::trace::energy::EnergyWriter;
 use simulator::trace::fosssim::FosssimWriter;
@@ -372,6 +372,9 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     if let Some(note) = fallback_note(&simulation.statistics().fallback, scene) {
         print_message("note", note);
     }
+    if let Some(warning) = frozen_warning(&simulation.statistics().frozen, scene) {
+        print_message("warning", warning);
+    }
     if cli.stats {
         Failure::of_stdout(print_statistics(&simulation, elapsed))?;
     }
@@ -527,6 +530,7 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
         max_local_global_iterations,
         unconverged_steps,
         rounds_end,
+        frozen,
         control,
         linear_solver,
         linear,
@@ -568,6 +572,9 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
             "Newton iterations",
             format!("{newton_iterations}, at most {max_newton_iterations} a step"),
         ));
+    }
+    if frozen.steps > 0 {
+        rows.push(("frozen steps", format!("{}, first {}", frozen.steps, frozen.first)));
     }
     if *energy_evaluations > 0 {
         rows.push(("energy evaluations", energy_evaluations.to_string()));
@@ -673,6 +680,20 @@ fn fallback_note(fallback: &FallbackStatistics, scene: &Scene) -> Option<String>
     Some(note)
 }
 
+/// A warning for traces in which steps took no Newton iteration and should have.
+fn frozen_warning(
+    FrozenStatistics { steps, first }: &FrozenStatistics,
+    scene: &Scene,
+) -> Option<String> {
+    let (name, method) = (&scene.name, scene.integrator.name);
+    (*steps > 0).then(|| {
+        format!(
+            "{name}: {method} left the particles where they were in {steps} steps, first in step {first}: the first \
+             Newton iteration was within the tolerance\n  help: set min_iterations to 1, or a smaller tolerance"
+        )
+    })
+}
+
 fn print_message(kind: &str, message: impl Display) {
     let _ = writeln!(anstream::stderr(), "{kind}: {message}");
 }
@@ -705,7 +726,7 @@ fn describe_option(OptionSchema { meaning, kind, .. }: &OptionSchema) -> String 
             format!("{meaning} [default: {default:e}]")
         }
         OptionKind::Number { default, .. } => format!("{meaning} [default: {default}]"),
-        OptionKind::Count { default } => format!("{meaning} [default: {default}]"),
+        OptionKind::Count { default, .. } => format!("{meaning} [default: {default}]"),
         OptionKind::Choice { words } => {
             format!("{meaning}: {} [default: {}]", words.join(", "), words[0])
         }

@@ -21,6 +21,8 @@
 //! 256 ε (m (|v| + |v'|) + h |F| + h k |x| + (h² k + h b) (|v| + |v'|)) + 4 (m + h² k + h b) τ
 //! ```
 //!
+//! A tolerance excuses a missing update, but no particle that stays at rest: where `x' = x` and `v' = 0`, `τ` is 0.
+//!
 //! 256 is the backward error at which the simulator accepts a linear solution, `8 p`, for the 28 entries of the
 //! fullest row in the suite. Numbers below 2⁻¹⁰²² are multiples of 2⁻¹⁰⁷⁴ = ε 2⁻¹⁰²² and have the same rounding error
 //! as 2⁻¹⁰²². This is added to the size of each term: `m + h² k + h b` times for a velocity, once for a force.
@@ -360,7 +362,7 @@ impl Equation {
         Start { state: from, sizes, h, time }: &Start,
         to: &State,
     ) -> (f64, f64) {
-        let (h, tolerance) = (*h, self.tolerance);
+        let h = *h;
         let mut worst = Worst::default();
         let between = |start: &[f64], end: &[f64]| -> Vec<f64> {
             start.iter().zip(end).map(|(start, end)| (1.0 - part) * start + part * end).collect()
@@ -396,6 +398,10 @@ impl Equation {
         let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         let size = largest(x);
         let speed = largest(&sizes.v) + largest(&to.v);
+        let stays = |particle: usize| {
+            let mut dofs = particle * self.axes..(particle + 1) * self.axes;
+            dofs.all(|dof| to.v[dof] == 0.0 && to.x[dof] == from.x[dof])
+        };
         let mut sum = 0.0;
         for (dof, change) in change.iter().enumerate() {
             let particle = dof / self.axes;
@@ -410,6 +416,7 @@ impl Equation {
             let mut rounding = mass * (sizes.v[dof] + to.v[dof].abs()) + h * terms;
             rounding += (mass + stiffness + 1.0) * SMALLEST;
             rounding += h * by_position * size + stiffness * speed;
+            let tolerance = if stays(particle) { 0.0 } else { self.tolerance };
             let allowed = ROUNDING * rounding + 4.0 * (mass + stiffness) * tolerance;
             sum += allowed;
             if linearized.is_some() {

@@ -35,7 +35,7 @@ use grader::submission::StateSource;
 use grader::verdict::Failure;
 
 pub(crate) use fast_mass_spring::{FastMassSpring, wind};
-pub(crate) use projected_newton::{ProjectedNewton, largest};
+pub(crate) use projected_newton::{ProjectedNewton, largest, largest_row};
 
 pub(crate) type Vec2 = Vector2<f64>;
 pub(crate) type Vec3 = Vector3<f64>;

@@ -203,6 +203,25 @@ fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
 }
 
 #[test]
+fn the_code_printed_in_the_lecture_passes_its_assignment() {
+    let interpreter = "/usr/bin/python3";
+    if !Path::new(interpreter).exists() {
+        eprintln!("skipped: the lecture's code: there is no {interpreter}");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let source = root().join("grader/grade/tests/it/programs/elastodynamics.py");
+    fs::copy(source, folder.path().join("elastodynamics.py")).unwrap();
+    let manifest = format!(
+        "run = [\"{interpreter}\", \"{{folder}}/elastodynamics.py\", \"{{scene}}\", \"{{trace}}\"]\n\
+         assignment = \"elastodynamics\"\n"
+    );
+    write(&folder.path().join("submission.toml"), &manifest);
+    let (code, report) = grade(folder.path(), &["--no-jacobians"]);
+    assert_eq!((code, points(&report, "required")), (Some(0), (5.0, 5.0)));
+}
+
+#[test]
 fn a_class_refuses_a_submission_of_another_assignment() {
     let folder = tempfile::tempdir().unwrap();
     let class = folder.path().join("class");

@@ -4,7 +4,7 @@ use grader::findings::{Feature, Part};
 use simulator::scene::Scene;
 use simulator::scene::schema::Family;
 
-use super::super::student::{Student, Vec2, largest};
+use super::super::student::{Student, Vec2, largest, largest_row};
 use super::{
     Area, Mistake, NEGATE, OMIT, OMIT_H, OMIT_QUANTITY, Operation, Scope, Subject, TAKE_ROOT_OF_H,
 };
@@ -66,16 +66,19 @@ fn in_rules(of: &Subject) -> Vec<Mistake> {
         of.mistake("a single iteration", |s| s.projected_newton.iterations = 1),
         of.mistake("two iterations", |s| s.projected_newton.iterations = 2),
         of.mistake("tolerance on ‖p‖∞, not on ‖p‖∞/h", |s| {
-            s.projected_newton.measure = |p, _| largest(p);
+            s.projected_newton.measure = |p, _, _| largest_row(p);
         }),
         of.mistake("tolerance on ‖p‖₂/h", |s| {
-            s.projected_newton.measure = |p, h| p.norm() / h
+            s.projected_newton.measure = |p, h, _| p.norm() / h
         }),
         of.mistake("tolerance on the largest entry without its sign", |s| {
-            s.projected_newton.measure = |p, h| p.max() / h;
+            s.projected_newton.measure = |p, h, _| p.max() / h;
+        }),
+        of.mistake("tolerance on the largest entry", |s| {
+            s.projected_newton.measure = |p, h, _| largest(p) / h;
         }),
         of.mistake("tolerance on the first entry", |s| {
-            s.projected_newton.measure = |p, h| p[0].abs() / h;
+            s.projected_newton.measure = |p, h, _| p[0].abs() / h;
         }),
         of.mistake("the last step is taken as well", |s| s.projected_newton.takes_last = true),
         of.mistake("velocity not renewed", |s| s.projected_newton.velocity = |_, _, v, _| v),

@@ -3,7 +3,7 @@
 //! ```text
 //! E(x) = ½ ‖x − x̃‖²_M + h² P(x)        x̃ = q + h v;  with drag, P has h b/2 |(x − q)/h|² as well
 //! x ← q;  p = −H⁻¹ ∇E(x)               H: the Hessian, that of each spring projected
-//! while ‖p‖∞/h > tolerance:  α ← 1, halved while E(x + α p) > E(x);  x ← x + α p;  p again
+//! while ‖p‖/h > tolerance or fewer than min_iterations:  α ← 1, halved while E(x + α p) > E(x);  x ← x + α p;  p again
 //! q' = x,  v' = (x − q)/h
 //! ```
 //!
@@ -38,8 +38,8 @@ pub(crate) struct ProjectedNewton {
     pub(crate) project: fn(Blocks) -> Blocks,
     /// Whether steps are searched along.
     pub(crate) searches: bool,
-    /// Measure of a step, held against the tolerance: `(p, h)`.
-    pub(crate) measure: fn(&DVector<f64>, f64) -> f64,
+    /// Measure of a step, held against the tolerance: `(p, h, norm)`, with the norm that the scene names.
+    pub(crate) measure: fn(&DVector<f64>, f64, &str) -> f64,
     /// Whether the step that is below the tolerance is taken.
     pub(crate) takes_last: bool,
     /// Iterations after which the step ends, whatever its measure.
@@ -56,12 +56,21 @@ impl ProjectedNewton {
             first: |q, _, _| q,
             project: make_definite,
             searches: true,
-            measure: |p, h| largest(p) / h,
+            measure: |p, h, norm| {
+                let norm = if norm == "row-sum" { largest_row(p) } else { largest(p) };
+                norm / h
+            },
             takes_last: false,
             iterations: usize::MAX,
             velocity: |q, x, _, h| (x - q) / h,
         }
     }
+}
+
+/// The largest sum of a particle's magnitudes, `norm(p, inf)` of a row per particle; a NaN if there is one.
+pub(crate) fn largest_row(p: &DVector<f64>) -> f64 {
+    let rows = p.len() / 2;
+    largest(&DVector::from_fn(rows, |row, _| p[2 * row].abs() + p[2 * row + 1].abs()))
 }
 
 /// The largest entry; a NaN if there is one.
@@ -104,7 +113,9 @@ impl Sum {
 impl Plane {
     pub(super) fn projected_newton_step(&mut self, rules: ProjectedNewton) {
         let h = self.scene.time_step;
-        let tolerance = self.scene.integrator_options.number("tolerance");
+        let options = &self.scene.integrator_options;
+        let (tolerance, norm) = (options.number("tolerance"), options.choice("norm"));
+        let least = options.count("min_iterations") as usize;
         let of_each = |rule: fn(Vec2, Vec2, f64) -> Vec2| -> Vec<Vec2> {
             self.q.iter().zip(&self.v).map(|(q, v)| rule(*q, *v, h)).collect()
         };
@@ -115,7 +126,7 @@ impl Plane {
         for iteration in 0.. {
             let gradient = self.gradient(rules, &x, &ahead);
             let p = self.newton_step(rules, &x, &gradient);
-            let is_last = (rules.measure)(&p, h) <= tolerance;
+            let is_last = iteration >= least && (rules.measure)(&p, h, norm) <= tolerance;
             if is_last || iteration == rules.iterations {
                 if is_last && rules.takes_last {
                     x = moved(&x, 1.0, &p);

@@ -24,6 +24,7 @@
 //! - [`altered`]: detection of programs that look traces up.
 //! - [`findings`]: what is wrong in a submission, proven by replay.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
+//! - [`sibling`]: scenes with the same features and other numbers, drawn by a seed.
 //! - [`oracle`]: regeneration and verification of the stored traces.
 //! - [`init`]: skeletons of submissions.
 
@@ -52,6 +53,7 @@ pub mod events;
 pub mod findings;
 pub mod grading;
 pub mod jacobian;
+pub mod sibling;
 
 pub mod init;
 pub mod probe;

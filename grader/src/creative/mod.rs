@@ -303,20 +303,35 @@ fn run(scene: &Scene, limit: Duration) -> (Result<String, String>, Motion) {
     let found = first.and_then(|first| {
         let second = energy_of(&halved, limit, None)
             .map_err(|error| format!("at half of the time step: {error}"))?;
-        let floor = ROUNDING * first.potential.max(second.potential);
-        let (large, small) = (first.kinetic.max(floor), second.kinetic.max(floor));
         let h = scene.time_step;
         let kinetic = format!(
             "the largest kinetic energy is {} at the time step of {h} s, and {} at half of it",
             short(first.kinetic),
             short(second.kinetic)
         );
-        if large > MAX_RATIO * small || small > MAX_RATIO * large {
+        if differ(&first, &second) {
             return Err(format!("it blows up: {kinetic}\nhelp: shorten the time step"));
         }
         Ok(format!("{} steps in {took:.1} s; {kinetic}", scene.n_steps()))
     });
     (found, motion)
+}
+
+/// Whether the motion of a scene follows its time step, in a run of any length.
+///
+/// # Errors
+/// If a step fails, at the time step or at half of it.
+pub(crate) fn blows_up(scene: &Scene) -> Result<bool, String> {
+    let first = energy_of(scene, Duration::MAX, None)?;
+    let halved = Scene { time_step: 0.5 * scene.time_step, ..scene.clone() };
+    Ok(differ(&first, &energy_of(&halved, Duration::MAX, None)?))
+}
+
+/// Whether the largest kinetic energies of two runs differ by more than rounding and drift.
+fn differ(first: &Peaks, second: &Peaks) -> bool {
+    let floor = ROUNDING * first.potential.max(second.potential);
+    let (large, small) = (first.kinetic.max(floor), second.kinetic.max(floor));
+    large > MAX_RATIO * small || small > MAX_RATIO * large
 }
 
 /// A number with four digits.

@@ -1,6 +1,7 @@
 //! The stored oracle: a folder of traces, the manifest of their origin, and their envelopes.
 
 mod envelopes;
+pub mod folder;
 pub mod manifest;
 mod regenerate;
 mod verify;

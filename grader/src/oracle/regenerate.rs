@@ -26,7 +26,7 @@ use super::{Oracle, OracleError, envelopes};
 use crate::calibration::{Bounds, Envelope, StoredEnvelope, calibrate};
 use crate::compare::{Comparison, Expectation, Pair, Tolerances, compare_watched};
 use crate::rubric::Rubric;
-use crate::suite::{Case, Suite, find_traces, hash_bytes, hash_file};
+use crate::suite::{Case, Suite, SuiteError, find_traces, hash_bytes, hash_file};
 use crate::verdict::{Fault, Verdict};
 
 /// Result of a regeneration, or of its dry run.
@@ -170,6 +170,15 @@ pub enum RegenerateError {
     /// The old manifest cannot be read.
     #[error(transparent)]
     Oracle(#[from] OracleError),
+    /// The scenes of a new folder cannot be read.
+    #[error(transparent)]
+    Suite(#[from] SuiteError),
+    /// There is something in the place of a new folder.
+    #[error("{}: exists already\n  help: name another folder, or remove it", path.display())]
+    Exists {
+        /// Its path.
+        path: PathBuf,
+    },
     /// The path has no file name from which to derive the new folder's name.
     #[error("{}: a folder without a name cannot be replaced", path.display())]
     NoName {
@@ -365,14 +374,14 @@ impl Staged {
 }
 
 /// The folder's canonical location, with links resolved.
-struct FolderLocation {
+pub(super) struct FolderLocation {
     /// An absolute path.
     parent: PathBuf,
     name: OsString,
 }
 
 impl FolderLocation {
-    fn of(folder: &Path) -> Result<Self, RegenerateError> {
+    pub(super) fn of(folder: &Path) -> Result<Self, RegenerateError> {
         let no_name = || RegenerateError::NoName { path: folder.to_path_buf() };
         // A dangling link exists, but is not a folder.
         if fs::symlink_metadata(folder).is_err() {
@@ -397,13 +406,15 @@ impl FolderLocation {
         Ok(Self { parent: parent.to_path_buf(), name: name.to_owned() })
     }
 
-    fn path(&self) -> PathBuf {
+    pub(super) fn path(&self) -> PathBuf {
         self.parent.join(&self.name)
     }
 }
 
 /// A new empty folder beside the one to replace. Remainders of interrupted runs are removed.
-fn stage(FolderLocation { parent, name }: &FolderLocation) -> Result<TempDir, RegenerateError> {
+pub(super) fn stage(
+    FolderLocation { parent, name }: &FolderLocation,
+) -> Result<TempDir, RegenerateError> {
     let prefix = format!(".{}.regenerating.", name.to_string_lossy());
     for entry in fs::read_dir(parent).map_err(at(parent))?.flatten() {
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
@@ -651,7 +662,7 @@ fn exchange_names(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-fn at(path: &Path) -> impl Fn(io::Error) -> RegenerateError + use<> {
+pub(super) fn at(path: &Path) -> impl Fn(io::Error) -> RegenerateError + use<> {
     let path = path.to_path_buf();
     move |source| RegenerateError::Io { path: path.clone(), source }
 }

@@ -1,0 +1,61 @@
+//! Writes a folder of scenes with their oracle, as a whole or not at all.
+
+use std::fs;
+use std::path::Path;
+
+use simulator::scene::ParseOptions;
+
+use super::regenerate::{FolderLocation, at, stage};
+use super::{Acceptance, Origin, RegenerateError, Staged};
+use crate::rubric::Rubric;
+use crate::sibling::Files;
+use crate::suite::{Section, Suite};
+
+/// The folders of the scenes of a suite, below its root.
+pub const SECTIONS: [(Section, &str); 2] =
+    [(Section::Required, "assets"), (Section::ExtraCredit, "extracreditassets")];
+
+/// The folder of the traces, below the root of a suite.
+pub const EXPECTED: &str = "expected";
+
+/// Checks that nothing is in the way of a new folder.
+///
+/// # Errors
+/// If there is something of that name.
+pub fn check_free(folder: &Path) -> Result<(), RegenerateError> {
+    // A dangling link is in the way, too.
+    match fs::symlink_metadata(folder) {
+        Ok(_) => Err(RegenerateError::Exists { path: folder.to_path_buf() }),
+        Err(_) => Ok(()),
+    }
+}
+
+/// Writes scenes, each in the folder of its section, with their traces, envelopes and manifest, into a new folder.
+///
+/// # Errors
+/// If the folder exists, a file cannot be written, or a scene cannot be read or simulated.
+pub fn write(
+    folder: &Path,
+    scenes: &[(Section, &Files)],
+    origin: &Origin,
+) -> Result<(), RegenerateError> {
+    check_free(folder)?;
+    let place = FolderLocation::of(folder)?;
+    let staging = stage(&place)?;
+    let sections = SECTIONS.map(|(section, name)| (section, staging.path().join(name)));
+    for (section, files) in scenes {
+        let (_, below) =
+            sections.iter().find(|(known, _)| known == section).unwrap_or(&sections[0]);
+        files.write(below).map_err(at(below))?;
+    }
+    let options = ParseOptions { strict: true, ..ParseOptions::default() };
+    let suite = Suite::load(&sections, &options)?;
+    let expected = staging.path().join(EXPECTED);
+    let staged = Staged::make(&suite, &expected, &Rubric::default(), Acceptance::All)?;
+    staged.replace(Acceptance::All, origin)?;
+    check_free(folder)?;
+    fs::rename(staging.path(), place.path()).map_err(at(folder))?;
+    // The staged folder was renamed: nothing is left to remove.
+    let _ = staging.keep();
+    Ok(())
+}

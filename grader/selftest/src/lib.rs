@@ -18,6 +18,7 @@ pub mod drawn;
 pub mod in_process;
 pub mod programs;
 pub mod report;
+pub mod sibling;
 
 mod library;
 

@@ -4,3 +4,4 @@ mod mistakes;
 #[cfg(unix)]
 mod probe;
 mod selftest;
+mod sibling;

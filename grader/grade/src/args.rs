@@ -106,7 +106,7 @@ pub(super) enum Command {
     /// Write what a course uploads to a platform, so that the platform grades with grade
     #[command(subcommand)]
     Export(ExportCommand),
-    /// Regenerate or verify the oracle traces
+    /// Regenerate or verify the oracle traces; draw hidden scenes
     #[command(subcommand)]
     Oracle(OracleCommand),
 }
@@ -864,6 +864,35 @@ pub(super) enum OracleCommand {
         #[command(flatten)]
         suite: SuiteArgs,
     },
+    /// Draw a hidden scene for each public one: the same features with other numbers, as well-posed, and catching the same
+    /// mistakes
+    #[command(
+        after_help = "Whoever knows the seed can draw the same scenes: keep it as secret as the folder. Exit codes: 0 all \
+                      scenes have a sibling, 2 bad usage or input, or a scene has none; nothing is written then."
+    )]
+    GenerateHidden(HiddenArgs),
+}
+
+#[derive(Args)]
+pub(super) struct HiddenArgs {
+    /// Only these scenes: a name, a group, an integrator, a pattern with * and ?, or a part of names [default: all]
+    #[arg(value_name = "SCENE")]
+    pub(super) scenes: Vec<String>,
+
+    /// Only the scenes to which this assignment gives points; `grade assignments` lists them
+    #[arg(long, value_name = "NAME")]
+    pub(super) assignment: Option<String>,
+
+    /// Seed of the numbers: the same seed draws the same bytes
+    #[arg(long, value_name = "NUMBER")]
+    pub(super) seed: u64,
+
+    /// Write to this folder, which must not exist
+    #[arg(short, long, value_name = "DIR")]
+    pub(super) output: PathBuf,
+
+    #[command(flatten)]
+    pub(super) suite: SuiteArgs,
 }
 
 #[derive(Subcommand)]

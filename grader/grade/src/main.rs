@@ -90,5 +90,6 @@ fn run(cli: &Cli) -> Result<Exit, Stop> {
         }
         Some(Command::Oracle(OracleCommand::Review { suite })) => oracle::review::run(suite),
         Some(Command::Oracle(OracleCommand::Verify { suite })) => oracle::verify(suite),
+        Some(Command::Oracle(OracleCommand::GenerateHidden(args))) => oracle::hidden::run(args),
     }
 }

@@ -1,6 +1,7 @@
-//! `grade oracle`: regenerates, reviews or verifies the stored traces.
+//! `grade oracle`: regenerates, reviews or verifies the stored traces, and draws hidden scenes.
 
 mod cause;
+pub(super) mod hidden;
 pub(super) mod review;
 
 use std::collections::BTreeSet;
@@ -51,9 +52,7 @@ fn stage(args: &SuiteArgs, accepts_all: bool) -> Result<(Staged, Inputs), Stop> 
 
 /// Replaces the folder by the new traces that are accepted, and prints what changed.
 fn replace(staged: Staged, accept: Acceptance<'_>, expected: &Path) -> Result<Exit, Stop> {
-    let commit = provenance::COMMIT.map(str::to_owned);
-    let origin = Origin { commit, platform: Some(provenance::platform()) };
-    let regeneration = staged.replace(accept, &origin).map_err(Stop::bad_input)?;
+    let regeneration = staged.replace(accept, &origin()).map_err(Stop::bad_input)?;
     print(describe(&regeneration, expected).as_bytes())?;
     if let Some(Leftover { path, detail }) = &regeneration.leftover {
         let path = path.display();
@@ -62,6 +61,12 @@ fn replace(staged: Staged, accept: Acceptance<'_>, expected: &Path) -> Result<Ex
         complain("warning", message);
     }
     Ok(if regeneration.refused() { Exit::Failed } else { Exit::Passed })
+}
+
+/// This grader, as the origin of traces.
+fn origin() -> Origin {
+    let commit = provenance::COMMIT.map(str::to_owned);
+    Origin { commit, platform: Some(provenance::platform()) }
 }
 
 fn describe(regeneration: &Regeneration, folder: &Path) -> String {

@@ -12,6 +12,7 @@ mod creative;
 mod docs;
 #[cfg(target_os = "linux")]
 mod gradebooks;
+mod hidden;
 #[cfg(target_os = "linux")]
 mod init;
 #[cfg(target_os = "linux")]

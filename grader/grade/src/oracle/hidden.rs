@@ -1,0 +1,73 @@
+//! `grade oracle generate-hidden`: draws a sibling of each public scene, with its trace.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use grader::assignment::Assignment;
+use grader::oracle::folder;
+use grader::suite::{Case, Section};
+use rayon::prelude::*;
+use selftest::mistake;
+use selftest::sibling::{NoSibling, Sibling, find};
+
+use super::origin;
+use crate::args::HiddenArgs;
+use crate::output::print;
+use crate::stop::{Exit, Stop};
+
+pub(crate) fn run(args: &HiddenArgs) -> Result<Exit, Stop> {
+    // The work of minutes is not to be lost.
+    folder::check_free(&args.output).map_err(Stop::bad_input)?;
+    let cases = chosen(args)?;
+    let mistakes = mistake::all();
+    let found: Vec<Result<Sibling, NoSibling>> =
+        cases.par_iter().map(|case| find(case, args.seed, &mistakes)).collect();
+    let missing: Vec<String> =
+        found.iter().filter_map(|found| found.as_ref().err()).map(ToString::to_string).collect();
+    if !missing.is_empty() {
+        return Err(Stop::bad_input(format!(
+            "{}\n  help: try another --seed, or name the scenes that are wanted without these; nothing was written",
+            missing.join("\n")
+        )));
+    }
+    let siblings: Vec<Sibling> = found.into_iter().flatten().collect();
+    let scenes = cases.iter().zip(&siblings);
+    let scenes: Vec<_> =
+        scenes.map(|(case, sibling)| (case.feature.section, &sibling.files)).collect();
+    folder::write(&args.output, &scenes, &origin()).map_err(Stop::bad_input)?;
+    print(describe(&cases, &siblings, &args.output).as_bytes())?;
+    Ok(Exit::Passed)
+}
+
+/// The public scenes, each in the section of its folder.
+fn chosen(args: &HiddenArgs) -> Result<Vec<Case>, Stop> {
+    let mut inputs = args.suite.read_strictly()?;
+    if let Some(name) = &args.assignment {
+        let assignment = Assignment::load(&inputs.assignments, name).map_err(Stop::bad_input)?;
+        let has_points = |section| section != Section::Unscored;
+        inputs.suite.cases.retain(|case| assignment.section(case).is_some_and(has_points));
+    }
+    inputs.suite.keep_only(&args.scenes).map_err(Stop::bad_input)?;
+    Ok(inputs.suite.cases)
+}
+
+/// A line for each scene, then what was written, and how to grade with it.
+fn describe(cases: &[Case], siblings: &[Sibling], output: &Path) -> String {
+    let width = cases.iter().map(|case| case.id.len()).max().unwrap_or(0);
+    let mut text = format!("{:width$}  tries  mistakes caught\n", "scene");
+    for (case, Sibling { tries, caught, .. }) in cases.iter().zip(siblings) {
+        let caught = match caught {
+            Some(count) => format!("{count} of {count}"),
+            None => "not tested".to_owned(),
+        };
+        // A string takes everything.
+        let _ = writeln!(text, "{:width$}  {tries:>5}  {caught:>15}", case.id);
+    }
+    let (count, folder) = (siblings.len(), output.display());
+    let _ = write!(
+        text,
+        "{folder}: {count} hidden scenes with their traces. Grade with --hidden {folder}, or state in the rubric:\n\n\
+         [hidden]\nfolder = \"{folder}\"    # relative to the rubric\nscenes = {count}\n"
+    );
+    text
+}

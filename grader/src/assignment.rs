@@ -353,6 +353,15 @@ impl Assignment {
         Ok(())
     }
 
+    /// Whether the starter code contains an integrator: an entry without points names it.
+    pub fn comes_with(&self, integrator: &str) -> bool {
+        let names = |entry: &&Entry| {
+            entry.integrators.as_ref().is_some_and(|names| names.contains(&integrator))
+        };
+        let section = Some(Section::Unscored);
+        self.entries.iter().filter(names).any(|entry| entry.section == section)
+    }
+
     /// Whether it is the one of every scene.
     pub fn is_all(&self) -> bool {
         self.name == ALL

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use grader::assignment::Assignment;
-use grader::init::{self, Language};
+use grader::init::{self, Language, Skeleton, Start};
 
 use crate::output::print;
 use crate::stop::{Exit, Stop};
@@ -26,16 +26,22 @@ pub(super) fn init(
     if let Some(arguments) = language.arguments() {
         folder += &format!(" {arguments}");
     }
-    text += &match init::reads_json(assignment) {
-        true => format!(
-            "\nThe skeleton reads scenes and holds every vertex at rest. Write its steps, and grade it:\n\n    \
-             grade {folder} --only slanted-spring\n    grade {folder}\n"
+    let (what, only) = match Skeleton::new(language, assignment).start {
+        Start::Rests => (
+            "reads scenes and holds every vertex at rest. Write its steps, and grade it",
+            Some("slanted-spring"),
         ),
-        false => format!(
-            "\nThe skeleton moves particles on which no force acts. Grade it, then add forces and integrators:\n\n    \
-             grade {folder} --only Inertia\n    grade {folder}\n"
+        Start::Moves => (
+            "moves particles on which no force acts. Grade it, then add forces and integrators",
+            Some("Inertia"),
         ),
+        Start::Reads => ("reads scenes. Fill in what says \"your code here\", and grade it", None),
     };
+    text += &format!("\nThe skeleton {what}:\n\n");
+    if let Some(only) = only {
+        text += &format!("    grade {folder} --only {only}\n");
+    }
+    text += &format!("    grade {folder}\n");
     print(text.as_bytes())?;
     Ok(Exit::Passed)
 }

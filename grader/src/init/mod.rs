@@ -1,7 +1,15 @@
-//! Skeletons of submissions, one for each language and scene format. Each documents the protocol in its comments. Those
-//! for XML move particles without forces; those for JSON hold every vertex at rest.
+//! Skeletons of submissions. Each documents the protocol in its comments.
+//!
+//! ```text
+//! course.rs    the course's milestones, and what is like them: a file for each force and integrator
+//! layouts.rs   the six functions of the fast mass-spring assignment (C++), the files of the lecture (Python)
+//! otherwise    one file: XML, which moves particles without forces; or JSON, which holds every vertex at rest
+//! ```
 //!
 //! The words `ELEMENTS`, `FORCES` and `METHODS` in a skeleton stand for what its assignment asks for.
+
+mod course;
+mod layouts;
 
 use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
@@ -13,6 +21,7 @@ use simulator::vocabulary;
 
 use crate::assignment::Assignment;
 use crate::submission::folder::MANIFEST;
+use course::Course;
 
 /// The language of a skeleton.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,47 +62,102 @@ impl Language {
         (self == Self::Rust).then_some("--readable \"$(rustc --print sysroot)\"")
     }
 
-    /// The file name of the source.
-    fn source(self) -> &'static str {
-        match self {
-            Self::Cpp => "simulate.cpp",
-            Self::Python => "simulate.py",
-            Self::Rust => "simulate.rs",
-        }
-    }
-
-    /// The text of the source.
-    fn text(self, reads_json: bool) -> &'static str {
+    /// The skeleton in one file: its name and text, and the command that builds it.
+    fn single(self, reads_json: bool) -> (&'static str, &'static str, Option<&'static str>) {
         match (self, reads_json) {
-            (Self::Cpp, false) => include_str!("simulate.cpp"),
-            (Self::Python, false) => include_str!("simulate.py"),
-            (Self::Rust, false) => include_str!("simulate.rs"),
-            (Self::Cpp, true) => include_str!("springs.cpp"),
-            (Self::Python, true) => include_str!("springs.py"),
-            (Self::Rust, true) => include_str!("springs.rs"),
+            (Self::Cpp, _) => (
+                "simulate.cpp",
+                include_str!("simulate.cpp"),
+                Some(r#"["c++", "-O2", "-std=c++17", "-o", "simulate", "simulate.cpp"]"#),
+            ),
+            (Self::Python, false) => ("simulate.py", include_str!("simulate.py"), None),
+            (Self::Python, true) => ("simulate.py", include_str!("springs.py"), None),
+            (Self::Rust, reads_json) => (
+                "simulate.rs",
+                if reads_json { include_str!("springs.rs") } else { include_str!("simulate.rs") },
+                Some(r#"["rustc", "-O", "-o", "simulate", "simulate.rs"]"#),
+            ),
+        }
+    }
+}
+
+/// What a skeleton does before anything is filled in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    /// It moves particles on which no force acts.
+    Moves,
+    /// It holds every vertex at rest.
+    Rests,
+    /// It reads scenes and takes no step.
+    Reads,
+}
+
+/// A skeleton.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Skeleton {
+    /// What it does before anything is filled in.
+    pub start: Start,
+    /// Its sources: path and text.
+    pub sources: Vec<(String, String)>,
+    /// The command that builds it, as TOML.
+    build: Option<String>,
+    /// The script that runs it; `None` if it is built.
+    script: Option<String>,
+}
+
+impl Skeleton {
+    /// The skeleton of an assignment, or of every scene.
+    pub fn new(language: Language, assignment: Option<&Assignment>) -> Self {
+        if let Some(found) = assignment.and_then(|assignment| Self::in_layout(language, assignment))
+        {
+            return found;
+        }
+        let reads_json = reads_json(assignment);
+        let (file, text, build) = language.single(reads_json);
+        Self {
+            start: if reads_json { Start::Rests } else { Start::Moves },
+            sources: vec![(file.to_owned(), filled(text, assignment))],
+            build: build.map(str::to_owned),
+            script: (language == Language::Python).then(|| file.to_owned()),
         }
     }
 
-    fn manifest(self, assignment: Option<&Assignment>) -> String {
-        let source = self.source();
-        let build = match self {
-            Self::Cpp => {
-                format!("[\"c++\", \"-O2\", \"-std=c++17\", \"-o\", \"simulate\", \"{source}\"]")
-            }
-            Self::Python => String::new(),
-            Self::Rust => format!("[\"rustc\", \"-O\", \"-o\", \"simulate\", \"{source}\"]"),
-        };
-        let build = if build.is_empty() {
-            "# No build is needed. If one were: build = [\"make\"]\n".to_owned()
-        } else {
-            format!(
+    /// The skeleton in the layout of the assignment's starter code, or of the code in its document.
+    fn in_layout(language: Language, assignment: &Assignment) -> Option<Self> {
+        let compiled =
+            |sources: &str| format!(r#"["sh", "-c", "c++ -O2 -std=c++17 -o simulate {sources}"]"#);
+        if language == Language::Cpp && reads_json(Some(assignment)) {
+            let build = Some(compiled("-Iinclude main.cpp src/*.cpp"));
+            let sources = layouts::fast_mass_springs();
+            return Some(Self { start: Start::Reads, sources, build, script: None });
+        }
+        if let Some(sources) =
+            (language == Language::Python).then(|| layouts::lecture(assignment)).flatten()
+        {
+            let script = Some(layouts::SIMULATOR.to_owned());
+            return Some(Self { start: Start::Reads, sources, build: None, script });
+        }
+        let course = Course::of(assignment)?;
+        let sources = course.files(language)?;
+        let start = if course.moves() { Start::Moves } else { Start::Reads };
+        let is_compiled = language == Language::Cpp;
+        let build = is_compiled.then(|| compiled(&format!("{}/*.cpp", course::FOLDER)));
+        let script = (!is_compiled).then(|| format!("{}/main.py", course::FOLDER));
+        Some(Self { start, sources, build, script })
+    }
+
+    /// The text of its submission.toml.
+    fn manifest(&self, assignment: Option<&Assignment>) -> String {
+        let build = match &self.build {
+            None => "# No build is needed. If one were: build = [\"make\"]\n".to_owned(),
+            Some(build) => format!(
                 "# Runs in a copy of this folder before anything else. Optional.\n\
                  build = {build}\n"
-            )
+            ),
         };
-        let program = match self {
-            Self::Python => format!("\"python3\", \"{{folder}}/{source}\""),
-            Self::Cpp | Self::Rust => "\"./simulate\"".to_owned(),
+        let program = match &self.script {
+            Some(script) => format!("\"python3\", \"{{folder}}/{script}\""),
+            None => "\"./simulate\"".to_owned(),
         };
         let (solver, about) = match reads_json(assignment) {
             true => (", \"{solver}\"", "; {solver} is dense or sparse"),
@@ -119,7 +183,7 @@ impl Language {
 }
 
 /// Whether the scenes of the assignment are JSON files.
-pub fn reads_json(assignment: Option<&Assignment>) -> bool {
+fn reads_json(assignment: Option<&Assignment>) -> bool {
     let formats = assignment.and_then(|assignment| assignment.scope().formats.as_ref());
     formats.is_some_and(|formats| formats == &["json"])
 }
@@ -182,14 +246,17 @@ pub fn write(
     folder: &Path,
 ) -> io::Result<Vec<PathBuf>> {
     fs::create_dir_all(folder)?;
-    let source = filled(language.text(reads_json(assignment)), assignment);
-    let files = [(language.source(), source), (MANIFEST, language.manifest(assignment))];
-    let files = files.map(|(name, text)| (folder.join(name), text));
+    let skeleton = Skeleton::new(language, assignment);
+    let manifest = (MANIFEST.to_owned(), skeleton.manifest(assignment));
+    let files = skeleton.sources.into_iter().chain([manifest]);
+    let files: Vec<(PathBuf, String)> =
+        files.map(|(name, text)| (folder.join(name), text)).collect();
     if let Some((path, _)) = files.iter().find(|(path, _)| path.exists()) {
         let message = format!("{} already exists; nothing was written", path.display());
         return Err(io::Error::new(io::ErrorKind::AlreadyExists, message));
     }
     for (path, text) in &files {
+        fs::create_dir_all(path.parent().unwrap_or(folder))?;
         OpenOptions::new().write(true).create_new(true).open(path)?.write_all(text.as_bytes())?;
     }
     Ok(files.into_iter().map(|(path, _)| path).collect())

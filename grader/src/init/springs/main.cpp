@@ -1,4 +1,5 @@
-// A fast mass-spring simulator: called as `simulate SCENE TRACE SOLVER`, it turns a scene into a trace.
+// Reads a scene, takes its steps and writes its trace: called as `simulate SCENE TRACE SOLVER`. What is to be
+// done here is the wind, and masses where none is given.
 //
 // The protocol
 //   SCENE   JSON beside an OBJ file: {"obj": "net.obj", "k": 300, "m": 1, "b": [1, 5], "wind": false}. k is the stiffness
@@ -13,28 +14,30 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <set>
 #include <sstream>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
-using Vector = std::array<double, 3>;
+#include "fast_mass_springs.h"
 
 const double time_step = 1.0 / 30;
 const int steps = 30;
-const Vector external_force = {0, -9.8, 0};  // on each vertex, not scaled by its mass
 
 struct Scene {
     double stiffness = 0;
     double mass = 0;  // 0: not given
     bool wind = false;
-    std::vector<Vector> rest, x, previous;
-    std::vector<std::pair<int, int>> springs;  // vertices from 0
-    std::vector<int> pinned;                   // from 0
+    Points rest;
+    Edges springs;            // vertices from 0
+    std::vector<int> pinned;  // from 0
+    std::vector<double> masses;
 };
 
 std::string read_file(const std::string& path) {
@@ -78,7 +81,7 @@ Scene read_scene(const std::string& path) {
         std::string kind, corner;
         words >> kind;
         if (kind == "v") {
-            Vector vertex;
+            std::array<double, 3> vertex;
             words >> vertex[0] >> vertex[1] >> vertex[2];
             scene.rest.push_back(vertex);
         } else if (kind == "f") {
@@ -90,38 +93,58 @@ Scene read_scene(const std::string& path) {
                         scene.springs.push_back({face[a], face[b]});
         }
     }
-    scene.x = scene.previous = scene.rest;
+    if (scene.mass == 0) notImplemented("a scene without masses");  // your code here: a vertex weighs its Voronoi area
+    scene.masses.assign(scene.rest.size(), scene.mass);
     return scene;
 }
 
-// What does not change from step to step. To do: signed incidence matrix, masses, Q and its factorisation.
-void precompute(Scene& scene, bool is_dense) {
-    (void)scene;
-    (void)is_dense;
-}
-
-// One step. To do: 50 rounds of the local step (a vector d for each spring) and the global step (Q p = b).
-void step(Scene& scene) {
-    scene.previous = scene.x;
-}
+// What is kept from step to step, of one of the two solvers.
+template <typename Matrix>
+struct Precomputed {
+    std::vector<double> r;
+    Matrix M, A, C, prefactorization;
+};
 
 int main(int count, char** arguments) {
     if (count != 4) {
         std::cerr << "called as: simulate SCENE TRACE SOLVER\n";
         return 2;
     }
-    Scene scene = read_scene(arguments[1]);
-    precompute(scene, std::string(arguments[3]) == "dense");
+    const Scene scene = read_scene(arguments[1]);
+    const bool is_dense = std::string(arguments[3]) == "dense";
+    const auto& [V, E, b, m, k] = std::tie(scene.rest, scene.springs, scene.pinned, scene.masses, scene.stiffness);
+    Precomputed<DenseMatrix> dense;
+    Precomputed<SparseMatrix> sparse;
+    const bool is_ready =
+        is_dense ? fast_mass_springs_precomputation_dense(
+                       V, E, k, m, b, time_step, dense.r, dense.M, dense.A, dense.C, dense.prefactorization)
+                 : fast_mass_springs_precomputation_sparse(
+                       V, E, k, m, b, time_step, sparse.r, sparse.M, sparse.A, sparse.C, sparse.prefactorization);
+    if (!is_ready) return 1;
+    // On each vertex, not scaled by its mass.
+    const Points fext(V.size(), {0, -9.8, 0});
+    if (scene.wind) notImplemented("wind");  // your code here
+
+    Points previous = V, current = V, next = V;
     std::ofstream trace(arguments[2]);
     trace.precision(17);
     trace << "step,time";
-    for (std::size_t i = 0; i < scene.x.size(); ++i)
-        trace << ",x" << i << ",y" << i << ",z" << i;
+    for (std::size_t i = 0; i < V.size(); ++i) trace << ",x" << i << ",y" << i << ",z" << i;
     trace << "\n";
     for (int number = 0; number <= steps; ++number) {
-        if (number > 0) step(scene);
+        if (number > 0) {
+            if (is_dense) {
+                fast_mass_springs_step_dense(V, E, k, b, time_step, fext, dense.r, dense.M, dense.A, dense.C,
+                                             dense.prefactorization, previous, current, next);
+            } else {
+                fast_mass_springs_step_sparse(V, E, k, b, time_step, fext, sparse.r, sparse.M, sparse.A, sparse.C,
+                                              sparse.prefactorization, previous, current, next);
+            }
+            previous = current;
+            current = next;
+        }
         trace << number << "," << number * time_step;
-        for (const Vector& x : scene.x) trace << "," << x[0] << "," << x[1] << "," << x[2];
+        for (const auto& x : current) trace << "," << x[0] << "," << x[1] << "," << x[2];
         trace << "\n";
     }
     return trace.good() ? 0 : 1;

@@ -21,6 +21,7 @@
 //! - [`grading`]: grading of one submission over a suite.
 //! - [`class`]: grading of a folder of submissions.
 //! - [`creative`]: checks of creative scenes.
+//! - [`similar`]: what the sources of hand-ins share.
 //! - [`altered`]: detection of programs that look traces up.
 //! - [`findings`]: what is wrong in a submission, proven by replay.
 //! - [`jacobian`]: each force's Jacobians against differences of the force.
@@ -54,6 +55,7 @@ pub mod findings;
 pub mod grading;
 pub mod jacobian;
 pub mod sibling;
+pub mod similar;
 
 pub mod init;
 pub mod probe;

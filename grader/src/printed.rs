@@ -63,6 +63,22 @@ pub(super) fn line(text: &str) -> String {
     text.chars().take(LINE).map(shown).collect()
 }
 
+/// Escapes text so that no spreadsheet reads a part of it as a formula, whatever its cell separator: puts `'` before
+/// each possible start of a formula.
+pub fn inert(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    let mut begins = true;
+    for character in text.chars() {
+        if begins && "=+-@＝＋－＠".contains(character) {
+            shown.push('\'');
+        }
+        let ends = ",;|\t\r\n\"'".contains(character);
+        begins = ends || begins && character.is_whitespace();
+        shown.push(character);
+    }
+    shown
+}
+
 /// Whether a terminal interprets the character, or XML forbids it.
 pub fn steers(character: char) -> bool {
     character.is_control()

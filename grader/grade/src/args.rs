@@ -351,6 +351,7 @@ impl JudgeArgs {
 /// A whole class, or a part of a plan. Options of the one are not those of the other, which derives cannot express.
 pub(super) enum ClassCommand {
     Whole(Box<ClassArgs>),
+    Similar(SimilarArgs),
     Part(ClassPart),
 }
 
@@ -358,6 +359,9 @@ impl FromArgMatches for ClassCommand {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         match matches.subcommand() {
             Some(_) => ClassPart::from_arg_matches(matches).map(Self::Part),
+            None if matches.get_flag("similar") => {
+                SimilarArgs::from_arg_matches(matches).map(Self::Similar)
+            }
             None => ClassArgs::from_arg_matches(matches).map(|args| Self::Whole(Box::new(args))),
         }
     }
@@ -509,6 +513,15 @@ pub(super) struct PlanArgs {
     pub(super) cancel: bool,
 }
 
+/// Options of the comparison of sources: those of a class that it uses.
+#[derive(Args)]
+pub(super) struct SimilarArgs {
+    pub(super) folder: PathBuf,
+    pub(super) output: Option<PathBuf>,
+    pub(super) starter: Vec<PathBuf>,
+    pub(super) root: Option<PathBuf>,
+}
+
 #[derive(Args)]
 pub(super) struct ClassArgs {
     /// Folder of submissions: programs, folders with submission.toml, folders of traces
@@ -516,8 +529,17 @@ pub(super) struct ClassArgs {
     pub(super) folder: PathBuf,
 
     /// Folder for the reports (reports/NAME.txt, …), summary.txt and summary.csv, created if missing
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", required = false, required_unless_present = "similar")]
     pub(super) output: PathBuf,
+
+    /// Do not grade: list pairs of hand-ins that share code, for people to judge; names, comments, layout and the order
+    /// of functions do not count. With --output, also as similar.txt and similar.csv
+    #[arg(long, conflicts_with_all = ["html", "resume", "keep_runs", "roster", "attach", "cancel"])]
+    pub(super) similar: bool,
+
+    /// Folder of starter code, which does not count as shared (repeatable); nor does what grade init writes
+    #[arg(long, value_name = "DIR", requires = "similar")]
+    pub(super) starter: Vec<PathBuf>,
 
     /// Formats of the reports
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Format::Text, Format::Json])]

@@ -9,7 +9,7 @@
 //! Moodle's page "Grade import", of 2026.
 
 use grader::class::roster::{Roster, RosterError, Student};
-use report::class::inert;
+use grader::printed::inert;
 
 /// A platform with a gradebook.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,6 +7,7 @@ use super::text::{write_provenance, write_unprotected};
 use grader::class::Row;
 use grader::class::entry::PassedOver;
 use grader::grading::provenance::Provenance;
+use grader::printed::inert;
 use grader::verdict::Fault;
 use sandbox::Protection;
 
@@ -209,22 +210,6 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
         writer.write_record(record)?;
     }
     writer.into_inner().map_err(|error| error.into_error().into())
-}
-
-/// Escapes text so that no spreadsheet reads a part of it as a formula, whatever its cell separator: puts `'` before
-/// each possible start of a formula.
-pub fn inert(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    let mut begins = true;
-    for character in text.chars() {
-        if begins && "=+-@＝＋－＠".contains(character) {
-            shown.push('\'');
-        }
-        let ends = ",;|\t\r\n\"'".contains(character);
-        begins = ends || begins && character.is_whitespace();
-        shown.push(character);
-    }
-    shown
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ pub mod json;
 pub mod junit;
 pub mod probe;
 pub mod provenance;
+pub mod similar;
 pub mod table;
 pub mod text;
 

@@ -152,7 +152,7 @@ pub(crate) struct HandInNode<'a> {
     /// Its name in its folder.
     pub(crate) name: &'a CStr,
     /// Its path relative to the hand-in.
-    path: &'a [u8],
+    pub(crate) path: &'a [u8],
     stat: Stat,
 }
 
@@ -160,6 +160,19 @@ impl HandInNode<'_> {
     /// Whether any user may execute it.
     pub(crate) fn is_executable(&self) -> bool {
         self.stat.st_mode & 0o111 != 0
+    }
+
+    /// Its size in bytes.
+    pub(crate) fn size(&self) -> u64 {
+        size(&self.stat)
+    }
+
+    /// The content of a regular file, as far as its size during the walk.
+    pub(crate) fn read(&self) -> Result<Vec<u8>, HandInError> {
+        let mut bytes = Vec::new();
+        let failed = |source| HandInError::Unreadable { path: shown(self.path), source };
+        self.open()?.read_to_end(&mut bytes).map_err(failed)?;
+        Ok(bytes)
     }
 
     /// Opens a regular file. Yields no more bytes than its size during the walk.

@@ -5,6 +5,7 @@
 //! shard.rs     grades submissions, one after the other        grade class run-shard PLAN K
 //! merge.rs     writes the summary from the results            grade class merge PLAN
 //! gradebook.rs writes gradebooks from the rows and the roster
+//! similar.rs   lists what the sources of hand-ins share
 //! slurm.rs     submits both as jobs, and follows them
 //! ```
 //!
@@ -14,6 +15,7 @@ mod gradebook;
 mod merge;
 mod setting;
 mod shard;
+mod similar;
 mod slurm;
 
 use std::collections::BTreeMap;
@@ -53,6 +55,7 @@ pub(super) fn run(command: &ClassCommand) -> Result<Exit, Stop> {
         ClassCommand::Part(ClassPart::Merge { plan, gradebook }) => {
             planned(plan, with(gradebook)?, |class, plan| class.merge(plan))
         }
+        ClassCommand::Similar(args) => similar::list(args),
         ClassCommand::Whole(args) if args.plan.attach => {
             planned(&args.output.join(PLAN), with(&args.gradebook)?, slurm::follow)
         }

@@ -23,6 +23,8 @@ mod platforms;
 mod probe;
 #[cfg(target_os = "linux")]
 mod real_programs;
+#[cfg(target_os = "linux")]
+mod similar;
 mod stability;
 mod student;
 #[cfg(target_os = "linux")]

@@ -1,0 +1,64 @@
+//! `grade class DIR --similar`: lists what the sources of hand-ins share. Runs nothing.
+
+use grader::assignment::{self, Assignment};
+use grader::class::entry::{self, ClassEntry};
+use grader::init::{Language, Skeleton};
+use grader::similar::{self, Config, Sources};
+use rayon::prelude::*;
+
+use super::{save, unwritable};
+use crate::args::SimilarArgs;
+use crate::inputs::find_root;
+use crate::output::print;
+use crate::stop::{Exit, Stop};
+
+pub(super) fn list(args: &SimilarArgs) -> Result<Exit, Stop> {
+    let (entries, passed_over) =
+        entry::list(&args.folder).map_err(|error| unwritable(&args.folder, &error))?;
+    let mut starter = skeletons(args);
+    for folder in &args.starter {
+        let failed = |error| Stop::bad_input(format!("{}: {error}", folder.display()));
+        starter.push(Sources::read("starter code", folder).map_err(failed)?);
+    }
+    let read: Vec<_> = entries
+        .par_iter()
+        .map(|ClassEntry { name, path, .. }| {
+            Sources::read(name, path).map_err(|error| (name.clone(), error.to_string()))
+        })
+        .collect();
+    let (read, unreadable): (Vec<_>, Vec<_>) = read.into_iter().partition(Result::is_ok);
+    let class = read.into_iter().filter_map(Result::ok).collect();
+    let mut similarity = similar::compare(class, &starter, Config::default());
+    similarity.not_compared.extend(unreadable.into_iter().filter_map(Result::err));
+    let others = passed_over.into_iter().map(|other| (other.name, other.reason));
+    similarity.not_compared.extend(others);
+    similarity.not_compared.sort();
+    let mut text = Vec::new();
+    report::similar::write(&mut text, &similarity).map_err(Stop::fault)?;
+    if let Some(output) = &args.output {
+        std::fs::create_dir_all(output).map_err(|error| unwritable(output, &error))?;
+        let csv = report::similar::csv(&similarity).map_err(Stop::fault)?;
+        save(&output.join("similar.txt"), &text)?;
+        save(&output.join("similar.csv"), &csv)?;
+    }
+    print(&text)?;
+    Ok(Exit::Passed)
+}
+
+/// What `grade init` writes, in every language, for every assignment that is there.
+fn skeletons(args: &SimilarArgs) -> Vec<Sources> {
+    let root = args.root.clone().or_else(|| find_root().ok());
+    let folder = root.map(|root| root.join("assets").join(assignment::FOLDER));
+    // Hand-ins can be compared without a suite.
+    let assignments = folder.and_then(|folder| Assignment::list(&folder).ok()).unwrap_or_default();
+    let choices = std::iter::once(None).chain(assignments.iter().map(Some));
+    let skeleton = |(language, assignment)| {
+        let skeleton = Skeleton::new(language, assignment);
+        let files = skeleton.sources.iter().map(|(path, text)| (path.as_str(), text.as_str()));
+        Sources::of("skeleton", files)
+    };
+    let all = Language::ALL.into_iter();
+    all.flat_map(|language| choices.clone().map(move |choice| (language, choice)))
+        .map(skeleton)
+        .collect()
+}

@@ -47,6 +47,10 @@
 //! cap = 50               # the most per cent that are taken off
 //! grace = 15             # minutes after the deadline that do not count
 //!
+//! [creative]             # credit for creative scenes, from the judges' marks
+//! cap = 15               # credit for the best marks, in per cent of the required points
+//! maximum = 10           # best mark of a criterion
+//!
 //! [platform]             # what a course platform shows and counts
 //! keep = "best"          # of the submissions of a student; or "last"
 //! hidden = "visible"     # when students see the results of hidden scenes; or "after-due-date", "after-published"
@@ -69,6 +73,7 @@ use toml::Spanned;
 
 use crate::assignment::Assignment;
 use crate::compare::{Calibrated, Criteria, Tolerances};
+use crate::creative::CreativeRule;
 use crate::late::{LateRule, PlatformRule};
 use crate::suite::{Case, Feature, Section, Suite, line_and_column, read_text};
 use crate::verdict::number;
@@ -96,6 +101,7 @@ pub struct Rubric {
     faults: FaultPoints,
     breaker: Breaker,
     late: LateRule,
+    creative: CreativeRule,
     platform: PlatformRule,
     /// `None` where the rubric does not set it.
     protections: Option<Vec<Protection>>,
@@ -165,6 +171,8 @@ struct RubricFile {
     breaker: Breaker,
     #[serde(default)]
     late: LateRule,
+    #[serde(default)]
+    creative: CreativeRule,
     #[serde(default)]
     platform: PlatformRule,
     #[serde(default)]
@@ -426,6 +434,7 @@ impl Rubric {
             faults: file.faults.points,
             breaker: file.breaker,
             late: file.late,
+            creative: file.creative,
             platform: file.platform,
             protections,
             limits: plain(limits),
@@ -534,6 +543,11 @@ impl Rubric {
     /// The rule for late submissions.
     pub fn late(&self) -> LateRule {
         self.late
+    }
+
+    /// The rule for creative scenes.
+    pub fn creative(&self) -> CreativeRule {
+        self.creative
     }
 
     /// The rules for course platforms.

@@ -534,7 +534,7 @@ pub(super) struct ClassArgs {
 
     /// Do not grade: list pairs of hand-ins that share code, for people to judge; names, comments, layout and the order
     /// of functions do not count. With --output, also as similar.txt and similar.csv
-    #[arg(long, conflicts_with_all = ["html", "resume", "keep_runs", "roster", "attach", "cancel"])]
+    #[arg(long, conflicts_with_all = ["html", "resume", "keep_runs", "roster", "marks", "attach", "cancel"])]
     pub(super) similar: bool,
 
     /// Folder of starter code, which does not count as shared (repeatable); nor does what grade init writes
@@ -552,6 +552,15 @@ pub(super) struct ClassArgs {
     /// Reuse reports of an earlier run from the output folder if submission, suite and grader are unchanged
     #[arg(long)]
     pub(super) resume: bool,
+
+    /// The marks of creative scenes, as extra credit: the marks.csv of `grade gallery`, filled in (repeatable: one for each
+    /// judge)
+    #[arg(long, value_name = "FILE")]
+    pub(super) marks: Vec<PathBuf>,
+
+    /// Which scene of the marks is whose, if the gallery hides names: the file of its --hide-names
+    #[arg(long, value_name = "FILE", requires = "marks")]
+    pub(super) key: Option<PathBuf>,
 
     /// Keep the trace of every run in the output folder too (runs/); with --resume, programs then run only on scenes
     /// that are new or changed

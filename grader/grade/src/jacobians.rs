@@ -48,6 +48,7 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
         repetition: None,
         probing: None,
         copied: None,
+        creative: None,
         findings: Findings::default(),
         hidden: Hidden::None,
         faults: FaultPoints::default(),

@@ -70,6 +70,9 @@ pub(super) fn verify(args: &VerifyReportArgs) -> Result<Exit, Stop> {
         recordings: false,
     };
     let mut grading = inputs.grader(&oracle, checks, &progress).grade(&submission, protection);
+    if let Some(marks) = old.marks() {
+        grading.add_marks(inputs.rubric.creative(), marks);
+    }
     drop(progress);
     interrupt.check("the report was not verified")?;
     grading.provenance = Some(provenance);

@@ -8,7 +8,8 @@
 //! A student without points has an empty cell. Formats: Canvas's guide "How do I import grades in the Gradebook?" and
 //! Moodle's page "Grade import", of 2026.
 
-use grader::class::roster::{Roster, RosterError, Student};
+use grader::class::roster::{Roster, Student};
+use grader::class::sheet::SheetError;
 use grader::printed::inert;
 
 /// A platform with a gradebook.
@@ -76,7 +77,7 @@ impl GradebookKind {
     /// # Errors
     /// If nothing that it knows identifies a student, or it would have to be changed so that no spreadsheet reads it as a
     /// formula.
-    pub fn check(self, roster: &Roster) -> Result<(), RosterError> {
+    pub fn check(self, roster: &Roster) -> Result<(), SheetError> {
         for student in &roster.students {
             let identities = self.all_columns().iter().filter(|column| column.identifies);
             let identities: Vec<&str> =

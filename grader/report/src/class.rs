@@ -6,6 +6,7 @@ use super::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use super::text::{write_provenance, write_unprotected};
 use grader::class::Row;
 use grader::class::entry::PassedOver;
+use grader::grading::points::NO_MARK;
 use grader::grading::provenance::Provenance;
 use grader::printed::inert;
 use grader::verdict::Fault;
@@ -15,13 +16,15 @@ use sandbox::Protection;
 const UNJUDGED_SHOWN: usize = 5;
 
 /// Column names of the CSV file.
-const COLUMNS: [&str; 14] = [
+const COLUMNS: [&str; 16] = [
     "name",
     "verdict",
     "required",
     "required_of",
     "extra_credit",
     "extra_credit_of",
+    "creative",
+    "creative_of",
     "points",
     "points_not_judged",
     "scenes_passed",
@@ -35,6 +38,11 @@ const COLUMNS: [&str; 14] = [
 /// Whether some of its points were not judged.
 fn has_unjudged(row: &Row) -> bool {
     row.not_judged != "0"
+}
+
+/// Points for a creative scene; without marks, what is earned is not known.
+pub(crate) fn creative((earned, most): &(String, String)) -> String {
+    if earned == NO_MARK { earned.clone() } else { format!("{earned}/{most}") }
 }
 
 /// A submission without a result.
@@ -92,6 +100,7 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
         "submission",
         "required",
         "extra",
+        "creative",
         "points",
         "not judged",
         "scenes",
@@ -102,7 +111,7 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
     let nothing = || "-".to_owned();
     let pair = |(part, all): (usize, usize)| format!("{part}/{all}");
     let of = |(part, all): (&str, &str)| format!("{part}/{all}");
-    let mut cells = vec![header(&names, 1..8)];
+    let mut cells = vec![header(&names, 1..9)];
     for row in rows {
         let style = match row.verdict.as_str() {
             "passed" | "passed-shipped" => GOOD,
@@ -113,6 +122,7 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
             Cell::left(row.name.clone()),
             Cell::right(of((&row.required.0, &row.required.1))),
             Cell::right(of((&row.extra_credit.0, &row.extra_credit.1))),
+            Cell::right(row.creative.as_ref().map_or_else(nothing, creative)),
             Cell::right(row.points.clone()),
             Cell::right(if has_unjudged(row) { row.not_judged.clone() } else { String::new() }),
             Cell::right(pair(row.scenes)),
@@ -122,10 +132,13 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
         ]);
     }
     if rows.iter().all(|row| row.hidden.is_none()) {
-        cells.iter_mut().for_each(|row| drop(row.remove(6)));
+        cells.iter_mut().for_each(|row| drop(row.remove(7)));
     }
     if !rows.iter().any(has_unjudged) {
-        cells.iter_mut().for_each(|row| drop(row.remove(4)));
+        cells.iter_mut().for_each(|row| drop(row.remove(5)));
+    }
+    if rows.iter().all(|row| row.creative.is_none()) {
+        cells.iter_mut().for_each(|row| drop(row.remove(3)));
     }
     table::write(out, &cells)?;
     writeln!(out)?;
@@ -187,6 +200,9 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
         let (scenes_passed, scenes) = texts(Some(row.scenes));
         let (hidden_passed, hidden) = texts(row.hidden);
         let (correct, jacobians) = texts(row.jacobians);
+        // A missing value is an empty cell.
+        let (creative, creative_of) = row.creative.clone().unwrap_or_default();
+        let creative = if creative == NO_MARK { "" } else { &creative };
         writer.write_record([
             inert(&row.name).as_str(),
             &row.verdict,
@@ -194,6 +210,8 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
             &row.required.1,
             &row.extra_credit.0,
             &row.extra_credit.1,
+            creative,
+            &creative_of,
             &row.points,
             &row.not_judged,
             &scenes_passed,
@@ -230,6 +248,7 @@ mod tests {
             scenes: (1, 1),
             hidden: None,
             jacobians: None,
+            creative: None,
             copied: None,
             findings: Vec::new(),
         }

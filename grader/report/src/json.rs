@@ -13,6 +13,7 @@ use super::{SCHEMA_VERSION, text};
 use grader::altered::Copied;
 use grader::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
+use grader::creative::CreativeCredit;
 use grader::diagnosis::Diagnosis;
 use grader::findings::{Finding, Progress};
 use grader::grading::{
@@ -75,6 +76,8 @@ struct Report {
     extra_credit: JsonTotals,
     /// Sums over the features without points.
     unscored: JsonTotals,
+    /// Credit for the creative scene; null if the scenes of the class were not marked.
+    creative: Option<JsonCreative>,
     /// Whether hidden scenes exist and were run; null if none are known.
     hidden: Option<JsonHidden>,
     /// Sums over the features of each group.
@@ -116,6 +119,18 @@ struct JsonAltered {
     scene: String,
     /// What was altered: "positions", "velocities", "masses" or "order" (of particles).
     change: &'static str,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonCreative {
+    /// Marks for ingredients, aesthetics and originality, by judge; empty if it has no mark.
+    marks: Vec<[f64; 3]>,
+    /// Best mark.
+    maximum: f64,
+    /// Points for the best marks: the rubric's share of the required points.
+    points: f64,
+    /// Points earned; null if it has no mark.
+    points_earned: Option<f64>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -379,6 +394,7 @@ impl Report {
             required: JsonTotals::of(grading.totals(Section::Required), grading.faults),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit), grading.faults),
             unscored: JsonTotals::of(grading.totals(Section::Unscored), grading.faults),
+            creative: grading.creative.as_ref().map(JsonCreative::of),
             hidden: JsonHidden::of(grading),
             groups: JsonGroup::all_of(grading),
             features: grading
@@ -404,6 +420,18 @@ impl JsonCopied {
             passed: *passed,
             altered: altered.collect(),
             bytes: bytes.clone(),
+        }
+    }
+}
+
+impl JsonCreative {
+    fn of(creative: &CreativeCredit) -> Self {
+        let CreativeCredit { marks, maximum, points } = creative;
+        Self {
+            marks: marks.clone(),
+            maximum: *maximum,
+            points: *points,
+            points_earned: creative.earned(),
         }
     }
 }

@@ -100,12 +100,20 @@ pub struct StoredReport {
     protection: Option<Vec<String>>,
     required: StoredTotals,
     extra_credit: StoredTotals,
+    creative: Option<StoredCreative>,
     features: Vec<StoredFeature>,
     provenance: Option<JsonProvenance>,
 }
 
 #[derive(Debug, Deserialize)]
 struct StoredTotals {
+    points: f64,
+    points_earned: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+struct StoredCreative {
+    marks: Vec<[f64; 3]>,
     points: f64,
     points_earned: Option<f64>,
 }
@@ -190,6 +198,11 @@ impl StoredReport {
     pub fn path(&self) -> Option<&str> {
         let submission = self.provenance.as_ref()?.submission.as_ref();
         submission.map(|submission| submission.path.as_str())
+    }
+
+    /// The marks of its creative scene; `None` if the scenes of the class were not marked.
+    pub fn marks(&self) -> Option<&[[f64; 3]]> {
+        self.creative.as_ref().map(|creative| creative.marks.as_slice())
     }
 
     /// The names of its scenes.
@@ -292,7 +305,13 @@ impl StoredReport {
         let sums =
             [("required points", &self.required), ("extra-credit points", &self.extra_credit)];
         let sums = sums.map(|(name, sum)| (name.to_owned(), shown(sum.points_earned, sum.points)));
-        features.chain(sums).collect()
+        let creative = self.creative.iter().map(|creative| {
+            (
+                "points of the creative scene".to_owned(),
+                shown(creative.points_earned, creative.points),
+            )
+        });
+        features.chain(sums).chain(creative).collect()
     }
 }
 

@@ -12,6 +12,7 @@ use crate::provenance::short_hash;
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use grader::altered::Copied;
 use grader::compare::{Criteria, FirstWrong, Tolerances};
+use grader::creative::CRITERIA;
 use grader::diagnosis::Diagnosis;
 use grader::findings::{Finding, FindingKind, Findings};
 use grader::grading::points;
@@ -610,8 +611,29 @@ pub(super) fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<
     let words = |credit: &Credit, noun| points::in_words(credit, grading.faults, noun);
     write!(out, "  {BOLD}Score {}{BOLD:#}", words(&required.credit, " points"))?;
     if extra.features > 0 {
-        let together = points::earned(&(required.credit + extra.credit), grading.faults);
-        write!(out, ", and {} for extra credit: {together} together", words(&extra.credit, ""))?;
+        write!(out, ", and {} for extra credit", words(&extra.credit, ""))?;
     }
-    writeln!(out)
+    let creative = grading.creative.as_ref();
+    if let Some(credit) = creative.and_then(Credit::of_creative) {
+        write!(out, ", and {} for the creative scene", words(&credit, ""))?;
+    }
+    if extra.features > 0 || creative.is_some_and(|creative| !creative.marks.is_empty()) {
+        write!(out, ": {} together", points::earned(&grading.credit(), grading.faults))?;
+    }
+    writeln!(out)?;
+    match creative.map(|creative| (creative.means(), creative)) {
+        None => Ok(()),
+        Some((None, _)) => writeln!(out, "  Creative scene: no mark"),
+        Some((Some(means), creative)) => {
+            let marks = CRITERIA.iter().zip(means);
+            let marks = marks
+                .map(|(criterion, mean)| format!("{} {}", criterion.column, points::shown(mean)));
+            let marks = marks.collect::<Vec<_>>().join(", ");
+            let of = match creative.marks.len() {
+                1 => String::new(),
+                judges => format!(", means of {judges} judges"),
+            };
+            writeln!(out, "  Creative scene: {marks}, of {}{of}", points::shown(creative.maximum))
+        }
+    }
 }

@@ -5,6 +5,7 @@
 //!          entry.rs         plan.rs                                                        record.rs   │
 //!                              └──────────────────────────> merge <── records with the plan's keys <───┘
 //!                                                             └─> rows, by name ─> summary
+//!                    marks.rs ─> credit for creative scenes
 //!                                                    roster.rs ─> whose submission it is ─> gradebooks
 //! ```
 //!
@@ -12,9 +13,11 @@
 
 pub mod entry;
 pub mod fingerprint;
+pub mod marks;
 pub mod plan;
 pub mod record;
 pub mod roster;
+pub mod sheet;
 
 use serde::{Deserialize, Serialize};
 
@@ -38,11 +41,14 @@ pub struct Row {
     pub required: (String, String),
     /// Extra-credit points: earned and maximum.
     pub extra_credit: (String, String),
-    /// Sum of both.
+    /// Credit for the creative scene, earned and maximum; "no mark" in the place of what is earned without marks. `None`
+    /// where a class has none.
+    pub creative: Option<(String, String)>,
+    /// Sum of all.
     pub points: String,
     /// The same sum without rounding, as the shortest decimal; `None` if nothing was judged, or points are withheld.
     pub earned: Option<String>,
-    /// Points of both that were not judged.
+    /// Points of scenes that were not judged.
     pub not_judged: String,
     /// Shipped scenes: passed and total.
     pub scenes: (usize, usize),
@@ -66,12 +72,16 @@ impl Row {
         let shown = |totals: crate::grading::Totals| {
             (points::earned(&totals.credit, grading.faults), points::shown(totals.credit.points))
         };
-        let together = required.credit + extra.credit;
+        let together = grading.credit();
         Self {
             name: grading.submission.clone(),
             verdict: verdict(grading),
             required: shown(required),
             extra_credit: shown(extra),
+            creative: grading
+                .creative
+                .as_ref()
+                .map(|creative| points::creative(creative, grading.faults)),
             points: points::earned(&together, grading.faults),
             earned: together.shown(grading.faults).map(|earned| earned.to_string()),
             not_judged: points::unjudged(&together),

@@ -10,17 +10,13 @@
 //! two submissions fit, is an error: a guess could give points to somebody else. Case and repeated spaces do not matter.
 
 use std::collections::HashMap;
-use std::io;
 use std::path::{Path, PathBuf};
 
-use csv::{ErrorKind, ReaderBuilder, StringRecord, Trim};
+use csv::StringRecord;
 
+use super::sheet::{self, Sheet, SheetError};
 use crate::printed;
-use crate::suite::read_text;
 use crate::time::Time;
-
-/// Maximum size of a roster, in MiB.
-const MAX_MEBIBYTES: u64 = 16;
 
 /// A roster.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,29 +85,6 @@ const COLUMNS: [(Column, &[&str]); 11] = [
 /// Name of the column of names in exports of Canvas, where `ID` is Canvas's own.
 const STUDENT: &str = "student";
 
-/// A roster that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum RosterError {
-    /// It cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// A line is wrong.
-    #[error("{}:{line}: {message}", path.display())]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// What is wrong, and the remedy.
-        message: String,
-    },
-}
-
 /// Which submission is whose.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Matching {
@@ -146,26 +119,17 @@ impl Roster {
     /// # Errors
     /// If it cannot be read, a line is invalid, nothing identifies a student, or two students have the same ID, login or
     /// email address.
-    pub fn load(path: &Path) -> Result<Self, RosterError> {
-        let text = read_text(path, MAX_MEBIBYTES)
-            .map_err(|source| RosterError::Unreadable { path: path.to_path_buf(), source })?;
-        Self::parse(&text, path)
+    pub fn load(path: &Path) -> Result<Self, SheetError> {
+        Self::of_sheet(&Sheet::load(path)?, path)
     }
 
-    fn parse(text: &str, path: &Path) -> Result<Self, RosterError> {
-        let text = text.trim_start_matches('\u{feff}');
+    fn of_sheet(sheet: &Sheet, path: &Path) -> Result<Self, SheetError> {
         let mut roster = Self { path: path.to_path_buf(), students: Vec::new() };
-        let first = text.lines().next().unwrap_or_default();
-        let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
-        let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');
-        let mut reader =
-            ReaderBuilder::new().delimiter(separator).trim(Trim::All).from_reader(text.as_bytes());
-        let header = reader.headers().map_err(|error| roster.malformed(&error))?.clone();
-        let columns = roster.columns(&header)?;
+        let header = &sheet.header;
+        let columns = roster.columns(header)?;
         let is_of_canvas = header.iter().any(|name| name.eq_ignore_ascii_case(STUDENT));
-        for record in reader.records() {
-            let record = record.map_err(|error| roster.malformed(&error))?;
-            let student = roster.student(&columns, &record)?;
+        for record in &sheet.records {
+            let student = roster.student(&columns, record)?;
             let student = match student {
                 // A row of Canvas about the assignments.
                 student if is_of_canvas && student.canvas_id.is_empty() => continue,
@@ -183,7 +147,7 @@ impl Roster {
     }
 
     /// The column of each place of the header.
-    fn columns(&self, header: &StringRecord) -> Result<Vec<Option<Column>>, RosterError> {
+    fn columns(&self, header: &StringRecord) -> Result<Vec<Option<Column>>, SheetError> {
         let is_of_canvas = header.iter().any(|name| name.eq_ignore_ascii_case(STUDENT));
         let column = |name: &str| {
             let name = normalised(name);
@@ -217,8 +181,8 @@ impl Roster {
         &self,
         columns: &[Option<Column>],
         record: &StringRecord,
-    ) -> Result<Student, RosterError> {
-        let line = record.position().map_or(1, csv::Position::line);
+    ) -> Result<Student, SheetError> {
+        let line = sheet::line(record);
         let time = |cell: &str| match cell {
             "" => Ok(None),
             cell => cell.parse().map(Some).map_err(|error| self.wrong(line, format!("{error}"))),
@@ -244,7 +208,7 @@ impl Roster {
         Ok(student)
     }
 
-    fn refuse_duplicates(&self) -> Result<(), RosterError> {
+    fn refuse_duplicates(&self) -> Result<(), SheetError> {
         type Fact = fn(&Student) -> &str;
         let facts: [(&str, Fact); 4] = [
             ("ID", |student| &student.id),
@@ -271,7 +235,7 @@ impl Roster {
     ///
     /// # Errors
     /// If a submission fits two students, or a student has two submissions.
-    pub fn find_submissions(&self, names: &[&str]) -> Result<Matching, RosterError> {
+    pub fn find_submissions(&self, names: &[&str]) -> Result<Matching, SheetError> {
         let named = |student: &Student| names.iter().position(|name| *name == student.folder);
         let mut submissions: Vec<Option<usize>> = self.students.iter().map(named).collect();
         let mut unknown = Vec::new();
@@ -325,22 +289,8 @@ impl Roster {
     }
 
     /// An error in this line.
-    pub fn wrong(&self, line: u64, message: impl Into<String>) -> RosterError {
-        RosterError::Line { path: self.path.clone(), line, message: message.into() }
-    }
-
-    fn malformed(&self, error: &csv::Error) -> RosterError {
-        let line = error.position().map_or(1, csv::Position::line);
-        match error.kind() {
-            ErrorKind::UnequalLengths { expected_len, len, .. } => self.wrong(
-                line,
-                format!(
-                    "{len} cells, but the first line has {expected_len}\n  help: put a cell with a separator in it \
-                     into \"quotes\""
-                ),
-            ),
-            _ => self.wrong(line, error.to_string()),
-        }
+    pub fn wrong(&self, line: u64, message: impl Into<String>) -> SheetError {
+        sheet::wrong(&self.path, line, message)
     }
 }
 
@@ -365,7 +315,9 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<Roster, String> {
-        Roster::parse(text, Path::new("roster.csv")).map_err(|error| error.to_string())
+        let path = Path::new("roster.csv");
+        let roster = Sheet::parse(text, path).and_then(|sheet| Roster::of_sheet(&sheet, path));
+        roster.map_err(|error| error.to_string())
     }
 
     fn find(roster: &str, names: &[&str]) -> Result<Matching, String> {

@@ -21,6 +21,7 @@
 //! and compares the largest kinetic energies. An accurate motion has nearly the same one; a method that damps at large
 //! time steps, or lets an orbit drift, stays within a factor of ten.
 
+mod credit;
 mod film;
 mod motion;
 mod overlap;
@@ -34,6 +35,7 @@ use simulator::vocabulary;
 
 use crate::assignment::{Assignment, Scope};
 
+pub use credit::{CRITERIA, CreativeCredit, CreativeRule, Criterion, MaximumMark};
 pub use motion::Motion;
 
 /// Largest ratio of the largest kinetic energies at a time step and at half of it.

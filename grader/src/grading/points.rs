@@ -2,6 +2,7 @@
 //! that nothing was judged, or that points are withheld.
 
 use super::Credit;
+use crate::creative::CreativeCredit;
 use crate::rubric::FaultPoints;
 
 /// `value` with at most two decimals.
@@ -28,6 +29,15 @@ pub fn of(credit: &Credit, faults: FaultPoints) -> String {
 pub fn in_words(credit: &Credit, faults: FaultPoints, noun: &str) -> String {
     let text = format!("{} of {}{noun}", earned(credit, faults), shown(credit.points));
     if credit.unjudged > 0.0 { format!("{text}, {} not judged", unjudged(credit)) } else { text }
+}
+
+/// What a creative scene without marks has in the place of points.
+pub const NO_MARK: &str = "no mark";
+
+/// Points for a creative scene, earned and maximum; [`NO_MARK`] if it has none.
+pub fn creative(creative: &CreativeCredit, faults: FaultPoints) -> (String, String) {
+    let earned = Credit::of_creative(creative).map(|credit| earned(&credit, faults));
+    (earned.unwrap_or_else(|| NO_MARK.to_owned()), shown(creative.points))
 }
 
 fn part(value: f64, points: f64) -> String {

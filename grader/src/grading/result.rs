@@ -6,6 +6,7 @@ use std::fmt;
 use crate::altered::Copied;
 use crate::assignment::Assignment;
 use crate::compare::{Comparison, Criteria};
+use crate::creative::{CRITERIA, CreativeCredit, CreativeRule};
 use crate::diagnosis::Diagnosis;
 use crate::findings::Findings;
 use crate::jacobian::JacobianReport;
@@ -46,6 +47,8 @@ pub struct Grading {
     pub jacobians: JacobianReport,
     /// Whether hidden scenes exist and were run.
     pub hidden: Hidden,
+    /// Credit for its creative scene; `None` if no scenes were marked.
+    pub creative: Option<CreativeCredit>,
     /// Display of points if something could not be judged.
     pub faults: FaultPoints,
     /// Progress of a run that was ended early.
@@ -225,6 +228,12 @@ pub struct Credit {
 }
 
 impl Credit {
+    /// That of a creative scene; `None` if it has no mark.
+    pub fn of_creative(creative: &CreativeCredit) -> Option<Self> {
+        let earned = creative.earned()?;
+        Some(Self { points: creative.points, earned, unjudged: 0.0 })
+    }
+
     /// The points earned for display; `None` if nothing was judged or points are withheld.
     pub fn shown(&self, faults: FaultPoints) -> Option<f64> {
         let is_withheld = faults == FaultPoints::Withheld || self.unjudged >= self.points;
@@ -303,6 +312,20 @@ impl Grading {
     /// Sums over the features of `section`.
     pub fn totals(&self, section: Section) -> Totals {
         Totals::of(self.features.iter().filter(|result| result.feature.section == section))
+    }
+
+    /// All points: required, extra credit, and of the creative scene if it has marks.
+    pub fn credit(&self) -> Credit {
+        let sections = [Section::Required, Section::ExtraCredit];
+        let [required, extra] = sections.map(|section| self.totals(section).credit);
+        let creative = self.creative.as_ref().and_then(Credit::of_creative);
+        required + extra + creative.unwrap_or_default()
+    }
+
+    /// Adds the credit for the marks of its creative scene.
+    pub fn add_marks(&mut self, rule: CreativeRule, marks: &[[f64; CRITERIA.len()]]) {
+        let required = self.totals(Section::Required).credit.points;
+        self.creative = Some(rule.credit(marks, required));
     }
 
     /// The features of `section`, group by group.
@@ -482,6 +505,7 @@ pub(super) fn gather(
         repetition: None,
         probing: None,
         copied: None,
+        creative: None,
         findings,
         jacobians: JacobianReport::default(),
         hidden: Hidden::None,

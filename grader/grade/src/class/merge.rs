@@ -48,7 +48,8 @@ impl Class<'_> {
         let unjudged = cases.iter().filter_map(|case| Some((case, self.oracle.fault(case)?)));
         let unjudged: Vec<(String, Fault)> =
             unjudged.map(|(case, fault)| (case.id.clone(), fault)).collect();
-        let remarks = self.write_gradebooks(plan, &rows)?;
+        let mut remarks = self.marks.as_ref().map_or_else(Vec::new, |marks| marks.remarks.clone());
+        remarks.extend(self.write_gradebooks(plan, &rows)?);
         let csv = report::class::csv(&rows, &gaps).map_err(Stop::fault)?;
         save(&self.args.output.join("summary.csv"), &csv)?;
         let assignment = self.inputs.assignment.as_ref();

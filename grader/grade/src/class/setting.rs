@@ -4,8 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use grader::class::entry::ClassEntry;
+use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
+use grader::class::marks::{Marks, MarksRules};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
 use grader::grading::provenance::Provenance;
@@ -43,6 +44,8 @@ pub(super) struct Class<'a> {
     pub(super) reports: PathBuf,
     pub(super) records: PathBuf,
     pub(super) pages: Option<Pages>,
+    /// The marks of creative scenes; `None` if they were not marked.
+    pub(super) marks: Option<Marks>,
     pub(super) progress: Progress,
 }
 
@@ -71,6 +74,7 @@ impl<'a> Class<'a> {
         let fingerprint = fingerprint(args, &inputs, &oracle, running.clone());
         let fingerprint = fingerprint.map_err(Stop::fault)?;
         let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, true), None)?;
+        let marks = marks(args, &inputs)?;
         let interrupt = Interrupt::listen()?;
         let progress = Progress::new(!args.judge.no_progress, interrupt);
         Ok(Self {
@@ -86,6 +90,7 @@ impl<'a> Class<'a> {
             reports,
             records,
             pages,
+            marks,
             progress,
         })
     }
@@ -107,6 +112,9 @@ impl<'a> Class<'a> {
         // A program that is built or copied from its folder does not see the folder's name. Other reports name the path.
         if files.is_err() || folder::assignment_of(&path).is_err() {
             key.part(name.as_bytes());
+        }
+        if let Some(marks) = &self.marks {
+            key.part(format!("{:?}", marks.of.get(name)).as_bytes());
         }
         (key.finish(), files)
     }
@@ -153,6 +161,23 @@ impl<'a> Class<'a> {
     }
 }
 
+/// The marks of creative scenes, if there are any.
+fn marks(args: &ClassArgs, inputs: &Inputs) -> Result<Option<Marks>, Stop> {
+    if args.marks.is_empty() {
+        return Ok(None);
+    }
+    let (entries, _) =
+        entry::list(&args.folder).map_err(|error| unwritable(&args.folder, &error))?;
+    let submissions: Vec<&str> = entries.iter().map(|entry| &*entry.name).collect();
+    let rules = MarksRules {
+        submissions: &submissions,
+        folder: &args.folder,
+        assignment: inputs.assignment.as_ref().map(|assignment| &*assignment.name),
+        rule: inputs.rubric.creative(),
+    };
+    Marks::load(&args.marks, args.key.as_deref(), rules).map(Some).map_err(Stop::bad_input)
+}
+
 /// Checks that no submission can read the oracle, the hidden scenes, the reports, or another submission.
 fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
     let real = |path: &Path| {
@@ -176,7 +201,7 @@ fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
         return Ok(());
     }
     secrets.push(args.folder.clone());
-    secrets.extend(args.gradebook.roster.clone());
+    secrets.extend(args.gradebook.roster.iter().chain(&args.marks).chain(&args.key).cloned());
     let readable =
         args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
     check_secrets(&secrets, &readable)

@@ -109,9 +109,13 @@ impl Class<'_> {
         Ok(())
     }
 
-    /// Puts the name and the origin of a submission into its grading. Names in submission.toml need not be unique.
+    /// Puts the name, the origin and the marks of a submission into its grading. Names in submission.toml need not be unique.
     fn name(&self, grading: &mut Grading, planned: &Planned) {
         grading.submission.clone_from(&planned.name);
+        if let Some(marks) = &self.marks {
+            let own = marks.of.get(&planned.name).map_or(&[][..], |own| own);
+            grading.add_marks(self.inputs.rubric.creative(), own);
+        }
         let submission = Some(origin(&self.args.folder.join(&planned.name)));
         grading.provenance = Some(Provenance { submission, ..self.provenance.clone() });
     }

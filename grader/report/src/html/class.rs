@@ -10,7 +10,7 @@ use sandbox::Protection;
 
 use super::Sink;
 use super::page::{Html, Page, address};
-use crate::class::Gap;
+use crate::class::{Gap, creative};
 use crate::text;
 
 /// Bars of the distribution of points.
@@ -86,7 +86,10 @@ fn verdict_class(row: &Row) -> &'static str {
 /// Adds the number of submissions by points, as bars. Submissions without points are left out.
 fn distribution(html: &mut Html, result: &ClassResult<'_>) {
     let number = |text: &str| text.parse::<f64>().ok();
-    let all = |row: &Row| Some(number(&row.required.1)? + number(&row.extra_credit.1)?);
+    let all = |row: &Row| {
+        let creative = row.creative.as_ref().and_then(|(_, most)| number(most));
+        Some(number(&row.required.1)? + number(&row.extra_credit.1)? + creative.unwrap_or(0.0))
+    };
     let highest = result.rows.iter().filter_map(|(row, _)| all(row)).fold(0.0, f64::max);
     if highest <= 0.0 {
         return;
@@ -173,7 +176,7 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
     );
     html.markup("<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-labelledby=\"rows\"><table><thead><tr>");
     html.markup("<th scope=\"col\">Submission</th>");
-    for name in ["Required", "Extra", "Points", "Scenes", "Hidden", "Jacobians"] {
+    for name in ["Required", "Extra", "Creative", "Points", "Scenes", "Hidden", "Jacobians"] {
         let class = if name == "Points" { "number" } else { "number spare" };
         html.element("th", &[("scope", "col"), ("class", class)], name);
     }
@@ -193,6 +196,7 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
         for (class, value) in [
             ("number spare", format!("{}/{}", row.required.0, row.required.1)),
             ("number spare", format!("{}/{}", row.extra_credit.0, row.extra_credit.1)),
+            ("number spare", row.creative.as_ref().map_or_else(nothing, creative)),
             ("number", points),
             ("number spare", of(row.scenes)),
             ("number spare", row.hidden.map_or_else(nothing, of)),
@@ -213,7 +217,7 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
         html.markup("<tr data-verdict=\"odd\">").element("th", &[("scope", "row")], gap.name);
         let verdict = format!("? {}", gap.missing.name());
         html.markup(
-            "<td class=\"spare\" colspan=\"2\"></td><td></td><td class=\"spare\" colspan=\"3\"></td>",
+            "<td class=\"spare\" colspan=\"3\"></td><td></td><td class=\"spare\" colspan=\"3\"></td>",
         );
         html.element("td", &[("class", "odd")], &verdict);
         html.markup("<td></td></tr>\n");

@@ -8,7 +8,8 @@
 
 use std::path::Path;
 
-use grader::creative::{Creative, Motion, Outcome};
+use grader::creative::{CRITERIA, Creative, Motion, Outcome};
+use grader::printed::inert;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use simulator::frames::Palette;
@@ -18,13 +19,6 @@ use simulator::scene::Scene;
 use super::Sink;
 use super::data::{base64, short};
 use super::page::{Html, Page};
-
-/// The criteria of the hand-outs (section "Creative Scene"), and their columns.
-const CRITERIA: [(&str, &str); 3] = [
-    ("ingredients", "How well the scene shows off the milestone's magic ingredients"),
-    ("aesthetics", "Aesthetic considerations: the more beautiful, the better"),
-    ("originality", "Originality"),
-];
 
 /// The scenes of a class.
 pub struct Gallery {
@@ -57,7 +51,7 @@ impl Gallery {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(["scene", "file"])?;
         for (name, scene) in self.names.iter().zip(&self.scenes) {
-            writer.write_record([name.as_str(), &scene.path.display().to_string()])?;
+            writer.write_record([inert(name), inert(&scene.path.display().to_string())])?;
         }
         writer.into_inner().map_err(|error| error.into_error().into())
     }
@@ -65,14 +59,15 @@ impl Gallery {
     /// The sheet for marks, as CSV.
     fn marks(&self) -> csv::Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let columns = CRITERIA.map(|(column, _)| column);
+        let columns = CRITERIA.map(|criterion| criterion.column);
         let head = ["scene", "assignment", "failed checks"].into_iter().chain(columns);
         writer.write_record(head.chain(["judge", "remarks"]))?;
         for (name, scene) in self.names.iter().zip(&self.scenes) {
             let failed = scene.checks.iter().filter(|check| check.outcome != Outcome::Passed);
             let failed: Vec<&str> = failed.map(|check| check.name).collect();
             let assignment = scene.assignment.as_deref().unwrap_or("");
-            writer.write_record([name, assignment, &failed.join(" "), "", "", "", "", ""])?;
+            let name = inert(name);
+            writer.write_record([&name, assignment, &failed.join(" "), "", "", "", "", ""])?;
         }
         writer.into_inner().map_err(|error| error.into_error().into())
     }
@@ -90,8 +85,8 @@ pub fn write(gallery: &Gallery, sink: Sink<'_>) -> std::io::Result<()> {
         number => format!("{number} scenes"),
     });
     html.markup(". Judges fill in <a href=\"marks.csv\">marks.csv</a>; the criteria are:</p><ol>");
-    for (_, criterion) in CRITERIA {
-        html.element("li", &[], criterion);
+    for criterion in CRITERIA {
+        html.element("li", &[], criterion.meaning);
     }
     html.markup("</ol><div class=\"gallery\">");
     for (number, (scene, name)) in gallery.scenes.iter().zip(&gallery.names).enumerate() {

@@ -21,8 +21,11 @@ use crate::assignment::Assignment;
 /// Folder of the sources.
 pub(super) const FOLDER: &str = "FOSSSim";
 
-/// The functions of a force: name, argument, and whether the force has such a derivative.
-const FUNCTIONS: [(&str, &str, fn(&ForceSchema) -> bool); 3] = [
+/// A function of a force: name, argument, and whether it is not zero for a force.
+type Function = (&'static str, &'static str, fn(&ForceSchema) -> bool);
+
+/// The functions of a force.
+const FUNCTIONS: [Function; 3] = [
     ("addGradEToTotal", "VectorXs& gradE", |_| true),
     ("addHessXToTotal", "MatrixXs& hessE", |schema| schema.depends_on().position),
     ("addHessVToTotal", "MatrixXs& hessE", |schema| schema.depends_on().velocity),

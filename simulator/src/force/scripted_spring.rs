@@ -104,3 +104,65 @@ impl<const D: usize> PairLaw<D> for ScriptedSpring {
         PairLaw::<D>::symmetric(&self.spring)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::force::{Block, Force, JacobianSink, Numbered, REGISTRY, State};
+    use crate::scene::{ParseOptions, Scene, xml};
+    use crate::vocabulary;
+
+    /// A chain with springs of these elements, long enough for vectors.
+    fn chain(spring: impl Fn(usize) -> String) -> Scene {
+        let mut text =
+            r#"<scene><duration time="1"/><integrator type="implicit" dt="0.1"/>"#.to_owned();
+        for i in 0..40 {
+            let y = 0.3 * (1.7 * f64::from(i)).sin();
+            text += &format!(r#"<particle m="1" px="{i}" py="{y}" vx="0" vy="0" fixed="0"/>"#);
+        }
+        for i in 0..39 {
+            text += &format!(r#"<edge i="{i}" j="{}"/>{}"#, i + 1, spring(i));
+        }
+        text += "</scene>";
+        xml::parse(&text, "chain.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
+    }
+
+    struct Blocks(Vec<(usize, usize, Block<2>)>);
+
+    impl JacobianSink<2> for Blocks {
+        fn add(&mut self, row: usize, column: usize, by_position: &Block<2>, _: &Block<2>) {
+            self.0.push((row, column, *by_position));
+        }
+    }
+
+    /// Force, energy and Jacobian at a time.
+    fn values(scene: &Scene, time: f64) -> (Vec<f64>, Option<f64>, Blocks) {
+        let tag = scene.forces[0].schema.tag;
+        let kind = REGISTRY.iter().find(|kind| kind.schema.tag == tag).unwrap();
+        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+        let force: Box<dyn Force<2>> = (kind.build_2d)(scene, &elements);
+        let (positions, velocities) = (scene.positions(), scene.velocities());
+        let state =
+            State { masses: &[1.0; 40], positions: &positions, velocities: &velocities, time };
+        let (mut sum, mut blocks) = (vec![0.0; 80], Blocks(Vec::new()));
+        force.add_force(state, 0..40, &mut sum).unwrap();
+        force.add_jacobians(state, &mut blocks).unwrap();
+        (sum, force.energy(state), blocks)
+    }
+
+    #[test]
+    fn at_each_time_it_is_the_spring_of_that_rest_length() {
+        let scripted = chain(|i| {
+            let k = 1 + i;
+            format!(r#"<scriptedspringforce edge="{i}" k="{k}" l0="0.5" l1="2" t1="4"/>"#)
+        });
+        // Numbers whose products are exact.
+        for (time, length) in [(0.0, 0.5), (1.0, 0.875), (2.0, 1.25), (4.0, 2.0), (9.0, 2.0)] {
+            let constant = chain(|i| {
+                let k = 1 + i;
+                format!(r#"<springforce edge="{i}" k="{k}" l0="{length}"/>"#)
+            });
+            let (found, expected) = (values(&scripted, time), values(&constant, time));
+            assert_eq!((found.0, found.1, found.2.0), (expected.0, expected.1, expected.2.0));
+        }
+    }
+}

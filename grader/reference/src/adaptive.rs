@@ -15,7 +15,7 @@ use crate::laws::Laws;
 
 /// Tolerances, relative and (scaled by the size of the scene) absolute: of the reference, and of the second run for the
 /// error bar.
-pub const TOLERANCES: [f64; 2] = [1e-13, 1e-10];
+pub const TOLERANCES: [f64; 2] = [1e-13, 1e-12];
 
 /// Maximum number of steps between two samples; beyond it, the scene is too stiff for an explicit method.
 const MAX_STEPS: usize = 200_000;

@@ -7,6 +7,7 @@ pub mod html;
 pub mod jacobians;
 pub mod json;
 pub mod junit;
+pub mod look;
 pub mod probe;
 pub mod provenance;
 pub mod similar;

@@ -64,7 +64,9 @@ fn blow_ups_are_told_and_drawn() {
     let arguments =
         ["--quick", "--rungs", "5", "--scene", "stiff-damped-spring", "--results", "kept"];
     let report = text(&grade(folder.path(), &arguments).stdout);
-    assert!(report.contains("explicit-euler at dt 0.0625, 0.03125, 0.01562, 0.007812: blew up"));
+    assert!(
+        report.contains("explicit-euler at dt 0.125, 0.0625, 0.03125, 0.01562, 0.007812: blew up")
+    );
     let svg = fs::read_to_string(folder.path().join("kept/stiff-damped-spring.svg")).unwrap();
     for words in ["0.007812", "blew up or", "explicit-euler", "(m)", "time of a run (s"] {
         assert!(svg.contains(words), "{words}");
@@ -85,6 +87,21 @@ fn the_json_report_fits_its_documented_schema() {
     let report = serde_json::from_str(&text(&grade(folder.path(), &arguments).stdout)).unwrap();
     let schema = serde_json::from_str(&schema).unwrap();
     schema::validate(&schema, &report).unwrap();
+}
+
+#[test]
+fn scenes_that_confirm_no_order_fail() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = grade(folder.path(), &["--quick", "--rungs", "4"]);
+    let report = text(&run.stdout);
+    assert_eq!(run.status.code(), Some(1), "{report}");
+    assert!(
+        report.contains("no scene measured here confirms order 4 of runge-kutta-4"),
+        "{report}"
+    );
+    // Chosen scenes need not confirm every method.
+    let run = grade(folder.path(), &["--quick", "--rungs", "4", "--scene", "oscillator"]);
+    assert_eq!(run.status.code(), Some(0), "{}", text(&run.stdout));
 }
 
 #[test]

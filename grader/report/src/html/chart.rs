@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::look::{DASHES, Look};
+
 use super::page::Html;
 
 /// A chart.
@@ -33,20 +35,15 @@ pub struct Series {
     /// `None` is a gap.
     ys: Vec<Option<f64>>,
     color: String,
-    dash: Option<&'static str>,
+    /// Lengths of dashes and gaps; `None` for a solid line.
+    dash: Option<String>,
     marker: usize,
     /// Whether markers are open.
     open: bool,
 }
 
-/// Number of colours of the style sheet.
-const COLORS: usize = 10;
-
-/// Lengths of dashes and gaps.
-const DASHES: [Option<&str>; 4] = [None, Some("8 4"), Some("2 3"), Some("12 3 2 3")];
-
 impl Series {
-    /// The curve number `style` through these points; values that are not finite are gaps.
+    /// The curve with look number `style` through these points; values that are not finite are gaps.
     pub fn new(
         name: impl Into<String>,
         style: usize,
@@ -54,13 +51,16 @@ impl Series {
     ) -> Self {
         let (xs, ys) =
             points.into_iter().map(|(x, y)| (x, Some(y).filter(|y| y.is_finite()))).unzip();
+        let Look { color, dashes, marker } = Look::of(style);
+        let dashes: Vec<String> = DASHES[dashes].iter().map(u32::to_string).collect();
         Self {
             name: name.into(),
             xs,
             ys,
-            color: format!("c{}", style % COLORS + 1),
-            dash: DASHES[style % DASHES.len()],
-            marker: style,
+            // The style sheet counts from 1.
+            color: format!("c{}", color + 1),
+            dash: Some(dashes.join(" ")).filter(|dashes| !dashes.is_empty()),
+            marker,
             open: false,
         }
     }

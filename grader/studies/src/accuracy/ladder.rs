@@ -1,8 +1,13 @@
 //! Ladder of measurements: each method with each setting, at each time step.
 //!
 //! ```text
-//! h_k = h_0/2^k        k = 0, 1, …, rungs − 1
+//! h_k = T/(8·2^k)        k = 0, 1, …        T: the duration
 //! ```
+//!
+//! Whatever time step a scene has, its ladder starts with so few steps that even a method of order 5 has errors far above
+//! rounding, and stops where shorter steps only show rounding ([`super::AccuracyConfig`] sets the limits). In between is
+//! the range where the error is proportional to a power of the step ([`super::order`] finds it). The first steps may be
+//! unstable: that is an outcome as well.
 //!
 //! The methods are those of the simulator's registry that support the scene. A method with an entry in `SETTINGS` is
 //! measured once per setting.
@@ -10,6 +15,16 @@
 use simulator::integrator::REGISTRY;
 use simulator::scene::Scene;
 use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
+
+/// Number of steps at the start of the ladder. Runs are compared with the reference after each of them.
+pub const STEPS: u64 = 8;
+
+/// The scene with the coarsest time step of its ladder.
+pub fn coarsest(scene: Scene) -> Scene {
+    let time_step = scene.time_step * scene.n_steps() as f64 / STEPS as f64;
+    let steps = if time_step > 0.0 { STEPS } else { 0 };
+    Scene { time_step, duration: duration(steps, time_step), ..scene }
+}
 
 /// A method with its setting.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 //! ```text
 //! scene ──> reference (closed form, or order 8 to two tolerances) with an error bar ──┐
 //!   └─────> ladder: method × setting × h0/2^k ──> states ──> measure ─────────────────┴─> errors, cost
-//!                                                   errors over h ──> order: slopes and windows
-//!                                                   errors over time ──> cheapest
+//!                             errors over h ──> order: slopes and windows ──> confirm: the order of each method
+//!                             errors over time ──> cheapest
 //! ```
 //!
 //! Errors of positions (m), of velocities (m/s), each the largest over the particles, and of the energy (J) are
@@ -15,6 +15,7 @@ mod program;
 mod store;
 
 pub mod cheapest;
+pub mod confirm;
 pub mod ladder;
 pub mod measure;
 pub mod order;
@@ -218,8 +219,10 @@ pub struct Target {
     pub name: String,
     /// Short description of the motion.
     pub title: String,
-    /// The scene; its time step is the coarsest.
+    /// The scene; its time step is the coarsest of the ladder.
     pub scene: Scene,
+    /// Number of steps of the scene with its own time step.
+    pub steps: u64,
     /// The closed form of its motion, if known.
     pub closed: Option<Closed>,
     /// Exceptions from the usual orders; `None` if it is unknown whether the motion is smooth.
@@ -234,7 +237,8 @@ impl Target {
             name: problem.name.to_owned(),
             title: problem.title.to_owned(),
             closed: problem.closed.map(|closed| closed(&scene)),
-            scene,
+            steps: scene.n_steps(),
+            scene: ladder::coarsest(scene),
             exceptions: Some(problem.exceptions),
         }
     }
@@ -242,7 +246,14 @@ impl Target {
     /// Any scene: the reference is adaptive, and orders are shown but not judged.
     pub fn of_scene(name: &str, scene: Scene) -> Self {
         let title = "a scene as it is".to_owned();
-        Self { name: name.to_owned(), title, scene, closed: None, exceptions: None }
+        Self {
+            name: name.to_owned(),
+            title,
+            steps: scene.n_steps(),
+            scene: ladder::coarsest(scene),
+            closed: None,
+            exceptions: None,
+        }
     }
 
     /// Prediction of theory for a curve's error.
@@ -269,7 +280,7 @@ impl Target {
 /// Extent of the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AccuracyConfig {
-    /// Number of time steps in the ladder.
+    /// Maximum number of time steps in the ladder, each half of the one before.
     pub rungs: u32,
     /// Maximum number of timed runs per point.
     pub repeats: u32,
@@ -281,20 +292,17 @@ pub struct AccuracyConfig {
 
 impl AccuracyConfig {
     /// All scenes in half a minute.
-    pub const QUICK: Self = Self { rungs: 8, repeats: 3, budget: 0.02, max_steps: 1 << 14 };
+    pub const QUICK: Self = Self { rungs: u32::MAX, repeats: 3, budget: 0.02, max_steps: 1 << 13 };
 
     /// Enough time steps and repeats to resolve small errors.
-    pub const FULL: Self = Self { rungs: 10, repeats: 9, budget: 0.5, max_steps: 1 << 18 };
+    pub const FULL: Self = Self { rungs: u32::MAX, repeats: 9, budget: 0.5, max_steps: 1 << 16 };
 
-    /// Number of parts of each coarsest step, from coarse to fine.
-    pub fn refinements(self, coarsest: u64) -> impl Iterator<Item = u64> {
+    /// Number of parts of each coarsest step, from coarse to fine, for a scene with so many steps of its own.
+    pub fn refinements(self, own: u64) -> impl Iterator<Item = u64> {
+        // A slope needs several points where the scene is stable: a scene with very many steps gets them below its own.
+        let finest = own.saturating_mul(1 << (order::FEWEST - 1)).max(self.max_steps);
         let all = (0..self.rungs.min(40)).map(|rung| 1 << rung);
-        // A slope needs four points; scenes with very many steps also get at least four.
-        all.enumerate()
-            .take_while(move |(rung, refinement)| {
-                *rung < order::FEWEST || coarsest.saturating_mul(*refinement) <= self.max_steps
-            })
-            .map(|(_, refinement)| refinement)
+        all.take_while(move |refinement| ladder::STEPS.saturating_mul(*refinement) <= finest)
     }
 }
 
@@ -309,6 +317,11 @@ pub struct SceneStudy {
 }
 
 impl SceneStudy {
+    /// Bound of the rounding error of a point, if its method were exact.
+    fn rounding(&self, curve: &Curve, point: &Point) -> Errors {
+        self.reference.rounding(point.steps, curve.method.integrator.family)
+    }
+
     /// The orders of a curve.
     pub fn orders(&self, curve: &Curve) -> [Order; 3] {
         Quantity::ALL.map(|quantity| {
@@ -317,7 +330,7 @@ impl SceneStudy {
                     time_step: point.time_step,
                     error: largest.of(quantity),
                     floor: self.reference.floor.of(quantity),
-                    rounding: self.reference.rounding(point.steps).of(quantity),
+                    rounding: self.rounding(curve, point).of(quantity),
                 }),
                 _ => None,
             };
@@ -343,37 +356,6 @@ pub struct Study {
     pub config: AccuracyConfig,
     /// The scenes, in order.
     pub scenes: Vec<SceneStudy>,
-}
-
-impl Study {
-    /// Agreement of the orders with theory: of the submission alone if there is one.
-    pub fn agreement(&self) -> Agreement {
-        let foreign = self.submission.is_some();
-        let orders = self.scenes.iter().flat_map(|scene| {
-            let judged = move |curve: &&Curve| curve.foreign == foreign && curve.is_offered();
-            scene.curves.iter().filter(judged).flat_map(|curve| scene.orders(curve))
-        });
-        let mut agreement = Agreement::default();
-        for order in orders.filter(|order| order.expected.is_some()) {
-            match order.agrees() {
-                Some(true) => agreement.agree += 1,
-                Some(false) => agreement.differ += 1,
-                None => agreement.unknown += 1,
-            }
-        }
-        agreement
-    }
-}
-
-/// Counts of the orders that theory predicts.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Agreement {
-    /// Orders that agree.
-    pub agree: usize,
-    /// Orders that differ.
-    pub differ: usize,
-    /// Orders that could not be fitted.
-    pub unknown: usize,
 }
 
 /// Why a study failed.
@@ -452,7 +434,7 @@ fn fill(
         let _ = write::write(&target.scene, &mut scene);
         let scene = String::from_utf8_lossy(&scene);
         let label = curve.label();
-        (store, store.key(&[&scene, &label, &format!("{config:?}")]), label)
+        (store, store.key(&[&scene, &label, &format!("{config:?} {}", target.steps)]), label)
     });
     if let Some((store, key, label)) = &kept
         && let Some(points) = store.load(&target.name, label, key)
@@ -460,16 +442,15 @@ fn fill(
         curve.points = points;
         return Ok(());
     }
-    let coarsest = target.scene.n_steps();
     let mut spelling = None;
-    for refinement in config.refinements(coarsest) {
+    for refinement in config.refinements(target.steps) {
         let scene = curve.method.scene(&target.scene, refinement);
         let point = match (curve.foreign, submission) {
             (true, Some(Submission::Program(program))) => {
                 let method = &curve.method;
                 let spelt = match spelling {
                     Some(spelling) => Ok(spelling),
-                    None => program::spelling(program, method, &scene, reference),
+                    None => program::spelling(program, method, target, reference),
                 };
                 match spelt {
                     Ok(spelt) => {
@@ -495,9 +476,27 @@ fn fill(
             _ => measure::built_in(&scene, reference, refinement, config),
         };
         curve.points.push(point);
+        if is_rounding(curve, reference) {
+            break;
+        }
     }
     if let Some((store, key, label)) = &kept {
         store.save(&target.name, label, key, &curve.points)?;
     }
     Ok(())
+}
+
+/// Whether shorter steps only show rounding: the last two points have no larger error, and there are enough for a slope.
+fn is_rounding(curve: &Curve, reference: &Reference) -> bool {
+    let is_exact = |point: &Point| match point.outcome {
+        RunOutcome::Finished { largest, .. } => {
+            let rounding = reference.rounding(point.steps, curve.method.integrator.family);
+            Quantity::ALL.into_iter().all(|quantity| {
+                largest.of(quantity) <= reference.floor.of(quantity) + rounding.of(quantity)
+            })
+        }
+        _ => false,
+    };
+    let last = curve.points.iter().rev().take(2);
+    curve.points.len() >= order::FEWEST && last.filter(|point| is_exact(point)).count() == 2
 }

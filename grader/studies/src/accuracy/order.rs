@@ -7,7 +7,9 @@
 //! The term `c h` absorbs the next order of the error, so that `p` is the order and not a mean over the window. The
 //! window is determined automatically. It starts at the finest time step whose error is above the floor, and extends
 //! to coarser steps while the fit leaves at most [`REGULAR`] of any error and `c h` is a correction ([`CORRECTION`]).
-//! If the finest [`FEWEST`] points are not regular, the finest points are dropped one by one.
+//! If the finest [`FEWEST`] points are not regular, the finest points are dropped one by one, but only those of which
+//! rounding may be more than [`REGULAR`]: a slope at steps that are too long, where the error is as large as the motion,
+//! is not the order.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -89,13 +91,13 @@ pub fn fit(samples: &[ErrorSample]) -> Fit {
     }
     let clear = |sample: &&ErrorSample| sample.error > CLEAR * sample.floor && !is_exact(sample);
     // Errors after the first point near the floor have too few correct digits.
-    let points: Vec<(f64, f64)> = samples
-        .iter()
-        .skip_while(|sample| !clear(sample))
-        .take_while(clear)
-        .map(|sample| (sample.time_step, sample.error))
-        .collect();
-    for end in (FEWEST..=points.len()).rev() {
+    let used = samples.iter().skip_while(|sample| !clear(sample)).take_while(clear);
+    let used: Vec<&ErrorSample> = used.collect();
+    let points: Vec<(f64, f64)> =
+        used.iter().map(|sample| (sample.time_step, sample.error)).collect();
+    let is_clean = |sample: &&&ErrorSample| REGULAR * sample.error > sample.floor + sample.rounding;
+    let clean = used.iter().take_while(is_clean).count();
+    for end in (FEWEST.max(clean)..=points.len()).rev() {
         let windows = (0..=end - FEWEST).map(|start| &points[start..end]);
         let mut regular = windows.filter_map(|window| Some((window, regular_slope(window)?)));
         let Some((window, slope)) = regular.next() else { continue };
@@ -176,6 +178,13 @@ mod tests {
         };
         assert!((slope - 3.0).abs() < 1e-9, "{slope}");
         assert!(window.1 > 1e-3, "{window:?}");
+    }
+
+    #[test]
+    fn an_error_as_large_as_the_motion_has_no_order() {
+        // The finest errors fall by unequal amounts: the asymptotic range is not reached.
+        let error = |h: f64| 1.0_f64.min((h * 900.0).sqrt() * (2.0 + (7.0 * h.ln()).sin()));
+        assert_eq!(fit(&samples(error, 1e-14)), Fit::None);
     }
 
     #[test]

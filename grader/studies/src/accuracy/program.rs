@@ -8,10 +8,10 @@ use std::time::Instant;
 use simulator::scene::{Scene, write};
 use simulator::trace::Shape;
 
-use super::ladder::Method;
+use super::ladder::{self, Method};
 use super::measure::follow;
 use super::reference::Reference;
-use super::{AccuracyConfig, Cost, Point, RunOutcome, Timing};
+use super::{AccuracyConfig, Cost, Point, RunOutcome, Target, Timing};
 use grader::submission::program::{Program, SceneSource};
 use grader::verdict::Verdict;
 
@@ -27,19 +27,21 @@ pub(super) struct Rung<'a> {
     pub(super) refinement: u64,
 }
 
-/// The spelling of the method by which the program goes through `scene`; what came of the first spelling where it
-/// does by none.
+/// The spelling of the method by which the program goes through the scene, with a time step no longer than the scene's
+/// own; what came of the first spelling where it does by none.
 pub(super) fn spelling(
     program: &Program,
     method: &Method,
-    scene: &Scene,
+    target: &Target,
     reference: &Reference,
 ) -> Result<&'static str, RunOutcome> {
+    let refinement = target.steps.div_ceil(ladder::STEPS).next_power_of_two();
+    let scene = &method.scene(&target.scene, refinement);
     let mut first = None;
     let spellings = method.integrator.aliases.iter().chain([&method.integrator.name]).rev();
     for spelling in spellings {
         let (outcome, _) =
-            run(program, &text(scene, spelling), Rung { scene, reference, refinement: 1 });
+            run(program, &text(scene, spelling), Rung { scene, reference, refinement });
         match outcome {
             RunOutcome::Failed { step: 0, .. } => first = first.or(Some(outcome)),
             _ => return Ok(spelling),

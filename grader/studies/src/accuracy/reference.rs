@@ -6,18 +6,16 @@
 //! adaptive      bar: largest difference of the runs to two tolerances, plus the rounding above
 //! ```
 //!
-//! The error bar is a *floor*: smaller errors cannot be measured. Samples are at steps of the coarsest time step, at
-//! most [`MAX_SAMPLES`] of them, so that every time step of the ladder reaches each sample.
+//! The error bar is a *floor*: smaller errors cannot be measured. Samples are at the steps of the coarsest time step, which
+//! every time step of the ladder reaches.
 
+use simulator::scene::schema::Family;
 use simulator::scene::{Dimension, Scene};
 use simulator::system::System;
 
 use super::Errors;
 use ::reference::adaptive::{self, Motion, TOLERANCES};
 use ::reference::closed::Closed;
-
-/// Maximum number of samples, excluding the start.
-pub const MAX_SAMPLES: u64 = 256;
 
 /// Rounding error of a formula's value, in units of ε.
 const ROUNDINGS: f64 = 16.0;
@@ -43,10 +41,6 @@ pub struct Reference {
     pub size: f64,
     /// The end of the last sample, in seconds.
     pub duration: f64,
-    /// Coarsest steps between samples; the last interval may be shorter.
-    stride: u64,
-    /// Total number of coarsest steps.
-    coarsest: u64,
     /// The samples, including the start.
     samples: Vec<ReferenceSample>,
     meter: Meter,
@@ -70,9 +64,7 @@ impl Reference {
         if coarsest == 0 {
             return Err("the scene has no steps".to_owned());
         }
-        let stride = coarsest.div_ceil(MAX_SAMPLES);
-        let steps = (0..coarsest).step_by(stride as usize).chain([coarsest]);
-        let times: Vec<f64> = steps.map(|step| step as f64 * scene.time_step).collect();
+        let times: Vec<f64> = (0..=coarsest).map(|step| step as f64 * scene.time_step).collect();
         let (states, difference) = match closed {
             Some(closed) => (closed_states(scene, closed, &times), None),
             None => {
@@ -104,8 +96,6 @@ impl Reference {
             },
             size: extent(&samples, dimension),
             duration,
-            stride,
-            coarsest,
             samples,
             meter,
             dimension,
@@ -167,7 +157,7 @@ impl Reference {
 
     /// The step number of a sample if each coarsest step is divided into `refinement` steps.
     pub(super) fn step(&self, sample: usize, refinement: u64) -> u64 {
-        (sample as u64 * self.stride).min(self.coarsest) * refinement
+        sample as u64 * refinement
     }
 
     /// Errors of a state at a sample; `None` if its energy is not finite.
@@ -183,12 +173,15 @@ impl Reference {
         all.into_iter().all(f64::is_finite).then_some(errors)
     }
 
-    /// Bound of the rounding error of `steps` steps of an exact method. A method whose unknowns are positions divides
-    /// by the time step, and loses `ε |x|/h` of a velocity in each step.
-    pub(super) fn rounding(&self, steps: u64) -> Errors {
+    /// Bound of the rounding error of `steps` steps of an exact method. A method whose unknowns are positions, or that
+    /// solves for velocities with them, may divide by the time step, and loses `ε |x|/h` of a velocity in each step.
+    pub(super) fn rounding(&self, steps: u64, family: Family) -> Errors {
         let steps = steps as f64;
         let unit = steps * f64::EPSILON;
-        let per_second = steps / self.duration;
+        let per_second = match family {
+            Family::Explicit | Family::Symplectic => 0.0,
+            Family::Implicit | Family::Minimization => steps / self.duration,
+        };
         let velocity = unit * (self.scale.velocity + self.scale.position * per_second);
         let relative = velocity / self.scale.velocity.max(f64::MIN_POSITIVE);
         Errors {

@@ -3,4 +3,5 @@
 mod accuracy;
 mod needs;
 mod needs_allocations;
+mod pictures;
 mod scale;

@@ -98,13 +98,13 @@ Report.chart = function (host, options) {
   function marker(each, x, y) {
     const shapes = [
       "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", "M0 -4.5L4.2 3.5L-4.2 3.5Z", "M-3.2 -3.2H3.2V3.2H-3.2Z",
-      "M0 -4.8L4.8 0L0 4.8L-4.8 0Z", "M0 4.5L4.2 -3.5L-4.2 -3.5Z", "M-4 -4L4 4M4 -4L-4 4", "M-4.5 0H4.5M0 -4.5V4.5",
+      "M0 -4.8L4.8 0L0 4.8L-4.8 0Z", "M0 4.5L4.2 -3.5L-4.2 -3.5Z",
+      "M0 -6L1.5 -1.5L6 0L1.5 1.5L0 6L-1.5 1.5L-6 0L-1.5 -1.5Z", "M-4.2 -1.6L0 -4.8L4.2 -1.6L2.7 3.6H-2.7Z",
     ];
     const shape = shapes[each.marker % shapes.length];
-    const open = each.open || !shape.endsWith("Z") && each.marker % shapes.length > 4;
     return Report.svg("path", {
       d: shape, transform: `translate(${x} ${y})`, "stroke-width": 1.6,
-      class: `stroke-${each.color} ${open ? "hollow" : `fill-${each.color}`}`,
+      class: `stroke-${each.color} ${each.open ? "hollow" : `fill-${each.color}`}`,
     });
   }
 

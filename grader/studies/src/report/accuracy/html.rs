@@ -6,7 +6,7 @@ use report::html::chart::{Chart, Series};
 use report::html::page::{Html, Page};
 use report::html::{self, Sink};
 
-use super::text;
+use super::{style, text};
 use crate::accuracy::{Curve, Point, RunOutcome, SceneStudy, Study};
 
 /// Writes the page, with its scripts and styles.
@@ -43,10 +43,10 @@ fn write_scene(page: &mut Html, scene: &SceneStudy, number: usize) -> io::Result
         RunOutcome::BlownUp { .. } | RunOutcome::Failed { .. } => f64::NAN,
     };
     let series = |x: fn(&Point) -> f64| {
-        let of = |(style, curve): (usize, &Curve)| {
+        let of = |(number, curve): (usize, &Curve)| {
             let points = curve.points.iter().map(|point| (x(point), error(point)));
             let points = points.filter(|(x, _)| x.is_finite());
-            let series = Series::new(curve.label(), style, points);
+            let series = Series::new(curve.label(), style(number, scene), points);
             if curve.foreign { series.open() } else { series }
         };
         scene.curves.iter().enumerate().map(of).collect()

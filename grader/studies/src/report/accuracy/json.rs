@@ -7,8 +7,9 @@ use serde::Serialize;
 
 use super::{outcome_name, source_name};
 use crate::accuracy::cheapest::Level;
+use crate::accuracy::confirm::{Agreement, Confirmation};
 use crate::accuracy::order::{Expected, Fit};
-use crate::accuracy::{Agreement, Curve, Errors, Order, Point, RunOutcome, SceneStudy, Study};
+use crate::accuracy::{Curve, Errors, Order, Point, RunOutcome, SceneStudy, Study};
 
 /// Version of the schema.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -39,14 +40,31 @@ struct JsonStudy {
     grader_version: &'static str,
     /// The submission measured beside the built-in simulator; null if none.
     submission: Option<String>,
-    /// Orders within tolerance of theory: of the submission if there is one.
+    /// Slopes within tolerance of theory, and errors within rounding: of the submission if there is one.
     orders_agree: usize,
     /// Orders that differ from theory.
     orders_differ: usize,
     /// Orders that theory predicts but that could not be fitted.
     orders_unknown: usize,
+    /// The order of each method, of the submission if there is one.
+    methods: Vec<JsonMethod>,
     /// The scenes.
     scenes: Vec<JsonScene>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonMethod {
+    /// The method with its setting.
+    method: String,
+    /// Its order by theory.
+    order: f64,
+    /// Number of scenes with a prediction.
+    scenes: usize,
+    /// The scenes whose errors of positions or velocities have that slope, and none another one than theory says. If there
+    /// is none, the order is unconfirmed.
+    confirmed_by: Vec<String>,
+    /// The least and the largest of these slopes; null if no scene confirms the order.
+    slopes: Option<[f64; 2]>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -165,16 +183,26 @@ struct JsonOffer {
 
 impl JsonStudy {
     fn of(study: &Study) -> Self {
-        let Agreement { agree, differ, unknown } = study.agreement();
+        let Agreement { agree, exact, differ, unknown } = study.agreement();
         Self {
             schema_version: SCHEMA_VERSION,
             grader_version: env!("CARGO_PKG_VERSION"),
             submission: study.submission.clone(),
-            orders_agree: agree,
+            orders_agree: agree + exact,
             orders_differ: differ,
             orders_unknown: unknown,
+            methods: study.confirmations().into_iter().map(JsonMethod::of).collect(),
             scenes: study.scenes.iter().map(JsonScene::of).collect(),
         }
+    }
+}
+
+impl JsonMethod {
+    fn of(confirmation: Confirmation) -> Self {
+        let slopes = confirmation.range();
+        let Confirmation { label, order, scenes, confirmed, .. } = confirmation;
+        let confirmed_by = confirmed.into_iter().map(|(scene, _)| scene).collect();
+        Self { method: label, order, scenes, confirmed_by, slopes }
     }
 }
 

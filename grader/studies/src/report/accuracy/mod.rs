@@ -6,8 +6,16 @@ pub mod json;
 pub mod plot;
 pub mod text;
 
-use crate::accuracy::RunOutcome;
 use crate::accuracy::reference::Source;
+use crate::accuracy::{Curve, RunOutcome, SceneStudy};
+
+/// Number of the look of curve `number`. A submission's curve has the look of the built-in simulator's same method, with
+/// open markers.
+fn style(number: usize, scene: &SceneStudy) -> usize {
+    let curve = &scene.curves[number];
+    let is_alike = |other: &Curve| !other.foreign && other.method == curve.method;
+    scene.curves.iter().position(is_alike).unwrap_or(number)
+}
 
 /// A number with few digits.
 fn short(value: f64) -> String {

@@ -1,16 +1,17 @@
 //! Work-precision diagram of a scene, as SVG and PNG: computing time of a run against its error.
 //!
-//! Curves differ by colour, marker and dashes; those of a submission have open markers. Bars across a marker extend to
-//! the median time. Runs that blew up or failed are in a separate band at the top, one row per curve, with the time
-//! step below each mark. A grey line shows the reference's error bar; points at or below it are drawn on it.
+//! Curves differ by colour, dashes and marker ([`look`]); those of a submission have open markers. Bars across a marker extend to
+//! the median time. Runs that blew up or failed are in a separate band at the top, one row per curve, with the longest and
+//! the shortest of their time steps. A grey line shows the reference's error bar; points at or below it are drawn on it.
 
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::{short, time};
+use super::{short, style, time};
 use crate::accuracy::{Curve, Point, RunOutcome, SceneStudy};
 use crate::report::picture::{self, Area, Drawn, PictureError, Surface};
+use report::look::{self, DASHES, Look};
 
 const WIDTH: u32 = 1100;
 const HEIGHT: u32 = 640;
@@ -27,22 +28,17 @@ const SCALE: f32 = 1.5;
 const GREY: RGBColor = RGBColor(110, 110, 110);
 
 /// Colours that also differ in brightness, for colour-blind readers.
-const COLORS: [RGBColor; 10] = [
+const COLORS: [RGBColor; look::COLORS] = [
     RGBColor(0, 90, 160),
-    RGBColor(200, 80, 0),
+    RGBColor(215, 95, 0),
     RGBColor(0, 130, 90),
     RGBColor(150, 30, 90),
-    RGBColor(90, 90, 90),
     RGBColor(20, 20, 20),
-    RGBColor(120, 90, 0),
-    RGBColor(90, 60, 180),
-    RGBColor(0, 140, 170),
-    RGBColor(190, 30, 30),
+    RGBColor(150, 115, 0),
+    RGBColor(105, 85, 215),
+    RGBColor(0, 160, 190),
+    RGBColor(200, 30, 40),
 ];
-
-/// Lengths of dash and gap; `None` for a solid line.
-const DASHES: [Option<(i32, i32)>; 5] =
-    [None, Some((9, 4)), Some((2, 4)), Some((14, 3)), Some((5, 5))];
 
 /// The diagram of a scene as an SVG document, with a newline at its end.
 ///
@@ -72,27 +68,19 @@ struct Mark {
 
 /// Style of a curve.
 #[derive(Clone, Copy)]
-struct Look {
+struct Style {
     color: RGBColor,
-    dashes: Option<(i32, i32)>,
+    dashes: &'static [u32],
     marker: usize,
     open: bool,
 }
 
-impl Look {
-    /// The style of curve `number`: ten differ by colour and marker. A submission's curve has the style of the
-    /// built-in simulator's same method, with an open marker.
+impl Style {
+    /// The style of curve `number`.
     fn of(number: usize, scene: &SceneStudy) -> Self {
-        let curve = &scene.curves[number];
-        let is_alike = |other: &Curve| !other.foreign && other.method == curve.method;
-        let number = scene.curves.iter().position(is_alike).unwrap_or(number);
-        let foreign = curve.foreign;
-        Self {
-            color: COLORS[number % COLORS.len()],
-            dashes: DASHES[number % DASHES.len()],
-            marker: number % 10,
-            open: foreign,
-        }
+        let Look { color, dashes, marker } = Look::of(style(number, scene));
+        let open = scene.curves[number].foreign;
+        Self { color: COLORS[color], dashes: DASHES[dashes], marker, open }
     }
 }
 
@@ -185,7 +173,7 @@ fn draw(area: &Area<'_>, scene: &SceneStudy) -> Drawn {
         chart.draw_series(LineSeries::new(line, GREY.stroke_width(2)))?;
     }
     for (number, curve) in scene.curves.iter().enumerate() {
-        curve_of(&mut chart, curve, Look::of(number, scene), floor)?;
+        curve_of(&mut chart, curve, Style::of(number, scene), floor)?;
     }
     key(&legend, scene, !rows.is_empty())
 }
@@ -207,18 +195,23 @@ fn text<'a>(
     Text::new(words, at, style)
 }
 
-fn curve_of(chart: &mut Chart<'_, '_>, curve: &Curve, look: Look, floor: f64) -> Drawn {
+fn curve_of(chart: &mut Chart<'_, '_>, curve: &Curve, look: Style, floor: f64) -> Drawn {
     // Leave a gap at missing points: no line crosses runs that blew up.
     for run in curve.points.split(|point| mark(point, floor).is_none()) {
         let marks: Vec<Mark> = run.iter().filter_map(|point| mark(point, floor)).collect();
-        let line = marks.iter().map(|mark| (mark.time, mark.error));
-        let stroke = look.color.stroke_width(2);
-        match look.dashes {
-            None => chart.draw_series(LineSeries::new(line, stroke))?,
-            Some((dash, gap)) => {
-                chart.draw_series(DashedLineSeries::new(line, dash, gap, stroke))?
-            }
-        };
+        let Some(Mark { time, error, .. }) = marks.first() else { continue };
+        let start = (*time, *error);
+        let pixel = |at: (f64, f64)| chart.backend_coord(&at);
+        let origin = pixel(start);
+        let line: Vec<(i32, i32)> = marks
+            .iter()
+            .map(|mark| pixel((mark.time, mark.error)))
+            .map(|(x, y)| (x - origin.0, y - origin.1))
+            .collect();
+        for dash in dashed(&line, look.dashes) {
+            let dash = PathElement::new(dash, look.color.stroke_width(2));
+            chart.draw_series([EmptyElement::at(start) + dash])?;
+        }
         for Mark { time, error, median } in marks {
             let bar =
                 PathElement::new([(time, error), (median, error)], look.color.stroke_width(1));
@@ -229,7 +222,42 @@ fn curve_of(chart: &mut Chart<'_, '_>, curve: &Curve, look: Look, floor: f64) ->
     Ok(())
 }
 
-/// Draws the band above the errors: one row per curve, one cross per run, with its time step.
+/// The dashes of a line through these pixels: `pattern` holds the lengths of dashes and gaps, and is empty for a solid line.
+fn dashed(line: &[(i32, i32)], pattern: &[u32]) -> Vec<Vec<(i32, i32)>> {
+    if pattern.is_empty() {
+        return vec![line.to_vec()];
+    }
+    let mut lengths = pattern.iter().map(|length| f64::from(*length)).cycle();
+    let mut left = lengths.next().unwrap_or_default();
+    let (mut dashes, mut dash, mut is_gap) = (Vec::new(), Vec::new(), false);
+    dash.extend(line.first());
+    for ends in line.windows(2) {
+        let [from, to] = [ends[0], ends[1]].map(|(x, y)| (f64::from(x), f64::from(y)));
+        let length = (to.0 - from.0).hypot(to.1 - from.1);
+        let mut done = 0.0;
+        while done + left < length {
+            done += left;
+            let part = done / length;
+            let at = (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1));
+            let end = (at.0.round() as i32, at.1.round() as i32);
+            dash.push(end);
+            let whole = std::mem::replace(&mut dash, vec![end]);
+            if !is_gap {
+                dashes.push(whole);
+            }
+            is_gap = !is_gap;
+            left = lengths.next().unwrap_or_default();
+        }
+        left -= length - done;
+        dash.push(ends[1]);
+    }
+    if !is_gap {
+        dashes.push(dash);
+    }
+    dashes
+}
+
+/// Draws the band above the errors: one row per curve, one cross per run, with the first and the last time step.
 fn no_solution(
     chart: &mut Chart<'_, '_>,
     scene: &SceneStudy,
@@ -242,30 +270,36 @@ fn no_solution(
     chart.draw_series([ground])?;
     chart.draw_series(LineSeries::new([(left, top), (right, top)], GREY.stroke_width(1)))?;
     for (row, number) in rows.iter().enumerate() {
-        let look = Look::of(*number, scene);
+        let look = Style::of(*number, scene);
         let height = top + band * (1.0 - (row as f64 + 0.32) / rows.len() as f64);
         // Runs that stop early take similar times: space their numbers so that they do not overlap.
         let pixels = f64::from(PLOT) / (right - left);
+        let crosses: Vec<(f64, f64)> = scene.curves[*number]
+            .points
+            .iter()
+            .filter_map(|point| Some((lost(point)?, point.time_step)))
+            .collect();
         let mut free = f64::NEG_INFINITY;
-        for point in &scene.curves[*number].points {
-            let Some(time) = lost(point) else { continue };
-            let label = short(point.time_step);
+        for (place, (time, step)) in crosses.iter().enumerate() {
+            let is_end = place == 0 || place + 1 == crosses.len();
+            let label = if is_end { short(*step) } else { String::new() };
             let at = time * pixels;
             let half = 3.0 * label.chars().count() as f64 + 2.0;
-            let shift = (free + half - at).max(0.0);
-            free = at + shift + half;
+            let shift = if is_end { (free + half - at).max(0.0) } else { 0.0 };
+            if is_end {
+                free = at + shift + half;
+            }
             let style = ("sans-serif", 11)
                 .into_font()
                 .color(&look.color)
                 .pos(Pos::new(HPos::Center, VPos::Top));
             let words = Text::new(label, (shift.round() as i32, 8), style);
             let cross = Cross::new((0, 0), 5, look.color.stroke_width(3));
-            chart.draw_series([EmptyElement::at((time, height)) + cross + words])?;
+            chart.draw_series([EmptyElement::at((*time, height)) + cross + words])?;
         }
         // The curve's marker is before its first cross.
-        let first = scene.curves[*number].points.iter().find_map(lost);
-        if let Some(time) = first {
-            let beside = EmptyElement::at((time, height)) + shifted(look, -16);
+        if let Some((time, _)) = crosses.first() {
+            let beside = EmptyElement::at((*time, height)) + shifted(look, -16);
             chart.draw_series([beside])?;
         }
     }
@@ -275,19 +309,17 @@ fn no_solution(
 /// Draws the legend, to the right of the plot.
 fn key(area: &Area<'_>, scene: &SceneStudy, lost: bool) -> Drawn {
     let mut y = 54;
+    // The notes below take as much again as eight rows.
+    let pitch = 26.min((HEIGHT as i32 - y) / (scene.curves.len() as i32 + 8));
     for (number, curve) in scene.curves.iter().enumerate() {
-        let look = Look::of(number, scene);
+        let look = Style::of(number, scene);
         let (from, to) = (4, 50);
-        let (dash, gap) = look.dashes.unwrap_or((to - from, 0));
-        let mut x = from;
-        while x < to {
-            let end = (x + dash).min(to);
-            area.draw(&PathElement::new([(x, y), (end, y)], look.color.stroke_width(2)))?;
-            x = end + gap.max(1);
+        for dash in dashed(&[(from, y), (to, y)], look.dashes) {
+            area.draw(&PathElement::new(dash, look.color.stroke_width(2)))?;
         }
         area.draw(&(EmptyElement::at((27, y)) + marker(look)))?;
         area.draw(&text(curve.label(), (60, y), 14, BLACK, (HPos::Left, VPos::Center)))?;
-        y += 26;
+        y += pitch;
     }
     y += 8;
     let mut notes = vec![
@@ -299,7 +331,7 @@ fn key(area: &Area<'_>, scene: &SceneStudy, lost: bool) -> Drawn {
         notes.extend([
             String::new(),
             "× in the band at the top: blew up or".to_owned(),
-            "failed; the number is the time step (s).".to_owned(),
+            "failed, from and to these time steps (s).".to_owned(),
         ]);
     }
     let errors = scene.reference.floor.position;
@@ -325,12 +357,12 @@ fn key(area: &Area<'_>, scene: &SceneStudy, lost: bool) -> Drawn {
 type Marker<'a> = DynElement<'static, Surface<'a>, (i32, i32)>;
 
 /// The marker of a curve, at the origin.
-fn marker<'a>(look: Look) -> Marker<'a> {
+fn marker<'a>(look: Style) -> Marker<'a> {
     shifted(look, 0)
 }
 
 /// The marker of a curve, shifted to the right of the origin.
-fn shifted<'a>(look: Look, x: i32) -> Marker<'a> {
+fn shifted<'a>(look: Style, x: i32) -> Marker<'a> {
     let thin = look.color.stroke_width(2);
     let style = if look.open { thin } else { look.color.filled() };
     let polygon = |corners: &[(i32, i32)]| -> Marker<'a> {
@@ -343,10 +375,6 @@ fn shifted<'a>(look: Look, x: i32) -> Marker<'a> {
             }
         }
     };
-    let strokes = |paths: &[(i32, i32)]| -> Marker<'a> {
-        let corners: Vec<(i32, i32)> = paths.iter().map(|(dx, dy)| (x + dx, *dy)).collect();
-        PathElement::new(corners, look.color.stroke_width(2)).into_dyn()
-    };
     match look.marker {
         0 => Circle::new((x, 0), 5, style).into_dyn(),
         1 => polygon(&[(0, -6), (6, 5), (-6, 5)]),
@@ -354,9 +382,6 @@ fn shifted<'a>(look: Look, x: i32) -> Marker<'a> {
         3 => polygon(&[(0, -7), (6, 0), (0, 7), (-6, 0)]),
         4 => polygon(&[(0, 6), (6, -5), (-6, -5)]),
         5 => polygon(&[(0, -8), (2, -2), (8, 0), (2, 2), (0, 8), (-2, 2), (-8, 0), (-2, -2)]),
-        6 => strokes(&[(-6, 0), (6, 0), (0, 0), (0, -6), (0, 6)]),
-        7 => polygon(&[(-6, -3), (0, -7), (6, -3), (4, 5), (-4, 5)]),
-        8 => polygon(&[(-6, -6), (6, 6), (6, -6), (-6, 6)]),
-        _ => strokes(&[(0, -6), (0, 6), (0, 0), (-6, -4), (6, 4), (0, 0), (-6, 4), (6, -4)]),
+        _ => polygon(&[(-6, -3), (0, -7), (6, -3), (4, 5), (-4, 5)]),
     }
 }

@@ -6,11 +6,10 @@ use anstyle::{AnsiColor, Style};
 
 use super::{short, time};
 use crate::accuracy::cheapest::Offer;
+use crate::accuracy::confirm::{Agreement, Confirmation};
 use crate::accuracy::order::{self, Expected, Fit};
 use crate::accuracy::reference::Source;
-use crate::accuracy::{
-    Agreement, Curve, Errors, Order, Point, Quantity, RunOutcome, SceneStudy, Study,
-};
+use crate::accuracy::{Curve, Errors, Order, Point, Quantity, RunOutcome, SceneStudy, Study};
 use report::table::{self, Cell};
 
 const BOLD: Style = Style::new().bold();
@@ -40,19 +39,36 @@ pub fn write(out: &mut dyn Write, study: &Study, config: AccuracyTextOptions) ->
         }
         writeln!(out)?;
     }
-    let Agreement { agree, differ, unknown } = study.agreement();
-    let judged = agree + differ + unknown;
+    summary(out, study)
+}
+
+/// Writes what all scenes together say about the order of each method.
+fn summary(out: &mut dyn Write, study: &Study) -> io::Result<()> {
     let whose = study.submission.as_deref().unwrap_or("built-in simulator");
     writeln!(out, "{BOLD}Summary for {whose}{BOLD:#}")?;
-    let tolerance = order::TOLERANCE;
-    let unknown = match unknown {
-        0 => String::new(),
-        n => format!("; {n} are unknown: no range of time steps with a regular slope"),
-    };
+    let confirmations = study.confirmations();
+    if !confirmations.is_empty() {
+        let names = ["method", "order", "slopes", "confirmed by"];
+        let mut rows = vec![Vec::from(names.map(Cell::left))];
+        rows.extend(confirmations.iter().map(confirmation_row));
+        table::write(out, &rows)?;
+    }
+    let agreement = study.agreement();
+    let Agreement { agree, exact, differ, unknown } = agreement;
     writeln!(
         out,
-        "  {agree} of {judged} orders are within {tolerance} of theory, {differ} are not{unknown}"
+        "  {} orders: {agree} within {} of theory, {exact} exact up to rounding, {differ} not as theory says, {unknown} \
+         unknown",
+        agreement.judged(),
+        order::TOLERANCE,
     )?;
+    if unknown > 0 {
+        writeln!(out, "  unknown: no {} time steps in a row have a regular slope", order::FEWEST)?;
+    }
+    for Confirmation { label, order, .. } in study.unconfirmed() {
+        let order = short(order);
+        writeln!(out, "  {RED}no scene measured here confirms order {order} of {label}{RED:#}")?;
+    }
     if study.submission.is_some() {
         writeln!(
             out,
@@ -60,6 +76,21 @@ pub fn write(out: &mut dyn Write, study: &Study, config: AccuracyTextOptions) ->
         )?;
     }
     Ok(())
+}
+
+fn confirmation_row(confirmation: &Confirmation) -> Vec<Cell> {
+    let Confirmation { label, order, scenes, confirmed, .. } = confirmation;
+    let slopes = match confirmation.range() {
+        Some([least, largest]) => format!("{least:.3} … {largest:.3}"),
+        None => "-".to_owned(),
+    };
+    let count = Cell::left(format!("{} of {scenes} scenes", confirmed.len()));
+    vec![
+        Cell::left(label.clone()),
+        Cell::right(short(*order)),
+        Cell::left(slopes),
+        if confirmed.is_empty() { count.styled(RED) } else { count },
+    ]
 }
 
 fn heading(out: &mut dyn Write, scene: &SceneStudy) -> io::Result<()> {

@@ -3,15 +3,13 @@
 mod behaviour;
 mod planted;
 use simulator::integrator;
-use simulator::scene::schema::Order;
-use studies::accuracy::order::Fit;
+use studies::accuracy::order;
 use studies::accuracy::problem::{PROBLEMS, Problem};
 use studies::accuracy::reference::{Reference, Source};
-use studies::accuracy::{self, AccuracyConfig, Closed, Errors, Quantity, Target};
+use studies::accuracy::{self, AccuracyConfig, Closed, Errors, Quantity, Study, Target};
 
-/// Few time steps, each run once.
-const ONCE: AccuracyConfig =
-    AccuracyConfig { rungs: 8, repeats: 1, budget: 0.0, max_steps: 1 << 14 };
+/// The time steps of a quick run, each run once.
+const ONCE: AccuracyConfig = AccuracyConfig { repeats: 1, budget: 0.0, ..AccuracyConfig::QUICK };
 
 fn problem(name: &str) -> &'static Problem {
     PROBLEMS.iter().find(|problem| problem.name == name).expect("a registered problem")
@@ -21,43 +19,55 @@ fn closed(problem: &Problem) -> Option<Closed> {
     problem.closed.map(|closed| closed(&problem.scene()))
 }
 
-fn is_high(order: &Order) -> bool {
-    order.without_velocity > 2
+fn study(names: &[&str], config: AccuracyConfig) -> Study {
+    let targets = names.iter().map(|name| Target::of_problem(problem(name))).collect();
+    accuracy::study(targets, None, config, None, &mut |_, _, _| {}).unwrap()
 }
 
 #[test]
-fn every_integrator_has_the_order_of_theory_on_smooth_scenes() {
-    let names = ["free-fall", "wind", "damped-oscillator", "ellipse", "kepler-orbit", "combined"];
-    let targets = names.map(|name| Target::of_problem(problem(name))).into();
-    let study = accuracy::study(targets, None, ONCE, None, &mut |_, _, _| {}).unwrap();
-    let mut seen = Vec::new();
+fn smooth_scenes_confirm_the_order_of_every_integrator() {
+    let study = study(&["oscillator", "ellipse", "spring-pendulum", "combined"], ONCE);
     for scene in &study.scenes {
         for curve in &scene.curves {
             for order in scene.orders(curve) {
                 let what = format!("{}, {}: {order:?}", scene.target.name, curve.label());
-                if order.expected.is_some() {
-                    // An error of high order passes from too coarse to rounding in a few halvings of the step: on some
-                    // scenes none are left for a slope.
-                    let is_open =
-                        order.agrees().is_none() && is_high(&curve.method.integrator.order);
-                    assert!(is_open || order.agrees() == Some(true), "{what}");
-                    if let (Quantity::Position, Fit::Slope { .. }) = (order.quantity, order.fit) {
-                        seen.push(curve.method.integrator.name);
-                    }
-                }
+                assert_ne!(order.agrees(), Some(false), "{what}");
             }
         }
     }
+    let confirmations = study.confirmations();
     for kind in integrator::REGISTRY {
-        let name = kind.schema.name;
-        // At order 5 no scene leaves five errors above rounding; simulator/tests/it/physics.rs measures that order.
-        let least = match kind.schema.order.without_velocity {
-            ..=2 => 3,
-            3 | 4 => 1,
-            _ => 0,
-        };
-        assert!(seen.iter().filter(|seen| **seen == name).count() >= least, "{name}: {seen:?}");
+        let own = |label: &str| label.split(' ').next() == Some(kind.schema.name);
+        let own: Vec<_> = confirmations.iter().filter(|each| own(&each.label)).collect();
+        assert!(!own.is_empty(), "{}", kind.schema.name);
+        for each in own {
+            assert!(each.confirmed.len() >= 2, "{each:?}");
+        }
     }
+    assert_eq!(study.unconfirmed(), []);
+}
+
+#[test]
+fn a_ladder_without_slopes_confirms_nothing() {
+    let study = study(&["oscillator"], AccuracyConfig { rungs: 4, ..ONCE });
+    assert_eq!(study.unconfirmed().len(), study.confirmations().len());
+    let agreement = study.agreement();
+    // Some errors are exact at any step.
+    assert_eq!((agreement.agree, agreement.differ), (0, 0), "{agreement:?}");
+    assert!(agreement.unknown > 3 * integrator::REGISTRY.len(), "{agreement:?}");
+}
+
+#[test]
+fn exact_motions_neither_confirm_an_order_nor_differ() {
+    let study = study(&["free-fall"], ONCE);
+    let confirmations = study.confirmations();
+    let fourth = confirmations.iter().find(|each| each.label == "runge-kutta-4").unwrap();
+    assert_eq!((fourth.confirmed.len(), fourth.agreement.exact), (0, 3), "{fourth:?}");
+    assert_eq!(fourth.agreement.judged(), 3);
+    // They stop where shorter steps only show rounding.
+    let curves = &study.scenes[0].curves;
+    let fourth = curves.iter().find(|curve| curve.label() == "runge-kutta-4").unwrap();
+    assert_eq!(fourth.points.len(), order::FEWEST);
 }
 
 #[test]

@@ -12,14 +12,15 @@ pub(crate) fn describe(peers: &Peers) -> String {
         output(Command::new(program).args(arguments)).unwrap_or_else(|_| "unknown".into())
     };
     let cores = thread::available_parallelism().map_or_else(|_| "?".into(), |n| n.to_string());
-    let [compiler, cholmod, python] = peers.versions();
+    let [compiler, cholmod, python, pardiso, taichi] = peers.versions();
     format!(
         "# Benchmarks\n\n\
          Written by `cargo bench -p simulator --bench peers -- --markdown FILE`. What is measured, and how:\n\
          `simulator/benches/README.md`. Ratios carry over to other machines, times do not.\n\n\
          | | |\n| --- | --- |\n\
          | date | {} |\n| processor | {} |\n| cores | {cores} |\n| load at the end | {} |\n| system | {} |\n| ours | {} |\n\
-         | C++ peer | {compiler}, Eigen {} |\n| CHOLMOD peer | {cholmod} |\n| Python peer | {python} |\n",
+         | C++ peer | {compiler}, Eigen {} |\n| CHOLMOD peer | {cholmod} |\n| Python peer | {python} |\n\
+         | PARDISO peer | {pardiso} |\n| Taichi peer | {taichi} |\n",
         told("date", &["-u", "+%Y-%m-%d"]),
         processor().unwrap_or_else(|| "unknown".into()),
         load().unwrap_or_else(|| "unknown".into()),

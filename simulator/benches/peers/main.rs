@@ -66,7 +66,9 @@ struct Cli {
 enum Row {
     Lie,
     LieCholmod,
+    LiePardiso,
     Symplectic,
+    SymplecticTaichi,
     Fms,
     FmsCholmod,
     Pn,
@@ -118,7 +120,16 @@ fn run(cli: &Cli) -> io::Result<()> {
     let limits = Limits::measure();
     let mut tables = Tables::new(&mut output);
     tables.limits(&limits)?;
-    let rows = [Row::Lie, Row::LieCholmod, Row::Symplectic, Row::Fms, Row::FmsCholmod, Row::Pn];
+    let rows = [
+        Row::Lie,
+        Row::LieCholmod,
+        Row::LiePardiso,
+        Row::Symplectic,
+        Row::SymplecticTaichi,
+        Row::Fms,
+        Row::FmsCholmod,
+        Row::Pn,
+    ];
     for (_, method) in rows.into_iter().zip(&METHODS).filter(|(row, _)| wanted(*row)) {
         tables.start(method)?;
         let mut cells = Vec::new();

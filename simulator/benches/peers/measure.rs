@@ -1,7 +1,7 @@
 //! A cell of the table: both sides, in turn, on one net.
 
 use crate::limits::Work;
-use crate::method::{Method, springs};
+use crate::method::{Method, Peer, springs};
 use crate::ours::{Factor, Ours};
 use crate::theirs::{Factorisation, Peers};
 
@@ -65,7 +65,7 @@ pub(crate) fn cell(
     Cell { segments, springs, steps, target, ours, work, theirs, refused, difference }
 }
 
-/// Factorisations of the matrix of one net, ours and CHOLMOD's.
+/// Factorisations of the matrix of one net, ours and those of the peers.
 pub(crate) struct Factors {
     /// Segments a side.
     pub(crate) segments: usize,
@@ -73,28 +73,38 @@ pub(crate) struct Factors {
     pub(crate) rows: usize,
     /// Ours, with the least of the times, or why it was not measured.
     pub(crate) ours: Result<Factorisation, String>,
-    /// The same of CHOLMOD.
-    pub(crate) theirs: Result<Factorisation, String>,
+    /// The same of each peer.
+    pub(crate) theirs: [Result<Factorisation, String>; 2],
 }
+
+/// The peers whose factorisations are timed.
+pub(crate) const FACTORISING: [Peer; 2] = [Peer::Cholmod("lie"), Peer::Pardiso];
 
 /// Measures the factorisations, in turn.
 pub(crate) fn factors(segments: usize, repeats: u64, peers: &Peers) -> Factors {
     let mut factor = Factor::new(segments as u64);
-    let (mut ours, mut theirs) = (Ok(Vec::new()), Ok(Vec::new()));
-    let mut operations = 0.0;
+    let mut ours = Ok(Vec::new());
+    let mut theirs = FACTORISING.map(|peer| (peer, Ok(Vec::new()), 0.0));
     for _ in 0..repeats {
         add(&mut ours, || factor.as_mut().map_err(|reason| reason.clone())?.time());
-        add(&mut theirs, || {
-            let once = peers.factorisation(segments)?;
-            operations = once.operations;
-            Ok(once.time)
-        });
+        for (peer, times, operations) in &mut theirs {
+            add(times, || {
+                let once = peers.factorisation(*peer, segments)?;
+                *operations = once.operations;
+                Ok(once.time)
+            });
+        }
     }
     let of_ours = factor.map_or(0.0, |factor| factor.operations);
-    let best =
-        |operations| move |times: Vec<f64>| Factorisation { time: least(&times), operations };
-    let rows = 2 * (segments + 1) * (segments + 1);
-    Factors { segments, rows, ours: ours.map(best(of_ours)), theirs: theirs.map(best(operations)) }
+    let best = |times: Result<Vec<f64>, String>, operations: f64| {
+        times.map(|times| Factorisation { time: least(&times), operations })
+    };
+    Factors {
+        segments,
+        rows: 2 * (segments + 1) * (segments + 1),
+        ours: best(ours, of_ours),
+        theirs: theirs.map(|(_, times, operations)| best(times, operations)),
+    }
 }
 
 /// One more time, unless an earlier one failed.

@@ -1,5 +1,7 @@
 //! What is measured: the methods, the sizes of the net, and the ratios that are aimed at.
 
+use std::collections::BTreeSet;
+
 /// A time integration method, ours and the peer's.
 pub(crate) struct Method {
     /// What the table calls it.
@@ -31,6 +33,10 @@ pub(crate) enum Peer {
     Cholmod(&'static str),
     /// The Python program with numpy and scipy.
     Python,
+    /// The Python program with MKL PARDISO.
+    Pardiso,
+    /// The Python program with Taichi.
+    Taichi,
 }
 
 /// What a time is given in.
@@ -51,7 +57,7 @@ pub(crate) const FMS_ITERATIONS: u32 = 50;
 /// Where the peer's projected Newton ends: the largest update over the time step, as in the slides.
 pub(crate) const NEWTON_TOLERANCE: f64 = 1e-2;
 
-/// Matrices that CHOLMOD factorises where only that is timed; later ones of large nets are indefinite.
+/// Matrices that a peer factorises where only that is timed; later ones of large nets are indefinite.
 pub(crate) const FACTORISED: u64 = 5;
 
 /// A measurement takes about this long, in ns.
@@ -84,22 +90,30 @@ const FAST_MASS_SPRING: Method = Method {
 /// Not slower.
 const EVEN: &[(usize, f64)] = &[(4, 1.0), (8, 1.0), (16, 1.0), (64, 1.0), (128, 1.0), (256, 1.0)];
 
+const SYMPLECTIC: Method = Method {
+    title: "Symplectic Euler",
+    integrator: "symplectic-euler",
+    options: &[],
+    peer: Peer::Eigen("symplectic"),
+    unit: Unit::NanosecondsASpring,
+    // Stable for all sizes: h² ω² ≤ 4 as long as h ≤ 1.9e-4 s at 256 segments.
+    time_step: 5e-5,
+    first_step_untimed: false,
+    rough_cost: 4.0,
+    targets: &[(4, 1.5), (8, 1.5), (16, 1.5), (64, 3.0), (128, 3.0), (256, 3.0)],
+};
+
 /// The rows, in the order of the table.
-pub(crate) static METHODS: [Method; 6] = [
+pub(crate) static METHODS: [Method; 8] = [
     LINEARIZED,
     Method { peer: Peer::Cholmod("lie"), targets: EVEN, ..LINEARIZED },
     Method {
-        title: "Symplectic Euler",
-        integrator: "symplectic-euler",
-        options: &[],
-        peer: Peer::Eigen("symplectic"),
-        unit: Unit::NanosecondsASpring,
-        // Stable for all sizes: h² ω² ≤ 4 as long as h ≤ 1.9e-4 s at 256 segments.
-        time_step: 5e-5,
-        first_step_untimed: false,
-        rough_cost: 4.0,
-        targets: &[(4, 1.5), (8, 1.5), (16, 1.5), (64, 3.0), (128, 3.0), (256, 3.0)],
+        peer: Peer::Pardiso,
+        targets: &[(16, 1.5), (64, 1.5), (128, 1.5), (256, 1.5), (512, 1.5)],
+        ..LINEARIZED
     },
+    SYMPLECTIC,
+    Method { peer: Peer::Taichi, targets: EVEN, ..SYMPLECTIC },
     FAST_MASS_SPRING,
     Method { peer: Peer::Cholmod("fms"), targets: EVEN, ..FAST_MASS_SPRING },
     Method {
@@ -129,6 +143,8 @@ impl Peer {
             Self::Eigen(_) => "C++ with Eigen",
             Self::Cholmod(_) => "C++ with CHOLMOD",
             Self::Python => "Python with numpy and scipy",
+            Self::Pardiso => "MKL PARDISO, its calls alone",
+            Self::Taichi => "Taichi",
         }
     }
 }
@@ -153,7 +169,8 @@ impl Unit {
 
 /// Every size of net, in segments a side.
 pub(crate) fn sizes() -> Vec<usize> {
-    METHODS[0].targets.iter().map(|(segments, _)| *segments).collect()
+    let all = METHODS.iter().flat_map(|method| method.targets).map(|(segments, _)| *segments);
+    all.collect::<BTreeSet<usize>>().into_iter().collect()
 }
 
 /// Springs of a net of so many segments a side.

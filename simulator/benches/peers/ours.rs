@@ -34,7 +34,7 @@ impl Ours {
         let integrator = integrator.ok_or("this build has no such integrator")?;
         let untimed = u64::from(method.first_step_untimed);
         let law = match method.peer {
-            Peer::Eigen(_) | Peer::Cholmod(_) => SpringLaw::Hooke,
+            Peer::Eigen(_) | Peer::Cholmod(_) | Peer::Pardiso | Peer::Taichi => SpringLaw::Hooke,
             Peer::Python => SpringLaw::Green,
         };
         let options = method.options.iter();

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use crate::limits::Limits;
-use crate::measure::{self, Cell, Factors, growth, least};
+use crate::measure::{self, Cell, FACTORISING, Factors, growth, least};
 use crate::method::{METHODS, Method, Peer, springs};
 use crate::ours::Taken;
 use crate::theirs::{Factorisation, Peers};
@@ -31,7 +31,7 @@ const HEADER: [&str; 12] = [
 ];
 const WIDTHS: [usize; 12] = [4, 7, 7, 9, 9, 7, 9, 6, 11, 6, 14, 9];
 
-const FACTOR_HEADER: [&str; 11] = [
+const FACTOR_HEADER: [&str; 16] = [
     "n",
     "rows",
     "ours, Gflop",
@@ -43,8 +43,13 @@ const FACTOR_HEADER: [&str; 11] = [
     "Gflop/s",
     "of peak",
     "ratio",
+    "PARDISO, Gflop",
+    "ms",
+    "Gflop/s",
+    "of peak",
+    "ratio",
 ];
-const FACTOR_WIDTHS: [usize; 11] = [4, 7, 11, 7, 7, 7, 14, 7, 7, 7, 6];
+const FACTOR_WIDTHS: [usize; 16] = [4, 7, 11, 7, 7, 7, 14, 7, 7, 7, 6, 14, 7, 7, 7, 6];
 
 /// Segments a side of the nets whose factorisation is timed.
 const FACTORS: [usize; 4] = [64, 128, 256, 512];
@@ -150,7 +155,7 @@ impl<'a> Tables<'a> {
         }
         for Cell { segments, steps, refused, .. } in cells.iter().filter(|cell| cell.refused > 0) {
             self.note(&format!(
-                "{segments}: {refused} of {steps} matrices are indefinite, and were factorised by theirs as LDLᵀ without supernodes"
+                "{segments}: {refused} of {steps} matrices are indefinite, and were factorised by theirs as LDLᵀ"
             ))?;
         }
         let mut lines: Vec<_> = cells.iter().flat_map(reasons).collect();
@@ -159,7 +164,7 @@ impl<'a> Tables<'a> {
         lines.iter().try_for_each(|reason| self.note(reason))
     }
 
-    /// The table of factorisations alone, ours and CHOLMOD's.
+    /// The table of factorisations alone, ours and those of the peers.
     pub(crate) fn factors(
         &mut self,
         limits: &Limits,
@@ -184,19 +189,20 @@ impl<'a> Tables<'a> {
         for segments in FACTORS {
             let Factors { segments, rows, ours, theirs } =
                 measure::factors(segments, repeats, peers);
-            let ratio = match (&ours, &theirs) {
+            let ratio = |theirs: &Result<Factorisation, String>| match (&ours, theirs) {
                 (Ok(ours), Ok(theirs)) => significant(theirs.time / ours.time),
                 _ => "-".into(),
             };
-            let row = [
-                vec![segments.to_string(), rows.to_string()],
-                side(&ours),
-                side(&theirs),
-                vec![ratio],
-            ];
-            self.row(&row.concat(), &FACTOR_WIDTHS)?;
-            let reasons = [("ours", ours.err()), ("theirs", theirs.err())];
-            let reasons = reasons.into_iter().filter_map(|(who, reason)| Some((who, reason?)));
+            let mut row = vec![segments.to_string(), rows.to_string()];
+            row.extend(side(&ours));
+            for theirs in &theirs {
+                row.extend(side(theirs));
+                row.push(ratio(theirs));
+            }
+            self.row(&row, &FACTOR_WIDTHS)?;
+            let peers = FACTORISING.map(Peer::describe).into_iter().zip(theirs);
+            let sides = [("ours", ours)].into_iter().chain(peers);
+            let reasons = sides.filter_map(|(who, side)| Some((who, side.err()?)));
             notes.extend(reasons.map(|(who, reason)| format!("{who} not measured: {reason}")));
         }
         notes.sort();
@@ -209,7 +215,9 @@ impl<'a> Tables<'a> {
         &mut self,
         taken: &dyn Fn(&Method, usize) -> Result<Taken, String>,
     ) -> io::Result<()> {
-        for method in METHODS.iter().filter(|method| !matches!(method.peer, Peer::Cholmod(_))) {
+        for method in
+            METHODS.iter().filter(|method| matches!(method.peer, Peer::Eigen(_) | Peer::Python))
+        {
             self.title(&format!("{}, ours, by size", method.title))?;
             self.header(&GROWTH_HEADER, &GROWTH_WIDTHS)?;
             let mut before: Option<(usize, Taken)> = None;

@@ -18,6 +18,8 @@ pub(crate) struct Peers {
     eigen: Result<PathBuf, String>,
     cholmod: Result<PathBuf, String>,
     python: Result<String, String>,
+    pardiso: Result<String, String>,
+    taichi: Result<String, String>,
     // What is in it goes when this is dropped.
     scratch: TempDir,
 }
@@ -42,6 +44,10 @@ pub(crate) struct Factorisation {
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/projected_newton.py");
 
+const PARDISO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/pardiso.py");
+
+const TAICHI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/taichi_symplectic.py");
+
 const CHOLMOD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/cholmod.cpp");
 
 impl Peers {
@@ -51,16 +57,16 @@ impl Peers {
     /// Where there is no place for temporary files.
     pub(crate) fn find(source: &Path) -> io::Result<Self> {
         let scratch = TempDir::new()?;
-        let versions = "import numpy, platform, scipy; \
-            print('Python', platform.python_version(), '· numpy', numpy.__version__, '· scipy', scipy.__version__)";
-        let python = output(Command::new("python3").args(["-c", versions]));
+        let python = versions(&["numpy", "scipy"]);
+        let pardiso = versions(&["pypardiso", "mkl"]);
+        let taichi = versions(&["taichi"]);
         let eigen = build(source, scratch.path());
         let cholmod = build(Path::new(CHOLMOD), scratch.path());
-        Ok(Self { eigen, cholmod, python, scratch })
+        Ok(Self { eigen, cholmod, python, pardiso, taichi, scratch })
     }
 
     /// The versions of what the peers are made with, a line each; or why they are not there.
-    pub(crate) fn versions(&self) -> [String; 3] {
+    pub(crate) fn versions(&self) -> [String; 5] {
         let compiler = || output(Command::new("g++").arg("--version"));
         let eigen = self.eigen.as_ref().map_err(String::clone).and_then(|_| compiler());
         let cholmod = self.cholmod().and_then(|mut command| output(command.arg("version")));
@@ -68,7 +74,9 @@ impl Peers {
             let line = result.unwrap_or_else(|reason| format!("not there: {reason}"));
             line.lines().next().unwrap_or_default().to_owned()
         };
-        [or_why(eigen), or_why(cholmod), or_why(self.python.clone())]
+        let scripts = [&self.python, &self.pardiso, &self.taichi];
+        let [python, pardiso, taichi] = scripts.map(|versions| or_why(versions.clone()));
+        [or_why(eigen), or_why(cholmod), python, pardiso, taichi]
     }
 
     /// Runs the method's peer on a net of so many segments a side.
@@ -80,12 +88,16 @@ impl Peers {
         parse(&output(&mut command)?).ok_or_else(|| "the peer prints no times".into())
     }
 
-    /// CHOLMOD's factorisations of the first matrices of a net that are positive definite.
+    /// A peer's factorisations of the first matrices of a net that are positive definite.
     ///
     /// # Errors
     /// The reason why that cannot be measured.
-    pub(crate) fn factorisation(&self, segments: usize) -> Result<Factorisation, String> {
-        let method = METHODS.iter().find(|method| method.peer == Peer::Cholmod("lie"));
+    pub(crate) fn factorisation(
+        &self,
+        peer: Peer,
+        segments: usize,
+    ) -> Result<Factorisation, String> {
+        let method = METHODS.iter().find(|method| method.peer == peer);
         let method = method.ok_or("it is not among the peers")?;
         let line = output(&mut self.command(method, segments, FACTORISED)?)?;
         let time = field(&line, "factor_ms").filter(|time| time.is_finite());
@@ -141,6 +153,18 @@ impl Peers {
                 command.arg(NEWTON_TOLERANCE.to_string()).args(["--spring", "green"]);
                 Ok(command)
             }
+            Peer::Pardiso => {
+                self.pardiso.as_ref()?;
+                let mut command = Command::new("python3");
+                net(command.arg(PARDISO));
+                Ok(command)
+            }
+            Peer::Taichi => {
+                self.taichi.as_ref()?;
+                let mut command = Command::new("python3");
+                net(command.env("ENABLE_TAICHI_HEADER_PRINT", "False").arg(TAICHI));
+                Ok(command)
+            }
         }
     }
 
@@ -157,6 +181,21 @@ impl Peers {
         }
         Ok(command)
     }
+}
+
+/// The versions of Python and of these packages; or why one of them cannot be imported.
+fn versions(packages: &[&str]) -> Result<String, String> {
+    let script = "import importlib.metadata, platform, sys\n\
+        names = sys.argv[1:]\n\
+        try:\n \
+            told = ['%s %s' % (name, importlib.metadata.version(name)) for name in names]\n \
+            importlib.import_module(names[0])\n\
+        except ImportError as reason:\n \
+            sys.exit('error: python3 has no %s (pip install %s): %s' % (names[0], names[0], reason))\n\
+        print(' · '.join(['Python ' + platform.python_version()] + told))";
+    let mut command = Command::new("python3");
+    command.env("ENABLE_TAICHI_HEADER_PRINT", "False").args(["-c", script]);
+    output(command.args(packages))
 }
 
 /// The peer, built in `folder` with the line in the head of its source.

@@ -23,8 +23,6 @@ const COLUMNS: [&str; 16] = [
     "required_of",
     "extra_credit",
     "extra_credit_of",
-    "creative",
-    "creative_of",
     "points",
     "points_not_judged",
     "scenes_passed",
@@ -33,6 +31,8 @@ const COLUMNS: [&str; 16] = [
     "hidden",
     "jacobians_correct",
     "jacobians",
+    "creative",
+    "creative_of",
 ];
 
 /// Whether some of its points were not judged.
@@ -210,8 +210,6 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
             &row.required.1,
             &row.extra_credit.0,
             &row.extra_credit.1,
-            creative,
-            &creative_of,
             &row.points,
             &row.not_judged,
             &scenes_passed,
@@ -220,6 +218,8 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
             &hidden,
             &correct,
             &jacobians,
+            creative,
+            &creative_of,
         ])?;
     }
     for Gap { name, missing } in gaps {

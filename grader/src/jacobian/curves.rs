@@ -130,8 +130,8 @@ mod tests {
     fn both_slopes_show_and_the_central_difference_has_a_valley() {
         let checks = check_forces(Config { states: 1, seed: 1 }, |_| true);
         let curved: Vec<Curves> = checks.iter().filter_map(curves).collect();
-        // Springs, gravitation, drag, vortex and Green springs, in two dimensions and three.
-        assert_eq!(curved.len(), 10);
+        // Three kinds of springs, gravitation, drag, vortex and wind, in two dimensions and three.
+        assert_eq!(curved.len(), 14);
         for curves in curved {
             let [with, without] = curves.windows;
             let without = without.unwrap_or_else(|| panic!("{curves:?}"));

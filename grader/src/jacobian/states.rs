@@ -159,6 +159,11 @@ pub fn states(
     hard("three particles, one element backwards", arranged(Arrangement::ChainBackwards));
     hard("two elements on one pair, a particle beside", arranged(Arrangement::Twice));
 
+    // These are hard for differences of two positions. A field of the position itself is rounded with it: far from the origin,
+    // or in a tiny box, nothing can be measured.
+    if kind.schema.acts_on == ActsOn::EveryParticle && kind.schema.depends_on().position {
+        plans.retain(|(_, plan)| plan.far == 0.0 && matches!(plan.length, Length::Any));
+    }
     let mut rng = Rng::with_seed(seed);
     plans.into_iter().map(|(name, plan)| draw(kind, dimension, name, plan, &mut rng)).collect()
 }

@@ -21,7 +21,7 @@ use crate::scene::{ForceElement, Scene};
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "scriptedspringforce",
-        title: "spring whose rest length changes with time",
+        title: "spring with a scripted rest length",
         formula: "`F_i = −k (l − r) n`, `F_j = −F_i`, with the rest length `r = l0 + (l1 − l0) t/t1` up to the time `t1`, and `l1` from then on",
         acts_on: ActsOn::Edge,
         parameters: &[

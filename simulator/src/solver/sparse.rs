@@ -523,7 +523,9 @@ mod tests {
             Direct::new(&system.matrix).unwrap().lagged.budget()
         };
         let first = (40..100).find(|side| budget(*side) >= WORTHWHILE).unwrap();
-        for (side, is_tried) in [(first - 1, false), (first, true), (first + 1, true)] {
+        for side in [first - 1, first, first + 1] {
+            // The order of elimination changes with the size, and the cost with it: a larger net may cost less.
+            let is_tried = budget(side) >= WORTHWHILE;
             let new = || SparseSystem::<2>::new(side * side, &net(side), true);
             let (mut system, mut statistics) = (new(), LinearStatistics::default());
             for step in 0..8 {
@@ -534,7 +536,7 @@ mod tests {
                 fill(&mut fresh, side, 0.1, change);
                 fresh.solve(&mut LinearStatistics::default()).unwrap();
                 let difference = difference(system.solution(), fresh.solution());
-                assert!(difference < 1e-10, "side {side}, step {step}: {difference:e}");
+                assert!(difference < 1e-11, "side {side}, step {step}: {difference:e}");
             }
             assert_eq!(statistics.iterations > 0, is_tried, "side {side}: {statistics:?}");
         }

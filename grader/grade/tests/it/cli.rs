@@ -822,8 +822,8 @@ fn a_plot_a_force_is_drawn_where_there_is_something_to_draw() {
     let drawn = run(folder.path(), &["jacobians", "--plot", "plots/all"], &[]);
     assert_eq!(drawn.code, 0, "{}", drawn.stderr);
     let plots = folder.path().join("plots/all");
-    // Both kinds of springs, gravitation, drag and the vortex, in 2D and 3D.
-    assert_eq!(fs::read_dir(&plots).unwrap().count(), 10);
+    // Three kinds of springs, gravitation, drag, the vortex and wind, in 2D and 3D.
+    assert_eq!(fs::read_dir(&plots).unwrap().count(), 14);
     let svg = fs::read_to_string(plots.join("springforce-3d.svg")).unwrap();
     for text in ["<svg", "step t along p", "error / |J p|", "slope 1", "slope 2", "with J p: slope"]
     {

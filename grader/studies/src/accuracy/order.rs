@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn an_error_as_large_as_the_motion_has_no_order() {
         // The finest errors fall by unequal amounts: the asymptotic range is not reached.
-        let error = |h: f64| 1.0_f64.min((h * 900.0).sqrt() * (2.0 + (7.0 * h.ln()).sin()));
+        let error = |h: f64| 1.0_f64.min((h * 100.0).sqrt() * (2.0 + (7.0 * h.ln()).sin()));
         assert_eq!(fit(&samples(error, 1e-14)), Fit::None);
     }
 

@@ -115,7 +115,7 @@ fn verdicts(check: &JacobianCheck) -> Vec<(&'static str, Verdict)> {
 #[test]
 fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
     // dF/dx direct and cross, dF/dv direct and cross: whether each is zero by theory.
-    let zero: [(&str, [bool; 4]); 8] = [
+    let zero: [(&str, [bool; 4]); 9] = [
         ("simplegravity", [true; 4]),
         ("constantforce", [true; 4]),
         ("springforce", [false; 4]),
@@ -124,6 +124,7 @@ fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
         ("vortexforce", [false; 4]),
         ("greenspringforce", [false, false, true, true]),
         ("windforce", [false, true, true, true]),
+        ("scriptedspringforce", [false, false, true, true]),
     ];
     assert_eq!(originals().len(), 2 * force::REGISTRY.len());
     for check in originals() {

@@ -146,7 +146,7 @@ int main(int count, char **arguments) {
       for (int i = 0; i < n; i++) {
         double force[3] = {0, -9.8, 0};
         if (wind) {
-          double phi = rest[i][0] / diagonal + t;
+          double phi = p[i][0] / diagonal + t;
           force[0] += 3 + 1.5 * (1 + std::cos(5 * phi));
           force[1] += 1 + std::cos(0.3 + phi);
           force[2] += std::sin(phi);

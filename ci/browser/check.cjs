@@ -101,15 +101,15 @@ async function looksRight(page, name) {
   await page.screenshot({ path: path.join(screenshots, `${name}.png`), fullPage: true });
 }
 
-const step = (page) => page.locator("canvas").getAttribute("data-step").then(Number);
+const step = (page) => page.locator("canvas").first().getAttribute("data-step").then(Number);
 
 async function playback(page, expected) {
   assert.equal(await step(page), expected, "the page opens at the first wrong step of the JSON report");
-  const before = await page.locator("canvas").screenshot();
-  assert.deepEqual(await page.locator("canvas").screenshot(), before, "the picture is deterministic");
+  const before = await page.locator("canvas").first().screenshot();
+  assert.deepEqual(await page.locator("canvas").first().screenshot(), before, "the picture is deterministic");
   await page.keyboard.press(".");
   assert.equal(await step(page), expected + 1);
-  assert.notDeepEqual(await page.locator("canvas").screenshot(), before, "a step changes the picture");
+  assert.notDeepEqual(await page.locator("canvas").first().screenshot(), before, "a step changes the picture");
   await page.keyboard.press(",");
   await page.keyboard.press(",");
   assert.equal(await step(page), expected - 1);

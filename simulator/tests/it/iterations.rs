@@ -33,7 +33,7 @@ fn iterations(scene: &Path, options: &[&str]) -> Vec<[f64; 6]> {
 
 /// The last iterate of the first step.
 fn end_of_first_step(rows: &[[f64; 6]]) -> [f64; 6] {
-    *rows.iter().filter(|row| row[0] == 1.0).next_back().unwrap()
+    *rows.iter().rfind(|row| row[0] == 1.0).unwrap()
 }
 
 #[test]

@@ -279,11 +279,11 @@ fn steps_that_freeze_are_told_once_and_counted() {
     let run = simulate(folder.path(), &["scene.xml", "--stats", "--option", "min_iterations=0"]);
     // The particle flies upwards; once its next velocity is below the tolerance of 0.01, it stops for good.
     let expected = "warning: scene.xml: projected-newton left the particles where they were in 999 steps, first in step 2: the first Newton iteration was within the tolerance\n  help: set min_iterations to 1, or a smaller tolerance\n";
-    assert_eq!((run.status.code(), stderr(&run)), (Some(0), expected.into()));
+    assert_eq!((run.status.code(), stderr(&run)), (Some(0), expected));
     let said = String::from_utf8_lossy(&run.stdout).into_owned();
     assert!(said.contains("frozen steps           999, first 2\n"), "{said}");
     let run = simulate(folder.path(), &["scene.xml", "--stats"]);
-    assert_eq!((run.status.code(), stderr(&run)), (Some(0), "".into()));
+    assert_eq!((run.status.code(), stderr(&run)), (Some(0), ""));
     assert!(!String::from_utf8_lossy(&run.stdout).contains("frozen"));
 }
 

@@ -17,6 +17,7 @@ Report.Player = class {
     this.build(host);
     this.view = new Report.View(this.canvas, data);
     this.listen();
+    this.pathsPanel(host);
     this.residualCharts();
     this.energyCharts();
     new ResizeObserver(() => {
@@ -328,6 +329,28 @@ Report.Player = class {
         Report.element("table", { class: "digits" }, Report.element("thead", {}, head), Report.element("tbody", {}, ...lines))),
       Report.element("p", { class: "hint" }, isExact ? "All digits." : "Rounded for display."),
     );
+  }
+
+  /* The whole paths, side by side with the playback: spirals and closed orbits are seen at once. */
+  pathsPanel(host) {
+    if (this.view.count > Report.View.PATHS) return;
+    const canvas = Report.element("canvas", { role: "img", "aria-label": "Paths of all particles, of the submission over the oracle's" });
+    host.append(Report.element("figure", { class: "chart paths" },
+      Report.element("figcaption", {}, "Paths from the first state to the last: submission solid, oracle dashed"),
+      Report.element("div", { class: "stage" }, canvas)));
+    // What is wrong at some step says nothing of the whole.
+    const view = new Report.View(canvas, { ...this.data, firstWrong: null });
+    view.options = { ghost: true, arrows: false, paths: true };
+    canvas.dataset.step = this.data.frames[this.last];
+    const draw = () => view.draw(this.last, 0);
+    new ResizeObserver(() => {
+      view.resize();
+      draw();
+    }).observe(canvas);
+    Report.onTheme(() => {
+      view.theme();
+      draw();
+    });
   }
 
   chart(host, title, yLabel, series, yLog) {

@@ -7,6 +7,9 @@
 Report.View = class {
   /* Depths that are drawn differently. */
   static LAYERS = 6;
+
+  /* Particles whose paths are all drawn. */
+  static PATHS = 40;
   /* Lines in one path: longer paths take more time for each line. */
   static TOGETHER = 50;
   /* From this many particles on, they are drawn as squares. */
@@ -295,7 +298,7 @@ Report.View = class {
   /* The ways of the particles up to a frame: of all where they are few, of the selected one otherwise. */
   paths(frame) {
     const { context } = this;
-    const particles = this.count <= 40 ? [...Array(this.count).keys()] : this.selected === null ? [] : [this.selected];
+    const particles = this.count <= Report.View.PATHS ? [...Array(this.count).keys()] : this.selected === null ? [] : [this.selected];
     const point = [0, 0, 0];
     const trail = (particle, withDifference) => {
       const path = new Path2D();

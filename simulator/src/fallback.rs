@@ -7,11 +7,11 @@
 //! ```
 //!
 //! The line search solves the method's own equations. Substeps do not: they are the same method at a smaller time
-//! step. A two-step method has no earlier state at their distance, and takes each as the first step of a run. A step that
-//! succeeds is never changed, so a run without failures has the same bits with and without fallbacks. A step through a
-//! nearly singular matrix ([`NEARLY_SINGULAR`](crate::statistics::NEARLY_SINGULAR)) counts as failed, and stays as it is
-//! if all fallbacks fail. Other inaccuracy and unbounded growth are not failures. A second integrator, built at the first failure, makes the attempts; the factors of
-//! the first one stay untouched. Cost: a copy of the state per step.
+//! step. A two-step method has no earlier state at their distance, and takes each as the first step of a run. A step through
+//! a nearly singular matrix ([`NEARLY_SINGULAR`](crate::statistics::NEARLY_SINGULAR)) counts as failed, and stays as it is if
+//! all fallbacks fail. Any other step that succeeds is never changed, so a run without failures has the same bits with and
+//! without fallbacks. Other inaccuracy and unbounded growth are not failures. A second integrator, built at the first
+//! failure, makes the attempts; the factors of the first one stay untouched. Cost: a copy of the state per step.
 //!
 //! A step that error control could not end is not tried again: the method has shortened it already.
 

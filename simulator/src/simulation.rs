@@ -171,6 +171,7 @@ impl Simulation {
         self.step += 1;
         self.statistics.steps += 1;
         self.statistics.conditioning.end_step(self.step);
+        self.statistics.frozen.end_step(self.step);
         self.watch_energy();
         Ok(true)
     }
@@ -252,6 +253,7 @@ impl Simulation {
 
     fn restore(&mut self) {
         self.statistics.conditioning.last = 0.0;
+        self.statistics.frozen.last = false;
         if let Some(start) = &self.start {
             self.positions.copy_from_slice(&start.positions);
             self.velocities.copy_from_slice(&start.velocities);

@@ -114,15 +114,17 @@ pub struct FrozenStatistics {
     pub steps: u64,
     /// The number of the first one, from 1; 0 if there is none.
     pub first: u64,
+    /// Whether the step that is being taken is one of them.
+    pub last: bool,
 }
 
 impl FrozenStatistics {
-    /// Adds the step of this number, from 1.
-    pub fn add(&mut self, step: u64) {
-        if self.steps == 0 {
-            self.first = step;
+    /// Records the end of a step, counted from 1.
+    pub(crate) fn end_step(&mut self, step: u64) {
+        if std::mem::take(&mut self.last) {
+            self.first = if self.steps == 0 { step } else { self.first };
+            self.steps += 1;
         }
-        self.steps += 1;
     }
 }
 

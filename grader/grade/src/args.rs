@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::PossibleValuesParser;
-use clap::{ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Args, FromArgMatches, Id, Parser, Subcommand, ValueEnum};
 use grader::init::Language;
 use grader::jacobian;
 use grader::rubric::CriteriaName;
@@ -360,6 +361,7 @@ impl FromArgMatches for ClassCommand {
         match matches.subcommand() {
             Some(_) => ClassPart::from_arg_matches(matches).map(Self::Part),
             None if matches.get_flag("similar") => {
+                refuse_beside_similar(matches)?;
                 SimilarArgs::from_arg_matches(matches).map(Self::Similar)
             }
             None => ClassArgs::from_arg_matches(matches).map(|args| Self::Whole(Box::new(args))),
@@ -369,6 +371,26 @@ impl FromArgMatches for ClassCommand {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         *self = Self::from_arg_matches(matches)?;
         Ok(())
+    }
+}
+
+/// Refuses options that a comparison of hand-ins has no use for.
+fn refuse_beside_similar(matches: &ArgMatches) -> Result<(), clap::Error> {
+    let used = ["folder", "output", "similar", "starter", "root"];
+    // Groups have the names of types.
+    let is_given = |id: &str| {
+        id.starts_with(char::is_lowercase)
+            && matches.value_source(id) == Some(ValueSource::CommandLine)
+    };
+    match matches.ids().map(Id::as_str).find(|id| !used.contains(id) && is_given(id)) {
+        None => Ok(()),
+        Some(id) => Err(clap::Error::raw(
+            clap::error::ErrorKind::ArgumentConflict,
+            format!(
+                "--{} cannot be used with --similar, which grades nothing\n",
+                id.replace('_', "-")
+            ),
+        )),
     }
 }
 
@@ -534,7 +556,7 @@ pub(super) struct ClassArgs {
 
     /// Do not grade: list pairs of hand-ins that share code, for people to judge; names, comments, layout and the order
     /// of functions do not count. With --output, also as similar.txt and similar.csv
-    #[arg(long, conflicts_with_all = ["html", "resume", "keep_runs", "roster", "marks", "attach", "cancel"])]
+    #[arg(long)]
     pub(super) similar: bool,
 
     /// Folder of starter code, which does not count as shared (repeatable); nor does what grade init writes

@@ -35,7 +35,7 @@ const COLUMNS: [&str; 13] = [
 /// # Errors
 /// If writing fails.
 pub fn write(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
-    let Similarity { config, hand_ins, pairs, not_compared } = similarity;
+    let Similarity { config, common, hand_ins, pairs, not_compared } = similarity;
     writeln!(out, "{BOLD}Shared code, for people to judge{BOLD:#}")?;
     let name = |place: usize| hand_ins[place].name.clone();
     let mut cells = vec![header(&["", "first", "its part", "second", "its part"], 0..1)];
@@ -81,7 +81,7 @@ pub fn write(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
         let unread = hand_in.unread;
         writeln!(
             out,
-            "  {ODD}{}: too large, and not read: source files: {unread}{ODD:#}",
+            "  {ODD}{}: source files not read, over 1 MiB or beyond 4 MiB of the hand-in: {unread}{ODD:#}",
             hand_in.name
         )?;
     }
@@ -96,7 +96,6 @@ pub fn write(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
         sum(|hand_in| hand_in.starter),
         sum(|hand_in| hand_in.common),
     )?;
-    let compared = hand_ins.len() + not_compared.len();
     writeln!(
         out,
         "  {DIM}Names, values, comments, layout and the order of functions do not count. Every shared run of {} tokens is \
@@ -104,7 +103,7 @@ pub fn write(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
          from {}.{DIM:#}",
         config.found_from(),
         config.k,
-        config.common(compared),
+        common,
         percent(config.listed_from),
     )
 }

@@ -162,12 +162,14 @@ fn find<'a>(cell: &str, key: Option<&Key>, rules: MarksRules<'a>) -> Result<&'a 
         Some(file) => below(file, folder).unwrap_or_else(|| file.clone()),
         None => cell.to_owned(),
     };
-    // As it is, or as the gallery writes it for spreadsheets.
     let begins_with = |name: &str| {
         let rest = path.strip_prefix(name);
         rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
     };
-    let found = submissions.iter().find(|name| begins_with(name) || begins_with(&inert(name)));
+    // As the gallery writes it for spreadsheets, or as it is: another submission may have that very name.
+    let mut names = submissions.iter();
+    let found = names.clone().find(|name| begins_with(&inert(name)));
+    let found = found.or_else(|| names.find(|name| begins_with(name)));
     found.copied().ok_or_else(|| {
         let numbered = match key {
             None if cell.starts_with("Scene ") => "; if the gallery hides names, name its key with --key",
@@ -188,7 +190,6 @@ fn below(file: &str, folder: &Path) -> Option<String> {
         let path = std::path::absolute(path).ok()?;
         Some(path.components().filter(|part| *part != Component::CurDir).collect::<PathBuf>())
     };
-    // The gallery puts `'` before what a spreadsheet could read as a formula.
     let rest = plain(Path::new(file))?.strip_prefix(plain(folder)?).ok()?.to_path_buf();
     rest.into_os_string().into_string().ok()
 }

@@ -1,7 +1,7 @@
 //! Writes a folder of scenes with their oracle, as a whole or not at all.
 
-use std::fs;
 use std::path::Path;
+use std::{fs, io};
 
 use simulator::scene::ParseOptions;
 
@@ -21,12 +21,15 @@ pub const EXPECTED: &str = "expected";
 /// Checks that nothing is in the way of a new folder.
 ///
 /// # Errors
-/// If there is something of that name.
+/// If there is something of that name, or no folder that it can be in.
 pub fn check_free(folder: &Path) -> Result<(), RegenerateError> {
     // A dangling link is in the way, too.
     match fs::symlink_metadata(folder) {
         Ok(_) => Err(RegenerateError::Exists { path: folder.to_path_buf() }),
-        Err(_) => Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            FolderLocation::of(folder).map(drop)
+        }
+        Err(error) => Err(at(folder)(error)),
     }
 }
 

@@ -5,6 +5,7 @@
 //! with what its original says to catch. It names neither its original nor its seed: submissions read it.
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use fastrand::Rng;
@@ -67,7 +68,9 @@ impl Files {
             if let Some(parent) = path.parent() {
                 fs::create_dir_all(parent)?;
             }
-            fs::write(&path, text)?;
+            let mut file = fs::File::create(&path)?;
+            file.write_all(text.as_bytes())?;
+            file.sync_all()?;
         }
         Ok(())
     }

@@ -92,6 +92,8 @@ pub struct Sources {
 pub struct Similarity {
     /// The settings.
     pub config: Config,
+    /// The most hand-ins that have a k-gram that is not common.
+    pub common: usize,
     /// The hand-ins, by name.
     pub hand_ins: Vec<HandInTokens>,
     /// The pairs that are listed: those that share most come first.
@@ -161,6 +163,11 @@ impl Similarity {
 }
 
 impl Sources {
+    /// Whether nothing was read.
+    pub fn is_empty(&self) -> bool {
+        self.tokens.is_empty()
+    }
+
     /// Reads the sources of a hand-in: of regular files with an extension of a known language.
     ///
     /// # Errors
@@ -273,7 +280,8 @@ pub fn compare(mut class: Vec<Sources>, starter: &[Sources], config: Config) -> 
     let mut pairs: Vec<Pair> =
         pairs.into_par_iter().map(|pair| pair::pair(&compared, pair, config)).collect();
     let hand_ins: Vec<HandInTokens> = compared.into_iter().map(|hand_in| hand_in.counts).collect();
-    let mut similarity = Similarity { config, hand_ins, pairs: Vec::new(), not_compared };
+    let mut similarity =
+        Similarity { config, common: most, hand_ins, pairs: Vec::new(), not_compared };
     let larger = |pair: &Pair| similarity.part(pair, 0).max(similarity.part(pair, 1));
     pairs.retain(|pair| larger(pair) >= config.listed_from);
     pairs.sort_by(|a, b| {

@@ -261,11 +261,8 @@ impl Raw {
         let (head, end) = match self {
             Self::Cpp => {
                 let after = text.strip_prefix("R\"")?;
-                let mark = &after[..after.find('(')?];
-                // The standard's limit.
-                if mark.len() > 16 {
-                    return None;
-                }
+                // The standard allows 16 characters.
+                let mark = &after[..after.bytes().take(17).position(|byte| byte == b'(')?];
                 (2 + mark.len() + 1, format!("){mark}\""))
             }
             Self::Rust => {
@@ -377,8 +374,20 @@ mod tests {
     #[test]
     fn every_text_ends() {
         for text in [
-            "/*", "\"", "'", "\"\\", "'é", "R\"(", "r#\"", "'''a\\", "1e", "1.", "é'é", "\\",
+            "/*",
+            "\"",
+            "'",
+            "\"\\",
+            "'é",
+            "R\"(",
+            "r#\"",
+            "'''a\\",
+            "1e",
+            "1.",
+            "é'é",
+            "\\",
             "R\"é(x",
+            "R\"R\"R\"0123456789abcdef(",
         ] {
             for language in &LANGUAGES {
                 tokens(text, language);

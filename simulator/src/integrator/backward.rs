@@ -335,6 +335,9 @@ impl<const D: usize> Linearisation<D> {
     ) -> Result<(), StepError> {
         self.kept = None;
         self.matrix.clear();
+        if self.is_constant {
+            self.matrix.forget_factors();
+        }
         for (number, mass) in self.free.iter().zip(system.masses()) {
             if let Some(number) = number {
                 self.matrix.add_diagonal(*number, *mass);

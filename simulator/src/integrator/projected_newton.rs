@@ -251,6 +251,7 @@ impl<const D: usize> ProjectedNewton<D> {
                 iterate.fill(0.0);
             }
         }
+        let min_iterations = self.options.min_iterations.min(self.options.max_iterations);
         let mut iterations = 0;
         let (mut step_length, mut halvings) = (None, 0);
         loop {
@@ -259,7 +260,7 @@ impl<const D: usize> ProjectedNewton<D> {
             self.linearisation.solve(system, point, &mut self.delta, statistics)?;
             let update = self.options.norm.of::<D>(&self.delta);
             let is_within = update <= self.options.tolerance;
-            if is_within && iterations >= self.options.min_iterations {
+            if is_within && iterations >= min_iterations {
                 break;
             }
             let not_converged = |update| {
@@ -314,10 +315,8 @@ impl<const D: usize> ProjectedNewton<D> {
 impl<const D: usize> Integrator<D> for ProjectedNewton<D> {
     fn step(&mut self, system: &System<D>, mut step: Step<'_>) -> Result<(), StepError> {
         let iterations = self.minimise(system, &mut step)?;
-        if iterations == 0 && !self.linearisation.residual_is_rounding(step.size) {
-            let step_number = step.statistics.steps + 1;
-            step.statistics.frozen.add(step_number);
-        }
+        let frozen = iterations == 0 && !self.linearisation.residual_is_rounding(step.size);
+        step.statistics.frozen.last |= frozen;
         step.velocities.copy_from_slice(&self.iterate);
         drift(step.positions, step.velocities, step.size);
         Ok(())

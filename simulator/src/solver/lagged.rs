@@ -70,6 +70,11 @@ impl LaggedPreconditioner {
         self.budget >= WORTHWHILE && self.usable && !self.degraded && self.pause == 0
     }
 
+    /// Makes the next solution factorise its matrix.
+    pub(super) fn forget(&mut self) {
+        self.usable = false;
+    }
+
     /// Resets the counts after a factorisation.
     pub(super) fn reset(&mut self, definite: bool) {
         self.usable = definite;

@@ -218,6 +218,15 @@ impl<const D: usize> BlockMatrix<D> {
         self.solve_components(values, statistics, ComponentSystem::solve_again)
     }
 
+    /// Makes the next solve factorise the matrix, for one that will be solved again many times.
+    pub(crate) fn forget_factors(&mut self) {
+        for Component { system, .. } in &mut self.parts {
+            if let ComponentSystem::Sparse(system) = system {
+                system.forget_factor();
+            }
+        }
+    }
+
     fn solve_components(
         &mut self,
         values: &mut [f64],

@@ -146,6 +146,13 @@ impl<const D: usize> SparseSystem<D> {
         self.solve_dense(statistics)
     }
 
+    /// Makes the next solve factorise its matrix, for a matrix that will be solved again many times.
+    pub(super) fn forget_factor(&mut self) {
+        if let Some(direct) = &mut self.direct {
+            direct.lagged.forget();
+        }
+    }
+
     /// Solves for another right-hand side, with the factor of the last solve.
     ///
     /// # Errors

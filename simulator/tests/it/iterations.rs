@@ -136,3 +136,19 @@ fn the_diagram_of_convergence_shows_each_method_that_applies() {
     assert!(message.contains("there is no step 1000000"), "{message}");
     assert!(!file.exists());
 }
+
+#[test]
+fn what_cannot_be_recorded_is_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let [plot, record] = ["plot.svg", "record.csv"].map(|name| folder.path().join(name));
+    let scene = scene("ProjectedNewton/hookean-square.xml");
+    let [scene, plot_path, record_path] =
+        [&scene, &plot, &record].map(|path| path.to_str().unwrap());
+    let explicit = ["--integrator", "explicit-euler", "--iterations", record_path];
+    let beyond = ["--convergence", record_path, "--convergence-step", "1000000"];
+    for more in [explicit, beyond] {
+        let output = simulate(&[&[scene, "--plot", plot_path][..], &more].concat());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(!plot.exists() && !record.exists(), "{more:?}");
+    }
+}

@@ -210,7 +210,7 @@ fn the_last_step_of_newtons_method_is_not_taken() {
     assert_eq!(steps(r#"tolerance="0.5""#), fell);
     // The first step changes the velocity by 1: it is taken, since one must be, unless that is not asked for.
     assert_eq!(steps(r#"tolerance="1.5""#), fell);
-    let frozen = FrozenStatistics { steps: 8, first: 1 };
+    let frozen = FrozenStatistics { steps: 8, first: 1, last: false };
     let stayed = (vec![1.0, 2.0, 0.0, 0.0], 0, frozen);
     assert_eq!(steps(r#"tolerance="1.5" min_iterations="0""#), stayed);
     let (_, iterations, _) = steps(r#"tolerance="0.5" min_iterations="3""#);

@@ -167,7 +167,7 @@ fn planned(
     let class = Class::open(&args)?;
     if class.inputs_hash() != plan.inputs {
         return Err(Stop::bad_input(format!(
-            "{}: the scenes, their traces, the rubric or grade changed after the plan was made\n  help: plan again \
+            "{}: the scenes, their traces, the rubric, the marks or grade changed after the plan was made\n  help: plan again \
              with --resume",
             path.display()
         )));

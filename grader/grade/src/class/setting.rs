@@ -97,7 +97,11 @@ impl<'a> Class<'a> {
 
     /// Hash of everything that the reports depend on, except the submissions.
     pub(super) fn inputs_hash(&self) -> String {
-        self.fingerprint.clone().finish()
+        let mut all = self.fingerprint.clone();
+        if let Some(marks) = &self.marks {
+            all.part(format!("{marks:?}").as_bytes());
+        }
+        all.finish()
     }
 
     /// The key of a submission, and why its files cannot be read, if so.

@@ -1,5 +1,8 @@
 //! `grade class DIR --similar`: lists what the sources of hand-ins share. Runs nothing.
 
+use std::fmt::Display;
+use std::fs;
+
 use grader::assignment::{self, Assignment};
 use grader::class::entry::{self, ClassEntry};
 use grader::init::{Language, Skeleton};
@@ -17,8 +20,16 @@ pub(super) fn list(args: &SimilarArgs) -> Result<Exit, Stop> {
         entry::list(&args.folder).map_err(|error| unwritable(&args.folder, &error))?;
     let mut starter = skeletons(args);
     for folder in &args.starter {
-        let failed = |error| Stop::bad_input(format!("{}: {error}", folder.display()));
-        starter.push(Sources::read("starter code", folder).map_err(failed)?);
+        let failed =
+            |error: &dyn Display| Stop::bad_input(format!("{}: {error}", folder.display()));
+        // Links are followed in what the caller names, and in nothing that is in it.
+        let place = fs::canonicalize(folder).map_err(|error| failed(&error))?;
+        let sources = Sources::read("starter code", &place).map_err(|error| failed(&error))?;
+        if sources.is_empty() {
+            let help = "it has no sources in a known language\n  help: name the folder of the starter code";
+            return Err(failed(&help));
+        }
+        starter.push(sources);
     }
     let read: Vec<_> = entries
         .par_iter()
@@ -36,7 +47,7 @@ pub(super) fn list(args: &SimilarArgs) -> Result<Exit, Stop> {
     let mut text = Vec::new();
     report::similar::write(&mut text, &similarity).map_err(Stop::fault)?;
     if let Some(output) = &args.output {
-        std::fs::create_dir_all(output).map_err(|error| unwritable(output, &error))?;
+        fs::create_dir_all(output).map_err(|error| unwritable(output, &error))?;
         let csv = report::similar::csv(&similarity).map_err(Stop::fault)?;
         save(&output.join("similar.txt"), &text)?;
         save(&output.join("similar.csv"), &csv)?;

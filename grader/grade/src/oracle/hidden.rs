@@ -64,10 +64,14 @@ fn describe(cases: &[Case], siblings: &[Sibling], output: &Path) -> String {
         let _ = writeln!(text, "{:width$}  {tries:>5}  {caught:>15}", case.id);
     }
     let (count, folder) = (siblings.len(), output.display());
+    // From wherever the rubric is.
+    let absolute = std::path::absolute(output).unwrap_or_else(|_| output.to_path_buf());
+    // A string of JSON is one of TOML.
+    let quoted = serde_json::Value::from(absolute.display().to_string());
     let _ = write!(
         text,
         "{folder}: {count} hidden scenes with their traces. Grade with --hidden {folder}, or state in the rubric:\n\n\
-         [hidden]\nfolder = \"{folder}\"    # relative to the rubric\nscenes = {count}\n"
+         [hidden]\nfolder = {quoted}\nscenes = {count}\n"
     );
     text
 }

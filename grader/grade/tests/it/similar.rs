@@ -51,3 +51,16 @@ fn pairs_that_share_code_are_listed_and_nothing_is_run() {
     let run = project.grade(&["class", "class"]);
     assert!(run.code == 2 && run.stderr.contains("--output"), "{}", run.stderr);
 }
+
+#[test]
+fn options_that_grade_are_refused_beside_similar() {
+    let project = Project::new();
+    project.write("class/ada/one.cpp", "int main() {}");
+    for option in ["--resume", "--assignment=t1m2", "--on=slurm", "--format=json"] {
+        let run = project.grade(&["class", "class", "--similar", option]);
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        let name = option.split('=').next().unwrap();
+        let message = format!("{name} cannot be used with --similar");
+        assert!(run.stderr.contains(&message), "{}", run.stderr);
+    }
+}

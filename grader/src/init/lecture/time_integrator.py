@@ -8,8 +8,9 @@ from utils import not_implemented, solve
 def step_forward(x, e, v, m, l2, k, h, tol, fixed):
     """The positions and velocities after a step of length h: [x, v].
 
-    tol bounds the largest entry of the search direction over h. A particle with fixed[i] keeps its velocity, and moves by
-    it.
+    tol bounds the largest |p_x| + |p_y| of a particle, over h: the lecture's norm(p, inf) of the search direction p. The last
+    p, which is within tol, is not applied; but at least one iteration is made. A particle with fixed[i] keeps its velocity,
+    and moves by it.
     """
     # your code here
     not_implemented("step_forward")

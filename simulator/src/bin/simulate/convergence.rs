@@ -15,7 +15,7 @@ use std::time::Instant;
 use simulator::integrator::{Iterate, REGISTRY};
 use simulator::output::OutputFile;
 use simulator::scene::{self, Overrides, ParseOptions, Scene};
-use simulator::simulation::{Simulation, SimulationOptions};
+use simulator::simulation::{Simulation, SimulationError, SimulationOptions};
 use simulator::vocabulary;
 
 use crate::svg::{self, HEIGHT, LINE, Panel, SPACE};
@@ -107,7 +107,20 @@ struct Start {
     velocities: Vec<f64>,
 }
 
-/// Writes the diagram of step `step`, from 1.
+/// Refuses a step that the scene does not have.
+pub(super) fn refuse_beyond(path: &Path, scene: &Scene, step: u64) -> Result<(), Failure> {
+    match scene.n_steps() {
+        n_steps if step <= n_steps => Ok(()),
+        n_steps => Err(Failure::at(
+            path,
+            format!(
+                "there is no step {step}: the scene has {n_steps}\n  help: give --convergence-step a number from 1 to that"
+            ),
+        )),
+    }
+}
+
+/// Writes the diagram of step `step`, from 1 to the last one.
 pub(super) fn write(
     output: &Path,
     path: &Path,
@@ -116,15 +129,6 @@ pub(super) fn write(
     (config, step): (SimulationOptions, u64),
 ) -> Result<(), Failure> {
     let mut simulation = Simulation::with_options(scene, config);
-    if step > simulation.n_steps() {
-        return Err(Failure::at(
-            path,
-            format!(
-                "there is no step {step}: the scene has {}\n  help: give --convergence-step a number from 1 to that",
-                simulation.n_steps()
-            ),
-        ));
-    }
     let file = OutputFile::create(output).map_err(|error| Failure::cannot_create(output, &error));
     let mut file = file?;
     while simulation.state().step < step - 1 {
@@ -160,7 +164,7 @@ pub(super) fn write(
     written.and_then(|()| file.commit()).map_err(|error| Failure::at(output, error))
 }
 
-/// Takes the step twice: for the values, and for the times.
+/// Takes the step twice: for the values, and for the times. None, with a note, if the step fails before its second iterate.
 fn run(
     name: &'static str,
     scene: &Scene,
@@ -168,36 +172,45 @@ fn run(
     start: &Start,
 ) -> Option<Curve> {
     let search = name == PROJECTED_NEWTON;
-    let Values { energies, line_search, .. } =
-        take_step(scene, config, start, Values::default(), move |values, iterate| {
+    let (Values { energies, line_search, .. }, end) =
+        take_step(scene, config, start, Values::default(), move |values, iterate, _| {
             values.add(iterate, search);
         });
-    let began = Instant::now();
-    let times = take_step(scene, config, start, Vec::new(), move |times: &mut Vec<f64>, _| {
-        times.push(began.elapsed().as_secs_f64() * 1e3);
-    });
-    let first = times.first().copied()?;
-    let times = times.into_iter().map(|time| time - first).collect();
+    if let Err(error) = end
+        && energies.len() < 2
+    {
+        print_message("note", format!("{name}: {error}"));
+        return None;
+    }
+    let (times, _) =
+        take_step(scene, config, start, Vec::new(), |times: &mut Vec<f64>, _, began| {
+            times.push(began.elapsed().as_secs_f64() * 1e3);
+        });
     (!energies.is_empty()).then_some(Curve { name, energies, times, line_search })
 }
 
-/// One step, each of whose iterates is handed to `keep`. A step that does not converge has iterates as well.
+/// One step, each of whose iterates is handed to `keep`, with the moment when the step began. A step that does not converge
+/// has iterates as well.
 fn take_step<T: Send + Clone + 'static>(
     scene: &Scene,
     config: SimulationOptions,
     start: &Start,
     kept: T,
-    mut keep: impl FnMut(&mut T, &Iterate<'_>) + Send + 'static,
-) -> T {
+    keep: impl Fn(&mut T, &Iterate<'_>, Instant) + Send + 'static,
+) -> (T, Result<bool, SimulationError>) {
     let kept = Arc::new(Mutex::new(kept));
     let shared = Arc::clone(&kept);
+    // Fallbacks are no part of a method.
+    let config = SimulationOptions { robust: false, ..config };
     let mut simulation = Simulation::with_options(scene, config);
-    simulation.record_by(Box::new(move |iterate| {
-        keep(&mut shared.lock().unwrap_or_else(PoisonError::into_inner), iterate);
-    }));
     simulation.set_state(start.step, None, &start.positions, &start.velocities);
-    let _ = simulation.advance();
-    kept.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    let began = Instant::now();
+    simulation.record_by(Box::new(move |iterate| {
+        keep(&mut shared.lock().unwrap_or_else(PoisonError::into_inner), iterate, began);
+    }));
+    let end = simulation.advance();
+    let kept = kept.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    (kept, end)
 }
 
 /// The energies of the iterates, and the line search with the most halvings.

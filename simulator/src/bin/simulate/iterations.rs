@@ -13,6 +13,7 @@ use std::sync::mpsc::{Receiver, channel};
 use simulator::integrator::Iterate;
 use simulator::output::OutputFile;
 use simulator::scene::Scene;
+use simulator::scene::schema::Convergence;
 use simulator::simulation::Simulation;
 
 use crate::Failure;
@@ -26,6 +27,21 @@ struct Row {
     halvings: u64,
 }
 
+/// Refuses a scene whose method has no iterations to record.
+pub(super) fn refuse_without(path: &Path, scene: &Scene) -> Result<(), Failure> {
+    match scene.integrator.convergence {
+        Convergence::Update(_) | Convergence::UpdateOption(_) | Convergence::Rounds(_) => Ok(()),
+        Convergence::Direct | Convergence::ErrorEstimate(_) => Err(Failure::at(
+            path,
+            format!(
+                "{} has no iterations to record\n  help: leave --iterations out, or choose a method that iterates, for \
+                 example --integrator implicit-euler",
+                scene.integrator.name
+            ),
+        )),
+    }
+}
+
 /// The file being written.
 pub(super) struct Iterations {
     writer: csv::Writer<OutputFile>,
@@ -35,11 +51,7 @@ pub(super) struct Iterations {
 
 impl Iterations {
     /// Starts the file, and records the simulation's iterates.
-    pub(super) fn start(
-        path: &Path,
-        scene: &Scene,
-        simulation: &mut Simulation,
-    ) -> Result<Self, Failure> {
+    pub(super) fn start(path: &Path, simulation: &mut Simulation) -> Result<Self, Failure> {
         let (sender, rows) = channel();
         let recorder = move |iterate: &Iterate<'_>| {
             // The receiver lives as long as the run.
@@ -51,13 +63,7 @@ impl Iterations {
                 halvings: iterate.halvings,
             });
         };
-        if !simulation.record_by(Box::new(recorder)) {
-            return Err(Failure::Input(format!(
-                "{}: {} has no iterations to record\n  help: leave --iterations out, or choose a method that iterates, \
-                 for example --integrator implicit-euler",
-                scene.name, scene.integrator.name
-            )));
-        }
+        simulation.record_by(Box::new(recorder));
         let file =
             OutputFile::create(path).map_err(|error| Failure::cannot_create(path, &error))?;
         let mut writer = csv::Writer::from_writer(file);

@@ -232,17 +232,22 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
     }
     let scene = parsed.scene;
+    // Refused before anything is written.
+    if cli.iterations.is_some() {
+        iterations::refuse_without(path, &scene)?;
+    }
+    if cli.convergence.is_some() {
+        convergence::refuse_beyond(path, &scene, cli.convergence_step)?;
+    }
     if let Some(plot) = &cli.plot {
         plot_all(cli, plot, path, &options, scene.clone())?;
     }
     if let Some(output) = &cli.convergence {
-        let config = SimulationOptions {
-            solver: cli.solver,
-            robust: cli.robust,
-            ..SimulationOptions::default()
+        let write = || {
+            let config = options_of(cli);
+            convergence::write(output, path, &options, &scene, (config, cli.convergence_step))
         };
-        let step = cli.convergence_step;
-        convergence::write(output, path, &options, &scene, (config, step))?;
+        if scene.forces.len() < PARALLEL { write()? } else { rayon::scope(|_| write())? }
     }
     if cli.plot.is_some() || cli.convergence.is_some() {
         let has_others =
@@ -320,7 +325,7 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     };
     let iterations = cli.iterations.as_deref();
     let mut iterations =
-        iterations.map(|path| Iterations::start(path, scene, &mut simulation)).transpose()?;
+        iterations.map(|path| Iterations::start(path, &mut simulation)).transpose()?;
     let started = Instant::now();
     let mut progress = Progress::new(&scene.name, simulation.n_steps());
     loop {
@@ -337,7 +342,7 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
             end => {
                 // Warnings explain a failure as well.
                 drop(progress);
-                for warning in warnings(simulation.statistics(), scene) {
+                for warning in warnings(simulation.statistics(), scene, cli.robust) {
                     print_message("warning", warning);
                 }
                 end?;
@@ -371,9 +376,6 @@ fn simulate(cli: &Cli, scene: &Scene, format: TraceFormat) -> Result<(), Failure
     }
     if let Some(note) = fallback_note(&simulation.statistics().fallback, scene) {
         print_message("note", note);
-    }
-    if let Some(warning) = frozen_warning(&simulation.statistics().frozen, scene) {
-        print_message("warning", warning);
     }
     if cli.stats {
         Failure::of_stdout(print_statistics(&simulation, elapsed))?;
@@ -634,28 +636,34 @@ fn print_statistics(simulation: &Simulation, elapsed: Duration) -> io::Result<()
 }
 
 /// Warnings of what makes a trace doubtful without making a step fail.
-fn warnings(statistics: &Statistics, scene: &Scene) -> Vec<String> {
+fn warnings(statistics: &Statistics, scene: &Scene, robust: bool) -> Vec<String> {
     let (name, h) = (&scene.name, scene.time_step);
     let mut warnings = Vec::new();
     if let Some((step, amplification)) = statistics.conditioning.first {
         let time = (step - 1) as f64 * h;
         let later = match statistics.conditioning.nearly_singular {
             1 => String::new(),
+            2 => ", as in a later step".to_owned(),
             count => format!(", as in {} later steps", count - 1),
+        };
+        let help = match robust {
+            true => "the fallbacks did not help: shorten the time step",
+            false => "shorten the time step, or add --robust",
         };
         warnings.push(format!(
             "{name}: step {step} (from t = {time} s): the matrix of the step is nearly singular: it \
-             enlarges a change of velocity {amplification:.1e} times{later}\n  help: shorten the time \
-             step, or add --robust"
+             enlarges a change of velocity {amplification:.1e} times{later}\n  help: {help}"
         ));
     }
-    if let Some(EnergyGrowth { step, energy, before }) = statistics.energy_growth {
+    if let Some(EnergyGrowth { step, energy, before, kinetic }) = statistics.energy_growth {
         let time = step as f64 * h;
+        let which = if kinetic { "kinetic energy" } else { "energy" };
         warnings.push(format!(
-            "{name}: step {step} (to t = {time} s): the energy has grown from at most {before:.1e} to \
-             {energy:.1e}; the motion is unstable\n  help: shorten the time step"
+            "{name}: step {step} (to t = {time} s): the {which} has grown to {energy:.1e}, from a \
+             scale of {before:.1e}; the motion is unstable\n  help: shorten the time step"
         ));
     }
+    warnings.extend(frozen_warning(&statistics.frozen, scene));
     warnings
 }
 
@@ -682,7 +690,7 @@ fn fallback_note(fallback: &FallbackStatistics, scene: &Scene) -> Option<String>
 
 /// A warning for traces in which steps took no Newton iteration and should have.
 fn frozen_warning(
-    FrozenStatistics { steps, first }: &FrozenStatistics,
+    FrozenStatistics { steps, first, .. }: &FrozenStatistics,
     scene: &Scene,
 ) -> Option<String> {
     let (name, method) = (&scene.name, scene.integrator.name);

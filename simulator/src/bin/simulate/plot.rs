@@ -103,7 +103,7 @@ fn record(scene: &Scene, config: SimulationOptions) -> Record {
     };
     let n_steps = simulation.n_steps();
     let stride = n_steps.div_ceil(POINTS).max(1);
-    let path_stride = (n_steps / PATH_POINTS).saturating_mul(shown.len() as u64).max(1);
+    let path_stride = n_steps.saturating_mul(shown.len() as u64).div_ceil(PATH_POINTS).max(1);
     loop {
         let state = simulation.state();
         let is_last = state.step == n_steps;
@@ -196,8 +196,8 @@ impl<'a> PathFrames<'a> {
         let size = |bounds: &[[f64; 2]; 2]| {
             bounds.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
         };
-        let least = boxes().min_by(|a, b| size(a).total_cmp(&size(b)));
-        let least = least.filter(|bounds| size(bounds).is_finite() && size(bounds) > 0.0);
+        let moving = boxes().filter(|bounds| size(bounds).is_finite() && size(bounds) > 0.0);
+        let least = moving.min_by(|a, b| size(a).total_cmp(&size(b)));
         let mut frame = least.unwrap_or([[-0.5, 0.5]; 2]);
         let reach = 0.5 * PATH_BEYOND * size(&frame);
         let limits =

@@ -72,7 +72,7 @@ use starter::Starters;
 #[cfg(target_os = "linux")]
 use walls::Walls;
 
-/// Number of retries to start a program that another process is still writing.
+/// Number of retries to start a program.
 const BUSY: u32 = 20;
 
 /// Pause before each retry.
@@ -357,13 +357,19 @@ pub fn revealed_by<'a>(path: &Path, readable: &'a [PathBuf]) -> Option<&'a Path>
     folders.find(|folder| path.starts_with(folder))
 }
 
-/// Starts the command, with retries while its program is open for writing: between fork and exec, a child of another
-/// thread may still hold the file open.
+/// Starts the command, with retries while its program is open for writing, or while its user has too many processes: between
+/// fork and exec, a child of another thread may still hold the file open, and killed processes of another run may still be
+/// ending.
 #[cfg(unix)]
 fn spawn(command: &mut Command) -> io::Result<Child> {
     for _ in 0..BUSY {
         match command.spawn() {
-            Err(error) if error.kind() == io::ErrorKind::ExecutableFileBusy => {
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    io::ErrorKind::ExecutableFileBusy | io::ErrorKind::WouldBlock
+                ) =>
+            {
                 std::thread::sleep(BUSY_PAUSE);
             }
             started => return started,

@@ -216,7 +216,8 @@ fn nearest(scene: &Scene) -> Vec<f64> {
     all.iter().map(|particle| of(particle.position)).collect()
 }
 
-/// The same, and where there is none, the way that a particle goes.
+/// The distance from each particle to the nearest one elsewhere; without one, the distance that the particle travels at its
+/// first speed.
 pub(super) fn distances(scene: &Scene) -> Vec<f64> {
     let ways = scene.particles.iter().map(|particle| {
         let speed = particle.velocity.iter().map(|value| value * value).sum::<f64>().sqrt();

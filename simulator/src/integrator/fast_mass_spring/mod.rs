@@ -436,7 +436,7 @@ struct Rounds<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 struct RoundNorms {
     first: f64,
-    /// Of the last round but one; `None` if there is none.
+    /// Of the last round but one; `None` in the first round.
     before: Option<f64>,
     last: f64,
 }

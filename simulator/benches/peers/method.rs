@@ -113,7 +113,8 @@ pub(crate) static METHODS: [Method; 8] = [
         ..LINEARIZED
     },
     SYMPLECTIC,
-    Method { peer: Peer::Taichi, targets: EVEN, ..SYMPLECTIC },
+    // Starting a kernel takes 0.1 ms, whatever the size.
+    Method { peer: Peer::Taichi, rough_cost: 100.0, targets: EVEN, ..SYMPLECTIC },
     FAST_MASS_SPRING,
     Method { peer: Peer::Cholmod("fms"), targets: EVEN, ..FAST_MASS_SPRING },
     Method {

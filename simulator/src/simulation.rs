@@ -3,6 +3,9 @@
 use std::fmt;
 use std::ops::Range;
 
+use sparse::LinearError;
+use sparse::linear::LinearSolver;
+
 use crate::fallback::MAX_HALVINGS;
 use crate::force::ForceKind;
 use crate::growth::{EnergyWatch, Scale};
@@ -12,8 +15,6 @@ use crate::integrator::{
 };
 use crate::parts::Parts;
 use crate::scene::{Dimension, Location, Scene};
-use crate::solver::LinearError;
-use crate::solver::linear::LinearSolver;
 use crate::state::{Energies, StateView};
 use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};

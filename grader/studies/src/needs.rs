@@ -17,9 +17,9 @@ use simulator::force;
 use simulator::scene::schema::{ActsOn, MAX_PARAMETERS, Matrix};
 use simulator::scene::{Dimension, ForceElement, Location, Scene};
 use simulator::simulation::{Simulation, SimulationError};
-use simulator::sizes::MAX_SMALL_BLOCKS;
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
+use sparse::sizes::MAX_SMALL_BLOCKS;
 
 /// Number of runs; the fastest counts.
 const RUNS: u32 = 4;

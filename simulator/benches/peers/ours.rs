@@ -9,10 +9,11 @@ use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
 use simulator::scene::Scene;
 use simulator::simulation::Simulation;
 use simulator::sizes::PARALLEL;
-use simulator::solver::sparse::SparseSystem;
-use simulator::statistics::{LinearStatistics, Statistics};
+use simulator::statistics::Statistics;
 use simulator::system::System;
 use simulator::vocabulary;
+use sparse::statistics::LinearStatistics;
+use sparse::system::SparseSystem;
 
 use crate::limits::Work;
 use crate::method::{METHODS, Method, Peer, STIFFNESS};

@@ -18,14 +18,16 @@
 //! never form the sum: each element's contribution is its block times the *difference* of its two particles'
 //! `δ`, so that motions which stretch nothing cancel exactly.
 
+use sparse::LinearError;
+use sparse::linear::{BlockMatrix, LinearSolver, Link, PairSlot};
+use sparse::statistics::LinearStatistics;
+
 use super::StepError;
 use super::interrupt::Interrupt;
 use super::observe::{NewtonSystem, Observer};
 use crate::force::{Block, Coupling, Degenerate, JacobianSink, Vector, add_to, vector_of};
-use crate::solver::LinearError;
-use crate::solver::linear::{BlockMatrix, LinearSolver, Link, PairSlot};
 use crate::solver::psd::Projection;
-use crate::statistics::{LinearStatistics, NEARLY_SINGULAR, Statistics};
+use crate::statistics::{NEARLY_SINGULAR, Statistics};
 use crate::system::System;
 
 /// Ratio of stiffness to mass above which the stored sum is not trusted: about 2e-12 of `M` would be lost.

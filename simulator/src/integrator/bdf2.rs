@@ -16,13 +16,14 @@
 //!
 //! Source: Hairer and Wanner, *Solving Ordinary Differential Equations II*, sections V.1 and V.2.
 
+use sparse::linear::LinearSolver;
+
 use super::implicit_euler::{ImplicitEuler, NEWTON};
 use super::{Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {

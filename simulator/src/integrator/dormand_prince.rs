@@ -15,13 +15,14 @@
 //! The error is that of one step, estimated by that of order 4. It adds up over a motion. Source: Dormand and Prince
 //! (1980); Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, sections II.4 and II.5, table 5.2.
 
+use sparse::linear::LinearSolver;
+
 use super::{Integrator, IntegratorKind, Interrupt, Step, StepError, drift, kick};
 use crate::scene::Scene;
 use crate::scene::schema::{
     AccuracySetting, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
     OptionSchema, OptionText, Order, StepEquation, refuses_nothing,
 };
-use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {

@@ -11,6 +11,8 @@
 //! from a minimum of the incremental potential ([`projected_newton`](super::projected_newton)), which is a solution;
 //! otherwise the line search is on the residual in the norm `‖r‖²_W = Σ r_i²/m_i`, which has the unit of an energy.
 
+use sparse::linear::LinearSolver;
+
 use super::backward::{Curvature, Linearisation, Point};
 use super::projected_newton::{MinimiserOptions, Norm, ProjectedNewton};
 use super::record::Recording;
@@ -22,7 +24,6 @@ use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
 use crate::solver::line_search::backtrack_residual;
-use crate::solver::linear::LinearSolver;
 use crate::solver::newton::{Equations, NewtonError, NewtonOptions, newton};
 use crate::solver::psd::Projection;
 use crate::statistics::Statistics;

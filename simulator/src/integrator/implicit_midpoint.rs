@@ -16,6 +16,8 @@
 //!
 //! Source: Hairer, Lubich and Wanner, *Geometric Numerical Integration*, sections I.1.2, IV.2.1 and VI.4.1.
 
+use sparse::linear::LinearSolver;
+
 use super::implicit_euler::{ImplicitEuler, NEWTON};
 use super::{
     Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError, drift,
@@ -24,7 +26,6 @@ use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {

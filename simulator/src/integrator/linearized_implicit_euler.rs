@@ -6,13 +6,14 @@
 //!
 //! with force and Jacobians at `(q + h v, v)`. Source: hand-out of milestone 3, section 6, equation (2).
 
+use sparse::linear::LinearSolver;
+
 use super::backward::{Linearisation, Point};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {

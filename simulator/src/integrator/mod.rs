@@ -9,11 +9,12 @@
 //! [`REGISTRY`], its [`StepEquation`](crate::scene::schema::StepEquation), that equation a second time in the grader's
 //! `reference` crate, and a scene. All else derives from the facts of its [`IntegratorSchema`].
 
+use sparse::LinearError;
+use sparse::linear::LinearSolver;
+
 use crate::force::Degenerate;
 use crate::scene::Scene;
 use crate::scene::schema::IntegratorSchema;
-use crate::solver::LinearError;
-use crate::solver::linear::LinearSolver;
 use crate::statistics::Statistics;
 use crate::system::System;
 use crate::trace::State;

@@ -30,6 +30,8 @@
 //! gradient of an energy nor of a dissipation function (the vortex, a spring with damping) has no `E`, and
 //! scenes with it are refused.
 
+use sparse::linear::LinearSolver;
+
 use super::backward::{Curvature, Linearisation, Point};
 use super::record::{Recording, incremental_potential};
 use super::{
@@ -42,7 +44,6 @@ use crate::scene::schema::{
 };
 use crate::scene::{ForceElement, Scene};
 use crate::solver::line_search::{Objective, backtrack};
-use crate::solver::linear::LinearSolver;
 use crate::solver::psd::Projection;
 use crate::system::System;
 

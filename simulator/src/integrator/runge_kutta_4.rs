@@ -13,12 +13,13 @@
 //! Not symplectic: an undamped oscillation loses `(h ω)⁶/72` of its energy in a step. Source: Hairer, Nørsett and
 //! Wanner, *Solving Ordinary Differential Equations I*, section II.1.
 
+use sparse::linear::LinearSolver;
+
 use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {

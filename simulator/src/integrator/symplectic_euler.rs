@@ -6,13 +6,14 @@
 //!
 //! Source: hand-out of milestone 2, section 3.5.
 
+use sparse::linear::LinearSolver;
+
 use super::euler::Euler;
 use super::{Integrator, IntegratorKind};
 use crate::scene::Scene;
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {

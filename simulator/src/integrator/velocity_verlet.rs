@@ -14,12 +14,13 @@
 //! Source: Swope, Andersen, Berens and Wilson (1982); Hairer, Lubich and Wanner, *Geometric Numerical Integration*,
 //! section I.1.4.
 
+use sparse::linear::LinearSolver;
+
 use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
 use crate::scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
 use crate::scene::{ForceElement, Scene};
-use crate::solver::linear::LinearSolver;
 use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {

@@ -1,6 +1,6 @@
 //! Large scenes of one component and of several: no panic, and the same bits for any number of threads.
 
-#[path = "../../src/solver/forest.rs"]
+#[path = "../../sparse/src/forest.rs"]
 mod forest;
 
 use std::path::{Path, PathBuf};

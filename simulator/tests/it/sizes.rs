@@ -10,8 +10,9 @@ use simulator::integrator::REGISTRY;
 use simulator::scene::schema::IntegratorOptions;
 use simulator::scene::{ForceElement, Location, Particle, Scene};
 use simulator::simulation::Simulation;
-use simulator::sizes::{GROUP, MAX_DENSE_GLOBAL_ROWS, PARALLEL, SIZES, Same, WIDEST};
+use simulator::sizes::{GROUP, MAX_DENSE_GLOBAL_ROWS, PARALLEL, SIZES, WIDEST};
 use simulator::vocabulary;
+use sparse::sizes::Same;
 
 use crate::support::largest_difference;
 use crate::support::local_global::Assignment;
@@ -24,7 +25,7 @@ fn the_table_of_sizes_is_that_of_the_code() {
     let mut table =
         "\n| constant | value | counts | why | both sides |\n| --- | ---: | --- | --- | --- |\n"
             .to_owned();
-    for size in SIZES {
+    for size in SIZES.iter().chain(sparse::sizes::SIZES) {
         let same = match size.same {
             Same::Bits => "same bits",
             Same::Rounding => "within rounding",
@@ -68,8 +69,9 @@ fn grouped(value: u64) -> String {
 #[test]
 fn every_size_has_its_test() {
     let mut sources = String::new();
-    let mut folders =
-        ["src", "tests"].map(|folder| Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)).to_vec();
+    let mut folders = ["src", "tests", "sparse/src"]
+        .map(|folder| Path::new(env!("CARGO_MANIFEST_DIR")).join(folder))
+        .to_vec();
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -80,7 +82,7 @@ fn every_size_has_its_test() {
             }
         }
     }
-    for size in SIZES {
+    for size in SIZES.iter().chain(sparse::sizes::SIZES) {
         let test = format!("#[test]\n    fn {}()", size.test);
         let found = sources.contains(&test) || sources.contains(&test.replace("    ", ""));
         assert!(found, "{} names the test {}, which is not there", size.name, size.test);

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use film::{Film, FilmArgs};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use iterations::Iterations;
@@ -34,6 +34,27 @@ use simulator::trace::energy::EnergyWriter;
 use simulator::trace::fosssim::FosssimWriter;
 use simulator::trace::{Shape, TraceFormat, TraceWriter};
 use simulator::{force, integrator, vocabulary};
+
+/// A [`LinearSolver`] by name.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Solver {
+    /// Chosen for each component by size and symmetry.
+    Auto,
+    /// Dense for every component.
+    Dense,
+    /// Sparse for every component.
+    Sparse,
+}
+
+impl From<Solver> for LinearSolver {
+    fn from(solver: Solver) -> Self {
+        match solver {
+            Solver::Auto => Self::Auto,
+            Solver::Dense => Self::Dense,
+            Solver::Sparse => Self::Sparse,
+        }
+    }
+}
 
 /// Simulate a mass-spring scene and write the state after every step.
 #[derive(Parser)]
@@ -77,8 +98,8 @@ struct Cli {
     options: Vec<(String, String)>,
 
     /// Linear solver: chosen by the scene's size and structure, or always dense or sparse
-    #[arg(long, value_enum, default_value_t = LinearSolver::Auto)]
-    solver: LinearSolver,
+    #[arg(long, value_enum, default_value_t = Solver::Auto)]
+    solver: Solver,
 
     /// Retry failed steps with a line search, then with smaller steps; other steps are unchanged
     #[arg(long)]
@@ -304,7 +325,7 @@ fn plot_all(
 }
 
 fn options_of(cli: &Cli) -> SimulationOptions {
-    SimulationOptions { solver: cli.solver, robust: cli.robust, watch_energy: false }
+    SimulationOptions { solver: cli.solver.into(), robust: cli.robust, watch_energy: false }
 }
 
 /// Takes all steps of the scene and writes what was asked for.

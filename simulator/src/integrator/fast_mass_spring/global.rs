@@ -5,17 +5,16 @@
 //! ```
 //!
 //! A small matrix is factorised as a dense one by nalgebra, a large one by the sparse solver of the implicit methods
-//! (`solver/factor.rs`), in blocks of one row; both factors become [`Panels`]. The backward error of the last solution
-//! of a step is checked (`solver/checked.rs`), and the solution refined at most once.
+//! (`simulator/sparse/src/factor.rs`), in blocks of one row; both factors become [`Panels`]. The backward error of the last solution
+//! of a step is checked (`simulator/sparse/src/checked.rs`), and the solution refined at most once.
 
 use nalgebra::DMatrix;
+use sparse::LinearError;
+use sparse::checked::{Checked, Product, tolerance};
+use sparse::cholesky::Cholesky;
+use sparse::statistics::{FactorWork, LinearStatistics};
 
 use super::panels::Panels;
-use crate::solver::LinearError;
-use crate::solver::checked::{Checked, Product, tolerance};
-use crate::solver::factor::{BlockFactor, Inertia};
-use crate::solver::symbolic::SymbolicFactor;
-use crate::statistics::{FactorWork, LinearStatistics};
 
 /// How the matrix is factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,7 +70,7 @@ impl<const P: usize> GlobalSolver<P> {
             Storage::Dense => dense(&matrix.diagonal, &links)?,
             Storage::Sparse => {
                 statistics.symbolic_analyses += 1;
-                sparse(&matrix.diagonal, &links)?
+                factorise_sparse(&matrix.diagonal, &links)?
             }
         };
         let mut place = vec![0; size];
@@ -236,7 +235,7 @@ fn dense(
     Ok((panels, (0..size).collect()))
 }
 
-fn sparse(
+fn factorise_sparse(
     diagonal: &[f64],
     links: &[([usize; 2], f64)],
 ) -> Result<(Panels, Vec<usize>), LinearError> {
@@ -256,25 +255,24 @@ fn sparse(
         }
         starts.push(rows.len());
     }
-    let symbolic = SymbolicFactor::new(&starts, &rows);
-    let out_of_memory = || LinearError::OutOfMemory { size };
-    let mut factor = BlockFactor::<1>::new(&symbolic, true).ok_or_else(out_of_memory)?;
-    if factor.factorise(&symbolic, &values) != Inertia::Definite {
-        return Err(LinearError::SingularToPrecision { size });
+    let factor = Cholesky::new(&starts, &rows, &values)?;
+    let mut panels =
+        Panels::with_capacity(factor.n_values()).map_err(|_| LinearError::OutOfMemory { size })?;
+    for columns in factor.columns() {
+        let entry = |row, column| columns.entry(row, column);
+        panels.push(columns.first(), columns.count(), columns.below(), entry);
     }
-    let mut panels = Panels::with_capacity(symbolic.n_factor).map_err(|_| out_of_memory())?;
-    for front in &symbolic.fronts {
-        let below = &symbolic.rows[front.rows[0]..front.rows[1]];
-        let entry = |row, column| factor.cholesky_entry(front, row, column);
-        panels.push(front.first, front.n_pivots, below, entry);
-    }
-    Ok((panels, symbolic.order.iter().map(|row| *row as usize).collect()))
+    Ok((panels, factor.order().iter().map(|row| *row as usize).collect()))
 }
 
 #[cfg(test)]
+#[path = "../../../sparse/src/forest.rs"]
+mod forest;
+
+#[cfg(test)]
 mod tests {
+    use super::forest::Forest;
     use super::*;
-    use crate::solver::forest::Forest;
 
     /// The order of elimination, and the bits of the solutions for `P` right-hand sides at once.
     fn solve<const P: usize>(matrix: &GlobalMatrix, n_threads: usize) -> (Vec<usize>, Vec<u64>) {

@@ -35,6 +35,8 @@ use self::global::Storage;
 use self::lbfgs::Lbfgs;
 use self::local::ElasticSpring;
 use self::objective::{Energy, StepObjective, Terms, largest};
+use sparse::linear::LinearSolver;
+
 use super::backward::Point;
 use super::record::Recording;
 use super::{Integrator, IntegratorKind, Interrupt, IterationRecorder, Step, StepError};
@@ -44,7 +46,6 @@ use crate::scene::schema::{
     OptionSchema, OptionText, Order, Refusal, StepEquation,
 };
 use crate::scene::{ForceElement, Scene};
-use crate::solver::linear::LinearSolver;
 use crate::statistics::{RoundsEnd, Statistics};
 use crate::system::{BuildForce, System};
 

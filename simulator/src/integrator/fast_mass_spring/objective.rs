@@ -13,13 +13,15 @@
 //! positions would lose. Everything is in slots: unknowns in the order of elimination, then the fixed
 //! particles that are not unknowns, then one unused slot.
 
+use sparse::LinearError;
+use sparse::statistics::FactorWork;
+
 use super::global::{GlobalMatrix, GlobalSolver, Storage, add};
 use super::local::{ElasticSpring, SpringGroups};
 use crate::force::Degenerate;
 use crate::integrator::StepError;
 use crate::sizes::MAX_DENSE_GLOBAL_ROWS;
-use crate::solver::LinearError;
-use crate::statistics::{FactorWork, Statistics};
+use crate::statistics::Statistics;
 
 /// The energy of a step at an iterate, up to a constant.
 #[derive(Debug, Clone, Copy, Default)]

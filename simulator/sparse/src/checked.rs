@@ -14,11 +14,11 @@
 //! Numbers below the smallest normal one, 2⁻¹⁰²², are multiples of `η = 2⁻¹⁰⁷⁴` and have fewer digits: what comes to
 //! rest passes through them. There a residual of `8 p (‖A‖ + 1) η` is rounding as well (Demmel 1984).
 
-use super::LinearError;
+use crate::LinearError;
 use crate::statistics::LinearStatistics;
 
 /// Products with a matrix, as residuals need them.
-pub(crate) trait Product {
+pub trait Product {
     /// The most entries that a row has.
     fn row_length(&self) -> usize;
 
@@ -30,20 +30,24 @@ pub(crate) trait Product {
 }
 
 /// Right-hand side, solution and residual.
-pub(crate) struct Checked {
-    pub(crate) right: Vec<f64>,
-    pub(crate) solution: Vec<f64>,
+pub struct Checked {
+    /// The right-hand side `b`.
+    pub right: Vec<f64>,
+    /// The solution `x`.
+    pub solution: Vec<f64>,
     /// `b − A x` of the solution.
-    pub(crate) residual: Vec<f64>,
+    pub residual: Vec<f64>,
     /// `|A| |x| + |b|`.
-    pub(crate) scale: Vec<f64>,
-    pub(crate) correction: Vec<f64>,
+    pub scale: Vec<f64>,
+    /// The last correction of the solution.
+    pub correction: Vec<f64>,
     /// ω of the solution.
-    pub(crate) error: f64,
+    pub error: f64,
 }
 
 impl Checked {
-    pub(crate) fn new(size: usize) -> Self {
+    /// For systems of so many rows, all zero.
+    pub fn new(size: usize) -> Self {
         let zeros = vec![0.0; size];
         Self {
             right: zeros.clone(),
@@ -56,7 +60,10 @@ impl Checked {
     }
 
     /// Checks that the right-hand side and `entries` are finite.
-    pub(crate) fn check_finite(&self, entries: &[f64]) -> Result<(), LinearError> {
+    ///
+    /// # Errors
+    /// If one is not.
+    pub fn check_finite(&self, entries: &[f64]) -> Result<(), LinearError> {
         let is_finite =
             |values: &[f64]| values.iter().fold(true, |all, value| all & value.is_finite());
         if is_finite(entries) && is_finite(&self.right) {
@@ -69,7 +76,7 @@ impl Checked {
     /// meets a zero pivot; refines where that is needed, for as long as each time brings a digit, and
     /// `max_refinements` times at most. `None` if there is a zero pivot, else whether the solution is
     /// at rounding.
-    pub(crate) fn attempt(
+    pub fn attempt(
         &mut self,
         matrix: &impl Product,
         max_refinements: u32,
@@ -102,8 +109,11 @@ impl Checked {
         Some(self.error <= tolerance)
     }
 
-    /// Accepts the solution, or returns its error.
-    pub(crate) fn accept(
+    /// Accepts the solution if its error is one of rounding.
+    ///
+    /// # Errors
+    /// If it is larger.
+    pub fn accept(
         &mut self,
         matrix: &impl Product,
         statistics: &mut LinearStatistics,
@@ -134,7 +144,7 @@ impl Checked {
     }
 
     /// Computes `b − A x` and ω (NaN if there is one in it).
-    pub(crate) fn compute_residual(&mut self, matrix: &impl Product) {
+    pub fn compute_residual(&mut self, matrix: &impl Product) {
         let Self { right, solution, residual, scale, .. } = self;
         residual.fill(0.0);
         for (scale, right) in scale.iter_mut().zip(&*right) {
@@ -171,7 +181,7 @@ fn largest(values: &[f64]) -> f64 {
 }
 
 /// The largest ω that counts as rounding error.
-pub(crate) fn tolerance(matrix: &impl Product) -> f64 {
+pub fn tolerance(matrix: &impl Product) -> f64 {
     8.0 * matrix.row_length() as f64 * f64::EPSILON
 }
 

@@ -8,11 +8,11 @@
 
 use nalgebra::{DMatrix, SMatrix};
 
-use super::LinearError;
-use super::dense::{DenseMethod, DenseSystem};
-use super::sparse::SparseSystem;
+use crate::LinearError;
+use crate::dense::{DenseMethod, DenseSystem};
 use crate::sizes::{MAX_DENSE_BLOCKS, MAX_SMALL_BLOCKS};
 use crate::statistics::LinearStatistics;
+use crate::system::SparseSystem;
 
 /// Two blocks that the matrix couples; a block with itself if its own `D × D` entries are coupled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub struct Link {
 }
 
 /// The solver for the components of a matrix.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum LinearSolver {
     /// Chosen for each component by size and symmetry.
     #[default]
@@ -219,7 +219,7 @@ impl<const D: usize> BlockMatrix<D> {
     }
 
     /// Makes the next solve factorise the matrix, for one that will be solved again many times.
-    pub(crate) fn forget_factors(&mut self) {
+    pub fn forget_factors(&mut self) {
         for Component { system, .. } in &mut self.parts {
             if let ComponentSystem::Sparse(system) = system {
                 system.forget_factor();

@@ -13,8 +13,8 @@
 use nalgebra::linalg::FullPivLU;
 use nalgebra::{Const, DMatrix, DimMin, SMatrix, SVector};
 
-use super::LinearError;
-use super::checked::{Checked, Product};
+use crate::LinearError;
+use crate::checked::{Checked, Product};
 use crate::statistics::LinearStatistics;
 
 /// A matrix with the workspace for solving.
@@ -133,7 +133,7 @@ impl DenseSystem {
     }
 
     /// Magnitude of the smallest pivot of the last matrix, which was solved.
-    pub(super) fn smallest_pivot(&self) -> f64 {
+    pub(crate) fn smallest_pivot(&self) -> f64 {
         let size = self.size();
         let pivots = self.factor.entries.iter().step_by(size + 1).map(|pivot| pivot.abs());
         match self.last {

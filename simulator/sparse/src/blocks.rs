@@ -6,22 +6,22 @@
 
 use nalgebra::SMatrix;
 
-use super::checked::Product;
+use crate::checked::Product;
 
 /// The matrix.
-pub(super) struct BlockColumns<const D: usize> {
-    pub(super) values: Vec<f64>,
+pub(crate) struct BlockColumns<const D: usize> {
+    pub(crate) values: Vec<f64>,
     /// Start of each block column in `rows`.
-    pub(super) starts: Vec<usize>,
+    pub(crate) starts: Vec<usize>,
     /// Block rows of each block column: its own, and then the others, ascending.
-    pub(super) rows: Vec<u32>,
-    pub(super) symmetric: bool,
+    pub(crate) rows: Vec<u32>,
+    pub(crate) symmetric: bool,
     /// The most entries that a row has.
     row_length: usize,
 }
 
 impl<const D: usize> BlockColumns<D> {
-    pub(super) fn new(n_blocks: usize, couplings: &[[usize; 2]], symmetric: bool) -> Self {
+    pub(crate) fn new(n_blocks: usize, couplings: &[[usize; 2]], symmetric: bool) -> Self {
         let mut columns: Vec<Vec<u32>> = vec![Vec::new(); n_blocks];
         for &[a, b] in couplings.iter().filter(|[a, b]| a != b) {
             columns[a].push(b as u32);
@@ -43,11 +43,11 @@ impl<const D: usize> BlockColumns<D> {
         Self { values, starts, rows, symmetric, row_length }
     }
 
-    pub(super) fn n_blocks(&self) -> usize {
+    pub(crate) fn n_blocks(&self) -> usize {
         self.starts.len() - 1
     }
 
-    pub(super) fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.n_blocks() * D
     }
 
@@ -56,7 +56,7 @@ impl<const D: usize> BlockColumns<D> {
     ///
     /// # Panics
     /// If the couplings do not hold that block.
-    pub(super) fn offset(&self, row: usize, column: usize) -> Option<usize> {
+    pub(crate) fn offset(&self, row: usize, column: usize) -> Option<usize> {
         if self.symmetric && row < column {
             return None;
         }
@@ -72,27 +72,27 @@ impl<const D: usize> BlockColumns<D> {
 
     /// Adds to the block that starts at `offset`.
     #[inline]
-    pub(super) fn add_at(&mut self, offset: usize, block: &SMatrix<f64, D, D>) {
+    pub(crate) fn add_at(&mut self, offset: usize, block: &SMatrix<f64, D, D>) {
         let entries = &mut self.values[offset..][..D * D];
         for (entry, value) in entries.iter_mut().zip(block.iter()) {
             *entry += value;
         }
     }
 
-    pub(super) fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
+    pub(crate) fn add(&mut self, row: usize, column: usize, block: &SMatrix<f64, D, D>) {
         if let Some(offset) = self.offset(row, column) {
             self.add_at(offset, block);
         }
     }
 
     /// Adds `value` to the diagonal of block `(block, block)`.
-    pub(super) fn add_diagonal(&mut self, block: usize, value: f64) {
+    pub(crate) fn add_diagonal(&mut self, block: usize, value: f64) {
         let entries = &mut self.values[self.starts[block] * D * D..][..D * D];
         entries.iter_mut().step_by(D + 1).for_each(|entry| *entry += value);
     }
 
     /// Calls `to` with row, column and value of each entry, both triangles of a symmetric matrix.
-    pub(super) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
+    pub(crate) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
         let mut blocks = self.values.chunks_exact(D * D);
         for column in 0..self.n_blocks() {
             let rows = &self.rows[self.starts[column]..self.starts[column + 1]];

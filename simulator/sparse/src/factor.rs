@@ -3,14 +3,14 @@
 //!
 //! `L` has unit diagonal blocks, and `B` is made of `D × D` blocks. Each of these is factorised with complete pivoting
 //! where it needs it, so that a block with zeros on its diagonal is no harm; blocks are not exchanged for each other,
-//! so that the symbolic factor ([`symbolic`](super::symbolic)) holds for every matrix of a pattern. What is lost
+//! so that the symbolic factor ([`symbolic`](crate::symbolic)) holds for every matrix of a pattern. What is lost
 //! where a whole pivot block is tiny shows in the backward error of the solution
-//! ([`checked`](super::checked)), and the caller then tries another method.
+//! ([`checked`](crate::checked)), and the caller then tries another method.
 //!
 //! With `V` the columns below a pivot block `B`, and `W` the transposed rows to its right (`V = W` in a symmetric matrix),
 //! `X = V B⁻¹` are the columns of `L`, and `X Wᵀ` is subtracted from what is to the right. The rows of `U` are kept
 //! transposed, in the layout of `L`: the same kernel subtracts `W Xᵀ` from them. Tiles are held in registers. Large
-//! fronts have a kernel of their own ([`front`](super::front)).
+//! fronts have a kernel of their own ([`front`](crate::front)).
 //!
 //! Threads eliminate the branches of a large tree at the same time, and share the work on each large front that the
 //! branches have in common. Every number is computed by one thread, from the same numbers in the same order.
@@ -25,14 +25,11 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use super::front::{FrontWorkspace, first_row};
-use super::symbolic::{Branch, Front, SymbolicFactor};
+use crate::front::{FrontWorkspace, first_row};
+use crate::pivot::{Inertia, PivotBlock, zeros};
 use crate::sizes::{LARGE, PANEL, TILE_ROWS};
 use crate::statistics::FactorWork;
-
-/// A pivot in a block is left in its place where it is this part of what is below it: growth is bounded,
-/// as by partial pivoting.
-const PIVOT_THRESHOLD: f64 = 0.25;
+use crate::symbolic::{Branch, Front, SymbolicFactor};
 
 /// The numeric factor, with the workspace of factorisation and substitution.
 pub(crate) struct BlockFactor<const D: usize> {
@@ -70,25 +67,6 @@ struct Workspace<const D: usize> {
     large: FrontWorkspace<D>,
 }
 
-/// The signs of the pivots.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Inertia {
-    /// The matrix is symmetric, and every pivot block is positive definite: so is the matrix.
-    Definite,
-    /// The matrix is not symmetric, or some pivot block is not positive definite.
-    Indefinite,
-    /// Some pivot block is singular: there is no factor.
-    Singular,
-}
-
-/// A diagonal block as `P B Q = L U`, reciprocals of the pivots on the diagonal.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PivotBlock<const D: usize> {
-    pub(super) lu: [[f64; D]; D],
-    pub(super) rows: [usize; D],
-    pub(super) columns: [usize; D],
-}
-
 impl<const D: usize> BlockFactor<D> {
     /// Allocates the factor; `None` if there is not enough memory.
     pub(crate) fn new(symbolic: &SymbolicFactor, symmetric: bool) -> Option<Self> {
@@ -97,7 +75,7 @@ impl<const D: usize> BlockFactor<D> {
     }
 
     /// The same with fronts that count as large from so many rows on.
-    pub(super) fn with_large_fronts(
+    pub(crate) fn with_large_fronts(
         symbolic: &SymbolicFactor,
         symmetric: bool,
         large: usize,
@@ -143,7 +121,7 @@ impl<const D: usize> BlockFactor<D> {
     }
 
     /// Magnitude of the smallest pivot of the last factorisation.
-    pub(super) fn smallest_pivot(&self) -> f64 {
+    pub(crate) fn smallest_pivot(&self) -> f64 {
         let reciprocals = self.pivots.iter().flat_map(|pivot| (0..D).map(|k| pivot.lu[k][k].abs()));
         reciprocals.fold(0.0, f64::max).recip()
     }
@@ -229,14 +207,6 @@ impl<const D: usize> Workspace<D> {
 /// Whether several threads factorise.
 fn uses_threads(symbolic: &SymbolicFactor) -> bool {
     symbolic.is_divided() && rayon::current_num_threads() > 1
-}
-
-/// So many zeros; `None` if there is not enough memory.
-pub(super) fn zeros<T: Clone>(count: usize, zero: T) -> Option<Vec<T>> {
-    let mut values = Vec::new();
-    values.try_reserve_exact(count).ok()?;
-    values.resize(count, zero);
-    Some(values)
 }
 
 /// What consecutive fronts have of a factor.
@@ -654,120 +624,6 @@ fn eliminate<const D: usize, const SYMMETRIC: bool>(
         start = end;
     }
     inertia
-}
-
-impl<const D: usize> PivotBlock<D> {
-    /// Factorises the transpose of a block of which the columns are given; `None` if it is singular. Whether a symmetric
-    /// block is positive definite: then, and only then, all pivots are positive and on the diagonal.
-    #[inline(always)]
-    pub(super) fn new<const SYMMETRIC: bool>(block: [[f64; D]; D]) -> (Option<Self>, bool) {
-        let mut lu = [[0.0; D]; D];
-        for i in 0..D {
-            for j in 0..D {
-                // Of a symmetric block, only the lower triangle is up to date.
-                lu[i][j] = match SYMMETRIC {
-                    true => block[i.min(j)][i.max(j)],
-                    false => block[i][j],
-                };
-            }
-        }
-        let (mut rows, mut columns) = ([0; D], [0; D]);
-        for i in 0..D {
-            (rows[i], columns[i]) = (i, i);
-        }
-        let mut definite = true;
-        for k in 0..D {
-            // Most blocks are best left in order, and need no search.
-            let mut largest: f64 = 0.0;
-            for i in k + 1..D {
-                largest = largest.max(lu[i][k].abs());
-            }
-            if lu[k][k].abs() < PIVOT_THRESHOLD * largest || lu[k][k] == 0.0 {
-                let at = find_pivot(&lu, k);
-                definite &= at[0] == at[1];
-                lu.swap(k, at[0]);
-                rows.swap(k, at[0]);
-                for row in &mut lu {
-                    row.swap(k, at[1]);
-                }
-                columns.swap(k, at[1]);
-                if lu[k][k] == 0.0 {
-                    return (None, false);
-                }
-            }
-            definite &= lu[k][k] > 0.0;
-            let reciprocal = 1.0 / lu[k][k];
-            lu[k][k] = reciprocal;
-            for i in k + 1..D {
-                lu[i][k] *= reciprocal;
-                for j in k + 1..D {
-                    lu[i][j] -= lu[i][k] * lu[k][j];
-                }
-            }
-        }
-        (Some(Self { lu, rows, columns }), definite)
-    }
-
-    /// Overwrites a right-hand side by the solution for the symmetric block.
-    #[inline(always)]
-    fn solve(&self, values: &mut [f64; D]) {
-        let mut permuted = [0.0; D];
-        for i in 0..D {
-            permuted[i] = values[self.rows[i]];
-            for k in 0..i {
-                permuted[i] -= self.lu[i][k] * permuted[k];
-            }
-        }
-        for i in (0..D).rev() {
-            for k in i + 1..D {
-                permuted[i] -= self.lu[i][k] * permuted[k];
-            }
-            permuted[i] *= self.lu[i][i];
-        }
-        for i in 0..D {
-            values[self.columns[i]] = permuted[i];
-        }
-    }
-
-    /// The same for a block that is not symmetric, whose transpose is factorised.
-    #[inline(always)]
-    fn solve_transposed(&self, values: &mut [f64; D]) {
-        let mut permuted = [0.0; D];
-        for i in 0..D {
-            permuted[i] = values[self.columns[i]];
-            for k in 0..i {
-                permuted[i] -= self.lu[k][i] * permuted[k];
-            }
-            permuted[i] *= self.lu[i][i];
-        }
-        for i in (0..D).rev() {
-            for k in i + 1..D {
-                permuted[i] -= self.lu[k][i] * permuted[k];
-            }
-        }
-        for i in 0..D {
-            values[self.rows[i]] = permuted[i];
-        }
-    }
-}
-
-/// The largest entry from row and column `k` on; of equal ones, one on the diagonal.
-#[cold]
-fn find_pivot<const D: usize>(lu: &[[f64; D]; D], k: usize) -> [usize; 2] {
-    let (mut best, mut at) = (0.0, [k, k]);
-    for i in k..D {
-        if lu[i][i].abs() > best {
-            (best, at) = (lu[i][i].abs(), [i, i]);
-        }
-    }
-    for i in k..D {
-        for j in k..D {
-            if lu[i][j].abs() > best {
-                (best, at) = (lu[i][j].abs(), [i, j]);
-            }
-        }
-    }
-    at
 }
 
 /// Keeps the rows of `columns` from `first` on as `V`, and overwrites them by `X = V B⁻¹`.

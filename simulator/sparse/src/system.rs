@@ -6,7 +6,7 @@
 //!    it pays;
 //! 2. block LDLᵀ, or LU if the matrix is not symmetric, without exchange of blocks (`factor`), analysed once per
 //!    pattern (`symbolic`);
-//! 3. dense LU with pivoting ([`dense`](super::dense)), up to [`MAX_DENSE_ROWS`] rows.
+//! 3. dense LU with pivoting ([`dense`](crate::dense)), up to [`MAX_DENSE_ROWS`] rows.
 //!
 //! The second suffices for the matrices of time steps: a mass on the diagonal and, for each spring, a block that is added
 //! to two diagonal blocks and subtracted between them. Why it is our own: a library call has a fixed cost that
@@ -19,15 +19,16 @@
 
 use nalgebra::SMatrix;
 
-use super::LinearError;
-use super::blocks::BlockColumns;
-use super::checked::Checked;
-use super::dense::{DenseMethod, DenseSystem};
-use super::factor::{BlockFactor, Inertia};
-use super::lagged::LaggedPreconditioner;
-use super::symbolic::SymbolicFactor;
+use crate::LinearError;
+use crate::blocks::BlockColumns;
+use crate::checked::Checked;
+use crate::dense::{DenseMethod, DenseSystem};
+use crate::factor::BlockFactor;
+use crate::lagged::LaggedPreconditioner;
+use crate::pivot::Inertia;
 use crate::sizes::MAX_DENSE_ROWS;
 use crate::statistics::LinearStatistics;
+use crate::symbolic::SymbolicFactor;
 
 /// Refinements that may bring a solution to rounding; each is far cheaper than another method.
 const MAX_REFINEMENTS: u32 = 4;
@@ -109,7 +110,7 @@ impl<const D: usize> SparseSystem<D> {
     }
 
     /// Calls `to` with row, column and value of each entry, both triangles of a symmetric matrix.
-    pub(super) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
+    pub(crate) fn read(&self, to: &mut dyn FnMut(usize, usize, f64)) {
         self.matrix.read(to);
     }
 
@@ -118,7 +119,7 @@ impl<const D: usize> SparseSystem<D> {
     ///
     /// # Panics
     /// If the couplings do not hold them.
-    pub(super) fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
+    pub(crate) fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
         let kept = |row, column| self.matrix.offset(row, column);
         let [ij, ji] = [kept(i, j), kept(j, i)];
         let diagonal = |block| self.matrix.starts[block] * D * D;
@@ -128,7 +129,7 @@ impl<const D: usize> SparseSystem<D> {
 
     /// Adds to the block at `offset`.
     #[inline]
-    pub(super) fn add_at(&mut self, offset: usize, block: &SMatrix<f64, D, D>) {
+    pub(crate) fn add_at(&mut self, offset: usize, block: &SMatrix<f64, D, D>) {
         self.matrix.add_at(offset, block);
     }
 
@@ -147,7 +148,7 @@ impl<const D: usize> SparseSystem<D> {
     }
 
     /// Makes the next solve factorise its matrix, for a matrix that will be solved again many times.
-    pub(super) fn forget_factor(&mut self) {
+    pub(crate) fn forget_factor(&mut self) {
         if let Some(direct) = &mut self.direct {
             direct.lagged.forget();
         }
@@ -184,7 +185,7 @@ impl<const D: usize> SparseSystem<D> {
     }
 
     /// Magnitude of the smallest pivot of the last matrix; infinite if it was not factorised.
-    pub(super) fn smallest_pivot(&self) -> f64 {
+    pub(crate) fn smallest_pivot(&self) -> f64 {
         match (self.last, &self.direct, &self.dense) {
             (Last::Direct, Some(direct), _) => direct.factor.smallest_pivot(),
             (Last::Dense, _, Some(dense)) => dense.smallest_pivot(),

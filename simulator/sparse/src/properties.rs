@@ -7,13 +7,14 @@ use std::sync::LazyLock;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::blocks::BlockColumns;
-use super::checked::Checked;
-use super::factor::{BlockFactor, Inertia};
-use super::forest::Forest;
-use super::symbolic::{Branch, SymbolicFactor};
+use crate::blocks::BlockColumns;
+use crate::checked::Checked;
+use crate::factor::BlockFactor;
+use crate::forest::Forest;
+use crate::pivot::Inertia;
 use crate::sizes::{BRANCHES, DEEPEST, LARGE, MAX_UNORDERED_BLOCKS, MIN_PRODUCTS, PANEL};
 use crate::statistics::LinearStatistics;
+use crate::symbolic::{Branch, SymbolicFactor};
 
 /// Pools of 1, 2, 3 and 5 threads.
 static POOLS: LazyLock<[ThreadPool; 4]> = LazyLock::new(|| {

@@ -16,14 +16,14 @@
 //!   next matrix is factorised, since the average would rise from there on;
 //! - after a failure it pauses, twice as long after each further one.
 
-use super::checked::{Checked, Product};
+use crate::checked::{Checked, Product};
 use crate::sizes::WORTHWHILE;
 
 /// Longest pause, in solutions.
 const LONGEST_PAUSE: u64 = 64;
 
 /// The state of the iteration, and the counts that the decisions are based on.
-pub(super) struct LaggedPreconditioner {
+pub(crate) struct LaggedPreconditioner {
     direction: Vec<f64>,
     product: Vec<f64>,
     scale: Vec<f64>,
@@ -43,7 +43,7 @@ pub(super) struct LaggedPreconditioner {
 
 impl LaggedPreconditioner {
     /// For a matrix of `size` rows whose factorisation costs as much as `budget` iterations.
-    pub(super) fn new(size: usize, budget: u64) -> Self {
+    pub(crate) fn new(size: usize, budget: u64) -> Self {
         let zeros = vec![0.0; if budget >= WORTHWHILE { size } else { 0 }];
         Self {
             direction: zeros.clone(),
@@ -61,22 +61,22 @@ impl LaggedPreconditioner {
 
     /// Cost of a factorisation, in iterations.
     #[cfg(test)]
-    pub(super) fn budget(&self) -> u64 {
+    pub(crate) fn budget(&self) -> u64 {
         self.budget
     }
 
     /// Whether to try the old factor for the next solution.
-    pub(super) fn is_worthwhile(&self) -> bool {
+    pub(crate) fn is_worthwhile(&self) -> bool {
         self.budget >= WORTHWHILE && self.usable && !self.degraded && self.pause == 0
     }
 
     /// Makes the next solution factorise its matrix.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.usable = false;
     }
 
     /// Resets the counts after a factorisation.
-    pub(super) fn reset(&mut self, definite: bool) {
+    pub(crate) fn reset(&mut self, definite: bool) {
         self.usable = definite;
         self.spent = self.budget;
         self.solved = 1;
@@ -86,7 +86,7 @@ impl LaggedPreconditioner {
 
     /// Solves for the right-hand side in `checked`, with `apply` the solve with the old factor. Whether
     /// the solution is at rounding, and the iterations it took.
-    pub(super) fn solve(
+    pub(crate) fn solve(
         &mut self,
         matrix: &impl Product,
         checked: &mut Checked,
@@ -111,7 +111,7 @@ impl LaggedPreconditioner {
         checked: &mut Checked,
         apply: &mut impl FnMut(&mut [f64]),
     ) -> (bool, u64) {
-        let tolerance = super::checked::tolerance(matrix);
+        let tolerance = crate::checked::tolerance(matrix);
         checked.solution.copy_from_slice(&checked.right);
         apply(&mut checked.solution);
         checked.compute_residual(matrix);

@@ -3,7 +3,7 @@
 //! The columns of a front are copied to chunks of eight rows, each with all columns: a tile of a product then reads
 //! consecutive numbers. A panel is updated by all panels before it when its turn comes, some rows at a time, and the
 //! update matrix at the end, tile by tile, by one panel after another. So each number is the result of the same operations
-//! in the same order as in a small front ([`factor`](super::factor)), and has the same bits.
+//! in the same order as in a small front ([`factor`](crate::factor)), and has the same bits.
 //!
 //! Threads share the rows below a panel and the columns of the update matrix.
 
@@ -13,16 +13,16 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use super::factor::{Inertia, PivotBlock, zeros};
-use super::symbolic::Front;
+use crate::pivot::{Inertia, PivotBlock, zeros};
 use crate::sizes::{BLOCK, CHUNK, GRAIN, PANEL};
+use crate::symbolic::Front;
 
 /// Consecutive rows of a column.
 type Chunk = [f64; CHUNK];
 
 /// `X` and `W` of the front that is eliminated, chunk by chunk, each with all columns of the front. Rows of pivots and
 /// other rows are in different chunks, whose last ones are filled up by zeros.
-pub(super) struct FrontWorkspace<const D: usize> {
+pub(crate) struct FrontWorkspace<const D: usize> {
     x: Vec<Chunk>,
     w: Vec<Chunk>,
     /// Columns of the front while it is assembled, which the caches then hold.
@@ -35,12 +35,12 @@ type Multipliers<const D: usize> = [[[[f64; D]; D]; PANEL]; PANEL];
 
 impl<const D: usize> FrontWorkspace<D> {
     /// The size that a front needs, in chunks.
-    pub(super) fn size_for(front: &Front) -> usize {
+    pub(crate) fn size_for(front: &Front) -> usize {
         n_chunks(front.n_pivots * D, front.height() * D) * front.n_pivots * D
     }
 
     /// A workspace of so many chunks; `None` if there is not enough memory.
-    pub(super) fn new(size: usize) -> Option<Self> {
+    pub(crate) fn new(size: usize) -> Option<Self> {
         Some(Self {
             x: zeros(size, [0.0; CHUNK])?,
             w: zeros(size, [0.0; CHUNK])?,
@@ -50,14 +50,14 @@ impl<const D: usize> FrontWorkspace<D> {
     }
 
     /// Where the columns of a front are assembled.
-    pub(super) fn columns(&mut self, front: &Front) -> &mut [f64] {
+    pub(crate) fn columns(&mut self, front: &Front) -> &mut [f64] {
         &mut self.columns[..front.n_pivots * front.height() * D * D]
     }
 
     /// Takes the columns that were assembled for those of `W`: of the upper triangle, or of a symmetric matrix; or for those
     /// of `X`.
     #[inline(always)]
-    pub(super) fn pack(&mut self, front: &Front, of_w: bool) {
+    pub(crate) fn pack(&mut self, front: &Front, of_w: bool) {
         let to = if of_w { &mut self.w } else { &mut self.x };
         pack(&self.columns, front.height() * D, front.n_pivots * D, to);
     }
@@ -66,7 +66,7 @@ impl<const D: usize> FrontWorkspace<D> {
     /// become columns of `L`, its rows rows of `U`, and its update matrix loses what they contribute. `threads`: whether
     /// threads share the work.
     #[inline(always)]
-    pub(super) fn eliminate<const SYMMETRIC: bool, S: Simd>(
+    pub(crate) fn eliminate<const SYMMETRIC: bool, S: Simd>(
         &mut self,
         simd: S,
         pivots: &mut [PivotBlock<D>],
@@ -431,7 +431,7 @@ fn subtract_products<const D: usize, S: Simd>(
 
 /// The first row that is used, of the columns of a chunk in an update matrix: that of the chunk where the diagonal block
 /// of the first column begins.
-pub(super) fn first_row(column: usize, block: usize) -> usize {
+pub(crate) fn first_row(column: usize, block: usize) -> usize {
     column / CHUNK * CHUNK / block * block / CHUNK * CHUNK
 }
 

@@ -118,7 +118,7 @@ impl SymbolicFactor {
     }
 
     /// The same with so many levels of branches within branches at most.
-    pub(super) fn with_levels(starts: &[usize], rows: &[u32], levels: usize) -> Self {
+    pub(crate) fn with_levels(starts: &[usize], rows: &[u32], levels: usize) -> Self {
         let n_blocks = starts.len() - 1;
         let neighbours = neighbours(starts, rows);
         let order = minimum_degree(&neighbours);

@@ -40,8 +40,8 @@ struct SparseMatrix {
 void signed_incidence_matrix_dense(int n, const Edges& E, DenseMatrix& A);
 void signed_incidence_matrix_sparse(int n, const Edges& E, SparseMatrix& A);
 
-// What does not change from step to step; prefactorization is a factor of Q, in whatever form you write it. False if it
-// fails.
+// What does not change from step to step; prefactorization is a factor of Q, in whatever form you write it. The weight of
+// pinned vertices in Q is w = 1e10. False if it fails.
 bool fast_mass_springs_precomputation_dense(
     const Points& V, const Edges& E, double k, const std::vector<double>& m, const std::vector<int>& b, double delta_t,
     std::vector<double>& r, DenseMatrix& M, DenseMatrix& A, DenseMatrix& C, DenseMatrix& prefactorization);
@@ -49,7 +49,8 @@ bool fast_mass_springs_precomputation_sparse(
     const Points& V, const Edges& E, double k, const std::vector<double>& m, const std::vector<int>& b, double delta_t,
     std::vector<double>& r, SparseMatrix& M, SparseMatrix& A, SparseMatrix& C, SparseMatrix& prefactorization);
 
-// One step, from the positions Uprev and Ucur to Unext; fext is the external force on each vertex. 50 rounds.
+// One step, from the positions Uprev and Ucur to Unext; fext is the external force on each vertex. 50 rounds, which start
+// from Ucur.
 void fast_mass_springs_step_dense(
     const Points& V, const Edges& E, double k, const std::vector<int>& b, double delta_t, const Points& fext,
     const std::vector<double>& r, const DenseMatrix& M, const DenseMatrix& A, const DenseMatrix& C,

@@ -1,11 +1,11 @@
-// Reads a scene, takes its steps and writes its trace: called as `simulate SCENE TRACE SOLVER`. What is to be
-// done here is the wind, and masses where none is given.
+// Reads a scene, takes its steps and writes its trace: called as `simulate SCENE TRACE SOLVER`. Complete but for the
+// wind, which is extra credit.
 //
 // The protocol
 //   SCENE   JSON beside an OBJ file: {"obj": "net.obj", "k": 300, "m": 1, "b": [1, 5], "wind": false}. k is the stiffness
-//           of every spring, m the mass of every vertex (without it, a vertex weighs the area around it), b the pinned
-//           vertices, counted from 1. Each pair of vertices of a face is a spring, once; its rest length is that of the
-//           OBJ file. The vertices start there, at rest.
+//           of every spring, m the mass of every vertex (without it, a vertex weighs its mixed Voronoi area), b the
+//           pinned vertices, counted from 1. Each pair of vertices of a face is a spring, once; its rest length is that of
+//           the OBJ file. The vertices start there, at rest.
 //   TRACE   CSV: a header `step,time,x0,y0,z0,x1,...`, then one row for each state: the initial one, then 30 steps of
 //           1/30 s. Write all digits: precision 17 does. Velocities are not needed.
 //   SOLVER  dense or sparse: which of the two implementations is graded.
@@ -35,8 +35,9 @@ struct Scene {
     double mass = 0;  // 0: not given
     bool wind = false;
     Points rest;
-    Edges springs;            // vertices from 0
-    std::vector<int> pinned;  // from 0
+    Edges springs;                       // vertices from 0
+    std::vector<std::vector<int>> faces;  // vertices from 0
+    std::vector<int> pinned;             // from 0
     std::vector<double> masses;
 };
 
@@ -58,6 +59,37 @@ std::string value_of(const std::string& json, const std::string& key) {
     const std::size_t start = json.find_first_not_of(" \t\r\n", json.find(':', name) + 1);
     const std::size_t end = json[start] == '[' ? json.find(']', start) : json.find_first_of(",}", start);
     return json.substr(start, end - start);
+}
+
+// The mixed Voronoi area of each vertex. A face of more than three corners counts as the triangles around its first.
+std::vector<double> voronoi_areas(const Scene& scene) {
+    std::vector<double> areas(scene.rest.size(), 0.0);
+    for (const auto& face : scene.faces)
+        for (std::size_t last = 2; last < face.size(); ++last) {
+            const int corners[3] = {face[0], face[last - 1], face[last]};
+            double squares[3];  // of the side opposite to each corner
+            for (int c = 0; c < 3; ++c) {
+                const auto &a = scene.rest[corners[(c + 1) % 3]], &b = scene.rest[corners[(c + 2) % 3]];
+                squares[c] = std::pow(a[0] - b[0], 2) + std::pow(a[1] - b[1], 2) + std::pow(a[2] - b[2], 2);
+            }
+            // 16 area² by Heron's formula in the squares of the sides.
+            const double sum = squares[0] + squares[1] + squares[2];
+            const double area =
+                std::sqrt(std::max(sum * sum - 2 * (squares[0] * squares[0] + squares[1] * squares[1] +
+                                                    squares[2] * squares[2]), 0.0)) / 4;
+            double cotangents[3];
+            int obtuse = -1;
+            for (int c = 0; c < 3; ++c) {
+                cotangents[c] = (sum - 2 * squares[c]) / (4 * area);
+                if (cotangents[c] < 0) obtuse = c;
+            }
+            for (int c = 0; c < 3; ++c) {
+                const int next = (c + 1) % 3, third = (c + 2) % 3;
+                const double shares = squares[next] * cotangents[next] + squares[third] * cotangents[third];
+                areas[corners[c]] += obtuse < 0 ? shares / 8 : area / (obtuse == c ? 2 : 4);
+            }
+        }
+    return areas;
 }
 
 Scene read_scene(const std::string& path) {
@@ -91,10 +123,10 @@ Scene read_scene(const std::string& path) {
                 for (std::size_t b = a + 1; b < face.size(); ++b)
                     if (known.insert(std::minmax({face[a], face[b]})).second)
                         scene.springs.push_back({face[a], face[b]});
+            scene.faces.push_back(face);
         }
     }
-    if (scene.mass == 0) notImplemented("a scene without masses");  // your code here: a vertex weighs its Voronoi area
-    scene.masses.assign(scene.rest.size(), scene.mass);
+    scene.masses = scene.mass > 0 ? std::vector<double>(scene.rest.size(), scene.mass) : voronoi_areas(scene);
     return scene;
 }
 
@@ -120,10 +152,15 @@ int main(int count, char** arguments) {
                        V, E, k, m, b, time_step, dense.r, dense.M, dense.A, dense.C, dense.prefactorization)
                  : fast_mass_springs_precomputation_sparse(
                        V, E, k, m, b, time_step, sparse.r, sparse.M, sparse.A, sparse.C, sparse.prefactorization);
-    if (!is_ready) return 1;
+    if (!is_ready) {
+        std::cerr << "the precomputation failed\n";
+        return 1;
+    }
     // On each vertex, not scaled by its mass.
     const Points fext(V.size(), {0, -9.8, 0});
-    if (scene.wind) notImplemented("wind");  // your code here
+    // Your code here: to the external force of each step, wind adds (3 + 1.5 (1 + cos 5p), 1 + cos(0.3 + p), sin p) on each
+    // vertex, with p = x/d + t of its current x and the current time, and d the diagonal of the box around V.
+    if (scene.wind) notImplemented("windforce");
 
     Points previous = V, current = V, next = V;
     std::ofstream trace(arguments[2]);

@@ -234,7 +234,7 @@ pub fn compare_watched(
         Ok(()) if comparer.first_wrong.is_some() => Verdict::Fail(Failure::Differs),
         Ok(()) if comparer.beyond.as_ref().is_some_and(|beyond| beyond.drift.is_some()) => {
             let detail = comparer.beyond.and_then(|beyond| beyond.drift).unwrap_or_default();
-            Verdict::Fail(Failure::Drifts { detail })
+            Verdict::Fail(Failure::Drifts { detail: detail.into() })
         }
         Ok(()) => Verdict::Pass,
     };
@@ -380,7 +380,7 @@ impl Comparer {
                     number(time),
                     number(expected)
                 );
-                return Err(Failure::Malformed { detail });
+                return Err(Failure::Malformed { detail: detail.into() });
             }
         }
         match self.not_finite(got) {

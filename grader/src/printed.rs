@@ -1,28 +1,114 @@
-//! Sanitizes output of untrusted programs for display.
+//! Text from students' files and programs, and the forms in which it is inert: it steers no terminal, starts no formula.
+
+use std::fmt;
 
 use sandbox::Printed;
-
 use sandbox::scratch::without_paths;
+use serde::{Deserialize, Serialize, Serializer};
+use simulator::printable;
+pub use simulator::printable::steers;
 
 /// Maximum number of bytes shown, from the end: programs print their error last.
 const SHOWN: usize = 2_000;
 
-/// Maximum number of characters of a text that must fit one line.
-const LINE: usize = 100;
+/// Maximum number of characters of a text that must fit one line: a path of a few folders.
+const LINE: usize = 400;
 
 /// Maximum number of characters of a path.
 const PATH: usize = 100;
+
+/// Text that a student wrote, or a program of a student: held as it came, and shown in an inert form only.
+///
+/// ```
+/// let name = grader::printed::Untrusted::from("ada\u{1b}[2J");
+/// assert_eq!(name.line(), "ada\u{fffd}[2J");
+/// ```
+///
+/// It cannot be printed as it is:
+///
+/// ```compile_fail,E0277
+/// let name = grader::printed::Untrusted::from("ada\u{1b}[2J");
+/// println!("{name}");
+/// ```
+///
+/// Nor is it a `&str` by itself:
+///
+/// ```compile_fail,E0308
+/// let name = grader::printed::Untrusted::from("ada\u{1b}[2J");
+/// let text: &str = &name;
+/// ```
+#[derive(Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(transparent)]
+pub struct Untrusted(String);
+
+/// Why untrusted text is needed as it was written. None of these shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RawUse {
+    /// It is compared with, or searched for, known text.
+    Comparison,
+    /// It is a part of other untrusted text.
+    Part,
+    /// It is parsed.
+    Parsing,
+}
+
+impl Untrusted {
+    /// Some lines of text, without the random names of scratch folders.
+    pub fn text(&self) -> String {
+        text(&self.0)
+    }
+
+    /// One line of text, of limited length.
+    pub fn line(&self) -> String {
+        without_paths(&line(&self.0))
+    }
+
+    /// A cell of a table that a spreadsheet opens.
+    pub fn cell(&self) -> String {
+        inert(&self.line())
+    }
+
+    /// The text as it was written.
+    pub fn raw(&self, _: RawUse) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Debug for Untrusted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", self.text())
+    }
+}
+
+impl Serialize for Untrusted {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.text())
+    }
+}
+
+impl From<String> for Untrusted {
+    fn from(text: String) -> Self {
+        Self(text)
+    }
+}
+
+impl From<&str> for Untrusted {
+    fn from(text: &str) -> Self {
+        Self(text.to_owned())
+    }
+}
 
 /// The end of a program's output, without terminal control.
 ///
 /// Escape sequences and control characters are removed. Bidirectional controls and other control characters of Unicode
 /// become `�`. Spaces at the ends of lines and empty lines are removed.
 pub(super) fn tail(printed: &Printed) -> String {
-    let start = printed.text.len().saturating_sub(SHOWN);
-    let start = (start..).find(|start| printed.text.is_char_boundary(*start)).unwrap_or_default();
-    let text = &printed.text[start..];
+    let text = printed.raw();
+    let start = text.len().saturating_sub(SHOWN);
+    let start = (start..).find(|start| text.is_char_boundary(*start)).unwrap_or_default();
+    let text = &text[start..];
     // If the first line was cut, its rest may be half an escape sequence.
-    let cut = printed.cut || start > 0;
+    let cut = printed.is_cut() || start > 0;
     let text = if cut { text.split_once('\n').map_or("", |(_, rest)| rest) } else { text };
     let stripped = anstream::adapter::strip_str(text).to_string();
     let lines = stripped.split(['\n', '\r']).map(|line| {
@@ -39,13 +125,7 @@ pub(super) fn tail(printed: &Printed) -> String {
 /// Text of some lines, without terminal control, characters that XML forbids, and the random names of scratch folders.
 /// Every message that contains text of a submission passes through here.
 pub fn text(text: &str) -> String {
-    let shown = |character| match character {
-        '\t' => ' ',
-        '\n' => '\n',
-        character if steers(character) => char::REPLACEMENT_CHARACTER,
-        harmless => harmless,
-    };
-    without_paths(&text.chars().map(shown).collect::<String>())
+    without_paths(&printable::text(text))
 }
 
 /// A path on one line; the end of a long one.
@@ -59,8 +139,7 @@ pub(super) fn path(path: &[u8]) -> String {
 
 /// One line of text, without terminal control.
 pub(super) fn line(text: &str) -> String {
-    let shown = |character| if steers(character) { char::REPLACEMENT_CHARACTER } else { character };
-    text.chars().take(LINE).map(shown).collect()
+    printable::line(&text.chars().take(LINE).collect::<String>())
 }
 
 /// Escapes text so that no spreadsheet reads a part of it as a formula, whatever its cell separator: puts `'` before
@@ -79,24 +158,12 @@ pub fn inert(text: &str) -> String {
     shown
 }
 
-/// Whether a terminal interprets the character, or XML forbids it.
-pub fn steers(character: char) -> bool {
-    character.is_control()
-        || matches!(
-            character,
-            // Marks, embeddings, overrides and isolates of direction; line and paragraph separators.
-            '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
-            // Not characters of XML 1.0.
-            | '\u{fffe}' | '\u{ffff}'
-        )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn shown(bytes: &[u8]) -> String {
-        tail(&Printed { text: String::from_utf8_lossy(bytes).into_owned(), cut: false })
+        tail(&Printed::of(bytes, bytes.len() as u64))
     }
 
     #[test]
@@ -122,6 +189,18 @@ mod tests {
     fn a_line_stays_one() {
         assert_eq!(line("Ada\n\u{1b}[2J\u{202e}"), "Ada��[2J�");
         assert_eq!(line(&"x".repeat(1000)).len(), LINE);
+    }
+
+    #[test]
+    fn untrusted_text_is_inert_in_each_form() {
+        let eve = Untrusted::from("=1\u{1b}]0;x\u{7}\n\u{202e}");
+        assert_eq!(eve.text(), "=1�]0;x�\n�");
+        assert_eq!(eve.line(), "=1�]0;x���");
+        assert_eq!(eve.cell(), "'=1�]0;x���");
+        assert_eq!(format!("{eve:?}"), "\"=1�]0;x�\\n�\"");
+        assert_eq!(serde_json::to_string(&eve).unwrap(), "\"=1�]0;x�\\n�\"");
+        let read: Untrusted = serde_json::from_str("\"\\u001b\"").unwrap();
+        assert_eq!(read.raw(RawUse::Comparison), "\u{1b}");
     }
 
     #[test]

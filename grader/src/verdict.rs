@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::printed;
+use crate::printed::{self, Untrusted};
 
 /// The outcome of one scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,72 +50,72 @@ impl fmt::Display for Verdict {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Failure {
     /// The files of the submission cannot be read, or are too many or too large.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     BadHandIn {
         /// Which, and why.
-        detail: String,
+        detail: Untrusted,
     },
     /// The program lacks a feature of the scene: it says so, or its trace is what follows without it.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     NotImplemented {
         /// What the program said, or what is left out.
-        detail: String,
+        detail: Untrusted,
         /// The integrator, force or format that the program named; `None` if it named none.
         lacks: Option<String>,
     },
     /// A folder of traces has none of this scene.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     Missing {
         /// The expected path.
-        detail: String,
+        detail: Untrusted,
     },
     /// The trace is missing, or there are several.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     NoOutput {
         /// The expected path, or the paths.
-        detail: String,
+        detail: Untrusted,
     },
     /// The simulator failed.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     Crashed {
         /// The exit status or signal, and the program's output.
-        detail: String,
+        detail: Untrusted,
     },
     /// The build failed, so that there is no program.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     BuildFailed {
         /// The exit status or signal, and the build's output.
-        detail: String,
+        detail: Untrusted,
     },
     /// A program exceeded its time limit.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     TimedOut {
         /// The limit.
-        detail: String,
+        detail: Untrusted,
     },
     /// A program exceeded its memory limit.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     OutOfMemory {
         /// The limit.
-        detail: String,
+        detail: Untrusted,
     },
     /// A program exceeded an output limit.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     TooMuchOutput {
         /// The output and its limit.
-        detail: String,
+        detail: Untrusted,
     },
     /// A program exceeded its limit of processes.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     TooManyProcesses {
         /// The limit.
-        detail: String,
+        detail: Untrusted,
     },
     /// The trace is not in its format.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     Malformed {
         /// The place and the fault.
-        detail: String,
+        detail: Untrusted,
     },
     /// The trace holds an infinity or a NaN.
     #[error("{}{value} in the trace: {place}", printed::text(&prefix(location.as_ref())))]
@@ -142,10 +142,10 @@ pub enum Failure {
         expected: u64,
     },
     /// The states agree up to the prediction horizon, but the energy or the momentum is wrong beyond it.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     Drifts {
         /// The step and the error.
-        detail: String,
+        detail: Untrusted,
     },
     /// The numbers are out of tolerance.
     #[error("the trace differs from the oracle's")]
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn no_message_contains_terminal_control_or_invalid_xml() {
-        let detail = || "a\u{1b}[2J\u{fffe}\u{b}\nb".to_owned();
+        let detail = || Untrusted::from("a\u{1b}[2J\u{fffe}\u{b}\nb");
         let expected = "a\u{fffd}[2J\u{fffd}\u{fffd}\nb";
         for failure in [
             Failure::BadHandIn { detail: detail() },
@@ -324,6 +324,9 @@ mod tests {
         ] {
             assert_eq!(failure.to_string(), expected, "{}", failure.name());
         }
-        assert_eq!(Fault::NotRun { detail: detail() }.to_string(), expected);
+        assert_eq!(
+            Fault::NotRun { detail: detail().raw(printed::RawUse::Part).to_owned() }.to_string(),
+            expected
+        );
     }
 }

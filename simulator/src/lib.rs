@@ -14,6 +14,7 @@
 //! - [`fallback`]: optional fallbacks for steps that fail.
 //! - [`simulation`]: runs a scene step by step.
 //! - [`trace`]: reads and writes traces.
+//! - [`printable`]: text of a file, inert on a terminal.
 //! - [`frames`]: pictures of a motion.
 //! - [`generate`]: procedural scenes of any size.
 //!
@@ -53,6 +54,7 @@ pub mod statistics;
 
 pub mod input;
 pub mod output;
+pub mod printable;
 pub mod spelling;
 pub mod trace;
 

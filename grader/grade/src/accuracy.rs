@@ -132,7 +132,7 @@ fn open(path: &Path, args: &AccuracyArgs) -> Result<Submission, Stop> {
     match open_program(path, &args.run, &Rubric::default(), &[])? {
         (submission @ Submission::Program(_), _) => Ok(submission),
         (Submission::Unusable { name, failure }, _) => {
-            Err(Stop::bad_input(format!("{name}: {failure}")))
+            Err(Stop::bad_input(format!("{}: {failure}", name.line())))
         }
         _ => Err(Stop::bad_input(format!("{}: not a program", path.display()))),
     }

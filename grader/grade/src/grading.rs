@@ -4,6 +4,7 @@ use std::path::Path;
 
 use grader::events::{Event, Observer, Task};
 use grader::grading::{Checks, GradingOutcome};
+use grader::printed::RawUse;
 use grader::submission::folder;
 
 use crate::args::{GradeArgs, Judging};
@@ -141,5 +142,7 @@ fn choose(args: &GradeArgs, inputs: &Inputs, record: Option<&Path>) -> Vec<Strin
 /// opened.
 pub(super) fn named_assignment(submission: &Path) -> Option<String> {
     let is_folder = submission.is_dir() && folder::is_submission(submission);
-    is_folder.then(|| folder::assignment_of(submission).ok().flatten()).flatten()
+    let named = is_folder.then(|| folder::assignment_of(submission).ok().flatten()).flatten()?;
+    // It is looked up among the known names.
+    Some(named.raw(RawUse::Comparison).to_owned())
 }

@@ -101,7 +101,7 @@ pub(super) fn probe_program(
     let program = match open_program(path, &args.run, &rubric, &[])? {
         (Submission::Program(program), _) => program,
         (Submission::Unusable { name, failure }, _) => {
-            return Err(Stop::bad_input(format!("{name}: {failure}")));
+            return Err(Stop::bad_input(format!("{}: {failure}", name.line())));
         }
         _ => return Err(Stop::bad_input(format!("{}: not a program", path.display()))),
     };
@@ -126,7 +126,9 @@ pub(super) fn probe_program(
     };
     put(&bytes, args.output.as_deref())?;
     if let Some(pages) = pages {
-        pages.write("", |sink| html::single(&html::probing(&probing, &probing.name, &[]), sink))?;
+        pages.write("", |sink| {
+            html::single(&html::probing(&probing, &probing.name.line(), &[]), sink)
+        })?;
         pages.announce();
     }
     Ok(if probing.is_pass() { Exit::Passed } else { Exit::Failed })

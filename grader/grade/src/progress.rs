@@ -8,6 +8,7 @@ use grader::events::{Event, Observer, Task};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::interrupt::Interrupt;
+use crate::output::inert;
 
 /// Interval at which the elapsed time is redrawn.
 const TICK: Duration = Duration::from_millis(200);
@@ -53,7 +54,7 @@ impl Progress {
     /// Shows this text.
     pub(super) fn show(&self, text: &str) {
         if let Some(bar) = &self.bar {
-            bar.set_message(text.to_owned());
+            bar.set_message(inert(text));
         }
     }
 
@@ -74,7 +75,7 @@ impl Observer for Progress {
         let Some(bar) = &self.bar else { return };
         let mut state = self.state();
         state.take(event);
-        bar.set_message(state.line());
+        bar.set_message(inert(&state.line()));
     }
 
     fn is_stopped(&self) -> bool {

@@ -2,6 +2,8 @@
 
 use std::io::Write;
 
+use crate::output::terminal;
+
 /// Exit code of `grade`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Exit {
@@ -32,5 +34,6 @@ impl Stop {
 
 /// Writes `kind: message` to standard error.
 pub(super) fn complain(kind: &str, message: impl std::fmt::Display) {
-    let _ = writeln!(anstream::stderr(), "{kind}: {message}");
+    let mut out = terminal(anstream::stderr());
+    let _ = writeln!(out, "{kind}: {message}").and_then(|()| out.flush());
 }

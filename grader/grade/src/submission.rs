@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use grader::printed::Untrusted;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};
@@ -132,8 +133,8 @@ fn open_handed_in(
     if !folder::is_submission(path) {
         let detail = "there is no submission.toml in the files that were handed in, outside of any folder\n  help: hand \
                       in the content of the folder that `grade init` writes, not the folder itself";
-        let failure = Failure::BadHandIn { detail: detail.to_owned() };
-        return Ok((Submission::Unusable { name, failure }, None));
+        let failure = Failure::BadHandIn { detail: detail.into() };
+        return Ok((Submission::Unusable { name: name.into(), failure }, None));
     }
     let (runner, protections) = run.runner(&inputs.rubric)?;
     let mut readable = runner.readable.clone();
@@ -209,7 +210,9 @@ pub(super) fn open_program(
         match folder::open(path, runner, rubric.build_limits()) {
             Ok(Built::Program(program)) => Submission::Program(program),
             Ok(Built::Failed { name, failure }) => Submission::Unusable { name, failure },
-            Err(FolderError::HandIn { error, .. }) => refused(path.display().to_string(), &error),
+            Err(FolderError::HandIn { error, .. }) => {
+                refused(path.display().to_string().into(), &error)
+            }
             Err(error @ FolderError::Invalid { .. }) => return Err(Stop::bad_input(error)),
             Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
                 return Err(Stop::fault(error));
@@ -242,7 +245,7 @@ pub(super) fn check_secrets(secrets: &[PathBuf], readable: &[PathBuf]) -> Result
 
 /// Opens the submission at `path`, called `name` in its class. A defect of the submission becomes its verdict.
 pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubric) -> Submission {
-    let name = name.to_owned();
+    let name = Untrusted::from(name);
     if path.is_dir() && !folder::is_submission(path) {
         return Submission::Traces(path.to_path_buf());
     }
@@ -253,7 +256,7 @@ pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubri
             Err(FolderError::HandIn { error, .. }) => refused(name, &error),
             Err(error @ FolderError::Invalid { .. }) => {
                 let detail = error.to_string();
-                Submission::Unusable { name, failure: Failure::BadHandIn { detail } }
+                Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
             }
             Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
                 Submission::NotGraded { name, detail: error.to_string() }
@@ -268,11 +271,11 @@ pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubri
 }
 
 /// A submission whose files cannot be graded.
-pub(super) fn refused(name: String, error: &HandInError) -> Submission {
+pub(super) fn refused(name: Untrusted, error: &HandInError) -> Submission {
     let detail = error.to_string();
     if error.is_fault() {
         Submission::NotGraded { name, detail }
     } else {
-        Submission::Unusable { name, failure: Failure::BadHandIn { detail } }
+        Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
     }
 }

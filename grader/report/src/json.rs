@@ -370,7 +370,7 @@ impl Report {
         Self {
             schema_version: SCHEMA_VERSION,
             grader_version: env!("CARGO_PKG_VERSION"),
-            submission: grading.submission.clone(),
+            submission: grading.submission.line(),
             assignment: grading.assignment.as_ref().map(|assignment| assignment.name.clone()),
             fitting_assignment: grading.fitting.as_ref().map(|fitting| fitting.name.clone()),
             outcome: match grading.outcome() {

@@ -70,7 +70,7 @@ pub fn render(grading: &Grading, times: &SceneTimes) -> io::Result<String> {
     if let Some(provenance) = &grading.provenance {
         suites.push(provenance_suite(provenance, grading.protection.as_deref()));
     }
-    Document { name: format!("Spring Oracle: {}", grading.submission), suites }.render()
+    Document { name: format!("Spring Oracle: {}", grading.submission.line()), suites }.render()
 }
 
 /// A suite without cases, whose properties say what the report was made by and from.

@@ -547,7 +547,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         format!(", assignment {BOLD}{name}{BOLD:#}: {title}")
     });
     let graded_as = graded_as.unwrap_or_default();
-    writeln!(out, "{BOLD}Summary{BOLD:#} for {}{graded_as}", grading.submission)?;
+    writeln!(out, "{BOLD}Summary{BOLD:#} for {}{graded_as}", grading.submission.line())?;
     table::write_unnamed(out, &rows)?;
     write_circumstances(out, grading)?;
     if let Some(interrupted) = grading.interrupted {

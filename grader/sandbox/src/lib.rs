@@ -195,19 +195,27 @@ impl Protection {
     }
 }
 
-/// The last part of a program's output.
+/// The last part of a program's output. It is untrusted, and cannot be printed as it is.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Printed {
-    /// Its last bytes.
-    pub text: String,
-    /// Whether earlier output was cut off.
-    pub cut: bool,
+    text: String,
+    cut: bool,
 }
 
 impl Printed {
     /// The last bytes of an output of `total` bytes.
-    fn of(tail: &[u8], total: u64) -> Self {
+    pub fn of(tail: &[u8], total: u64) -> Self {
         Self { text: String::from_utf8_lossy(tail).into_owned(), cut: total > tail.len() as u64 }
+    }
+
+    /// The text as it was printed, with any terminal control in it.
+    pub fn raw(&self) -> &str {
+        &self.text
+    }
+
+    /// Whether earlier output was cut off.
+    pub fn is_cut(&self) -> bool {
+        self.cut
     }
 }
 

@@ -247,7 +247,7 @@ impl<'a> Drawn<'a> {
         case: &Case,
     ) -> std::result::Result<Box<dyn StateSource>, Verdict> {
         let missing = || {
-            let detail = "there is no trace".to_owned();
+            let detail = "there is no trace".into();
             Err(Verdict::Fail(Failure::Missing { detail }))
         };
         if !self.delivers(case) {
@@ -257,7 +257,7 @@ impl<'a> Drawn<'a> {
             if self.delivery != Delivery::Program {
                 return missing();
             }
-            let detail = format!("ended with exit status 1; it printed:\nunknown {name}");
+            let detail = format!("ended with exit status 1; it printed:\nunknown {name}").into();
             return Err(Verdict::Fail(Failure::Crashed { detail }));
         }
         let run = student.simulate(&self.level.seen(&case.scene));

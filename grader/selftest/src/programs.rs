@@ -148,7 +148,7 @@ pub fn rows(
                 Outcome::Graded(grade(row, &Submission::Program(program), suite, oracle, rubric))
             }
             Some(Made::Failed(failure)) => {
-                let name = row.build.language();
+                let name = row.build.language().into();
                 let unusable = Submission::Unusable { name, failure: failure.clone() };
                 Outcome::Graded(grade(row, &unusable, suite, oracle, rubric))
             }

@@ -74,7 +74,7 @@ impl Row {
         };
         let together = grading.credit();
         Self {
-            name: grading.submission.clone(),
+            name: grading.submission.line(),
             verdict: verdict(grading),
             required: shown(required),
             extra_credit: shown(extra),

@@ -340,7 +340,7 @@ impl Findings {
             *scene.diagnosis = diagnosis;
             if let Some(words) = lacks {
                 scene.comparison.verdict =
-                    Verdict::Fail(Failure::NotImplemented { detail: words, lacks: None });
+                    Verdict::Fail(Failure::NotImplemented { detail: words.into(), lacks: None });
             }
         }
         list.extend(unnamed);

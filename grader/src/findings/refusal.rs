@@ -4,6 +4,7 @@
 //! with a message that refuses the scene's integrator, one of its forces or its format by name. A message that names a force without refusing it
 //! ("springforce.cpp:12: index out of range") is a crash.
 
+use crate::printed::RawUse;
 use crate::submission::program::exit_status;
 use crate::suite::Case;
 use crate::verdict::Failure;
@@ -35,7 +36,7 @@ pub fn refusal(case: &Case, failure: Failure) -> Failure {
         return failure;
     };
     let Some(status) = exit_status(detail) else { return failure };
-    let lines = || detail.lines().map(str::to_lowercase);
+    let lines = || detail.raw(RawUse::Comparison).lines().map(str::to_lowercase);
     let refused = lines().filter(|line| REFUSALS.iter().any(|word| line.contains(word)));
     let refused: Vec<String> = refused.collect();
     let named =
@@ -47,10 +48,10 @@ pub fn refusal(case: &Case, failure: Failure) -> Failure {
     let named =
         named.or_else(|| names(case).into_iter().find(|name| lines().any(|l| has_word(&l, name))));
     let detail = match &named {
-        Some(name) => format!("the program does not offer {name}: {detail}"),
-        None => format!("the program does not offer this scene: {detail}"),
+        Some(name) => format!("the program does not offer {name}: {}", detail.text()),
+        None => format!("the program does not offer this scene: {}", detail.text()),
     };
-    Failure::NotImplemented { detail, lacks: named }
+    Failure::NotImplemented { detail: detail.into(), lacks: named }
 }
 
 /// What a scene needs, by the names that a message may use: its integrator, its forces, its format.

@@ -4,6 +4,7 @@
 //! timing. A program whose first scenes of several features all time out is not run further at all. A scene that is
 //! not run fails like those before it: no verdict improves.
 
+use crate::printed::Untrusted;
 use crate::rubric::Breaker;
 use crate::suite::Case;
 use crate::verdict::{Failure, Verdict};
@@ -14,9 +15,9 @@ pub(super) const PILOTS: usize = 4;
 /// The failures of one feature so far.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Failures {
-    timeouts: Vec<String>,
+    timeouts: Vec<Untrusted>,
     /// Messages of crashes.
-    crashes: Vec<String>,
+    crashes: Vec<Untrusted>,
 }
 
 impl Failures {
@@ -34,12 +35,16 @@ impl Failures {
         let is_reached = |count: usize, limit: usize| limit > 0 && count >= limit;
         if is_reached(self.timeouts.len(), breaker.timeouts) {
             let detail = format!("not run: {} time-outs before in this feature", breaker.timeouts);
-            return Some(Failure::TimedOut { detail });
+            return Some(Failure::TimedOut { detail: detail.into() });
         }
         let last = self.crashes.last()?;
         let same = self.crashes.iter().rev().take_while(|message| *message == last).count();
         is_reached(same, breaker.crashes).then(|| Failure::Crashed {
-            detail: format!("not run: {same} crashes with the same message before: {last}"),
+            detail: format!(
+                "not run: {same} crashes with the same message before: {}",
+                last.text()
+            )
+            .into(),
         })
     }
 }
@@ -56,7 +61,7 @@ pub(super) fn after_pilots<'a>(
         }
         count += 1;
     }
-    let detail = format!("not run: the first scenes of {count} features all timed out");
+    let detail = format!("not run: the first scenes of {count} features all timed out").into();
     (count >= PILOTS && breaker.timeouts > 0).then_some(Failure::TimedOut { detail })
 }
 
@@ -83,11 +88,11 @@ mod tests {
     }
 
     fn crash(detail: &str) -> Failure {
-        Failure::Crashed { detail: detail.to_owned() }
+        Failure::Crashed { detail: detail.into() }
     }
 
     fn timeout() -> Failure {
-        Failure::TimedOut { detail: "still ran after 10 s".to_owned() }
+        Failure::TimedOut { detail: "still ran after 10 s".into() }
     }
 
     #[test]

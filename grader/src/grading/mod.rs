@@ -26,6 +26,7 @@ use crate::compare::{Comparison, Criteria};
 use crate::events::{Event, Observer, Task};
 use crate::jacobian::{self, JacobianReport};
 use crate::oracle::Oracle;
+use crate::printed::Untrusted;
 use crate::probe;
 use crate::rubric::Rubric;
 use crate::submission::Submission;
@@ -257,7 +258,7 @@ impl<'a> Grader<'a> {
 /// Judges every scene of the suite by `judge`, in parallel.
 pub fn collect(
     suite: &Suite,
-    submission: String,
+    submission: impl Into<Untrusted>,
     oracle: &Oracle,
     rubric: &Rubric,
     judge: impl Fn(&Case, Criteria) -> (Comparison, Vec<State>) + Sync,
@@ -267,5 +268,5 @@ pub fn collect(
     let mut judged: Vec<Judged<'_>> = cases.map(judged).collect();
     let findings = look_into(&mut judged);
     let results = judged.into_iter().map(|judged| (judged.case, judged.result));
-    gather(submission, rubric, results.collect(), findings)
+    gather(submission.into(), rubric, results.collect(), findings)
 }

@@ -10,7 +10,7 @@ use crate::creative::{CRITERIA, CreativeCredit, CreativeRule};
 use crate::diagnosis::Diagnosis;
 use crate::findings::Findings;
 use crate::jacobian::JacobianReport;
-use crate::printed;
+use crate::printed::Untrusted;
 use crate::probe::Probing;
 use crate::recording::Recording;
 use crate::rubric::{FaultPoints, Rubric};
@@ -24,7 +24,7 @@ use super::provenance::Provenance;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grading {
     /// The submission's name.
-    pub submission: String,
+    pub submission: Untrusted,
     /// The assignment that was graded; `None` if every scene was.
     pub assignment: Option<AssignmentName>,
     /// The assignment that the submission fits, if every scene was graded and it fits exactly one.
@@ -478,7 +478,7 @@ impl HiddenTally {
 
 /// Gathers the results of scenes by feature, in the order of the suite.
 pub(super) fn gather(
-    submission: String,
+    submission: Untrusted,
     rubric: &Rubric,
     results: Vec<(&Case, SceneResult)>,
     findings: Findings,
@@ -496,7 +496,7 @@ pub(super) fn gather(
     }
     features.sort_by(|a, b| a.feature.cmp(&b.feature));
     Grading {
-        submission: printed::text(&submission),
+        submission,
         assignment: None,
         fitting: None,
         is_own: false,

@@ -33,6 +33,7 @@ mod session;
 use simulator::scene::Dimension;
 use simulator::trace::Shape;
 
+use crate::printed::Untrusted;
 use crate::verdict::Failure;
 use differences::Offer;
 use session::Session;
@@ -51,7 +52,7 @@ const IMPLICIT: [&str; 2] = ["linearized-implicit-euler", "linearized-implicit"]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probing {
     /// The simulator's name.
-    pub name: String,
+    pub name: Untrusted,
     /// Its methods in the plane and in space.
     pub spaces: Vec<Space>,
     /// One entry for each part and dimension.
@@ -211,7 +212,7 @@ mod tests {
     struct Counting(AtomicUsize);
 
     impl Stepper for Counting {
-        fn name(&self) -> String {
+        fn name(&self) -> Untrusted {
             BuiltIn.name()
         }
 

@@ -4,6 +4,7 @@ use simulator::scene::{Scene, write};
 use simulator::simulation::Simulation;
 use simulator::trace::{Shape, State};
 
+use crate::printed::Untrusted;
 use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
 use crate::verdict::{Failure, Place, Quantity, Verdict};
@@ -14,7 +15,7 @@ const SAME: f64 = 1e-6;
 /// Takes single steps of scenes.
 pub trait Stepper: Sync {
     /// The name in reports.
-    fn name(&self) -> String;
+    fn name(&self) -> Untrusted;
 
     /// Velocities after the only step of `scene`, `n·D` numbers, particle-major, by the integrator of this name.
     ///
@@ -28,12 +29,12 @@ pub trait Stepper: Sync {
 pub struct BuiltIn;
 
 impl Stepper for BuiltIn {
-    fn name(&self) -> String {
-        "built-in simulator".to_owned()
+    fn name(&self) -> Untrusted {
+        "built-in simulator".into()
     }
 
     fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
-        let crashed = |detail: String| Failure::Crashed { detail };
+        let crashed = |detail: String| Failure::Crashed { detail: detail.into() };
         let schema = simulator::vocabulary().integrator(integrator);
         let schema = schema.ok_or_else(|| crashed(format!("unknown integrator {integrator}")))?;
         let scene = Scene { integrator: schema, ..scene.clone() };
@@ -44,8 +45,8 @@ impl Stepper for BuiltIn {
 }
 
 impl Stepper for Program {
-    fn name(&self) -> String {
-        Self::name(self).to_owned()
+    fn name(&self) -> Untrusted {
+        Self::name(self).clone()
     }
 
     fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
@@ -55,7 +56,7 @@ impl Stepper for Program {
             self.run(SceneSource::Xml(&text), shape).map_err(|verdict| match verdict {
                 Verdict::Fail(failure) => failure,
                 // No step, and not the program's fault: it does not count against it.
-                other => Failure::NoOutput { detail: other.to_string() },
+                other => Failure::NoOutput { detail: other.to_string().into() },
             })?;
         let mut state = State::zeros(shape);
         let expected = 2;
@@ -106,7 +107,7 @@ fn check_start(scene: &Scene, state: &State) -> Result<(), Failure> {
         if expected.zip(found).any(|(expected, found)| (expected - found).abs() > SAME) {
             let detail =
                 format!("the trace does not start from the scene's state: particle {number}");
-            return Err(Failure::Malformed { detail });
+            return Err(Failure::Malformed { detail: detail.into() });
         }
     }
     Ok(())

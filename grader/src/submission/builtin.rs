@@ -22,7 +22,7 @@ impl StateSource for BuiltInStates {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         if self.started {
             let advanced = self.simulation.advance();
-            if !advanced.map_err(|error| Failure::Crashed { detail: error.to_string() })? {
+            if !advanced.map_err(|error| Failure::Crashed { detail: error.to_string().into() })? {
                 return Ok(false);
             }
         }

@@ -23,7 +23,7 @@ use simulator::trace::TraceFormat;
 
 use super::hand_in::{self, HandIn, HandInError};
 use super::program::{Program, Runner, failure_of_run};
-use crate::printed;
+use crate::printed::Untrusted;
 use crate::verdict::Failure;
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Job, Keep, Limits, SandboxError};
@@ -40,12 +40,12 @@ const FOLDER: &str = "{folder}";
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SubmissionManifest {
-    name: Option<String>,
+    name: Option<Untrusted>,
     build: Option<Vec<String>>,
     run: Vec<String>,
     #[serde(default)]
     format: ManifestFormat,
-    assignment: Option<String>,
+    assignment: Option<Untrusted>,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
@@ -68,14 +68,14 @@ pub enum FolderError {
         error: HandInError,
     },
     /// The manifest is not valid.
-    #[error("{}:{line}: {message}", path.display())]
+    #[error("{}:{line}: {}", path.display(), message.text())]
     Invalid {
         /// The file.
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong.
-        message: String,
+        /// What is wrong; it may quote the file.
+        message: Untrusted,
     },
     /// The copy for the build cannot be made.
     #[error("no folder for the build: {0}")]
@@ -93,7 +93,7 @@ pub enum Built {
     /// The build failed.
     Failed {
         /// The submission's name in reports.
-        name: String,
+        name: Untrusted,
         /// The build's failure.
         failure: Failure,
     },
@@ -115,11 +115,7 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
     let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
     let manifest = SubmissionManifest::parse(&text, &path)?;
     let files = HandIn::open(&home_of(folder)).map_err(refused)?;
-    let name = manifest.name.as_deref().map_or_else(
-        || folder.display().to_string(),
-        // The name is untrusted, and is shown in every report.
-        printed::line,
-    );
+    let name = manifest.name.unwrap_or_else(|| folder.display().to_string().into());
     // The sandbox's own user may lack permission to read the original. No report depends on the original's path.
     let copy = scratch_folder().map_err(FolderError::NotCopied)?;
     let home = copy.path().join("folder");
@@ -143,7 +139,7 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
 ///
 /// # Errors
 /// If the manifest cannot be read, or is not valid.
-pub fn assignment_of(folder: &Path) -> Result<Option<String>, FolderError> {
+pub fn assignment_of(folder: &Path) -> Result<Option<Untrusted>, FolderError> {
     let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
     let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
     Ok(SubmissionManifest::parse(&text, &folder.join(MANIFEST))?.assignment)
@@ -158,7 +154,7 @@ impl SubmissionManifest {
         let invalid = |line: usize, message: String| FolderError::Invalid {
             path: path.to_path_buf(),
             line,
-            message,
+            message: message.into(),
         };
         let manifest: Self = toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |span| span.start).min(text.len());
@@ -218,7 +214,7 @@ fn run_build(
         limits,
     };
     let outcome = runner.sandbox.run(&job)?;
-    let failed = |detail: String| Ok(Err(Failure::BuildFailed { detail }));
+    let failed = |detail: String| Ok(Err(Failure::BuildFailed { detail: detail.into() }));
     if outcome.end != End::Exited(0) {
         return failed(format!("the build {}", failure_of_run(&outcome, &job, &runner.sandbox)));
     }
@@ -234,3 +230,15 @@ fn run_build(
 
 /// The copy that a program runs from.
 pub(super) type Copy = Arc<Scratch>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_that_quotes_a_manifest_is_inert() {
+        let text = "\"\\u001b[2J\" = 1\nrun = [\"./a\"]\n";
+        let error = SubmissionManifest::parse(text, Path::new(MANIFEST)).unwrap_err().to_string();
+        assert!(error.contains("`\u{fffd}[2J`"), "{error:?}");
+    }
+}

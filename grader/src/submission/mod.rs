@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use simulator::solver::linear::LinearSolver;
 use simulator::trace::{Shape, State, TraceError, TraceReader};
 
+use crate::printed::Untrusted;
 use crate::suite::Case;
 use crate::verdict::{Failure, Fault, Verdict};
 use program::{Program, SceneSource};
@@ -29,14 +30,14 @@ pub enum Submission {
     /// A program that cannot be built, or that writes no trace of the simplest scene.
     Unusable {
         /// The submission's name in reports.
-        name: String,
+        name: Untrusted,
         /// Its failure.
         failure: Failure,
     },
     /// A submission that could not be graded, through no fault of its own.
     NotGraded {
         /// Its name in reports.
-        name: String,
+        name: Untrusted,
         /// Why.
         detail: String,
     },
@@ -44,11 +45,11 @@ pub enum Submission {
 
 impl Submission {
     /// The submission's name in reports.
-    pub fn name(&self) -> String {
+    pub fn name(&self) -> Untrusted {
         match self {
-            Self::BuiltIn(_) => "built-in simulator".to_owned(),
-            Self::Traces(folder) => folder.display().to_string(),
-            Self::Program(program) => program.name().to_owned(),
+            Self::BuiltIn(_) => "built-in simulator".into(),
+            Self::Traces(folder) => folder.display().to_string().into(),
+            Self::Program(program) => program.name().clone(),
             Self::Unusable { name, .. } | Self::NotGraded { name, .. } => name.clone(),
         }
     }
@@ -106,8 +107,10 @@ fn failure_of(error: TraceError) -> Failure {
     let detail = error.to_string();
     match error {
         TraceError::Unreadable { .. } => {
-            Failure::NoOutput { detail: format!("there is no trace: {detail}") }
+            Failure::NoOutput { detail: format!("there is no trace: {detail}").into() }
         }
-        TraceError::Line { .. } | TraceError::Record { .. } => Failure::Malformed { detail },
+        TraceError::Line { .. } | TraceError::Record { .. } => {
+            Failure::Malformed { detail: detail.into() }
+        }
     }
 }

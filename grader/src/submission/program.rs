@@ -23,7 +23,7 @@ use super::folder::Copy;
 use super::hand_in::HandIn;
 use super::kept::KeptRuns;
 use super::{StateSource, failure_of};
-use crate::printed;
+use crate::printed::{self, RawUse, Untrusted};
 use crate::suite::{Case, SolverName, hash_bytes, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
 use sandbox::scratch::{Scratch, scratch_folder, without_paths};
@@ -71,7 +71,7 @@ pub struct Runner {
 /// A program with its calling convention.
 #[derive(Debug, Clone)]
 pub struct Program {
-    pub(super) name: String,
+    pub(super) name: Untrusted,
     pub(super) path: PathBuf,
     /// In which `{scene}` and `{trace}` stand for files.
     pub(super) arguments: Vec<String>,
@@ -145,7 +145,7 @@ pub enum Identified {
     /// A program that writes no trace of the minimal scene under either convention.
     Unusable {
         /// Its name in reports: its path, as given.
-        name: String,
+        name: Untrusted,
         /// Its failure.
         failure: Failure,
     },
@@ -157,7 +157,7 @@ impl Program {
     /// # Errors
     /// If it could not be run, through no fault of its own.
     pub fn identify(path: &Path, runner: Runner) -> Result<Identified, SandboxError> {
-        let name = path.display().to_string();
+        let name = path.display().to_string().into();
         // An absolute path, because each run has another working directory.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let (arguments, format) = (Vec::new(), TraceFormat::Csv);
@@ -171,7 +171,7 @@ impl Program {
                     return Err(SandboxError::no_scratch(io::Error::other(error)));
                 }
                 Err(error) => {
-                    let failure = Failure::BadHandIn { detail: error.to_string() };
+                    let failure = Failure::BadHandIn { detail: error.to_string().into() };
                     return Ok(Identified::Unusable { name: program.name, failure });
                 }
                 Ok(()) => (program.path, program.copy) = (path, Some(Arc::new(copy))),
@@ -200,9 +200,9 @@ impl Program {
                 break;
             }
         }
-        let none = || Failure::NoOutput { detail: "wrote no trace".to_owned() };
+        let none = || Failure::NoOutput { detail: "wrote no trace".into() };
         let [fosssim, plain] = failures.map(|failure| failure.unwrap_or_else(none));
-        let failure = of_both(&program.name, fosssim, plain);
+        let failure = of_both(&program.name.line(), fosssim, plain);
         Ok(Identified::Unusable { name: program.name, failure })
     }
 
@@ -227,7 +227,7 @@ impl Program {
     }
 
     /// The program's name in reports: its path, as given.
-    pub fn name(&self) -> &str {
+    pub fn name(&self) -> &Untrusted {
         &self.name
     }
 
@@ -262,7 +262,7 @@ impl Program {
         let run = self.run_once(SceneSource::Case(case), Shape::of(&case.scene), before)?;
         hash_file(&run.path).map_err(|error| {
             Verdict::Fail(Failure::NoOutput {
-                detail: format!("the trace cannot be read: {error}"),
+                detail: format!("the trace cannot be read: {error}").into(),
             })
         })
     }
@@ -280,7 +280,7 @@ impl Program {
         let mut run = self.try_run(SceneSource::Xml(scene), shape, 0)?;
         let mut state = State::zeros(shape);
         if !run.read(&mut state)? {
-            let detail = "the trace is empty".to_owned();
+            let detail = "the trace is empty".into();
             return Err(RunError::Failed(Failure::Malformed { detail }));
         }
         // The particle keeps its velocity. Other mistakes are judged in the scenes.
@@ -289,7 +289,7 @@ impl Program {
             let [x, y] = GREETED_VELOCITY;
             let detail =
                 format!("the first state of the trace has nothing of the velocity ({x}, {y})");
-            return Err(RunError::Failed(Failure::Malformed { detail }));
+            return Err(RunError::Failed(Failure::Malformed { detail: detail.into() }));
         }
         Ok(())
     }
@@ -395,7 +395,7 @@ fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
     | Failure::TooMuchOutput { detail }
     | Failure::TooManyProcesses { detail } = &mut failure
     {
-        *detail = both;
+        *detail = both.into();
     }
     failure
 }
@@ -404,11 +404,13 @@ fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
 fn no_trace(name: &str, reason: &NotKept, said: String) -> Failure {
     match reason {
         NotKept::Missing => Failure::NoOutput {
-            detail: format!("ended with exit status 0, but wrote no trace{said}"),
+            detail: format!("ended with exit status 0, but wrote no trace{said}").into(),
         },
-        NotKept::TooLarge(_) => Failure::TooMuchOutput { detail: format!("{name} {reason}{said}") },
+        NotKept::TooLarge(_) => {
+            Failure::TooMuchOutput { detail: format!("{name} {reason}{said}").into() }
+        }
         _ => Failure::NoOutput {
-            detail: format!("ended with exit status 0, but {name} {reason}{said}"),
+            detail: format!("ended with exit status 0, but {name} {reason}{said}").into(),
         },
     }
 }
@@ -466,8 +468,8 @@ impl Workspace {
 const EXITED: &str = "ended with exit status ";
 
 /// The exit status in the message of a crash; `None` if a signal ended the program.
-pub(crate) fn exit_status(detail: &str) -> Option<i32> {
-    let digits = detail.strip_prefix(EXITED)?;
+pub(crate) fn exit_status(detail: &Untrusted) -> Option<i32> {
+    let digits = detail.raw(RawUse::Parsing).strip_prefix(EXITED)?;
     digits.split(|c: char| !(c.is_ascii_digit() || c == '-')).next()?.parse().ok()
 }
 
@@ -479,11 +481,11 @@ pub(super) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) ->
     let exceeded = match &outcome.end {
         End::Exceeded(exceeded) => exceeded,
         End::Exited(code) => {
-            return Failure::Crashed { detail: format!("{EXITED}{code}{said}") };
+            return Failure::Crashed { detail: format!("{EXITED}{code}{said}").into() };
         }
         End::Signalled(number) => {
             let signal = signal_name(*number);
-            return Failure::Crashed { detail: format!("killed by {signal}{said}") };
+            return Failure::Crashed { detail: format!("killed by {signal}{said}").into() };
         }
         End::NotStarted(error) => {
             let program = job.program.display();
@@ -491,31 +493,34 @@ pub(super) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) ->
                 detail: format!(
                     "cannot be started: {program}: {error}\n  help: make it executable, and keep it in a folder of \
                      the system, in the submission or below a --readable folder"
-                ),
+                )
+                .into(),
             };
         }
     };
     let too_much = |what: &str, limit: u64| Failure::TooMuchOutput {
-        detail: format!("wrote more than {} MiB {what}{said}", mebibytes(limit)),
+        detail: format!("wrote more than {} MiB {what}{said}", mebibytes(limit)).into(),
     };
     match exceeded {
         Exceeded::Cpu => Failure::TimedOut {
-            detail: format!("used more than {} s of processor time{said}", limits.cpu),
+            detail: format!("used more than {} s of processor time{said}", limits.cpu).into(),
         },
         Exceeded::Wall => {
-            Failure::TimedOut { detail: format!("still ran after {} s{said}", limits.wall) }
+            Failure::TimedOut { detail: format!("still ran after {} s{said}", limits.wall).into() }
         }
         Exceeded::Memory => Failure::OutOfMemory {
-            detail: format!("needs more than {} MiB of memory{said}", mebibytes(limits.memory)),
+            detail: format!("needs more than {} MiB of memory{said}", mebibytes(limits.memory))
+                .into(),
         },
         Exceeded::Processes => Failure::TooManyProcesses {
-            detail: format!("ran more than {} processes and threads{said}", limits.processes),
+            detail: format!("ran more than {} processes and threads{said}", limits.processes)
+                .into(),
         },
         Exceeded::Trace => too_much("into its folder", limits.trace),
         Exceeded::Stdout => too_much("to standard output", limits.stdout),
         Exceeded::Stderr => too_much("to standard error", limits.stderr),
         Exceeded::Files => Failure::TooMuchOutput {
-            detail: format!("made more than {} files{said}", limits.files),
+            detail: format!("made more than {} files{said}", limits.files).into(),
         },
     }
 }

@@ -13,10 +13,10 @@ use crate::verdict::Failure;
 pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, Failure> {
     let (path, format) = find_trace(folder, &case.id).map_err(|error| match error {
         NoTrace::Missing { .. } => {
-            Failure::Missing { detail: format!("there is no trace: {error}") }
+            Failure::Missing { detail: format!("there is no trace: {error}").into() }
         }
         NoTrace::Several { .. } => {
-            Failure::NoOutput { detail: format!("ambiguous trace: {error}") }
+            Failure::NoOutput { detail: format!("ambiguous trace: {error}").into() }
         }
     })?;
     if leads_out(&path, folder) {
@@ -24,7 +24,7 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
             "there is no trace: {} is a link that leads out of the submission",
             path.display()
         );
-        return Err(Failure::NoOutput { detail });
+        return Err(Failure::NoOutput { detail: detail.into() });
     }
     let reader = trace::open_of_scene(&path, format, &case.scene).map_err(failure_of)?;
     Ok(Box::new(TraceFile { reader, path, format, states: 0 }))

@@ -165,7 +165,7 @@ fn beyond_the_horizon_energy_that_is_lost_or_gained_fails() {
         let Verdict::Fail(Failure::Drifts { detail }) = &found.verdict else {
             panic!("{damping}: {}", found.verdict);
         };
-        assert!(detail.contains("the energy is off by"), "{detail}");
+        assert!(detail.text().contains("the energy is off by"), "{detail:?}");
         // From the beginning, the states differ visibly.
         let found = judge(&case, Run::new(&damped, &damped, 0));
         assert_eq!(found.verdict, Verdict::Fail(Failure::Differs));

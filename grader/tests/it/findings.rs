@@ -52,7 +52,7 @@ fn findings(changes: &[Change], written: fn(Vec<State>) -> Vec<State>) -> Vec<Fi
     let grading = grading::collect(&suite, String::new(), &oracle, &rubric, |case, criteria| {
         grading::judge(case, &oracle, criteria, || {
             if case.scene.particles.len() > SMALL {
-                let detail = "there is no trace".to_owned();
+                let detail = "there is no trace".into();
                 return Err(Verdict::Fail(Failure::Missing { detail }));
             }
             let states = written(states(&case.scene, changes));

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::Location;
 use super::json::problem::JsonProblem;
+use crate::printable;
 
 /// One thing wrong with (or odd about) a scene file.
 ///
@@ -39,11 +40,14 @@ impl SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:", self.file)?;
+        write!(f, "{}:", printable::line(&self.file))?;
         if let Some(Location { line, column }) = self.location {
             write!(f, "{line}:{column}:")?;
         }
-        write!(f, " {}\n  help: {}", self.problem, self.problem.remedy())
+        // Both quote the file.
+        let shown =
+            printable::text(&format!("{}\n  help: {}", self.problem, self.problem.remedy()));
+        write!(f, " {shown}")
     }
 }
 

@@ -678,3 +678,10 @@ fn a_scene_that_is_a_pipe_is_refused_and_not_waited_for() {
         assert!(stderr(&output).contains(message), "{name}: {}", stderr(&output));
     }
 }
+
+#[test]
+fn a_message_that_quotes_a_scene_steers_no_terminal() {
+    let scene = GOOD.replace("<particlecolor", "<e\u{1b}]0;x\u{7}\u{202e}");
+    let message = refuse("control", scene.as_bytes(), &["--strict"]);
+    assert!(message.contains("<e\u{fffd}]0;x\u{fffd}\u{fffd}>"), "{message:?}");
+}

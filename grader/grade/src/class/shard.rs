@@ -18,6 +18,7 @@ use grader::class::record::Record;
 use grader::events::{Event, Observer, Task};
 use grader::grading::provenance::Provenance;
 use grader::grading::{Checks, Grading, panic_message};
+use grader::printed::RawUse;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
 use grader::submission::{Submission, folder};
@@ -69,7 +70,7 @@ impl Class<'_> {
         let start = Instant::now();
         let kept = self.kept_runs(plan, &first.name)?;
         let not_graded = |detail: String| {
-            self.graded(|| Submission::NotGraded { name: first.name.clone(), detail })
+            self.graded(|| Submission::NotGraded { name: first.name.as_str().into(), detail })
         };
         let mut grading = match self.graded(|| self.open_submission(&first.name, kept.clone())) {
             Ok(grading) => grading,
@@ -111,7 +112,7 @@ impl Class<'_> {
 
     /// Puts the name, the origin and the marks of a submission into its grading. Names in submission.toml need not be unique.
     fn name(&self, grading: &mut Grading, planned: &Planned) {
-        grading.submission.clone_from(&planned.name);
+        grading.submission = planned.name.as_str().into();
         if let Some(marks) = &self.marks {
             let own = marks.of.get(&planned.name).map_or(&[][..], |own| own);
             grading.add_marks(self.inputs.rubric.creative(), own);
@@ -155,13 +156,13 @@ impl Class<'_> {
     /// The submission of this name, built.
     fn open_submission(&self, name: &str, kept: Option<Arc<KeptRuns>>) -> Submission {
         if let (_, Err(error)) = self.key(name) {
-            return refused(name.to_owned(), &error);
+            return refused(name.into(), &error);
         }
         self.progress.notice(Event::Task(Task::Opening));
         let path = self.args.folder.join(name);
         if let Some(detail) = self.other_assignment(name) {
-            let failure = Failure::BadHandIn { detail };
-            return Submission::Unusable { name: name.to_owned(), failure };
+            let failure = Failure::BadHandIn { detail: detail.into() };
+            return Submission::Unusable { name: name.into(), failure };
         }
         let runner = Runner { kept, ..self.runner.clone() };
         open_entry(&path, name, runner, &self.inputs.rubric)
@@ -176,7 +177,7 @@ impl Class<'_> {
         let own = folder::assignment_of(&submission).ok()??;
         let of_class = self.inputs.assignment.as_ref();
         let of_class = of_class.map_or(ALL, |assignment| &assignment.name);
-        (own != of_class).then(|| {
+        (own.raw(RawUse::Comparison) != of_class).then(|| {
             format!(
                 "submission.toml names the assignment {own:?}, but the class is graded as {of_class}\n  help: change it \
                  there, or grade the class with --assignment"

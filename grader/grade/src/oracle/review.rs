@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 
 use super::{cause, describe_change, replace, stage};
 use crate::args::SuiteArgs;
-use crate::output::replace_file;
+use crate::output::{replace_file, terminal};
 use crate::stop::{Exit, Stop};
 
 /// Heights of a bar.
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &SuiteArgs) -> Result<Exit, Stop> {
     let (staged, inputs) = stage(args, false)?;
     let mut decisions = Decisions::read(&inputs.expected)?;
     let mut review = Review { staged: &staged, suite: &inputs.suite, decisions: &mut decisions };
-    let ending = review.ask(&mut io::stdin().lock(), &mut anstream::stdout());
+    let ending = review.ask(&mut io::stdin().lock(), &mut terminal(anstream::stdout()));
     match ending.map_err(|error| Stop::fault(format!("terminal: {error}")))? {
         Ending::Left => Ok(Exit::Failed),
         Ending::NothingToAccept => replace(staged, Acceptance::Nothing, &inputs.expected),

@@ -25,7 +25,7 @@ pub(super) fn render(grading: &Grading, above: &[(String, String)]) -> io::Resul
     html.markup("<section aria-labelledby=\"run\"><h2 id=\"run\">How it was judged</h2><ul>");
     html.lines(|out| text::write_circumstances(out, grading))?;
     html.markup("</ul></section>");
-    let title = format!("{}: report", grading.submission);
+    let title = format!("{}: report", grading.submission.line());
     Ok(Page { title: &title, depth: 0, above }.render(&html))
 }
 
@@ -42,7 +42,7 @@ fn verdict(html: &mut Html, grading: &Grading) -> io::Result<()> {
             (class, text::outcome(grading).to_owned())
         }
     };
-    html.element("h1", &[], &grading.submission);
+    html.element("h1", &[], &grading.submission.line());
     if let Some(AssignmentName { name, title }) = &grading.assignment {
         html.element("p", &[], &format!("Assignment {name}: {title}"));
     }

@@ -86,19 +86,20 @@ pub fn submission(
 ) -> io::Result<()> {
     assets(sink)?;
     sink("index.html", &front::render(grading, above)?)?;
-    let front = [("index.html".to_owned(), grading.submission.clone())];
+    let name = grading.submission.line();
+    let front = [("index.html".to_owned(), name.clone())];
     if !grading.jacobians.is_empty() {
         sink("jacobians.html", &jacobians(&grading.jacobians, &front)?)?;
     }
     if let Some(found) = &grading.probing {
-        sink("jacobians.html", &probing(found, &grading.submission, &front))?;
+        sink("jacobians.html", &probing(found, &name, &front))?;
     }
     let scenes: Vec<_> = grading.features.iter().flat_map(|feature| &feature.scenes).collect();
     for (number, scene) in scenes.iter().enumerate() {
         let Some(case) = suite.cases.iter().find(|case| case.id == scene.id) else { continue };
         let beside = [number.checked_sub(1), Some(number + 1)]
             .map(|number| number.and_then(|number| scenes.get(number)).copied());
-        let page = scene::render(case, scene, beside, &grading.submission)?;
+        let page = scene::render(case, scene, beside, &name)?;
         sink(&scene_file(&scene.id), &page)?;
     }
     Ok(())

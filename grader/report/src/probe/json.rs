@@ -133,7 +133,7 @@ impl JsonProbing {
         Self {
             schema_version: SCHEMA_VERSION,
             grader_version: env!("CARGO_PKG_VERSION"),
-            submission: probing.name.clone(),
+            submission: probing.name.line(),
             verdict: probing.verdict().name(),
             spaces: probing.spaces.iter().map(JsonSpace::of).collect(),
             missing: probing.missing().into_iter().map(str::to_owned).collect(),

@@ -12,7 +12,7 @@ use grader::probe::{Finding, PartReport, Probing, Verdict};
 /// # Errors
 /// If the document cannot be written.
 pub fn render(probing: &Probing) -> io::Result<String> {
-    let name = format!("Spring Oracle: forces and Jacobians of {}", probing.name);
+    let name = format!("Spring Oracle: forces and Jacobians of {}", probing.name.line());
     Document { name, suites: suites(probing).collect() }.render()
 }
 

@@ -44,7 +44,11 @@ pub fn write(out: &mut dyn Write, probing: &Probing, config: ProbeTextOptions) -
 /// # Errors
 /// If writing fails.
 pub fn write_brief(out: &mut dyn Write, probing: &Probing) -> io::Result<()> {
-    writeln!(out, "{BOLD}Forces and Jacobians{BOLD:#} that the steps of {} use", probing.name)?;
+    writeln!(
+        out,
+        "{BOLD}Forces and Jacobians{BOLD:#} that the steps of {} use",
+        probing.name.line()
+    )?;
     for space in &probing.spaces {
         write_space(out, space)?;
     }

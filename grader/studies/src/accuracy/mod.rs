@@ -400,7 +400,7 @@ pub fn study(
         scenes.push(SceneStudy { target, reference, curves });
     }
     progress("", done, total);
-    Ok(Study { submission: submission.map(Submission::name), config, scenes })
+    Ok(Study { submission: submission.map(|submission| submission.name().line()), config, scenes })
 }
 
 /// The methods of a scene: those of the built-in simulator, then those that a program may offer.

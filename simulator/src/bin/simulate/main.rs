@@ -23,6 +23,7 @@ use simulator::generate::{parse_integrator, parse_option};
 use simulator::growth::EnergyGrowth;
 use simulator::materials::Materials;
 use simulator::output::OutputFile;
+use simulator::printable;
 use simulator::scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
 use simulator::scene::{self, Overrides, ParseOptions, Parsed, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
@@ -724,6 +725,7 @@ fn frozen_warning(
 }
 
 fn print_message(kind: &str, message: impl Display) {
+    let message = printable::text(&message.to_string());
     let _ = writeln!(anstream::stderr(), "{kind}: {message}");
 }
 

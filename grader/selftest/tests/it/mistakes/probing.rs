@@ -2,6 +2,7 @@
 //!
 //! The second simulator is probed in this process like a program: by the velocities after single steps.
 
+use grader::printed::Untrusted;
 use grader::probe::{Probing, Stepper, Verdict, probe};
 use grader::submission::StateSource;
 use grader::verdict::Failure;
@@ -15,12 +16,12 @@ use simulator::trace::{Shape, State};
 struct Steps(Student);
 
 impl Stepper for Steps {
-    fn name(&self) -> String {
-        "student".to_owned()
+    fn name(&self) -> Untrusted {
+        "student".into()
     }
 
     fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
-        let refused = |detail: &str| Failure::Crashed { detail: detail.to_owned() };
+        let refused = |detail: &str| Failure::Crashed { detail: detail.into() };
         let schema = simulator::vocabulary().integrator(integrator);
         let scene = Scene {
             integrator: schema.ok_or_else(|| refused("no such integrator"))?,

@@ -83,14 +83,14 @@ fn runner(wall: f64) -> Runner {
 fn identify(path: &Path) -> Program {
     match Program::identify(path, runner(60.0)).unwrap() {
         Identified::Program(program) => program,
-        Identified::Unusable { name, failure } => panic!("{name}: {failure}"),
+        Identified::Unusable { name, failure } => panic!("{name:?}: {failure}"),
     }
 }
 
 /// The failure of an unusable program.
 fn refused(path: &Path, wall: f64) -> Failure {
     match Program::identify(path, runner(wall)).unwrap() {
-        Identified::Program(program) => panic!("{} is of use", program.name()),
+        Identified::Program(program) => panic!("{} is of use", program.name().line()),
         Identified::Unusable { failure, .. } => failure,
     }
 }

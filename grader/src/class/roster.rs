@@ -6,10 +6,11 @@
 //! 3. a submission of whose name such a key is a part between underscores: ab1234_t1m3, or Ada Lovelace_4711_file_
 //! ```
 //!
-//! Later steps match only submissions that the earlier ones left. A submission that fits two students, or a student whom
-//! two submissions fit, is an error: a guess could give points to somebody else. Case and repeated spaces do not matter.
+//! Later steps match only submissions that the earlier ones left. A submission that fits two students counts for neither,
+//! and of several that fit one student none counts: a guess could give points to somebody else, and students choose the
+//! names. Case and repeated spaces do not matter.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
@@ -92,6 +93,17 @@ pub struct Matching {
     pub submissions: Vec<Option<usize>>,
     /// The places of submissions of no student.
     pub unknown: Vec<usize>,
+    /// Submissions that are nobody's until the column `folder` decides.
+    pub ambiguous: Vec<Ambiguity>,
+}
+
+/// A submission that fits several students, or several submissions that fit one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ambiguity {
+    /// The places of the students.
+    pub students: Vec<usize>,
+    /// The places of the submissions.
+    pub submissions: Vec<usize>,
 }
 
 impl Student {
@@ -232,13 +244,10 @@ impl Roster {
     }
 
     /// Finds the submission of each student among these names.
-    ///
-    /// # Errors
-    /// If a submission fits two students, or a student has two submissions.
-    pub fn find_submissions(&self, names: &[&str]) -> Result<Matching, SheetError> {
+    pub fn find_submissions(&self, names: &[&str]) -> Matching {
         let named = |student: &Student| names.iter().position(|name| *name == student.folder);
         let mut submissions: Vec<Option<usize>> = self.students.iter().map(named).collect();
-        let mut unknown = Vec::new();
+        let (mut unknown, mut ambiguous) = (Vec::new(), Vec::new());
         // Students whom the column `folder` does not decide.
         let open: Vec<(usize, Vec<String>)> = self
             .students
@@ -248,6 +257,8 @@ impl Roster {
             .map(|(place, student)| (place, student.keys()))
             .collect();
         let taken: Vec<usize> = submissions.iter().flatten().copied().collect();
+        // The submissions that fit each student, and no other one.
+        let mut own: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (submission, name) in names.iter().enumerate() {
             if taken.contains(&submission) {
                 continue;
@@ -259,33 +270,46 @@ impl Roster {
                 let fitting: Vec<usize> = fitting.map(|(place, _)| *place).collect();
                 (!fitting.is_empty()).then_some(fitting)
             });
-            let shown = printed::text(name);
             match fitting.as_deref() {
                 None | Some([]) => unknown.push(submission),
-                Some([place]) => {
-                    if let Some(other) = submissions[*place].replace(submission) {
-                        let message = format!(
-                            "{} has two submissions: {} and {shown}\n  help: name one of them in the column folder",
-                            self.students[*place].shown(),
-                            printed::text(names[other]),
-                        );
-                        return Err(self.wrong(self.students[*place].line, message));
-                    }
-                }
-                Some([first, second, ..]) => {
-                    let [first, second] = [first, second].map(|place| &self.students[*place]);
-                    let message = format!(
-                        "the submission {shown} fits {} and, in line {}, {}\n  help: name it in the column folder of \
-                         one of them",
-                        first.shown(),
-                        second.line,
-                        second.shown(),
-                    );
-                    return Err(self.wrong(first.line, message));
-                }
+                Some([place]) => own.entry(*place).or_default().push(submission),
+                Some(several) => ambiguous
+                    .push(Ambiguity { students: several.to_vec(), submissions: vec![submission] }),
             }
         }
-        Ok(Matching { submissions, unknown })
+        for (place, found) in own {
+            match found.as_slice() {
+                [submission] => submissions[place] = Some(*submission),
+                _ => ambiguous.push(Ambiguity { students: vec![place], submissions: found }),
+            }
+        }
+        Matching { submissions, unknown, ambiguous }
+    }
+
+    /// What an ambiguity is, and its remedy.
+    pub fn explain(
+        &self,
+        Ambiguity { students, submissions }: &Ambiguity,
+        names: &[&str],
+    ) -> String {
+        let students = students.iter().map(|place| {
+            let student = &self.students[*place];
+            format!("{} (line {})", student.shown(), student.line)
+        });
+        let students: Vec<String> = students.collect();
+        let submissions = submissions.iter().map(|place| printed::text(names[*place]));
+        let submissions: Vec<String> = submissions.collect();
+        match students.as_slice() {
+            [student] => format!(
+                "two submissions: {student}: {}; none of them counts until the column folder names one",
+                submissions.join(", ")
+            ),
+            _ => format!(
+                "whose is it: {} fits {}; it counts for nobody until the column folder of one of them names it",
+                submissions.join(", "),
+                students.join(", ")
+            ),
+        }
     }
 
     /// An error in this line.
@@ -321,7 +345,7 @@ mod tests {
     }
 
     fn find(roster: &str, names: &[&str]) -> Result<Matching, String> {
-        parse(roster)?.find_submissions(names).map_err(|error| error.to_string())
+        Ok(parse(roster)?.find_submissions(names))
     }
 
     #[test]
@@ -379,18 +403,32 @@ mod tests {
         ];
         let found = find(roster, &names).unwrap();
         let whose = [Some(0), Some(1), Some(2), Some(3), Some(4), Some(5), Some(5), None];
-        assert_eq!(found, Matching { submissions: whose.to_vec(), unknown: vec![6, 7] });
+        assert_eq!((found.submissions, found.unknown), (whose.to_vec(), vec![6, 7]));
+        assert!(found.ambiguous.is_empty());
         // A whole name outweighs a part, whichever comes first.
         let found = find("login,section\nada_b,1\nada,2\n", &["ada", "ada_b"]).unwrap();
         assert_eq!(found.submissions, [Some(1), Some(0)]);
     }
 
     #[test]
-    fn an_ambiguous_submission_is_an_error_and_the_folder_column_decides() {
-        let two = find("name,id\nAda,1\nBob,2\n", &["ada_2"]).unwrap_err();
-        assert!(two.starts_with("roster.csv:2: the submission ada_2 fits Ada and, in line 3, Bob"));
-        let twice = find("login,name\nada,Ada\n", &["ada", "ada_old"]).unwrap_err();
-        assert!(twice.starts_with("roster.csv:2: Ada has two submissions: ada and ada_old"));
+    fn an_ambiguous_submission_is_nobodys_and_the_folder_column_decides() {
+        let told = |text: &str, names: &[&str]| {
+            let roster = parse(text).unwrap();
+            let found = roster.find_submissions(names);
+            let told = found.ambiguous.iter().map(|found| roster.explain(found, names));
+            (found.submissions, told.collect::<Vec<_>>())
+        };
+        let roster = "name,id\nAda,1\nBob,2\n";
+        let (whose, remarks) = told(roster, &["ada_2", "bob"]);
+        assert_eq!(whose, [None, Some(1)]);
+        assert!(remarks[0].starts_with("whose is it: ada_2 fits Ada (line 2), Bob (line 3);"));
+        // The whole name of an upload outweighs no other upload.
+        let (whose, remarks) = told(roster, &["ada_old", "1", "bob"]);
+        assert_eq!(whose, [None, Some(1)]);
+        assert!(
+            remarks[0].starts_with("two submissions: Ada (line 2): ada_old, 1;"),
+            "{remarks:?}"
+        );
         let found = find("login,folder\nada,ada\n", &["ada", "ada_old"]).unwrap();
         assert_eq!((found.submissions, found.unknown), (vec![Some(0)], vec![1]));
     }

@@ -27,7 +27,7 @@ impl Class<'_> {
         for GradebookArg { kind, .. } in &args.gradebook {
             kind.check(&roster).map_err(Stop::bad_input)?;
         }
-        let matching = roster.find_submissions(names).map_err(Stop::bad_input)?;
+        let matching = roster.find_submissions(names);
         let has_penalty = self.inputs.rubric.late().penalty.0 > 0.0;
         let lacks_due = |student: &&Student| {
             let is_timed = student.submitted.is_some() || args.folder_times;
@@ -48,13 +48,14 @@ impl Class<'_> {
         let args = &self.args.gradebook;
         let file = args.roster.as_deref().unwrap_or(&self.args.folder).display();
         let mut remarks = remarks(&roster, &matching, &names);
-        let (missing, unknown) = (remarks.len() - matching.unknown.len(), matching.unknown.len());
+        let missing = matching.submissions.iter().filter(|found| found.is_none()).count();
+        let (unknown, ambiguous) = (matching.unknown.len(), matching.ambiguous.len());
         if !remarks.is_empty() {
             complain(
                 "warning",
                 format!(
-                    "{file}: students without a submission: {missing}; submissions of no student: {unknown}; \
-                     summary.txt names them"
+                    "{file}: students without a submission: {missing}; submissions of no student: {unknown}; ambiguous: \
+                     {ambiguous}; summary.txt names them"
                 ),
             );
         }
@@ -66,6 +67,19 @@ impl Class<'_> {
         if rows.len() < names.len() {
             remarks.push("no gradebook is written: some submissions have no result".to_owned());
             return Ok(remarks);
+        }
+        let is_timed_by_files = |(student, found): &(&Student, &Option<usize>)| {
+            student.submitted.is_none() && found.is_some()
+        };
+        let pairs = roster.students.iter().zip(&matching.submissions);
+        let by_files = pairs.filter(is_timed_by_files).count();
+        if args.folder_times && by_files > 0 {
+            let warning = format!(
+                "{by_files} times are those of files, which students can set back; put the platform's times into the \
+                 column submitted"
+            );
+            complain("warning", &warning);
+            remarks.push(warning);
         }
         let mut graded = Vec::with_capacity(students);
         for (student, submission) in roster.students.iter().zip(&matching.submissions) {
@@ -126,14 +140,20 @@ impl Class<'_> {
     }
 }
 
-/// Students without a submission, then submissions without a student, a line each.
+/// Students without a submission, submissions without a student, and ambiguous ones, a line each.
 fn remarks(roster: &Roster, matching: &Matching, names: &[&str]) -> Vec<String> {
     let pairs = roster.students.iter().zip(&matching.submissions);
-    let missing = pairs.filter(|(_, submission)| submission.is_none());
+    let ambiguous: Vec<usize> =
+        matching.ambiguous.iter().flat_map(|found| found.students.iter().copied()).collect();
+    let missing = pairs
+        .enumerate()
+        .filter(|(place, (_, submission))| submission.is_none() && !ambiguous.contains(place));
     let missing = missing
-        .map(|(student, _)| format!("no submission: {} (line {})", student.shown(), student.line));
+        .map(|(_, (student, _))| student)
+        .map(|student| format!("no submission: {} (line {})", student.shown(), student.line));
     let unknown = matching.unknown.iter().map(|place| {
         format!("no student: {}; its points are in no gradebook", printed::text(names[*place]))
     });
-    missing.chain(unknown).collect()
+    let ambiguous = matching.ambiguous.iter().map(|found| roster.explain(found, names));
+    missing.chain(unknown).chain(ambiguous).collect()
 }

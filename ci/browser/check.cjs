@@ -209,7 +209,8 @@ async function main() {
   const expected = graded.find((scene) => scene.name === SCENE).first_wrong;
   assert.deepEqual([expected.step, expected.particle], [17, 1]);
   const pages = path.join(work, "class-pages");
-  grade("class", path.join(work, "class"), "-o", path.join(work, "class-results"), "--html", pages, "--no-jacobians");
+  const rubric = write("rubric.toml", fs.readFileSync(path.join(root, "assets/rubric.toml"), "utf8") + "\n[class]\ntraces = true\n");
+  grade("class", path.join(work, "class"), "-o", path.join(work, "class-results"), "--html", pages, "--no-jacobians", "--rubric", rubric);
   const jacobians = path.join(work, "jacobians");
   grade("jacobians", "--html", jacobians);
   const accuracy = path.join(work, "accuracy");
@@ -275,7 +276,7 @@ async function main() {
   // Hostile text, in every page of every hostile submission's first scenes, and in the class page.
   for (let number = 0; number < HOSTILE.length; number++) {
     for (const name of ["index.html", `scenes/${SCENE}.html`]) {
-      const hostile = await open(browser, url(pages, `hostile-${number}/${name}`), origin);
+      const hostile = await open(browser, url(pages, `submissions/hostile-${number}/${name}`), origin);
       const wide = await hostile.page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
       assert.deepEqual([hostile.faults, wide], [[], 0], `hostile text ${number}, ${name}`);
       assert.notEqual(await hostile.page.title(), "run");

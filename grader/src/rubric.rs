@@ -56,6 +56,9 @@
 //! hidden = "visible"     # when students see the results of hidden scenes; or "after-due-date", "after-published"
 //! leaderboard = false    # whether it shows points, and the time of programs that pass everything
 //!
+//! [class]                # what `grade class` accepts
+//! traces = false         # folders of traces; true: a folder without submission.toml is graded as traces
+//!
 //! [protection]           # protections without which no program is run
 //! require = ["files"]
 //! ```
@@ -103,6 +106,7 @@ pub struct Rubric {
     late: LateRule,
     creative: CreativeRule,
     platform: PlatformRule,
+    class: ClassRule,
     /// `None` where the rubric does not set it.
     protections: Option<Vec<Protection>>,
 }
@@ -176,7 +180,17 @@ struct RubricFile {
     #[serde(default)]
     platform: PlatformRule,
     #[serde(default)]
+    class: ClassRule,
+    #[serde(default)]
     protection: ProtectionTable,
+}
+
+/// What is accepted in a class, `[class]`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ClassRule {
+    /// Folders of traces, of which nothing shows that a program made them.
+    pub traces: bool,
 }
 
 /// Failures of a feature after which its other scenes are not run; 0: no limit.
@@ -436,6 +450,7 @@ impl Rubric {
             late: file.late,
             creative: file.creative,
             platform: file.platform,
+            class: file.class,
             protections,
             limits: plain(limits),
             build_limits: plain(build_limits),
@@ -553,6 +568,11 @@ impl Rubric {
     /// The rules for course platforms.
     pub fn platform(&self) -> PlatformRule {
         self.platform
+    }
+
+    /// What is accepted in a class.
+    pub fn class(&self) -> ClassRule {
+        self.class
     }
 
     /// The protections without which no program is run.

@@ -470,7 +470,8 @@ pub(super) struct GradebookArgs {
     #[arg(long, value_name = "TIME", requires = "roster")]
     pub(super) due: Option<Time>,
 
-    /// Without a time in the roster, a submission came in when its newest file was last changed
+    /// Without a time in the roster, a submission came in when its newest file was last changed; students can set these
+    /// times back
     #[arg(long, requires = "roster")]
     pub(super) folder_times: bool,
 
@@ -546,7 +547,7 @@ pub(super) struct SimilarArgs {
 
 #[derive(Args)]
 pub(super) struct ClassArgs {
-    /// Folder of submissions: programs, folders with submission.toml, folders of traces
+    /// Folder of submissions: programs, folders with submission.toml; folders of traces if the rubric allows them
     #[arg(value_name = "DIR")]
     pub(super) folder: PathBuf,
 
@@ -1030,6 +1031,10 @@ pub(super) struct GithubArgs {
     /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
     #[arg(long, value_name = "NAME")]
     pub(super) assignment: Option<String>,
+
+    /// Refused: students can edit the workflow, and read what it reads
+    #[arg(long, value_name = "DIR", hide = true)]
+    pub(super) hidden: Option<PathBuf>,
 
     /// Minutes after which the job ends
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=360))]

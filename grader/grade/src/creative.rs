@@ -1,5 +1,6 @@
 //! `grade creative` and `grade gallery`: creative scenes.
 
+use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
@@ -63,6 +64,8 @@ pub(super) fn gallery(args: &GalleryArgs) -> Result<Exit, Stop> {
     let known = Known::read(&args.rules)?;
     let pages = Pages::open(&args.output)?;
     let mut files = scene::find_scene_files(&args.folder).map_err(Stop::bad_input)?;
+    // A link may lead to a scene that nobody is to see.
+    files.retain(|path| fs::symlink_metadata(path).is_ok_and(|found| found.is_file()));
     // Hand-ins hold other scenes too.
     if files.iter().any(|path| is_in_creative(path)) {
         files.retain(|path| is_in_creative(path));

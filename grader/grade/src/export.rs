@@ -15,7 +15,7 @@ use simulator::output::OutputFile;
 
 use crate::args::{ContentArgs, GithubArgs, GradescopeArgs, Judging, PrairielearnArgs, SuiteArgs};
 use crate::inputs::{Folders, Inputs, open_oracle};
-use crate::output::{write_bytes, write_file};
+use crate::output::{leads_into, write_bytes, write_file};
 use crate::stop::{Exit, Stop, complain};
 
 /// Reads what a package contains; every scene in it can be judged.
@@ -129,6 +129,7 @@ pub(super) fn github(args: &GithubArgs) -> Result<Exit, Stop> {
     let judging = Judging { assignment: args.assignment.as_deref(), ..Judging::default() };
     let inputs = args.suite.read_for(&judging)?;
     check_oracle(&inputs)?;
+    keep_hidden_out(args, &inputs)?;
     let settings = github::export::Settings {
         repository: args.repository.clone(),
         reference: args.reference.clone(),
@@ -147,6 +148,23 @@ pub(super) fn github(args: &GithubArgs) -> Result<Exit, Stop> {
     write_file(&path, github::export::workflow(&settings).as_bytes()).map_err(unwritable)?;
     complain("note", format!("{}: commit it to the template repository", path.display()));
     Ok(Exit::Passed)
+}
+
+/// Refuses hidden scenes that the workflow could read: students can edit it.
+fn keep_hidden_out(args: &GithubArgs, inputs: &Inputs) -> Result<(), Stop> {
+    let root = args.suite.folders()?.assets;
+    let root = root.parent().unwrap_or(Path::new(""));
+    let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
+    let of_rubric = inputs.hidden.as_ref().map(|(_, folder)| folder);
+    let is_inside = |folder: &&PathBuf| leads_into(folder, root).unwrap_or(true);
+    let Some(folder) = args.hidden.as_ref().or(of_rubric.filter(is_inside)) else { return Ok(()) };
+    Err(Stop::bad_input(format!(
+        "{}: students can edit the workflow, and read what it reads: hidden scenes stay out of it and of {}\n  help: \
+         leave out --hidden, keep hidden scenes outside of {1}, and grade them with `grade class --hidden` or in a \
+         repository that students cannot write to (docs/github.md)",
+        folder.display(),
+        root.display()
+    )))
 }
 
 /// Says what is in the package, and what to enter on the platform.

@@ -1,7 +1,8 @@
 //! Output of reports to files and to the terminal.
 
+use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use grader::printed::steers;
 use simulator::output::OutputFile;
@@ -38,6 +39,48 @@ pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = OutputFile::replace(path)?;
     file.write_all(bytes)?;
     file.commit()
+}
+
+/// Creates the folder `below` another one, which the user named. Returns its path.
+///
+/// # Errors
+/// If it cannot be created, or a part of the path below the named folder is a link.
+pub(super) fn create_folder(named: &Path, below: impl AsRef<Path>) -> io::Result<PathBuf> {
+    fs::create_dir_all(named)?;
+    let mut folder = named.to_path_buf();
+    for part in below.as_ref().components() {
+        folder.push(part);
+        match fs::create_dir(&folder) {
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
+            _ => {}
+        }
+        let kind = fs::symlink_metadata(&folder)?.file_type();
+        if kind.is_symlink() {
+            let message = "is a symbolic link, or in one; nothing is written through links\n  help: remove it, or name \
+                           another folder";
+            return Err(io::Error::other(message));
+        }
+        if !kind.is_dir() {
+            return Err(io::ErrorKind::NotADirectory.into());
+        }
+    }
+    Ok(folder)
+}
+
+/// Whether a path, which need not exist, is in a folder, or leads through one of its links.
+///
+/// # Errors
+/// If there is no such folder.
+pub(super) fn leads_into(path: &Path, folder: &Path) -> io::Result<bool> {
+    let (path, folder) = (std::path::absolute(path)?, fs::canonicalize(folder)?);
+    let is_inside = |part: &Path| {
+        // The part itself may be a link: only the folder that it is in is resolved.
+        let parent = part.parent().filter(|_| part.file_name().is_some());
+        let parent = parent.and_then(|parent| fs::canonicalize(parent).ok());
+        parent.is_some_and(|parent| parent.starts_with(&folder))
+    };
+    let is_there = fs::canonicalize(&path).is_ok_and(|path| path.starts_with(&folder));
+    Ok(is_there || path.ancestors().any(is_inside))
 }
 
 /// Writes to standard output, with colours if it is a terminal. A closed pipe is not an error.

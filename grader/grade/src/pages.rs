@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use report::html::{self, Sink};
 
-use crate::output::write_bytes;
+use crate::output::{create_folder, write_bytes};
 use crate::stop::{Stop, complain};
 
 /// A folder for pages.
@@ -55,6 +55,7 @@ impl Pages {
         let unwritable =
             |path: &Path, error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
         let scenes = folder.join("scenes");
+        create_folder(&self.folder, below).map_err(|error| unwritable(&folder, error))?;
         // Scenes of an earlier run may not be in this one. They are removed last: another shard may write the same pages.
         let mut others = match self.is_written(below) {
             true => files_below(&scenes).map_err(|error| unwritable(&scenes, error))?,
@@ -64,9 +65,8 @@ impl Pages {
         let written = write(&mut |name, bytes| {
             last = folder.join(name);
             others.remove(&last);
-            if let Some(parent) = last.parent() {
-                fs::create_dir_all(parent)?;
-            }
+            let path = Path::new(below).join(name);
+            create_folder(&self.folder, path.parent().unwrap_or(Path::new("")))?;
             write_bytes(&last, bytes)
         });
         written.map_err(|error| unwritable(&last, error))?;
@@ -87,8 +87,11 @@ impl Pages {
     }
 }
 
-/// Every file below a folder; none if it does not exist. Links are not followed.
+/// Every file below a folder; none if it does not exist, or is a link. Links are not followed.
 fn files_below(folder: &Path) -> io::Result<BTreeSet<PathBuf>> {
+    if folder.is_symlink() {
+        return Ok(BTreeSet::new());
+    }
     let (mut found, mut pending) = (BTreeSet::new(), vec![folder.to_path_buf()]);
     while let Some(folder) = pending.pop() {
         let entries = match fs::read_dir(&folder) {

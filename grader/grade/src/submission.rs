@@ -247,7 +247,16 @@ pub(super) fn check_secrets(secrets: &[PathBuf], readable: &[PathBuf]) -> Result
 pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubric) -> Submission {
     let name = Untrusted::from(name);
     if path.is_dir() && !folder::is_submission(path) {
-        return Submission::Traces(path.to_path_buf());
+        if rubric.class().traces {
+            return Submission::Traces(path.to_path_buf());
+        }
+        let detail = "there is no submission.toml in this folder, and traces alone show no program that made them\n  \
+                      help: hand in the program, in a folder with submission.toml; [class] traces = true in the rubric \
+                      accepts traces";
+        return Submission::Unusable {
+            name,
+            failure: Failure::BadHandIn { detail: detail.to_owned() },
+        };
     }
     if path.is_dir() {
         return match folder::open(path, runner, rubric.build_limits()) {

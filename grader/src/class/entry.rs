@@ -17,6 +17,9 @@ const LONGEST: usize = 100;
 /// Number of characters of a name that are kept in front of its hash.
 const PREFIX: usize = 40;
 
+/// Names that some systems reserve, with any extension: <https://learn.microsoft.com/windows/win32/fileio/naming-a-file>.
+const RESERVED: [&str; 6] = ["con", "prn", "aux", "nul", "com", "lpt"];
+
 /// Number of hexadecimal digits of the hash: enough to make collisions infeasible.
 const HASH: usize = 32;
 
@@ -82,21 +85,28 @@ pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
     Ok((entries, others))
 }
 
-/// A report's name. A name that every file system stores unchanged is kept, unless it differs from another one by case
-/// only. Any other name is reduced to such characters and gets `~` and a hash; kept names contain no `~`.
+/// A report's name. A name that every file system stores unchanged is kept, unless a system reserves it, or it differs
+/// from another one by case only. Any other name is reduced to such characters and gets `~` and a hash; kept names contain no `~`.
 fn report_name(name: &str, is_alone: bool) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || " _-.,".contains(c);
     let is_kept = is_alone
         && name.len() <= LONGEST
         && name.chars().all(is_plain)
         && name.starts_with(|c: char| c.is_ascii_alphanumeric())
-        && !name.ends_with([' ', '.']);
+        && !name.ends_with([' ', '.'])
+        && !is_reserved(name);
     if is_kept {
         return name.to_owned();
     }
     let plain = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' });
     let prefix: String = plain.take(PREFIX).collect();
     format!("{prefix}~{}", &hash_bytes(name.as_bytes())[..HASH])
+}
+
+/// Whether it is `con`, `aux.txt`, `com1`, ….
+fn is_reserved(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or(name).trim_end().to_ascii_lowercase();
+    RESERVED.contains(&stem.trim_end_matches(|c: char| c.is_ascii_digit()))
 }
 
 /// Why an entry cannot be graded.
@@ -153,6 +163,9 @@ mod tests {
             "a b",
             "a_b",
             "con",
+            "Aux.txt",
+            "com1",
+            "concert",
             &hashed,
             &long,
             &long[1..],
@@ -176,8 +189,17 @@ mod tests {
             entries.iter().map(|entry| entry.report.to_lowercase()).collect();
         assert_eq!(reports.len(), names.len(), "{reports:?}");
         for ClassEntry { name, report, .. } in &entries {
-            let stays =
-                ["ada", "a", "a.txt", "BOB.txt", "Lovelace, Ada_12", "a b", "a_b", "con", &of_long];
+            let stays = [
+                "ada",
+                "a",
+                "a.txt",
+                "BOB.txt",
+                "Lovelace, Ada_12",
+                "a b",
+                "a_b",
+                "concert",
+                &of_long,
+            ];
             assert_eq!(report == name, stays.contains(&name.as_str()), "{name:?}: {report:?}");
             assert!(report.is_ascii() && report.len() <= LONGEST, "{report:?}");
         }

@@ -163,9 +163,7 @@ impl<'a> Grader<'a> {
             let (passed, probing) = (grading.passed(), grading.probing.as_ref());
             grading.copied = altered::of_program(suite, program, &passed, probing);
         }
-        // A folder of traces cannot contain traces of hidden scenes.
-        let hidden = self.hidden.filter(|_| !matches!(submission, Submission::Traces(_)));
-        if let Some(hidden) = hidden.filter(|_| checks.hidden && !observer.is_stopped()) {
+        if let Some(hidden) = self.hidden.filter(|_| checks.hidden && !observer.is_stopped()) {
             let skipped = broken.as_ref();
             hidden.grade(submission, (rubric, skipped), &mut grading, observer);
         }

@@ -80,8 +80,7 @@ fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     let (entries, passed_over) = entry::list(&args.folder).map_err(unreadable)?;
     if entries.is_empty() {
         return Err(Stop::bad_input(format!(
-            "{}: no submissions found\n  help: put programs, folders with submission.toml, or folders of traces \
-            there",
+            "{}: no submissions found\n  help: put programs, or folders with submission.toml, there",
             args.folder.display()
         )));
     }

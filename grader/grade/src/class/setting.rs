@@ -15,12 +15,14 @@ use grader::submission::folder;
 use grader::submission::hand_in::HandInError;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
+use report::html::SUBMISSIONS;
 use sandbox::Protection;
 
 use super::unwritable;
 use crate::args::{ClassArgs, Format};
 use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
+use crate::output::{create_folder, leads_into};
 use crate::pages::Pages;
 use crate::progress::Progress;
 use crate::provenance::{options, provenance};
@@ -40,7 +42,6 @@ pub(super) struct Class<'a> {
     fingerprint: Fingerprint,
     /// Hash of what a run depends on, except the submission and the scene.
     running: Fingerprint,
-    runs: PathBuf,
     pub(super) reports: PathBuf,
     pub(super) records: PathBuf,
     pub(super) pages: Option<Pages>,
@@ -53,20 +54,15 @@ impl<'a> Class<'a> {
     pub(super) fn open(args: &'a ClassArgs) -> Result<Self, Stop> {
         let inputs = args.suite.read_for(&args.judge.judging())?;
         let oracle = open_oracle(&inputs.expected)?;
-        let [reports, records, runs] =
-            ["reports", "resume", "runs"].map(|name| args.output.join(name));
-        for folder in [&reports, &records].into_iter().chain(args.keep_runs.then_some(&runs)) {
-            fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
-            let metadata =
-                fs::symlink_metadata(folder).map_err(|error| unwritable(folder, &error))?;
-            if !metadata.is_dir() {
-                return Err(Stop::bad_input(format!(
-                    "{}: is a symbolic link; reports are not written through links\n  help: remove it, or name \
-                     another folder with --output",
-                    folder.display()
-                )));
-            }
+        let gradebooks = args.gradebook.gradebook.iter().map(|gradebook| &gradebook.file);
+        for path in [&args.output].into_iter().chain(&args.html).chain(gradebooks) {
+            refuse_inside(path, &args.folder)?;
         }
+        let folder = |name: &str| {
+            create_folder(&args.output, name)
+                .map_err(|error| unwritable(&args.output.join(name), &error))
+        };
+        let (reports, records) = (folder("reports")?, folder("resume")?);
         let pages = args.html.as_deref().map(Pages::open).transpose()?;
         keep_apart(args, &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
@@ -86,7 +82,6 @@ impl<'a> Class<'a> {
             provenance,
             fingerprint,
             running,
-            runs,
             reports,
             records,
             pages,
@@ -135,7 +130,9 @@ impl<'a> Class<'a> {
         if !self.args.keep_runs || program.submission(&self.args.folder.join(name)).is_err() {
             return Ok(None);
         }
-        let folder = self.runs.join(program.finish());
+        let name = Path::new("runs").join(program.finish());
+        let folder = create_folder(&self.args.output, &name)
+            .map_err(|error| unwritable(&self.args.output.join(&name), &error))?;
         let kept = KeptRuns::open(folder.clone(), plan.anew.is_some());
         Ok(Some(Arc::new(kept.map_err(|error| unwritable(&folder, &error))?)))
     }
@@ -150,7 +147,8 @@ impl<'a> Class<'a> {
     pub(super) fn record(&self, plan: &Plan, planned: &Planned) -> Option<Record> {
         let path = self.record_path(planned);
         let record = Record::read(&path, &planned.key, &self.reports)?;
-        let has_pages = self.pages.as_ref().is_none_or(|pages| pages.is_written(&planned.report));
+        let has_pages =
+            self.pages.as_ref().is_none_or(|pages| pages.is_written(&pages_of(planned)));
         let is_recent = plan.anew.is_none() || plan.anew == record.anew;
         (has_pages && is_recent).then_some(record)
     }
@@ -182,25 +180,31 @@ fn marks(args: &ClassArgs, inputs: &Inputs) -> Result<Option<Marks>, Stop> {
     Marks::load(&args.marks, args.key.as_deref(), rules).map(Some).map_err(Stop::bad_input)
 }
 
+/// Refuses a path for results that is in the folder of submissions: a link in it would lead elsewhere.
+pub(super) fn refuse_inside(path: &Path, submissions: &Path) -> Result<(), Stop> {
+    match leads_into(path, submissions) {
+        Ok(false) => Ok(()),
+        Ok(true) => Err(Stop::bad_input(format!(
+            "{}: is inside the folder of submissions\n  help: move it out of {}",
+            path.display(),
+            submissions.display()
+        ))),
+        Err(error) => Err(unwritable(submissions, &error)),
+    }
+}
+
 /// Checks that no submission can read the oracle, the hidden scenes, the reports, or another submission.
 fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
     let real = |path: &Path| {
         fs::canonicalize(path)
             .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
     };
-    let folder = real(&args.folder)?;
     let mut secrets = inputs.secrets();
+    for secret in &secrets {
+        refuse_inside(secret, &args.folder)?;
+    }
     secrets.push(args.output.clone());
     secrets.extend(args.html.clone());
-    for secret in &secrets {
-        if real(secret)?.starts_with(&folder) {
-            return Err(Stop::bad_input(format!(
-                "{}: is inside the folder of submissions\n  help: move it out of {}",
-                secret.display(),
-                args.folder.display()
-            )));
-        }
-    }
     if args.run.unprotected {
         return Ok(());
     }
@@ -254,6 +258,11 @@ fn fingerprint(
         None => fingerprint.part(b""),
     }
     Ok(fingerprint)
+}
+
+/// The folder of a submission's pages below those of the class.
+pub(super) fn pages_of(planned: &Planned) -> String {
+    format!("{SUBMISSIONS}/{}", planned.report)
 }
 
 pub(super) fn extension(format: Format) -> &'static str {

@@ -28,7 +28,7 @@ use report::SceneTimes;
 use report::html;
 use report::text::TextOptions;
 
-use super::setting::{Class, extension};
+use super::setting::{Class, extension, pages_of};
 use super::{save, unwritable};
 use crate::args::Format;
 use crate::output::{plain, write_bytes};
@@ -140,8 +140,8 @@ impl Class<'_> {
         mut record: Record,
     ) -> Result<(), Stop> {
         if let Some(pages) = &self.pages {
-            let above = [("../index.html".to_owned(), "Class".to_owned())];
-            pages.write(&planned.report, |sink| {
+            let above = [("../../index.html".to_owned(), "Class".to_owned())];
+            pages.write(&pages_of(planned), |sink| {
                 html::submission(grading, &self.inputs.suite, &above, sink)
             })?;
         }

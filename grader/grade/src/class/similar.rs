@@ -9,6 +9,7 @@ use grader::init::{Language, Skeleton};
 use grader::similar::{self, Config, Sources};
 use rayon::prelude::*;
 
+use super::setting::refuse_inside;
 use super::{save, unwritable};
 use crate::args::SimilarArgs;
 use crate::inputs::find_root;
@@ -16,6 +17,9 @@ use crate::output::print;
 use crate::stop::{Exit, Stop};
 
 pub(super) fn list(args: &SimilarArgs) -> Result<Exit, Stop> {
+    if let Some(output) = &args.output {
+        refuse_inside(output, &args.folder)?;
+    }
     let (entries, passed_over) =
         entry::list(&args.folder).map_err(|error| unwritable(&args.folder, &error))?;
     let mut starter = skeletons(args);

@@ -17,6 +17,7 @@ use grader::events::Observer;
 
 use super::setting::Class;
 use super::{real, unwritable};
+use crate::output::create_folder;
 use crate::stop::{Exit, Stop, complain};
 
 /// Folder of the jobs' output in the folder of the results.
@@ -87,8 +88,8 @@ pub(super) fn ready(output: &Path) -> Result<u32, Stop> {
 /// Submits the shards, in arrays of at most `most` jobs, and the merge.
 pub(super) fn submit(class: &Class<'_>, plan: &Plan, path: &Path, most: u32) -> Result<(), Stop> {
     let output = &class.args.output;
-    let logs = real(output)?.join(LOGS);
-    std::fs::create_dir_all(&logs).map_err(|error| unwritable(&logs, &error))?;
+    let logs = create_folder(&real(output)?, LOGS)
+        .map_err(|error| unwritable(&output.join(LOGS), &error))?;
     let grade = std::env::current_exe().map_err(Stop::fault)?;
     let [grade, plan_file] = [quoted(&grade)?, quoted(path)?];
     let at_once = class.args.plan.at_once.map_or_else(String::new, |count| format!("%{count}"));

@@ -7,6 +7,8 @@ mod altered;
 mod assignments;
 #[cfg(target_os = "linux")]
 mod class;
+#[cfg(target_os = "linux")]
+mod class_attacks;
 mod cli;
 mod creative;
 mod docs;

@@ -61,7 +61,11 @@ fn marks_are_capped_extra_credit_everywhere() {
             .contains("Score 20 of 20 points\n  Creative scene: no mark\n")
     );
     assert!(project.read("pages/index.html").contains("2.4/3"));
-    assert!(project.read("pages/ada/index.html").contains("for the creative scene: 22.4 together"));
+    assert!(
+        project
+            .read("pages/submissions/ada/index.html")
+            .contains("for the creative scene: 22.4 together")
+    );
     let report: Value = serde_json::from_str(&project.read("out/reports/ada.json")).unwrap();
     let marks = serde_json::json!([[8.0, 10.0, 6.0]]);
     assert_eq!(

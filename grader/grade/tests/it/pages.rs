@@ -82,6 +82,7 @@ fn addresses(page: &str) -> Vec<&str> {
 fn every_link_of_the_pages_leads_to_a_file_beside_them() {
     let project = Project::new();
     project.wrong_traces(3);
+    project.write("assets/rubric.toml", "[class]\ntraces = true\n");
     project.write("class/ada/Free/flight.csv", &project.read("traces/Free/flight.csv"));
     project.write("class/<b>&\"'%23/Free/flight.csv", &project.read("expected/Free/flight.csv"));
     project.grade(&["traces", "--html", "pages"], 1);

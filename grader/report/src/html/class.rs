@@ -19,9 +19,12 @@ const BARS: usize = 10;
 /// Most frequent findings that are listed.
 const LISTED: usize = 12;
 
+/// Folder of the submissions' pages below the page of the class, so that no name of theirs is one of ours.
+pub const SUBMISSIONS: &str = "submissions";
+
 /// A class that was graded.
 pub struct ClassResult<'a> {
-    /// The row of each submission, and the folder of its pages below the class's.
+    /// The row of each submission, and the name of its folder in [`SUBMISSIONS`].
     pub rows: &'a [(&'a Row, &'a str)],
     /// The submissions without a result.
     pub gaps: &'a [Gap<'a>],
@@ -72,6 +75,11 @@ pub fn class(result: &ClassResult<'_>, sink: Sink<'_>) -> io::Result<()> {
         html.markup("</ul></section>");
     }
     sink("index.html", &Page { title: "Class", depth: 0, above: &[] }.render(&html))
+}
+
+/// The address of a submission's first page.
+fn pages_of(folder: &str) -> String {
+    address(&format!("{SUBMISSIONS}/{folder}/index.html"))
 }
 
 /// "good", "bad" or "odd".
@@ -159,7 +167,7 @@ fn findings(html: &mut Html, result: &ClassResult<'_>) {
         html.markup("<li><strong>").text(finding).markup("</strong>: ");
         for (number, (row, folder)) in entries.iter().enumerate() {
             html.markup(if number > 0 { ", " } else { "" });
-            html.link(&address(&format!("{folder}/index.html")), &row.name);
+            html.link(&pages_of(folder), &row.name);
         }
         html.markup("</li>");
     }
@@ -186,7 +194,7 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
     for (row, folder) in result.rows {
         let class = verdict_class(row);
         html.open("tr", &[("data-verdict", class)]).markup("<th scope=\"row\">");
-        html.link(&address(&format!("{folder}/index.html")), &row.name).markup("</th>");
+        html.link(&pages_of(folder), &row.name).markup("</th>");
         let of = |(part, all): (usize, usize)| format!("{part}/{all}");
         let nothing = || "–".to_owned();
         let points = match row.is_fault() {

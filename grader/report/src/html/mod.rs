@@ -32,7 +32,7 @@ use std::io;
 use grader::grading::Grading;
 use grader::suite::Suite;
 
-pub use class::{ClassResult, class};
+pub use class::{ClassResult, SUBMISSIONS, class};
 pub use jacobians::{jacobians, probing};
 use page::address;
 use picture::web;

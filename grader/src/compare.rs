@@ -16,7 +16,7 @@ use simulator::scene::Scene;
 use simulator::solver::linear::LinearSolver;
 use simulator::trace::{Shape, State, TraceReader};
 
-use crate::calibration::{self, Bound, Envelope, Horizon};
+use crate::calibration::{self, Bound, Envelope, Horizon, SingleStep, SingleSteps, WrongStep};
 use crate::stepping::Stepper;
 use crate::submission::StateSource;
 use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, number, prefix};
@@ -55,7 +55,7 @@ pub enum Criteria {
 pub struct Calibrated {
     /// Differences between correct programs.
     pub envelope: Arc<Envelope>,
-    /// The scene, if energy and momentum are judged beyond a horizon.
+    /// The scene, if it has a horizon: single steps, energy and momentum are then judged.
     scene: Option<Arc<Scene>>,
 }
 
@@ -323,6 +323,9 @@ impl Comparer {
                 return Err(Verdict::Fail(failure));
             }
             self.check_form(&got, actual).map_err(Verdict::Fail)?;
+            if let Some(beyond) = self.beyond.as_mut().filter(|_| self.compares_velocities) {
+                beyond.check_step(self.states, &self.recent, &got);
+            }
             match &mut self.beyond {
                 Some(beyond) if self.states >= beyond.horizon.step => {
                     let step = self.states;
@@ -520,11 +523,13 @@ impl Comparer {
     }
 }
 
-/// Energy and momentum beyond the horizon, where states are no longer compared.
+/// Judges a trace of which states are not compared beyond the horizon: each step by itself, and energy and momentum beyond
+/// the horizon.
 struct Beyond {
     horizon: Horizon,
+    steps: SingleSteps,
     physics: Stepper,
-    /// The first wrong one, in words.
+    /// The first that is wrong, in words.
     drift: Option<String>,
 }
 
@@ -533,7 +538,37 @@ impl Beyond {
         let scene = calibrated.scene.as_ref()?;
         let horizon = calibrated.envelope.horizon?;
         let physics = Stepper::new(scene, LinearSolver::Auto);
-        Some(Self { horizon, physics, drift: None })
+        Some(Self { horizon, steps: SingleSteps::new(scene), physics, drift: None })
+    }
+
+    /// Redoes the step to state `state` from the trace's own states before it, the last of `recent`.
+    fn check_step(&mut self, state: u64, recent: &VecDeque<(State, State)>, after: &State) {
+        let mut own = recent.iter().rev().map(|(_, got)| got);
+        let Some(before) = own.next().filter(|_| self.drift.is_none()) else { return };
+        let step = SingleStep { step: state - 1, earlier: own.next(), before, after };
+        let Some(wrong) = self.steps.check(step) else { return };
+        let WrongStep { particle, quantity, residual, bound, expected } = wrong;
+        let (expected, got) = match quantity {
+            Quantity::Position => (expected.positions, &after.positions),
+            Quantity::Velocity => (expected.velocities, &after.velocities),
+        };
+        let axes = self.steps.dimension();
+        let difference = |axis: &usize| (expected[*axis] - got[*axis]).abs();
+        let range = particle * axes..(particle + 1) * axes;
+        let worst = range.max_by(|a, b| difference(a).total_cmp(&difference(b)));
+        let index = worst.unwrap_or(particle * axes);
+        let place = Place { step: state, particle, quantity, axis: index % axes };
+        self.drift = Some(format!(
+            "the states agree up to the prediction horizon, step {}, but a step is wrong by itself: {place} is {} after one \
+             step from the trace's own state {}, not {} (off by {residual:.1e}; correct programs differ by up to {:.1e}, \
+             tolerance {:.1e})",
+            self.horizon.step,
+            number(expected[index]),
+            state - 1,
+            number(got[index]),
+            bound.envelope,
+            bound.tolerance
+        ));
     }
 
     fn check(&mut self, step: u64, expected: &State, got: &State) {

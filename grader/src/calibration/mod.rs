@@ -16,20 +16,22 @@
 //! digit is 5e-15 of a coordinate, and √3 times that for three coordinates; `F · 4 ε` is 8.9e-15.
 //!
 //! **The horizon.** In chaotic motion the envelope grows until it is meaningless. The horizon is the first state whose
-//! tolerance is a thousandth of the extent of the motion. States are compared before it. From there on, only energy
-//! and momentum are compared, each with three times the largest difference between the variants. That difference no
-//! longer grows, because the variants' trajectories are no longer correlated, and a correct program is one more of
-//! them.
+//! tolerance is a thousandth of the extent of the motion. States are compared before it. From there on, energy and
+//! momentum are compared, each with three times the largest difference between the variants. That difference no longer
+//! grows, because the variants' trajectories are no longer correlated, and a correct program is one more of them. Of a
+//! scene with a horizon, each step is also redone from the trace's own states ([`SingleSteps`]).
 //!
 //! Cost: two dozen runs of the scene, in lockstep. Memory: the states of all runs, and some dozens of checkpoints.
 
 mod envelope;
+mod single;
 mod variant;
 
 use simulator::scene::Scene;
 use simulator::solver::linear::LinearSolver;
 
 pub use envelope::{Bound, Bounds, Envelope, Horizon, StoredEnvelope};
+pub use single::{SingleStep, SingleSteps, WrongStep};
 pub use variant::Class;
 
 use crate::stepping::{Invariants, Stepper};

@@ -69,6 +69,10 @@ struct Jitter {
     quotient: Option<f64>,
 }
 
+/// Change of a start in its fifteenth digit. [`FACTOR`](super::FACTOR) times that is above the error of any number of 15
+/// digits, 5e-15 of it.
+const DIGIT: f64 = 1e-15;
+
 /// Distance from 1 to the next larger number.
 const BIT: f64 = f64::EPSILON;
 
@@ -120,6 +124,31 @@ impl Variant {
             }
         }
         done
+    }
+
+    /// Sets the state at the beginning of step `step`, and the one before it; both in the scene's own order. A variant of
+    /// the start gets other fifteenth digits.
+    pub(super) fn restart(
+        &mut self,
+        step: u64,
+        earlier: Option<&State>,
+        state: &State,
+        random: &mut Rng,
+    ) {
+        let unit = if self.class == Class::Start { DIGIT } else { 0.0 };
+        let mut placed = |values: &[f64]| {
+            let mut own = vec![0.0; values.len()];
+            for (&place, value) in self.places.iter().zip(values) {
+                own[place] = value + unit * f64::from(random.i8(-1..=1)) * value;
+            }
+            own
+        };
+        let mut of = |state: &State| State {
+            time: None,
+            positions: placed(&state.positions),
+            velocities: placed(&state.velocities),
+        };
+        (self.step, self.earlier, self.state) = (step, earlier.map(&mut of), of(state));
     }
 
     /// Position and velocity at this index, in the scene's own order.

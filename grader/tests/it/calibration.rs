@@ -1,5 +1,6 @@
 //! Tests envelopes and tolerances on the shipped scenes.
 
+use std::path::Path;
 use test_support::{root, suite};
 
 use grader::calibration::{Bound, Class, calibrate, calibrate_by};
@@ -10,9 +11,13 @@ use grader::submission::StateSource;
 use grader::suite::Case;
 use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
+use reference::second::arithmetic::Arithmetic;
+use reference::second::{Second, Style};
 use simulator::scene::Scene;
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::{Shape, State, TraceError, TraceReader};
+use simulator::state::StateView;
+use simulator::trace::fosssim::{FosssimReader, FosssimWriter};
+use simulator::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
 
 /// The chaotic scene.
 fn chaotic() -> Case {
@@ -65,8 +70,49 @@ impl TraceReader for Run {
     }
 }
 
+/// A right trace whose states are replaced from some step on.
+struct Replaced {
+    run: Run,
+    from: u64,
+    /// The new state, from the one before it and the right one.
+    by: fn(&State, &State) -> State,
+    last: State,
+    has_velocities: bool,
+}
+
+impl Replaced {
+    fn new(scene: &Scene, from: u64, by: fn(&State, &State) -> State) -> Self {
+        let (run, last) = (Run::new(scene, scene, 0), State::zeros(Shape::of(scene)));
+        Self { run, from, by, last, has_velocities: true }
+    }
+}
+
+impl StateSource for Replaced {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        let step = self.run.next;
+        let is_read = self.run.advance(state);
+        if step >= self.from {
+            *state = (self.by)(&self.last, state);
+        }
+        self.last.clone_from(state);
+        Ok(is_read)
+    }
+
+    fn has_velocities(&self) -> bool {
+        self.has_velocities
+    }
+}
+
+/// Every number of a state after a change.
+fn each(state: &State, change: impl Fn(usize, f64) -> f64) -> State {
+    let of = |values: &[f64]| {
+        values.iter().enumerate().map(|(place, value)| change(place, *value)).collect()
+    };
+    State { time: None, positions: of(&state.positions), velocities: of(&state.velocities) }
+}
+
 /// The chaotic scene, judged by its stored envelope.
-fn judge(case: &Case, mut run: Run) -> Comparison {
+fn judge(case: &Case, mut run: impl StateSource) -> Comparison {
     let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
     let calibrated: Calibrated = oracle.calibrated(case).expect("an envelope");
     let scene = &case.scene;
@@ -152,22 +198,119 @@ fn beyond_the_horizon_a_correct_program_passes_although_its_states_differ() {
     assert!(apart > 1.0, "{apart}");
 }
 
+/// Why the chaotic scene fails beyond its horizon.
+fn drift(case: &Case, run: impl StateSource) -> String {
+    match judge(case, run).verdict {
+        Verdict::Fail(Failure::Drifts { detail }) => detail.text(),
+        verdict => panic!("{verdict}"),
+    }
+}
+
 #[test]
-fn beyond_the_horizon_energy_that_is_lost_or_gained_fails() {
+fn beyond_the_horizon_a_wrong_force_fails_at_its_first_step() {
     let case = chaotic();
-    for damping in [0.5, -0.05] {
+    for damping in [0.5, -0.05, 1e-9] {
         let mut damped = case.scene.clone();
         for element in damped.forces.iter_mut().filter(|element| element.pair.is_some()) {
             element.parameters[2] = damping;
         }
         // The states agree up to the horizon and a while beyond.
-        let found = judge(&case, Run::new(&case.scene, &damped, 1900));
-        let Verdict::Fail(Failure::Drifts { detail }) = &found.verdict else {
-            panic!("{damping}: {}", found.verdict);
-        };
-        assert!(detail.text().contains("the energy is off by"), "{detail:?}");
+        let detail = drift(&case, Run::new(&case.scene, &damped, 1900));
+        assert!(detail.contains("wrong by itself: step 1901, particle 1, "), "{detail}");
         // From the beginning, the states differ visibly.
         let found = judge(&case, Run::new(&damped, &damped, 0));
         assert_eq!(found.verdict, Verdict::Fail(Failure::Differs));
+    }
+}
+
+#[test]
+fn beyond_the_horizon_a_motion_that_is_no_simulation_fails_at_its_first_step() {
+    let case = chaotic();
+    let frozen = |last: &State, _: &State| last.clone();
+    let mirrored =
+        |last: &State, _: &State| each(last, |place, value| if place < 2 { value } else { -value });
+    let noisy = |_: &State, right: &State| {
+        each(right, |place, value| value * if place % 2 == 0 { 1.0 + 1e-12 } else { 1.0 })
+    };
+    let uniform = |last: &State, _: &State| {
+        let mut state = last.clone();
+        for (x, v) in state.positions.iter_mut().zip(&state.velocities) {
+            *x += 0.01 * v;
+        }
+        state
+    };
+    let nothing = |_: &State, right: &State| each(right, |_, _| 0.0);
+    let motions: [fn(&State, &State) -> State; 5] = [frozen, mirrored, noisy, uniform, nothing];
+    for by in motions {
+        let detail = drift(&case, Replaced::new(&case.scene, 1900, by));
+        assert!(detail.contains("wrong by itself: step 1900, particle 1, "), "{detail}");
+    }
+    // The same trace in the course's binary format.
+    let mut frozen = Replaced::new(&case.scene, 1900, frozen);
+    let mut writer = FosssimWriter::new(Vec::new());
+    let mut state = State::zeros(Shape::of(&case.scene));
+    let mut step = 0;
+    while frozen.read(&mut state).expect("a state") {
+        let State { positions, velocities, .. } = &state;
+        let time = step as f64 * case.scene.time_step;
+        writer.write(StateView { step, time, positions, velocities }).expect("a buffer");
+        step += 1;
+    }
+    let bytes = std::io::Cursor::new(writer.into_inner());
+    let reader = FosssimReader::new(bytes, Path::new("trace.bin"), Shape::of(&case.scene));
+    let detail = drift(&case, Box::new(reader) as Box<dyn TraceReader>);
+    assert!(detail.contains("wrong by itself: step 1900, particle 1, "), "{detail}");
+}
+
+#[test]
+fn without_velocities_energy_that_is_gained_beyond_the_horizon_fails() {
+    let case = chaotic();
+    let faster = |_: &State, right: &State| each(right, |_, value| 1.5 * value);
+    let run = Replaced { has_velocities: false, ..Replaced::new(&case.scene, 1900, faster) };
+    let detail = drift(&case, run);
+    assert!(detail.contains("the energy is off by"), "{detail}");
+}
+
+/// A trace of the second simulator, with numbers of so many digits.
+struct Styled {
+    second: Second,
+    next: u64,
+    n_steps: u64,
+    state: State,
+    digits: usize,
+}
+
+impl StateSource for Styled {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        if self.next > self.n_steps {
+            return Ok(false);
+        }
+        if self.next > 0 {
+            let State { positions, velocities, .. } = &mut self.state;
+            assert!(self.second.step(self.next - 1, None, positions, velocities));
+        }
+        self.next += 1;
+        let digits = self.digits - 1;
+        *state = each(&self.state, |_, value| format!("{value:.digits$e}").parse().expect("it"));
+        Ok(true)
+    }
+}
+
+#[test]
+fn beyond_the_horizon_steps_of_correct_programs_pass_however_they_compute_and_print() {
+    let case = chaotic();
+    let scene = &case.scene;
+    for number in 0..16 {
+        let is = |bit: u32| number >> bit & 1 == 1;
+        let arithmetic = Arithmetic { fused: is(0), reciprocal: is(1) };
+        let (backwards, scaled_kick) = (is(2), is(3));
+        let style = Style { arithmetic, backwards, scaled_kick, ..Style::default() };
+        for digits in [15, 17] {
+            let second = Second::new(scene, style, 0).expect("it knows the scene");
+            let mut state = State::zeros(Shape::of(scene));
+            (state.positions, state.velocities) = (scene.positions(), scene.velocities());
+            let run = Styled { second, next: 0, n_steps: scene.n_steps(), state, digits };
+            assert_eq!(judge(&case, run).verdict, Verdict::Pass, "{style:?}, {digits} digits");
+        }
     }
 }

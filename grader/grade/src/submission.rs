@@ -255,7 +255,7 @@ pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubri
                       accepts traces";
         return Submission::Unusable {
             name,
-            failure: Failure::BadHandIn { detail: detail.to_owned() },
+            failure: Failure::BadHandIn { detail: detail.into() },
         };
     }
     if path.is_dir() {

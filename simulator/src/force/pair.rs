@@ -325,6 +325,7 @@ fn relative<const D: usize>(state: State<'_>, pair: [u32; 2]) -> (Vector<D>, Vec
 mod tests {
     use std::fmt::Write;
 
+    use super::super::REGISTRY;
     use super::super::spring::Springs;
     use super::*;
     use crate::scene::{ParseOptions, xml};
@@ -403,6 +404,65 @@ mod tests {
         }
         text += "</scene>";
         xml::parse(&text, "random.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
+    }
+
+    /// The block of `∂F/∂x` for the first of two particles, `(2, −1, 2)` apart.
+    struct FirstBlock(Option<Block<3>>);
+
+    impl JacobianSink<3> for FirstBlock {
+        fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<3>, _: &Block<3>) {
+            if (row, column) == (0, 0) {
+                self.0 = Some(*jacobian_x);
+            }
+        }
+    }
+
+    fn gauss_newton(tag: &str, element: &str) -> Block<3> {
+        let text = format!(
+            r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="1"/>
+            <particle m="2" px="2.5" py="-1" pz="1" vx="1" vy="0" fixed="0"/>
+            <particle m="3" px="0.5" py="0" pz="-1" vx="0" vy="1" fixed="0"/>
+            <edge i="0" j="1"/>{element}</scene>"#
+        );
+        let scene = xml::parse(&text, "pair.xml", &vocabulary(), &ParseOptions::default());
+        let scene = scene.unwrap().scene;
+        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+        let kind = REGISTRY.iter().find(|kind| kind.schema.tag == tag).unwrap();
+        let positions = coordinates::<3>(&scene, |particle| particle.position);
+        let velocities = coordinates::<3>(&scene, |particle| particle.velocity);
+        let state = State {
+            masses: &[2.0, 3.0],
+            positions: &positions,
+            velocities: &velocities,
+            time: 0.0,
+        };
+        let mut sink = FirstBlock(None);
+        (kind.build_3d)(&scene, &elements).add_gauss_newton(state, &mut sink).unwrap();
+        sink.0.unwrap()
+    }
+
+    /// The energies are positive semi-definite along `d`, so `∂F/∂x` is minus that. `d dᵀ` is in numbers.
+    #[test]
+    fn gauss_newton_is_the_square_of_the_derivative_of_the_strain() {
+        let dd = Block::<3>::from([[4.0, -2.0, 4.0], [-2.0, 1.0, -2.0], [4.0, -2.0, 4.0]]);
+        let assert_is = |tag: &str, element: &str, expected: Block<3>| {
+            let found = gauss_newton(tag, element);
+            let bound = 1e-14 * expected.amax();
+            assert!((found - expected).amax() <= bound, "{element}: {found} for {expected}");
+        };
+        // −k n nᵀ with n = d/3, k = 4.5: stretched, compressed, at rest.
+        for l0 in ["1", "5", "3"] {
+            let element = format!(r#"<springforce edge="0" k="4.5" l0="{l0}"/>"#);
+            assert_is("springforce", &element, dd * -0.5);
+        }
+        // −4k/l0² d dᵀ: stretched, compressed, at rest.
+        for (k, l0, factor) in [("0.75", "2", -0.75), ("6.25", "5", -1.0), ("2.25", "3", -1.0)] {
+            let element = format!(r#"<greenspringforce edge="0" k="{k}" l0="{l0}"/>"#);
+            assert_is("greenspringforce", &element, dd * factor);
+        }
+        // Its energy is negative, and no square.
+        let gravitation = r#"<gravitationalforce i="0" j="1" G="1.5"/>"#;
+        assert_is("gravitationalforce", gravitation, Block::zeros());
     }
 
     fn coordinates<const D: usize>(

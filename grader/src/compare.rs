@@ -118,6 +118,8 @@ pub struct Comparison {
     pub allowed: Option<Allowed>,
     /// The first state that differs, where the trace passes because its steps solve the same equations.
     pub other_root: Option<u64>,
+    /// Whether the trace has no velocities.
+    pub has_positions_alone: bool,
 }
 
 /// Calibrated envelopes and tolerances of a state, and the used share of them so far.
@@ -143,6 +145,7 @@ impl Comparison {
             first_wrong: None,
             allowed: None,
             other_root: None,
+            has_positions_alone: false,
         }
     }
 
@@ -246,6 +249,7 @@ pub fn compare_watched(
         first_wrong: comparer.first_wrong,
         allowed: comparer.allowed,
         other_root: None,
+        has_positions_alone: !comparer.compares_velocities,
     }
 }
 

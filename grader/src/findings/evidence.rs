@@ -52,6 +52,8 @@ pub(super) struct SceneEvidence<'a> {
     pub(super) steps: WrongSteps,
     pub(super) evidence: Vec<Evidence>,
     criteria: &'a Criteria,
+    /// Whether its velocities are differences of its positions, as the trace has none.
+    has_positions_alone: bool,
     /// Relative error of the numbers of the trace.
     pub(super) rounding: f64,
     /// Whether a fault of the output, another root or the changes made so far explain it.
@@ -90,6 +92,7 @@ impl<'a> SceneEvidence<'a> {
             steps: WrongSteps::default(),
             evidence: Vec::new(),
             criteria,
+            has_positions_alone: comparison.has_positions_alone,
             rounding: 0.0,
             explained: false,
             has_other_root: comparison.other_root.is_some(),
@@ -149,7 +152,7 @@ impl<'a> SceneEvidence<'a> {
         let [_, change] = distances(&sample.before, &sample.after);
         let solver = if change.is_finite() { SOLVER * change } else { 0.0 };
         if x <= LEFT * noise[0] + self.case.scene.time_step * solver
-            && v <= LEFT * noise[1] + solver
+            && (self.has_positions_alone || v <= LEFT * noise[1] + solver)
         {
             return Agreement::Agrees;
         }
@@ -209,8 +212,8 @@ impl<'a> SceneEvidence<'a> {
             Criteria::Fixed(_) => [0.0; 2],
         };
         let values = [&got.positions, &got.velocities];
-        let mut tolerances = [0.0; 2];
-        for kind in 0..2 {
+        let mut tolerances = [f64::INFINITY; 2];
+        for kind in 0..2 - usize::from(self.has_positions_alone) {
             let size = replay.size[kind].max(largest(values[kind]));
             if replay.spread[kind] > CHAOTIC * size {
                 return None;
@@ -286,7 +289,13 @@ fn is_rounding(kind: &Kind, comparison: &Comparison, states: &[State]) -> bool {
     let allowed = match kind {
         Kind::Digits(digits) if *digits < FEWEST => return false,
         Kind::Digits(digits) => sizes.map(|size| 10.0_f64.powi(1 - *digits as i32) * size),
-        Kind::Decimals(decimals) => [10.0_f64.powi(-(*decimals as i32)); 2],
+        Kind::Decimals(decimals) => {
+            let unit = 10.0_f64.powi(-(*decimals as i32));
+            if unit > 10.0_f64.powi(1 - FEWEST as i32) * sizes[0].max(sizes[1]) {
+                return false;
+            }
+            [unit; 2]
+        }
         Kind::Single => sizes.map(|size| 1e-4 * size),
         _ => return true,
     };

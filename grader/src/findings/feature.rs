@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use reference::change::Task;
 use simulator::force;
 use simulator::scene::ForceElement;
 use simulator::scene::schema::{Dependence, ForceSchema};
@@ -17,6 +18,8 @@ pub enum Feature {
     Integrator(&'static str),
     /// The treatment of fixed particles.
     Fixed(Family),
+    /// A task of the hand-out on rounds of local and global steps.
+    Task(Task),
     /// The reading of scenes.
     Reading,
     /// The number of states in a trace.
@@ -37,6 +40,7 @@ impl fmt::Display for Feature {
             Self::Integrator(name) => write!(f, "integrator {name}"),
             Self::Fixed(Family::Any) => write!(f, "fixed particles"),
             Self::Fixed(family) => write!(f, "fixed particles under {family} methods"),
+            Self::Task(task) => write!(f, "{task}"),
             Self::Reading => write!(f, "reading the scene"),
             Self::States => write!(f, "the number of states"),
             Self::Output => write!(f, "the output"),

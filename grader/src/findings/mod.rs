@@ -6,6 +6,7 @@
 //!        ── fit.rs        numbers in changes, from the steps
 //!        ── search.rs     changes that make the same steps, proven by replay; up to three mistakes together
 //!        ── scope.rs      what is left: a feature, where exactly its scenes fail
+//!        ── tasks.rs      what that says of each task of the hand-out on rounds
 //! ```
 //!
 //! Better to say less than to say what is not so. A cause is named if whole scenes, stepped with the mistake put in, are
@@ -19,13 +20,14 @@ mod form;
 mod refusal;
 mod scope;
 mod search;
+mod tasks;
 mod trace;
 
 use std::collections::BTreeSet;
 use std::fmt;
 
 use rayon::prelude::*;
-use reference::change::{Change, Place, Term};
+use reference::change::{Change, Place, Term, rounds};
 use simulator::force;
 use simulator::integrator;
 use simulator::scene::schema::{ActsOn, Convergence, Matrix};
@@ -43,6 +45,8 @@ use form::Kind;
 pub use refusal::refusal;
 use scope::Failing;
 use search::Cause;
+pub(crate) use tasks::of_passed as tasks_of_passed;
+pub use tasks::{TaskFinding, TaskVerdict};
 pub use trace::is_recorded;
 
 /// Minimum number of failing scenes from which a feature is inferred.
@@ -55,6 +59,8 @@ pub struct Findings {
     pub list: Vec<Finding>,
     /// What is implemented and what to do next; `None` if the submission lacks nothing, or has nothing.
     pub progress: Option<Progress>,
+    /// The tasks of the hand-out on rounds of local and global steps; empty unless all scenes are of that method.
+    pub tasks: Vec<TaskFinding>,
 }
 
 /// A finding.
@@ -251,13 +257,14 @@ impl From<Place> for Feature {
             part => Part::One(term.tag, part),
         };
         match place {
-            Place::Force(term) => Self::Force(part(term)),
+            Place::Force(term) | Place::ForceUnder(term, _) => Self::Force(part(term)),
             Place::Jacobian(term) => Self::Jacobian(part(term)),
             Place::Integrator(name) => Self::Integrator(name),
             Place::Fixed(None) => Self::Fixed(Family::Any),
             Place::Fixed(Some(false)) => Self::Fixed(Family::Explicit),
             Place::Fixed(Some(true)) => Self::Fixed(Family::Implicit),
             Place::FixedUnder(name) => Self::Fixed(Family::of(name)),
+            Place::Task(task) => Self::Task(task),
             Place::Reading => Self::Reading,
         }
     }
@@ -335,6 +342,7 @@ impl Findings {
             diagnoses.push((diagnosis, lacks));
         }
         let unnamed = refused(&scenes, &mut list);
+        let tasks = tasks::of(&scenes, &list);
         drop(scenes);
         for (scene, (diagnosis, lacks)) in judged.iter_mut().zip(diagnoses) {
             *scene.diagnosis = diagnosis;
@@ -348,7 +356,7 @@ impl Findings {
         // Stable: causes keep the order in which they were found.
         list.sort_by_key(|finding| (finding.kind, finding.in_order_of_work()));
         let progress = progress(&judged, &list);
-        Self { list, progress }
+        Self { list, progress, tasks }
     }
 }
 
@@ -490,6 +498,13 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
         Some(only) => vec![only],
         None => scope::eliminated(&wrong, &right, FEW),
     };
+    // Rounds have formulas of springs of their own, which are tasks.
+    let is_of_rounds = failing.iter().all(|scene| rounds::is_of_rounds(&scene.case.scene));
+    let is_spring = |feature: &Feature| match feature {
+        Feature::Force(part) | Feature::Jacobian(part) => part.tag() == "springforce",
+        _ => false,
+    };
+    found.retain(|(feature, ..)| !(is_of_rounds && is_spring(feature)));
     // A wrong Jacobian leads Newton's method astray. One step of it, in a scene that passed, shows a right one.
     let passed = scenes.iter().filter(|scene| scene.passed && is_linearized(scene));
     let known: BTreeSet<Term> = passed.flat_map(|scene| terms(&scene.case.scene)).collect();

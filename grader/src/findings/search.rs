@@ -15,7 +15,8 @@ use std::collections::{BTreeSet, HashMap};
 
 use rayon::prelude::*;
 use reference::change::candidates::{self, Numbered, NumberedForce};
-use reference::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Term};
+use reference::change::rounds;
+use reference::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Task, Term};
 use simulator::scene::Scene;
 
 use super::evidence::{Agreement, LEFT, SceneEvidence};
@@ -57,6 +58,9 @@ const NUMBERED: usize = 40;
 /// Searches without what explains few scenes.
 const RETRIES: usize = 2;
 
+/// Changes of one task that are named together.
+const SYNONYMS: usize = 2;
+
 /// Changes kept that explain some of the scenes of a cause.
 const RIVALS: usize = 12;
 
@@ -89,9 +93,9 @@ impl Cause {
         &self.alternatives[0]
     }
 
-    /// Whether it is a feature that the program lacks.
+    /// Whether it is a feature that the program lacks: no mistake in rounds makes the same traces.
     pub(super) fn is_lack(&self) -> bool {
-        is_lack(self.change())
+        is_lack(self.change()) && !self.alternatives.iter().any(is_of_rounds)
     }
 }
 
@@ -326,6 +330,11 @@ fn steps_otherwise(scene: &SceneEvidence<'_>, made: &[Change]) -> bool {
     })
 }
 
+/// Whether a change is one of a task, or of a force beside rounds.
+fn is_of_rounds(change: &Change) -> bool {
+    matches!(change.place, Place::Task(_) | Place::ForceUnder(..))
+}
+
 /// Whether more scenes refute a mistake than it explains. A scene refutes one if nothing explains it, and all its terms and
 /// rules are in a scene that the mistake explains: nothing else can be wrong there.
 fn is_refuted(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
@@ -335,12 +344,14 @@ fn is_refuted(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
             && super::terms(inner).is_subset(&super::terms(outer))
             && (has_fixed(outer) || !has_fixed(inner))
     };
-    let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
+    let acts = |scene: &&SceneEvidence<'_>| cause.change().must_act_in(&scene.scene);
     let refuting = scenes.iter().filter(|scene| scene.is_left()).filter(acts).filter(|left| {
         let mut explained = cause.scenes.iter().map(|&number| &scenes[number].scene);
         explained.any(|explained| is_within(&left.scene, explained))
     });
-    !cause.is_lack() && refuting.count() > cause.scenes.len()
+    // The equation of rounds is known in full: one such scene says that something else is wrong.
+    let enough = if is_of_rounds(cause.change()) { 1 } else { cause.scenes.len() + 1 };
+    !cause.is_lack() && refuting.count() >= enough
 }
 
 /// Whether a mistake leaves too many scenes wrong in which it acts. A far-fetched one, such as a number that the steps
@@ -348,7 +359,7 @@ fn is_refuted(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
 /// scenes. Both must explain most. Others must explain a third, as other mistakes may be in the same scenes.
 fn is_unlikely(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
     let change = cause.change();
-    let acts = |scene: &&SceneEvidence<'_>| change.acts_in(&scene.scene) && scene.is_suspect();
+    let acts = |scene: &&SceneEvidence<'_>| change.must_act_in(&scene.scene) && scene.is_suspect();
     let unsettled = scenes.iter().filter(acts).filter(|scene| !scene.explained).count();
     let explained = cause.scenes.len();
     let is_replaced = matches!(change.effect, Effect::Method(_, Rule::Replaced(_)));
@@ -396,7 +407,7 @@ fn drop_all(
         mark_open(scenes, &kept);
     }
     for cause in &mut kept {
-        let acts = |scene: &&SceneEvidence<'_>| cause.change().acts_in(&scene.scene);
+        let acts = |scene: &&SceneEvidence<'_>| cause.change().must_act_in(&scene.scene);
         cause.unexplained = scenes.iter().filter(|scene| scene.is_left()).filter(acts).count();
     }
     *found = kept;
@@ -527,7 +538,8 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
         let name = scene.scene.integrator.name;
         if !integrators.contains(&name) {
             integrators.push(name);
-            changes.extend(candidates::replacements(&scene.scene).into_iter().filter(is_lack));
+            let lacks = candidates::replacements(&scene.scene).into_iter().filter(is_lack);
+            changes.extend(lacks.filter(|change| !is_idle_round(scene, change)));
             silent.push(candidates::integrator_factor(name, Quantity::Force, 0.0));
         }
     }
@@ -596,6 +608,12 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
     causes
 }
 
+/// Whether nothing moves in a scene of rounds. Springs at rest move neither if forces are left out of the rounds.
+fn is_idle_round(scene: &SceneEvidence<'_>, change: &Change) -> bool {
+    let is_idle = matches!(change.effect, Effect::Method(_, Rule::Idle));
+    is_idle && rounds::is_of_rounds(&scene.scene)
+}
+
 /// Whether at least two scenes, and nearly all that use no other force, show that a feature is left out. Of a method, at
 /// least three, and half of its scenes; that nothing moves under it, nearly all, since a scene at rest shows the same without a force.
 fn is_convincing(scenes: &[SceneEvidence<'_>], one: &Weighed) -> bool {
@@ -658,13 +676,19 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
                 }
                 // What explains the same scenes, by a change in another place.
                 let is_same = one.explained.is_superset(&best.explained);
-                let is_other = std::iter::once(&*best)
-                    .chain(others.iter())
-                    .all(|known| known.changes[0].place != change.place);
+                let known = || std::iter::once(&*best).chain(others.iter());
+                let in_place =
+                    known().filter(|known| known.changes[0].place == change.place).count();
+                // Of a task, the student should know each change that makes the same positions.
+                let [most, most_others] = match is_of_rounds(change) {
+                    true => [SYNONYMS, Task::ALL.len()],
+                    false => [1, 3],
+                };
+                let is_other = in_place < most;
                 let is_usual = one.rank() <= best.rank() + 2;
                 if is_same
                     && is_other
-                    && others.len() < 3
+                    && others.len() < most_others
                     && is_usual
                     && let Some(one) = prove(scenes, made, one)
                     && one.explained.is_superset(&best.explained)
@@ -689,7 +713,8 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
             unexplained: 0,
         })
         .collect();
-    let is_clear_lack = lack && scenes.len() > 2;
+    let is_clear_lack =
+        lack && scenes.len() > 2 && !others.iter().any(|one| is_of_rounds(&one.changes[0]));
     if let ([cause], false) = (causes.as_mut_slice(), is_clear_lack) {
         cause.alternatives.extend(others.into_iter().flat_map(|other| other.changes));
         cause.alternatives.extend(together);
@@ -724,13 +749,14 @@ fn in_each_jacobian(scenes: &[SceneEvidence<'_>], made: &[Change], best: &Weighe
 /// Replays whole scenes: the changes must leave alone what passed, and keeps those scenes that they reproduce.
 fn prove(scenes: &[SceneEvidence<'_>], made: &[Change], weighed: Weighed) -> Option<Weighed> {
     let all: Vec<Change> = made.iter().chain(&weighed.changes).cloned().collect();
-    let acts = |scene: &Scene| weighed.changes.iter().any(|change| change.acts_in(scene));
+    let must_act = |scene: &Scene| weighed.changes.iter().any(|change| change.must_act_in(scene));
     let mut n_passed = 0;
     let mut wanted: Vec<usize> = (0..scenes.len())
         .filter(|&number| {
             let scene = &scenes[number];
-            let wanted = scene.is_settled() || weighed.explained.contains(&number);
-            wanted && acts(&scene.scene) && scene.states.len() > 1
+            let is_explained = weighed.explained.contains(&number);
+            let wanted = scene.is_settled() && must_act(&scene.scene) || is_explained;
+            wanted && scene.states.len() > 1
         })
         .collect();
     wanted.sort_by_key(|&number| scenes[number].simplicity());
@@ -784,7 +810,9 @@ fn weigh(
         if !model.can_step() || !weighed.changes.iter().any(|change| model.is_changed_by(change)) {
             continue;
         }
+        let must_act = weighed.changes.iter().any(|change| change.must_act_in(&scene.scene));
         match (scene.agrees_with(&model, samples), scene.is_settled()) {
+            (Agreement::Differs, _) if !must_act => {}
             (Agreement::Differs, true) => return None,
             (Agreement::Agrees, false) if !scene.explained => {
                 weighed.explained.insert(number);
@@ -806,13 +834,18 @@ fn weigh(
 fn few_of_each_place(changes: Vec<Vec<Change>>) -> Vec<Vec<Change>> {
     let mut counts: HashMap<Vec<Place>, usize> = HashMap::new();
     let mut kept = changes;
+    let mut all = 0;
     kept.retain(|changes| {
+        // Small scenes hardly distinguish the changes of rounds.
+        if changes.iter().all(is_of_rounds) {
+            return true;
+        }
         let places: Vec<Place> = changes.iter().map(|change| change.place).collect();
         let count = counts.entry(places).or_default();
         *count += 1;
-        *count <= WEIGHED_OF_PLACE
+        all += usize::from(*count <= WEIGHED_OF_PLACE);
+        *count <= WEIGHED_OF_PLACE && all <= WEIGHED
     });
-    kept.truncate(WEIGHED);
     kept
 }
 
@@ -831,6 +864,7 @@ fn survivors(scene: &SceneEvidence<'_>, made: &[Change], time_steps: &[f64]) -> 
     whole.extend(candidates::of_fixed(inner));
     whole.extend(candidates::of_reading(inner, time_steps));
     whole.extend(candidates::of_process(inner));
+    whole.extend(rounds::of_rounds(inner));
     whole.extend(fit::of_rules(scene, made, &samples, |_| true));
     let by_steps = whole.par_iter().filter(|change| {
         let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();
@@ -1142,6 +1176,6 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         Effect::Derived(term, _) | Effect::Ends(term, _) | Effect::Length(term, _) => {
             Some((*term, Quantity::Force))
         }
-        Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) => None,
+        Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => None,
     }
 }

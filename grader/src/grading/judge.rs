@@ -4,12 +4,13 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
+use simulator::scene::Scene;
 use simulator::trace::{self, Shape, State};
 
 use super::result::SceneResult;
 use crate::compare::{Comparison, Criteria, Expectation, Pair, compare_watched};
 use crate::diagnosis::{Diagnosis, other_root, restart};
-use crate::findings::{Findings, JudgedScene, is_recorded, refusal};
+use crate::findings::{Findings, JudgedScene, is_recorded, refusal, tasks_of_passed};
 use crate::oracle::Oracle;
 use crate::recording::Recorder;
 use crate::rubric::{OtherRoot, Rubric};
@@ -161,9 +162,8 @@ fn judge_watched(
                     criteria,
                     &mut watch,
                 );
-                // A step follows from its own state only if that is whole.
-                if !actual.has_velocities() {
-                    states.clear();
+                if compared.has_positions_alone {
+                    fill_velocities(&case.scene, &mut states);
                 }
                 compared
             }
@@ -180,10 +180,30 @@ fn judge_watched(
     })
 }
 
+/// Velocities of states that have positions alone, as fast mass-spring defines them: those of a fixed particle stay, and
+/// others are differences of positions.
+fn fill_velocities(scene: &Scene, states: &mut [State]) {
+    let axes = scene.dimension.count();
+    for number in 0..states.len() {
+        let (before, rest) = states.split_at_mut(number);
+        let State { positions, velocities, .. } = &mut rest[0];
+        for (dof, velocity) in velocities.iter_mut().enumerate() {
+            let particle = &scene.particles[dof / axes];
+            *velocity = match before.last() {
+                Some(before) if !particle.fixed => {
+                    (positions[dof] - before.positions[dof]) / scene.time_step
+                }
+                _ => particle.velocity[dof % axes],
+            };
+        }
+    }
+}
+
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
 pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
     if judged.iter().all(|judged| judged.result.comparison.verdict.is_pass()) {
-        return Findings::default();
+        let tasks = tasks_of_passed(judged.iter().map(|judged| &judged.case.scene));
+        return Findings { tasks, ..Findings::default() };
     }
     catch_unwind(AssertUnwindSafe(|| {
         let scenes = judged.iter_mut().map(|Judged { case, result, states }| JudgedScene {

@@ -1,12 +1,15 @@
-//! Changes with numbers in them, which the search determines from steps.
+//! Changes with numbers in them, which the search determines from steps; and steps by rounds of local and global steps.
 
 use nalgebra::Vector3;
 use reference::change::candidates::Numbered;
 use reference::change::expression::{Direction, Inputs};
-use reference::change::{Change, Model, Sample, Term, edit, forms};
+use reference::change::rounds::{is_of_rounds, of_rounds};
+use reference::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use reference::method::Method;
 use simulator::scene::Scene;
 use simulator::scene::schema::MAX_PARAMETERS;
+use simulator::simulation::Simulation;
+use simulator::trace::State;
 use test_support::suite;
 
 /// Whether the first step of the scene with a change satisfies its own equation; `None` where there is no such step.
@@ -78,4 +81,90 @@ fn the_derivatives_of_formulas_with_numbers_are_their_differences() {
         }
     }
     assert!(count > 20, "{count} formulas");
+}
+
+/// States of a scene as far as a model makes them.
+fn made(scene: &Scene, changes: &[Change], steps: u64) -> Vec<State> {
+    let model = Model::new(scene, changes);
+    let mut all = vec![model.start()];
+    for step in 0..steps.min(scene.n_steps()) {
+        let Some(stepped) = model.step(step, None, &all[all.len() - 1]) else { break };
+        all.push(stepped.state);
+    }
+    all
+}
+
+fn distance(a: &State, b: &State) -> f64 {
+    let pairs = |a: &[f64], b: &[f64]| {
+        a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+    };
+    pairs(&a.positions, &b.positions)
+}
+
+#[test]
+fn steps_of_rounds_are_those_of_the_simulator() {
+    let (mut pinned, mut eliminated, mut stopped) = (0, 0, 0);
+    for case in suite().cases.iter().filter(|case| is_of_rounds(&case.scene)) {
+        let scene = &case.scene;
+        let options = &scene.integrator_options;
+        if options.choice("acceleration") != "none" {
+            assert!(!Model::new(scene, &[]).can_step(), "{}", case.id);
+            continue;
+        }
+        let mut simulation = Simulation::new(scene);
+        for (step, ours) in made(scene, &[], 12).iter().enumerate() {
+            if step > 0 {
+                simulation.advance().expect("a step");
+            }
+            let theirs = simulation.state();
+            let theirs = State {
+                time: None,
+                positions: theirs.positions.to_vec(),
+                velocities: theirs.velocities.to_vec(),
+            };
+            let far = distance(ours, &theirs);
+            assert!(far <= 1e-12, "{}, step {step}: {far:e}", case.id);
+        }
+        let has_pins = scene.particles.iter().any(|particle| particle.fixed);
+        match options.choice("pins") {
+            "penalty" => pinned += u32::from(has_pins),
+            _ => eliminated += u32::from(has_pins),
+        }
+        stopped += u32::from(options.number("tolerance") > 0.0);
+    }
+    assert!(pinned > 8 && eliminated > 3 && stopped > 0, "{pinned} {eliminated} {stopped}");
+}
+
+#[test]
+fn changes_of_a_task_that_show_at_all_differ_from_the_right_steps_of_some_scene() {
+    let scenes: Vec<Scene> = suite()
+        .cases
+        .iter()
+        .map(|case| case.scene.clone())
+        .filter(|scene| is_of_rounds(scene) && scene.particles.len() < 12)
+        .collect();
+    let is_shown = |words: &str| {
+        let mut in_scenes = scenes.iter().filter_map(|scene| {
+            let change = of_rounds(scene).into_iter().find(|change| change.words == words)?;
+            let (right, changed) = (made(scene, &[], 6), made(scene, &[change], 6));
+            let pairs = right.iter().zip(&changed);
+            let far = pairs.map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
+            Some(right.len() != changed.len() || far > 1e-9)
+        });
+        in_scenes.any(|shown| shown)
+    };
+    let mut all: Vec<(Task, String)> = Vec::new();
+    for change in scenes.iter().flat_map(of_rounds) {
+        if let Place::Task(task) = change.place
+            && !all.iter().any(|(_, words)| *words == change.words)
+        {
+            all.push((task, change.words));
+        }
+    }
+    for task in Task::ALL {
+        assert!(all.iter().filter(|(of, _)| *of == task).count() > 5, "{task}");
+    }
+    let idle: Vec<&String> =
+        all.iter().map(|(_, words)| words).filter(|words| !is_shown(words)).collect();
+    assert_eq!(idle, [""; 0]);
 }

@@ -12,6 +12,7 @@ use super::edit::{self, NumberedEdit, edits};
 use super::expression::{Expression, Function, Leaf};
 use super::forms::Forms;
 use super::model::{HELD, NEWTON, forms_of};
+use super::rounds::is_of_rounds;
 use super::{
     Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Particles,
     Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
@@ -737,7 +738,8 @@ pub fn of_fixed(scene: &Scene) -> Vec<Change> {
 }
 
 fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
-    if !scene.particles.iter().any(|particle| particle.fixed) {
+    // Rounds have pins in their place.
+    if is_of_rounds(scene) || !scene.particles.iter().any(|particle| particle.fixed) {
         return Vec::new();
     }
     let implicit = matches!(
@@ -924,5 +926,18 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             }
         }
     }
+    // Of rounds, masses and springs are tasks, and their scenes need not list forces.
+    let is_of_task = |change: &Change| {
+        use SceneRule::{FirstMass, IntegerMasses, Masses, NotLastForce, OneForce};
+        let is_of_springs = matches!(change.place, Place::Force(Term { tag: "springforce", .. }));
+        is_of_springs
+            || matches!(
+                change.effect,
+                Effect::Scene(
+                    Masses(_) | FirstMass | IntegerMasses | OneForce { .. } | NotLastForce { .. }
+                )
+            )
+    };
+    all.retain(|change| !(is_of_rounds(scene) && is_of_task(change)));
     all
 }

@@ -20,6 +20,7 @@ pub mod edit;
 pub mod expression;
 pub mod forms;
 mod model;
+pub mod rounds;
 mod step;
 
 use std::fmt;
@@ -32,6 +33,8 @@ use simulator::scene::schema::{ForceSchema, Matrix};
 use crate::method::OnePoint;
 use expression::Expression;
 pub use model::{Model, Sample};
+pub use rounds::Task;
+use rounds::{RoundsRule, is_of_rounds};
 pub use step::{Residual, Stepped};
 
 /// A force, or a part of one that stands alone.
@@ -79,6 +82,15 @@ impl Change {
         let has = |term: &Term| scene.forces.iter().any(|element| element.schema.tag == term.tag);
         let implicit = || scene.integrator.matrix == Matrix::Jacobians;
         match (&self.effect, self.place) {
+            (Effect::Rounds(rule), _) => is_of_rounds(scene) && rule.acts_in(scene),
+            (_, Place::Task(_)) => is_of_rounds(scene),
+            (_, Place::ForceUnder(term, name)) => has(&term) && scene.integrator.name == name,
+            // Rounds have formulas of their own, and share the reading of scenes.
+            (effect, Place::Force(_) | Place::Fixed(_) | Place::FixedUnder(_))
+                if is_of_rounds(scene) && !matches!(effect, Effect::Scene(_)) =>
+            {
+                false
+            }
             (_, Place::Jacobian(term)) => has(&term) && implicit(),
             (Effect::Method(name, Rule::Replaced(_) | Rule::Idle), _) => {
                 scene.integrator.name == *name
@@ -101,6 +113,15 @@ impl Change {
             (_, Place::Force(term)) => has(&term),
             _ => true,
         }
+    }
+}
+
+impl Change {
+    /// Whether a scene in which it acts cannot be right: rounds may read a scene by other code than other methods.
+    pub fn must_act_in(&self, scene: &Scene) -> bool {
+        let is_shared = matches!(self.effect, Effect::Scene(_));
+        let is_optional = is_of_rounds(scene) && is_shared && !matches!(self.place, Place::Task(_));
+        self.acts_in(scene) && !is_optional
     }
 }
 
@@ -142,6 +163,10 @@ pub enum Place {
     Fixed(Option<bool>),
     /// Fixed particles under one integrator, by its name.
     FixedUnder(&'static str),
+    /// The value of a force under one integrator, by its name.
+    ForceUnder(Term, &'static str),
+    /// A task of the hand-out on rounds.
+    Task(Task),
     /// The reading of scenes.
     Reading,
 }
@@ -184,6 +209,8 @@ pub enum Effect {
     Fixed(FixedRule),
     /// The scene as it is read.
     Scene(SceneRule),
+    /// A rule of rounds of local and global steps.
+    Rounds(RoundsRule),
 }
 
 impl Effect {
@@ -201,7 +228,7 @@ impl Effect {
             },
             Self::Ends(..) => &[Quantity::Force],
             Self::Derived(..) | Self::Length(..) => &Quantity::ALL,
-            Self::Method(..) | Self::Fixed(_) | Self::Scene(_) => &[],
+            Self::Method(..) | Self::Fixed(_) | Self::Scene(_) | Self::Rounds(_) => &[],
         }
     }
 }

@@ -10,6 +10,7 @@ use simulator::trace::State;
 
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
+use super::rounds::{Rounds, is_of_rounds};
 use super::{
     Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Particles,
     Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
@@ -128,6 +129,8 @@ pub struct Model {
     pub(super) method: Option<OnePoint>,
     /// Of a method that solves for a part of the step: the part, and implicit Euler for it.
     pub(super) part: Option<(f64, Box<Self>)>,
+    /// Of a method of rounds that are not accelerated: its rules.
+    pub(super) rounds: Option<Rounds>,
     /// The integrator with that method.
     stepped_as: Option<&'static str>,
     /// Nothing moves.
@@ -155,8 +158,11 @@ impl Model {
     pub fn new(scene: &Scene, changes: &[Change]) -> Self {
         let mut scene = scene.clone();
         for change in changes {
-            let is_elsewhere =
-                matches!(change.place, Place::FixedUnder(name) if name != scene.integrator.name);
+            let is_elsewhere = match change.place {
+                Place::FixedUnder(name) => name != scene.integrator.name,
+                Place::Task(_) => !is_of_rounds(&scene),
+                _ => false,
+            };
             if let Effect::Scene(rule) = change.effect
                 && !is_elsewhere
             {
@@ -203,6 +209,7 @@ impl Model {
             fixed,
             method: Method::one_point(scene.integrator),
             part: None,
+            rounds: Rounds::of(&scene),
             stepped_as: None,
             idle: false,
             terms: terms_of(&scene, changes),
@@ -238,6 +245,7 @@ impl Model {
         for change in changes {
             model.make(change);
         }
+        model.factorise();
         model
     }
 
@@ -248,7 +256,7 @@ impl Model {
             || match Method::of(self.scene.integrator.equation) {
                 Method::Explicit(_) | Method::Stages(_) | Method::Controlled(_) => true,
                 Method::Backward { .. } | Method::Differences { .. } => self.part.is_some(),
-                Method::Rounds => false,
+                Method::Rounds => self.rounds.is_some(),
             }
     }
 
@@ -258,7 +266,9 @@ impl Model {
             Effect::Method(_, Rule::Replaced(_) | Rule::Idle) => true,
             Effect::Method(name, _) => self.steps_by(name),
             _ => match change.place {
-                Place::FixedUnder(name) => self.steps_by(name),
+                Place::FixedUnder(name) | Place::ForceUnder(_, name) => self.steps_by(name),
+                // Another method in the place of rounds has none of their rules.
+                Place::Task(_) => self.method.is_none(),
                 _ => true,
             },
         }
@@ -299,6 +309,11 @@ impl Model {
         match &change.effect {
             Effect::Method(_, Rule::Replaced(_) | Rule::Idle) | Effect::Scene(_) => {}
             Effect::Method(_, rule) => self.follow(*rule),
+            Effect::Rounds(rule) => {
+                if let Some(rounds) = &mut self.rounds {
+                    rounds.make(rule);
+                }
+            }
             Effect::Fixed(rule) => match *rule {
                 FixedRule::Stand => self.fixed_rules.stand = true,
                 FixedRule::Stop => self.fixed_rules.stop = true,
@@ -398,7 +413,9 @@ impl Model {
             | Effect::Axes(term, ..)
             | Effect::Length(term, _)
             | Effect::Particles(term, ..) => *term,
-            Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) => return None,
+            Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => {
+                return None;
+            }
         };
         let number = self.terms.iter().position(|model| model.term == term)?;
         let mut model = self.terms[number].clone();
@@ -408,8 +425,14 @@ impl Model {
 
     /// The sum of all forces.
     pub(super) fn force(&self, at: &Point) -> Vec<f64> {
+        self.force_without(at, None)
+    }
+
+    /// The sum of all forces but one.
+    pub(super) fn force_without(&self, at: &Point, left_out: Option<Term>) -> Vec<f64> {
         let mut sum = vec![0.0; at.x.len()];
-        self.terms.iter().for_each(|model| self.add_force(model, at, &mut sum));
+        let terms = self.terms.iter().filter(|model| Some(model.term) != left_out);
+        terms.for_each(|model| self.add_force(model, at, &mut sum));
         sum
     }
 
@@ -591,7 +614,7 @@ impl Model {
         }
     }
 
-    fn vector(&self, values: &[f64], particle: usize) -> Vector3<f64> {
+    pub(super) fn vector(&self, values: &[f64], particle: usize) -> Vector3<f64> {
         Vector3::from_fn(|axis, _| match axis < self.dimension {
             true => values[particle * self.dimension + axis],
             false => 0.0,
@@ -650,7 +673,7 @@ impl TermModel {
             Effect::Particles(_, quantity, particles) => {
                 self.evaluations[index(*quantity)].particles = Some(*particles);
             }
-            Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) => {}
+            Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => {}
         }
     }
 }

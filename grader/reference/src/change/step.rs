@@ -150,7 +150,7 @@ impl Model {
                     converged = whole.substep(time, None, state)?;
                 }
             }
-            Method::Rounds => return None,
+            Method::Rounds => self.make_rounds(time, earlier, state)?,
         }
         self.fix(&old, state);
         Some(converged)

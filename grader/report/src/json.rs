@@ -15,7 +15,7 @@ use grader::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
 use grader::creative::CreativeCredit;
 use grader::diagnosis::Diagnosis;
-use grader::findings::{Finding, Progress};
+use grader::findings::{Finding, Progress, TaskFinding};
 use grader::grading::{
     Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, SceneResult, Totals,
 };
@@ -70,6 +70,8 @@ struct Report {
     findings: Vec<JsonFinding>,
     /// What an unfinished submission has, and what comes next; null if it lacks nothing.
     progress: Option<JsonProgress>,
+    /// What positions tell of each task of the hand-out on fast mass-spring; empty unless all scenes are of that method.
+    tasks: Vec<JsonTask>,
     /// Sums over the required features.
     required: JsonTotals,
     /// Sums over the extra-credit features.
@@ -172,6 +174,16 @@ struct JsonAlternative {
     /// A force or a part of it, its Jacobians, an integrator, fixed particles, reading, output, …
     feature: String,
     /// The mistake.
+    message: String,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonTask {
+    /// "A", "M", "C", "r", "Q" or "round".
+    task: &'static str,
+    /// "wrong", "ambiguous" (a mistake in it, or one in another task with the same positions), "consistent" or "unknown".
+    verdict: &'static str,
+    /// The same as text.
     message: String,
 }
 
@@ -391,6 +403,7 @@ impl Report {
             copied: grading.copied.as_ref().map(JsonCopied::of),
             findings: grading.findings.list.iter().map(JsonFinding::of).collect(),
             progress: grading.findings.progress.as_ref().map(JsonProgress::of),
+            tasks: grading.findings.tasks.iter().map(JsonTask::of).collect(),
             required: JsonTotals::of(grading.totals(Section::Required), grading.faults),
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit), grading.faults),
             unscored: JsonTotals::of(grading.totals(Section::Unscored), grading.faults),
@@ -479,6 +492,12 @@ impl JsonFinding {
             scenes: finding.scenes.clone(),
             open: finding.open,
         }
+    }
+}
+
+impl JsonTask {
+    fn of(TaskFinding { task, verdict }: &TaskFinding) -> Self {
+        Self { task: task.name(), verdict: verdict.name(), message: verdict.to_string() }
     }
 }
 

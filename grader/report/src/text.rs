@@ -14,7 +14,7 @@ use grader::altered::Copied;
 use grader::compare::{Criteria, FirstWrong, Tolerances};
 use grader::creative::CRITERIA;
 use grader::diagnosis::Diagnosis;
-use grader::findings::{Finding, FindingKind, Findings};
+use grader::findings::{Finding, FindingKind, Findings, TaskFinding, TaskVerdict};
 use grader::grading::points;
 use grader::grading::provenance::Provenance;
 use grader::grading::{
@@ -477,9 +477,25 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
 
 /// Writes what is wrong, in the order in which a student should read it.
 pub fn write_findings(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
-    if findings.list.is_empty() {
-        return Ok(());
+    if !findings.list.is_empty() {
+        write_list(out, findings)?;
     }
+    if !findings.tasks.is_empty() {
+        writeln!(out, "{BOLD}Tasks{BOLD:#}, as far as positions tell")?;
+        for TaskFinding { task, verdict } in &findings.tasks {
+            let style = match verdict {
+                TaskVerdict::Wrong(_) => BAD,
+                TaskVerdict::Consistent { unexplained: 0, .. } => GOOD,
+                _ => ODD,
+            };
+            writeln!(out, "  {:<5}  {style}{verdict}{style:#}", task.name())?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn write_list(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
     writeln!(out, "{BOLD}Findings{BOLD:#}")?;
     let (lacks, wrong): (Vec<&Finding>, Vec<&Finding>) =
         findings.list.iter().partition(|finding| finding.kind == FindingKind::NotImplemented);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use grader::findings::Finding;
+use grader::findings::{Finding, TaskFinding};
 use grader::grading::{Grading, SceneResult};
 use grader::probe;
 use grader::verdict::Verdict;
@@ -29,6 +29,9 @@ pub(super) fn write(html: &mut Html, grading: &Grading) -> io::Result<()> {
     }
     if let Some(progress) = &grading.findings.progress {
         items.markup("<li>").text(&progress.to_string()).markup("</li>");
+    }
+    for TaskFinding { task, verdict } in &grading.findings.tasks {
+        items.markup("<li>").text(&format!("Task {}: {verdict}", task.name())).markup("</li>");
     }
     for (name, scenes) in unexplained(grading) {
         let words = format!("{} without a known cause ({name}): ", counted(scenes.len(), "scene"));

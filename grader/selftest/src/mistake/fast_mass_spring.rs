@@ -1,23 +1,24 @@
 //! Mistakes in fast mass-spring: operations on the terms of `Q` and `b`; and its local step, rounds, pins and wind.
 
-use grader::findings::{Family, Feature, Part};
-use simulator::scene::Scene;
+use grader::findings::{Feature, Part};
+use reference::change::Task;
 use simulator::scene::schema::StepEquation;
+use simulator::scene::{ForceElement, Scene};
 
 use super::super::student::{Coefficient, Student, Vec3, wind};
 use super::{
-    Area, MULTIPLY_BY_H_SQUARED, Mistake, NEGATE, OMIT, OMIT_H, OMIT_QUANTITY, Operation, Scope,
-    Subject, TAKE_ROOT_OF_H,
+    Area, MULTIPLY_BY_H_SQUARED, Mistake, NEGATE, OMIT, OMIT_H, OMIT_QUANTITY, Operation,
+    SQUARE_QUANTITY, Scope, Subject, TAKE_ROOT_OF_H,
 };
 
 const NAME: &str = "fast-mass-spring";
 
-/// A term of the equation: its places in `Q` and `b`, and what may happen to it.
+/// A term of the equation: its places in `Q` and `b`, and what may happen to it, with the task to blame if it happens in both.
 struct TermMistakes {
     /// Names of these mistakes in `Q` and `b`, in `Q` alone, in `b` alone.
     names: [&'static str; 3],
     place: usize,
-    operations: &'static [Operation],
+    operations: &'static [(Task, Operation)],
 }
 
 static TERMS: [TermMistakes; 2] = [
@@ -29,10 +30,10 @@ static TERMS: [TermMistakes; 2] = [
         ],
         place: 0,
         operations: &[
-            ("missing", OMIT),
-            ("wrong sign", NEGATE),
-            ("without the stiffness", OMIT_QUANTITY),
-            ("times h²", MULTIPLY_BY_H_SQUARED),
+            (Task::System, ("missing", OMIT)),
+            (Task::System, ("wrong sign", NEGATE)),
+            (Task::System, ("without the stiffness", OMIT_QUANTITY)),
+            (Task::System, ("times h²", MULTIPLY_BY_H_SQUARED)),
         ],
     },
     TermMistakes {
@@ -43,11 +44,12 @@ static TERMS: [TermMistakes; 2] = [
         ],
         place: 1,
         operations: &[
-            ("missing", OMIT),
-            ("wrong sign", NEGATE),
-            ("without the mass", OMIT_QUANTITY),
-            ("over h instead of h²", TAKE_ROOT_OF_H),
-            ("not over h²", OMIT_H),
+            (Task::Masses, ("missing", OMIT)),
+            (Task::Masses, ("wrong sign", NEGATE)),
+            (Task::Masses, ("without the mass", OMIT_QUANTITY)),
+            (Task::Masses, ("with the mass squared", SQUARE_QUANTITY)),
+            (Task::System, ("over h instead of h²", TAKE_ROOT_OF_H)),
+            (Task::System, ("not over h²", OMIT_H)),
         ],
     },
 ];
@@ -58,9 +60,13 @@ pub(super) fn mistakes() -> Vec<Mistake> {
         for (name, [in_matrix, in_right]) in
             names.iter().zip([[true, true], [true, false], [false, true]])
         {
-            let of = subject(name);
-            mistakes.extend(operations.iter().map(|(description, operation)| {
-                of.mistake(description, move |s| {
+            mistakes.extend(operations.iter().map(|(task, (description, operation))| {
+                let task = match (in_matrix, in_right) {
+                    (true, true) => *task,
+                    (true, false) => Task::System,
+                    _ => Task::Round,
+                };
+                subject(name, task).mistake(description, move |s| {
                     if in_matrix {
                         operation(&mut s.fast_mass_spring.matrix[*place]);
                     }
@@ -75,13 +81,16 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     mistakes
 }
 
-fn subject(name: &'static str) -> Subject {
-    Subject { area: Area::Integrator, name, scope: Scope::Integrator(NAME) }
+fn subject(name: &'static str, task: Task) -> Subject {
+    let scope = Scope::Within(NAME, |_| true, Feature::Task(task));
+    Subject { area: Area::Integrator, name, scope }
 }
 
 fn in_steps() -> Vec<Mistake> {
-    let local = subject("fast mass-spring, local step");
-    let of = subject("fast mass-spring");
+    let local = subject("fast mass-spring, local step", Task::Round);
+    let incidence = subject("fast mass-spring, incidence", Task::Incidence);
+    let rest = subject("fast mass-spring, rest lengths", Task::RestLengths);
+    let of = subject("fast mass-spring", Task::Round);
     vec![
         local.mistake("d without l0", |s| s.fast_mass_spring.local = |v, _| v.normalize()),
         local.mistake("d not normalised", |s| s.fast_mass_spring.local = |v, l0| l0 * v),
@@ -92,8 +101,34 @@ fn in_steps() -> Vec<Mistake> {
         local.mistake("springs pull only", |s| {
             s.fast_mass_spring.local = |v, l0| v.norm().min(l0) * v.normalize();
         }),
-        local.mistake("both ends of A are 1", |s| s.fast_mass_spring.incidence = [1.0; 2]),
-        local.mistake("one end of A only", |s| s.fast_mass_spring.incidence = [1.0, 0.0]),
+        incidence.mistake("both ends of A are 1", |s| s.fast_mass_spring.incidence = [1.0; 2]),
+        incidence.mistake("one end of A only", |s| s.fast_mass_spring.incidence = [1.0, 0.0]),
+        incidence.mistake("the last row of A is missing", |s| {
+            s.read = |scene| {
+                let is_spring = |element: &ForceElement| element.schema.tag == "springforce";
+                let last = scene.forces.iter().rposition(is_spring);
+                if scene.integrator.equation == StepEquation::LocalGlobal {
+                    last.map(|last| scene.forces.remove(last));
+                }
+            };
+        }),
+        rest.mistake("squared", |s| {
+            s.fast_mass_spring.local = |v, l0| l0 * l0 * v.normalize();
+        }),
+        rest.mistake("all 0", |s| s.fast_mass_spring.local = |_, _| Vec3::zeros()),
+        rest.mistake("those of the first spring", |s| {
+            s.read = |scene| {
+                let springs = scene.forces.iter_mut();
+                let springs = springs.filter(|element| element.schema.tag == "springforce");
+                let mut first = None;
+                if scene.integrator.equation == StepEquation::LocalGlobal {
+                    for spring in springs {
+                        let rest = spring.parameter_mut("l0");
+                        *rest = *first.get_or_insert(*rest);
+                    }
+                }
+            };
+        }),
         of.mistake("a single round", |s| s.fast_mass_spring.rounds = |_| 1),
         of.mistake("half the rounds", |s| s.fast_mass_spring.rounds = |rounds| rounds / 2),
         of.mistake("a round too few", |s| s.fast_mass_spring.rounds = |rounds| rounds - 1),
@@ -119,7 +154,7 @@ fn in_steps() -> Vec<Mistake> {
 }
 
 fn in_pins() -> Vec<Mistake> {
-    let feature = Feature::Fixed(Family::Implicit);
+    let feature = Feature::Task(Task::Selection);
     let by_penalty =
         |scene: &Scene| scene.integrator_options.choice("pins") == "penalty" && n_pins(scene) > 0;
     let of = |name, has: fn(&Scene) -> bool| Subject {
@@ -139,6 +174,9 @@ fn in_pins() -> Vec<Mistake> {
     vec![
         penalty.mistake("not held", move |s| on_both(s, OMIT)),
         penalty.mistake("weight is 1", move |s| on_both(s, OMIT_QUANTITY)),
+        penalty.mistake("held where it was a step before", |s| {
+            s.fast_mass_spring.pinned_at = |_, q| q;
+        }),
         penalty.mistake("missing in Q", |s| OMIT(&mut s.fast_mass_spring.matrix[2])),
         penalty.mistake("missing in b", |s| OMIT(&mut s.fast_mass_spring.right[2])),
         penalty.mistake("wrong sign in Q", |s| NEGATE(&mut s.fast_mass_spring.matrix[2])),

@@ -208,6 +208,7 @@ type Operation = (&'static str, fn(&mut Coefficient));
 
 const OMIT: fn(&mut Coefficient) = |coefficient| coefficient.scale = 0.0;
 const NEGATE: fn(&mut Coefficient) = |coefficient| coefficient.scale = -1.0;
+const SQUARE_QUANTITY: fn(&mut Coefficient) = |coefficient| coefficient.of_quantity = 2;
 const OMIT_QUANTITY: fn(&mut Coefficient) = |coefficient| coefficient.of_quantity = 0;
 /// `h` in the place of `h²`.
 const TAKE_ROOT_OF_H: fn(&mut Coefficient) = |coefficient| coefficient.of_h /= 2;

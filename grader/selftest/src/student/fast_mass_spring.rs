@@ -47,6 +47,8 @@ pub(crate) struct FastMassSpring {
     pub(crate) first: fn(Vec3, Vec3, f64) -> Vec3,
     /// `y`: `(q, v, h)`.
     pub(crate) ahead: fn(Vec3, Vec3, f64) -> Vec3,
+    /// Where a penalty holds a pin: `(p_rest, q)`.
+    pub(crate) pinned_at: fn(Vec3, Vec3) -> Vec3,
     /// The constant force: `(f, m)`.
     pub(crate) constant_force: fn(Vec3, f64) -> Vec3,
     /// The wind of strength 1.
@@ -66,6 +68,7 @@ impl FastMassSpring {
             rounds: |rounds| rounds,
             first: |q, _, _| q,
             ahead: |q, v, h| q + h * v,
+            pinned_at: |rest, _| rest,
             constant_force: |f, _| f,
             wind: |gust| wind(gust.place + gust.time),
             velocity: |q, p, _, h| (p - q) / h,
@@ -178,7 +181,8 @@ impl Net {
             let rest = Vec3::from(position) + (time + h) * self.v[i];
             match self.weight {
                 Some(weight) => {
-                    load.right += places.value(weight, h) * rest;
+                    let held = (rules.pinned_at)(rest, self.q[i]);
+                    load.right += places.value(weight, h) * held;
                     load.diagonal += pins.value(weight, h);
                 }
                 None => load = Load { right: self.q[i] + h * self.v[i], diagonal: 1.0 },

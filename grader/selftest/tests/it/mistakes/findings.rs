@@ -1,28 +1,30 @@
 //! Findings on mistakes in the methods that minimise, graded as the assignments that ask for them.
 //!
-//! No step of these methods is redone to find a cause, so that most mistakes leave no finding. No finding is false.
+//! No step of projected Newton is redone to find a cause, so that most mistakes in it leave no finding. No finding is false.
 
 use grader::assignment::Assignment;
-use grader::findings::{Finding, FindingKind};
+use grader::findings::{Feature, Finding, FindingKind};
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
+use grader::submission::StateSource;
 use grader::suite::{Case, Section, Suite};
 use rayon::prelude::*;
+use reference::change::Task;
 use selftest::mistake::{self, Mistake};
 use selftest::student::Student;
 use test_support::root;
 
 use super::whole_suite;
 
-struct Inputs {
-    suite: Suite,
+pub(super) struct Inputs {
+    pub(super) suite: Suite,
     oracle: Oracle,
     rubric: Rubric,
 }
 
 impl Inputs {
-    fn of(name: &str) -> Self {
+    pub(super) fn of(name: &str) -> Self {
         let folder = root().join("assets");
         let mut assignment =
             Assignment::load(&folder.join("assignments"), name).expect("an assignment");
@@ -35,9 +37,18 @@ impl Inputs {
     }
 
     fn grade(&self, student: &Student) -> Grading {
+        self.grade_as(student, |states| states)
+    }
+
+    /// Grades what `written` makes of a student's states.
+    pub(super) fn grade_as(
+        &self,
+        student: &Student,
+        written: fn(Box<dyn StateSource>) -> Box<dyn StateSource>,
+    ) -> Grading {
         let Self { suite, oracle, rubric } = self;
         grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
-            let start = || Ok(Box::new(student.simulate(&case.scene)) as Box<_>);
+            let start = || Ok(written(Box::new(student.simulate(&case.scene))));
             grading::judge(case, oracle, criteria, start)
         })
     }
@@ -56,13 +67,21 @@ fn false_findings(name: &str, one_in: usize) -> Vec<String> {
     let found = |mistake: &Mistake| {
         let list = inputs.grade(&mistake.student()).findings.list;
         let is_false = |finding: &&Finding| {
-            finding.kind != FindingKind::Common && !finding.features.contains(&mistake.feature())
+            finding.kind != FindingKind::Common && !is_of(finding, mistake.feature())
         };
         let found: Vec<String> = list.iter().filter(is_false).map(ToString::to_string).collect();
         (!found.is_empty())
             .then(|| format!("{}, {}: {found:?}", mistake.subject, mistake.description))
     };
     mistakes.par_iter().filter_map(found).collect()
+}
+
+/// Whether a finding names where a mistake was planted. Fixed particles are the pins of fast mass-spring.
+pub(super) fn is_of(finding: &Finding, planted: Feature) -> bool {
+    finding.features.iter().any(|feature| match (feature, planted) {
+        (Feature::Task(Task::Selection), Feature::Fixed(_)) => true,
+        (feature, planted) => *feature == planted,
+    })
 }
 
 const ASSIGNMENTS: [&str; 2] = ["elastodynamics", "fast-mass-spring"];

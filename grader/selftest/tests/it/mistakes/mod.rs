@@ -13,6 +13,7 @@ mod findings;
 mod judging;
 mod probing;
 mod table;
+mod tasks;
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;

@@ -252,6 +252,7 @@ impl SteppedScene {
                 Verdict::GraderFault(_)
                 | Verdict::Fail(
                     Failure::TimedOut { .. }
+                    | Failure::NotRun { .. }
                     | Failure::OutOfMemory { .. }
                     | Failure::TooMuchOutput { .. }
                     | Failure::TooManyProcesses { .. },

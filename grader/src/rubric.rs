@@ -31,6 +31,7 @@
 //! [limits]               # for each run of a program; defaults as in `grade --help`
 //! wall = 10              # seconds
 //! memory = 1_000_000_000 # bytes
+//! budget = 1200          # seconds of all runs together; then no further scene is run
 //!
 //! [build-limits]         # for its build
 //! cpu = 300
@@ -429,6 +430,11 @@ impl Rubric {
                 ));
             }
         }
+        if let Some(value) = build_limits.get("budget") {
+            let message =
+                "a build is one run, and has no budget\n  help: set it in [limits]".to_owned();
+            return Err(invalid(value.span().start, message));
+        }
         // Validated here, where the line is known.
         for (name, value) in limits.iter().chain(&build_limits) {
             let tried = Limits::default().set(name, *value.as_ref());
@@ -698,5 +704,15 @@ mod tests {
             "rubric.toml:2:21: unknown protection \"fire\"\n  help: the protections are files, network, \
              signals, processes, system-calls, limits"
         );
+    }
+
+    #[test]
+    fn a_budget_is_of_all_runs() {
+        let parse = |text: &str| Rubric::parse(text, Path::new("rubric.toml"));
+        let budget = |text: &str| parse(text).unwrap().limits().budget();
+        assert_eq!((budget(""), budget("[limits]\nwall = 120")), (1200.0, 2400.0));
+        assert_eq!((budget("[limits]\nwall = 1"), budget("[limits]\nbudget = 5")), (1200.0, 5.0));
+        let message = parse("[build-limits]\nbudget = 5").unwrap_err().to_string();
+        assert!(message.starts_with("rubric.toml:2:10: a build is one run"), "{message}");
     }
 }

@@ -93,6 +93,12 @@ pub enum Failure {
         /// The limit.
         detail: Untrusted,
     },
+    /// The hand-in used its budget of time before this scene.
+    #[error("{}", printed::text(detail))]
+    NotRun {
+        /// The budget.
+        detail: String,
+    },
     /// A program exceeded its memory limit.
     #[error("{}", detail.text())]
     OutOfMemory {
@@ -163,6 +169,7 @@ impl Failure {
             Self::Crashed { .. } => "crashed",
             Self::BuildFailed { .. } => "build-failed",
             Self::TimedOut { .. } => "timed-out",
+            Self::NotRun { .. } => "not-run",
             Self::OutOfMemory { .. } => "out-of-memory",
             Self::TooMuchOutput { .. } => "too-much-output",
             Self::TooManyProcesses { .. } => "too-many-processes",
@@ -317,6 +324,7 @@ mod tests {
             Failure::Crashed { detail: detail() },
             Failure::BuildFailed { detail: detail() },
             Failure::TimedOut { detail: detail() },
+            Failure::NotRun { detail: detail() },
             Failure::OutOfMemory { detail: detail() },
             Failure::TooMuchOutput { detail: detail() },
             Failure::TooManyProcesses { detail: detail() },

@@ -418,6 +418,10 @@ pub(super) enum ClassPart {
         #[arg(value_name = "K")]
         shard: usize,
 
+        /// Run the hidden scenes, after the shards have run without this option
+        #[arg(long)]
+        hidden_scenes: bool,
+
         /// Number of threads [default: as planned, else one per core]
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
         threads: Option<u16>,
@@ -662,7 +666,7 @@ pub(super) struct RunArgs {
     pub(super) unprotected: bool,
 
     /// Set a limit of each run, as in --limit wall=10 (repeatable). Limits: cpu and wall (seconds), memory, trace,
-    /// stdout and stderr (bytes, or with suffix K, M or G), processes, files
+    /// stdout and stderr (bytes, or with suffix K, M or G), processes, files; budget (seconds of all runs together)
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_limit)]
     pub(super) limit: Vec<(String, f64)>,
 

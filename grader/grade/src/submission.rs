@@ -43,7 +43,7 @@ impl RunArgs {
             sandbox
         };
         let protections = sandbox.protections().to_vec();
-        Ok((Runner { sandbox, limits, readable, kept: None }, protections))
+        Ok((Runner::new(sandbox, limits, readable), protections))
     }
 }
 

@@ -258,6 +258,11 @@ pub struct Outcome {
 pub struct SandboxError(String);
 
 impl SandboxError {
+    /// It was not run, for this reason.
+    pub fn not_run(reason: impl std::fmt::Display) -> Self {
+        Self(reason.to_string())
+    }
+
     /// The folder for the run could not be created.
     pub fn no_scratch(error: io::Error) -> Self {
         Self(format!("cannot create its scratch folder: {error}"))

@@ -11,6 +11,9 @@ const MAX_SECONDS: f64 = 1e6;
 /// Largest limit of any count.
 const MAX_COUNT: f64 = 1e15;
 
+/// Runs of full length that a hand-in may make by default, all together.
+const LONG_RUNS: f64 = 20.0;
+
 /// Resource limits of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
@@ -30,11 +33,13 @@ pub struct Limits {
     pub stderr: u64,
     /// Files and folders in its scratch folder.
     pub files: u64,
+    /// Seconds of all runs of a hand-in together, if set. The sandbox, which knows one run, leaves it to the caller.
+    pub budget: Option<f64>,
 }
 
 impl Limits {
     /// The name and meaning of each limit.
-    pub const NAMES: [(&str, &str); 8] = [
+    pub const NAMES: [(&str, &str); 9] = [
         ("cpu", "seconds of processor time"),
         ("wall", "seconds from start to end"),
         ("memory", "bytes of memory"),
@@ -43,7 +48,14 @@ impl Limits {
         ("stdout", "bytes of standard output"),
         ("stderr", "bytes of standard error"),
         ("files", "files in the scratch folder"),
+        ("budget", "seconds of all runs of a hand-in together"),
     ];
+
+    /// Seconds of all runs of a hand-in together: by default those of 20 runs that last as long as they may, and not less
+    /// than with the default limits.
+    pub fn budget(&self) -> f64 {
+        self.budget.unwrap_or(LONG_RUNS * self.wall.max(Self::default().wall))
+    }
 
     /// Sets the limit with this name.
     ///
@@ -53,6 +65,7 @@ impl Limits {
         let seconds = match name {
             "cpu" => Some(&mut self.cpu),
             "wall" => Some(&mut self.wall),
+            "budget" => Some(self.budget.get_or_insert(value)),
             _ => None,
         };
         if let Some(seconds) = seconds {
@@ -112,6 +125,7 @@ impl Default for Limits {
             stdout: 4 * MIB,
             stderr: 4 * MIB,
             files: 64,
+            budget: None,
         }
     }
 }

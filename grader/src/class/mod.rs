@@ -3,6 +3,7 @@
 //! ```text
 //! DIR ─> entries, by name ─> plan ─> shards, in any order: Submission -> Grading ─> reports ─> record ─┐
 //!          entry.rs         plan.rs                                                        record.rs   │
+//!                                                                  phase.rs, kept.rs: with hidden scenes, in two phases
 //!                              └──────────────────────────> merge <── records with the plan's keys <───┘
 //!                                                             └─> rows, by name ─> summary
 //!                    marks.rs ─> credit for creative scenes
@@ -14,6 +15,7 @@
 pub mod entry;
 pub mod fingerprint;
 pub mod marks;
+pub mod phase;
 pub mod plan;
 pub mod record;
 pub mod roster;

@@ -424,7 +424,7 @@ mod tests {
         assert!(remarks[0].starts_with("whose is it: ada_2 fits Ada (line 2), Bob (line 3);"));
         // The whole name of an upload outweighs no other upload.
         let (whose, remarks) = told(roster, &["ada_old", "1", "bob"]);
-        assert_eq!(whose, [None, Some(1)]);
+        assert_eq!(whose, [None, Some(2)]);
         assert!(
             remarks[0].starts_with("two submissions: Ada (line 2): ada_old, 1;"),
             "{remarks:?}"

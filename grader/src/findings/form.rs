@@ -138,12 +138,13 @@ impl Kind {
 }
 
 impl Kind {
-    /// How a scene failed; `None` if it passed or was not judged.
+    /// How a scene failed; `None` if it passed, was not judged, or was not run.
     pub(super) fn of(case: &Case, comparison: &Comparison) -> Option<Self> {
         let Verdict::Fail(failure) = &comparison.verdict else { return None };
         let first = comparison.first_wrong.as_ref();
         let told = || first.and_then(|first| in_numbers(&case.scene, first));
         Some(match failure {
+            Failure::NotRun { .. } => return None,
             Failure::BuildFailed { .. } | Failure::BadHandIn { .. } => Self::NotBuilt,
             Failure::NotImplemented { .. } => Self::Refused,
             Failure::Missing { .. } => Self::Missing,

@@ -122,6 +122,7 @@ impl<'a> Grader<'a> {
 
     fn graded(&self, submission: &Submission, protection: Option<Vec<Protection>>) -> Grading {
         let Self { suite, oracle, rubric, checks, observer, .. } = *self;
+        let submission = &submission.with_budget();
         let jacobians = if checks.jacobians && matches!(submission, Submission::BuiltIn(_)) {
             observer.notice(Event::Task(Task::Jacobians));
             jacobian::check_all(jacobian::Config::default())
@@ -132,11 +133,13 @@ impl<'a> Grader<'a> {
         let findings = look_into(&mut judged);
         // A program that was killed with the run, or that only times out, has no further results.
         let program = || match submission {
-            Submission::Program(program) if !observer.is_stopped() && broken.is_none() => {
-                Some(program)
-            }
+            Submission::Program(_) if observer.is_stopped() || broken.is_some() => None,
+            Submission::Program(program) => Some(program),
             _ => None,
         };
+        // Scenes that follow keep what measurements take.
+        let measured = program().map(Program::with_own_budget);
+        let program = || measured.as_ref().filter(|_| program().is_some());
         if let Some(program) = program() {
             restart_some(program, oracle, &mut judged);
         }
@@ -161,11 +164,13 @@ impl<'a> Grader<'a> {
         if let Some(program) = program().filter(|_| checks.altered) {
             observer.notice(Event::Task(Task::Altered));
             let (passed, probing) = (grading.passed(), grading.probing.as_ref());
-            grading.copied = altered::of_program(suite, program, &passed, probing);
+            let program = program.with_own_budget();
+            grading.copied = altered::of_program(suite, &program, &passed, probing);
         }
         if let Some(hidden) = self.hidden.filter(|_| checks.hidden && !observer.is_stopped()) {
             let skipped = broken.as_ref();
-            hidden.grade(submission, (rubric, skipped), &mut grading, observer);
+            let submission = submission.beyond_first_phase();
+            hidden.grade(&submission, (rubric, skipped), &mut grading, observer);
         }
         if observer.is_stopped() {
             grading.interrupt(suite);

@@ -122,6 +122,8 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
     files.copy_to(&home).map_err(refused)?;
     if let Some(build) = &manifest.build
         && let Err(failure) = run_build(build, &home, &runner, build_limits)?
+        // Built before, and shown as such; without a program, its hidden scenes fail by themselves.
+        && !runner.is_second_phase()
     {
         return Ok(Built::Failed { name, failure });
     }

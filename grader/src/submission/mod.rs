@@ -1,5 +1,6 @@
 //! Submissions: sources of a stream of states for each scene.
 
+pub mod budget;
 pub mod folder;
 pub mod hand_in;
 pub mod kept;
@@ -51,6 +52,22 @@ impl Submission {
             Self::Traces(folder) => folder.display().to_string().into(),
             Self::Program(program) => program.name().clone(),
             Self::Unusable { name, .. } | Self::NotGraded { name, .. } => name.clone(),
+        }
+    }
+
+    /// The submission, with a budget of time for its runs if it has none yet.
+    pub(crate) fn with_budget(&self) -> Self {
+        match self {
+            Self::Program(program) => Self::Program(program.with_budget()),
+            other => other.clone(),
+        }
+    }
+
+    /// The submission, for runs of which nothing is shown: they are not those of its first phase.
+    pub(crate) fn beyond_first_phase(&self) -> Self {
+        match self {
+            Self::Program(program) => Self::Program(program.beyond_first_phase()),
+            other => other.clone(),
         }
     }
 

@@ -15,13 +15,15 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 use simulator::scene::Dimension;
 use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
 
+use super::budget::Budget;
 use super::folder::Copy;
 use super::hand_in::HandIn;
-use super::kept::KeptRuns;
+use super::kept::{KeptEnd, KeptRuns};
 use super::{StateSource, failure_of};
 use crate::printed::{self, RawUse, Untrusted};
 use crate::suite::{Case, SolverName, hash_bytes, hash_file};
@@ -64,8 +66,22 @@ pub struct Runner {
     pub limits: Limits,
     /// Files and folders that programs may read, beside those of the system and their own.
     pub readable: Vec<PathBuf>,
-    /// Where the traces of the program's runs are kept and looked for, if anywhere.
-    pub kept: Option<Arc<KeptRuns>>,
+    /// Where the program's runs are kept and looked for.
+    pub kept: Vec<Arc<KeptRuns>>,
+    /// The time of all its runs, if limited.
+    pub budget: Option<Budget>,
+}
+
+impl Runner {
+    /// One that keeps nothing, and limits single runs only.
+    pub fn new(sandbox: Sandbox, limits: Limits, readable: Vec<PathBuf>) -> Self {
+        Self { sandbox, limits, readable, kept: Vec::new(), budget: None }
+    }
+
+    /// Whether the runs whose output is shown were made in a first phase.
+    pub(super) fn is_second_phase(&self) -> bool {
+        self.kept.iter().any(|kept| kept.is_closed())
+    }
 }
 
 /// A program with its calling convention.
@@ -226,6 +242,28 @@ impl Program {
         self
     }
 
+    /// The same program with a budget of time, if it has none yet.
+    pub(super) fn with_budget(&self) -> Self {
+        match self.runner.budget {
+            Some(_) => self.clone(),
+            None => self.with_own_budget(),
+        }
+    }
+
+    /// The same program with a budget of its own, which is as large: for measurements beside the scenes.
+    pub(crate) fn with_own_budget(&self) -> Self {
+        let mut other = self.clone();
+        other.runner.budget = Some(Budget::new(self.runner.limits.budget(), 0.0));
+        other
+    }
+
+    /// The same program, whose runs are not those of its first phase.
+    pub(super) fn beyond_first_phase(&self) -> Self {
+        let mut other = self.clone();
+        other.runner.kept.retain(|kept| !kept.is_closed());
+        other
+    }
+
     /// The program's name in reports: its path, as given.
     pub fn name(&self) -> &Untrusted {
         &self.name
@@ -260,7 +298,7 @@ impl Program {
     /// As [`run`](Self::run).
     pub fn trace_hash(&self, case: &Case, before: u32) -> Result<String, Verdict> {
         let run = self.run_once(SceneSource::Case(case), Shape::of(&case.scene), before)?;
-        hash_file(&run.path).map_err(|error| {
+        hash_file(&run.workspace.trace()).map_err(|error| {
             Verdict::Fail(Failure::NoOutput {
                 detail: format!("the trace cannot be read: {error}").into(),
             })
@@ -327,10 +365,43 @@ impl Program {
         shape: Shape,
         before: u32,
     ) -> Result<ProgramRun, RunError> {
-        let kept = self.runner.kept.as_deref().map(|kept| (kept, self.key(scene, before)));
-        if let Some(path) = kept.as_ref().and_then(|(kept, key)| kept.find(key)) {
-            let reader = self.open_trace(&path, scene, shape)?;
-            return Ok(ProgramRun { reader, path, _workspace: None, _copy: self.copy.clone() });
+        let workspace = self.end(scene, before)?;
+        let reader = self.open_trace(&workspace.trace(), scene, shape)?;
+        Ok(ProgramRun { reader, workspace, _copy: self.copy.clone() })
+    }
+
+    /// How a run ends: as it did before where that is kept. The workspace holds its trace.
+    fn end(&self, scene: SceneSource<'_>, before: u32) -> Result<Workspace, RunError> {
+        let key = self.key(scene, before);
+        let find = |kept: &Arc<KeptRuns>| (Arc::clone(kept), kept.find(&key));
+        let (found, missing): (Vec<_>, Vec<_>) =
+            self.runner.kept.iter().map(find).partition(|(_, end)| end.is_some());
+        if missing.iter().any(|(kept, _)| kept.is_closed()) {
+            let message =
+                "the record of the first phase lacks a run\n  help: continue with --resume";
+            return Err(RunError::NotRun(SandboxError::not_run(message)));
+        }
+        let end = match found.into_iter().find_map(|(_, end)| end) {
+            Some(KeptEnd::Failed(failure)) => Err(RunError::Failed(failure)),
+            Some(KeptEnd::Trace(path)) => {
+                Ok(Workspace::holding(&path).map_err(SandboxError::no_scratch)?)
+            }
+            None => self.end_now(scene),
+        };
+        for (kept, _) in missing {
+            match &end {
+                Ok(workspace) => kept.keep(&key, &workspace.trace()),
+                Err(RunError::Failed(failure)) => kept.keep_failure(&key, failure),
+                Err(RunError::NotRun(_)) => {}
+            }
+        }
+        end
+    }
+
+    /// Runs the program.
+    fn end_now(&self, scene: SceneSource<'_>) -> Result<Workspace, RunError> {
+        if let Some(failure) = self.runner.budget.as_ref().and_then(Budget::used_up) {
+            return Err(RunError::Failed(failure));
         }
         let workspace = Workspace::new(scene).map_err(SandboxError::no_scratch)?;
         let trace = match self.format {
@@ -341,31 +412,30 @@ impl Program {
             let named = argument.replace(SCENE, scene.name()).replace(TRACE, trace);
             named.replace(SOLVER, scene.solver()).into()
         };
-        let path = workspace.trace();
         let job = Job {
             program: self.path_for(scene.solver()),
             arguments: self.arguments.iter().map(argument).collect(),
             folder: workspace.folder(),
-            keep: Keep::File(trace.to_owned(), path.clone()),
+            keep: Keep::File(trace.to_owned(), workspace.trace()),
             readable: self.runner.readable.clone(),
             limits: self.runner.limits,
         };
+        let start = Instant::now();
         let outcome = self.runner.sandbox.run(&job)?;
+        if let Some(budget) = &self.runner.budget {
+            budget.spend(start.elapsed());
+        }
         if outcome.end != End::Exited(0) {
             return Err(RunError::Failed(failure_of_run(&outcome, &job, &self.runner.sandbox)));
         }
-        if let Err(reason) = &outcome.kept {
-            return Err(RunError::Failed(no_trace(
+        match &outcome.kept {
+            Ok(()) => Ok(workspace),
+            Err(reason) => Err(RunError::Failed(no_trace(
                 trace,
                 reason,
                 complaint(&outcome, &self.runner.sandbox),
-            )));
+            ))),
         }
-        if let Some((kept, key)) = kept {
-            kept.keep(&key, &path);
-        }
-        let (reader, workspace) = (self.open_trace(&path, scene, shape)?, Some(workspace));
-        Ok(ProgramRun { reader, path, _workspace: workspace, _copy: self.copy.clone() })
     }
 }
 
@@ -450,6 +520,13 @@ impl Workspace {
                 }
             }
         }
+        Ok(workspace)
+    }
+
+    /// One that holds a copy of this trace: messages name it as that of any run.
+    fn holding(trace: &Path) -> io::Result<Self> {
+        let workspace = Self::empty()?;
+        fs::copy(trace, workspace.trace())?;
         Ok(workspace)
     }
 
@@ -573,9 +650,7 @@ impl From<SandboxError> for RunError {
 /// The states of one run. Its scratch folder lives as long.
 pub struct ProgramRun {
     reader: Box<dyn TraceReader>,
-    path: PathBuf,
-    /// Where the trace is, unless it is a kept one.
-    _workspace: Option<Workspace>,
+    workspace: Workspace,
     _copy: Option<Copy>,
 }
 

@@ -9,7 +9,7 @@ use report::html::{self, ClassResult};
 use sandbox::Protection;
 
 use super::save;
-use super::setting::Class;
+use super::setting::{Class, FIRST_PHASE};
 use crate::output::print;
 use crate::stop::{Exit, Stop};
 
@@ -88,6 +88,8 @@ impl Class<'_> {
                 format!("{done} of {total} submissions graded\n  help: continue with --resume"),
             ));
         }
+        // What phases without a result left behind.
+        let _ = std::fs::remove_dir_all(self.args.output.join(FIRST_PHASE));
         let has_faults = !unjudged.is_empty() || rows.iter().any(Row::is_fault);
         Ok(if has_faults { Exit::GraderFault } else { Exit::Passed })
     }

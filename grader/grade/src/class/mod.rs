@@ -9,6 +9,7 @@
 //! slurm.rs     submits both as jobs, and follows them
 //! ```
 //!
+//! With hidden scenes, every shard runs twice: `run-shard PLAN K --hidden-scenes` after the first phase of all shards.
 //! Grading on this machine is the same plan: its shards run in this process, then the merge.
 
 mod gradebook;
@@ -38,6 +39,15 @@ use crate::output::{print, replace_file};
 use crate::stop::{Exit, Stop};
 use setting::Class;
 
+/// A pass over the submissions.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// The shipped scenes; without hidden ones, it completes every submission.
+    Shipped,
+    /// The hidden scenes.
+    Hidden,
+}
+
 /// Name of the plan in the folder of the results.
 const PLAN: &str = "plan.json";
 
@@ -49,8 +59,9 @@ const MAX_SHARDS: u32 = 5000;
 
 pub(super) fn run(command: &ClassCommand) -> Result<Exit, Stop> {
     match command {
-        ClassCommand::Part(ClassPart::RunShard { plan, shard, threads }) => {
-            run_shard(plan, *shard, *threads)
+        ClassCommand::Part(ClassPart::RunShard { plan, shard, hidden_scenes, threads }) => {
+            let phase = if *hidden_scenes { Phase::Hidden } else { Phase::Shipped };
+            run_shard(plan, *shard, phase, *threads)
         }
         ClassCommand::Part(ClassPart::Merge { plan, gradebook }) => {
             planned(plan, with(gradebook)?, |class, plan| class.merge(plan))
@@ -95,8 +106,10 @@ fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     save(&path, plan.render().map_err(Stop::fault)?.as_bytes())?;
     match args.plan.on {
         On::Local => {
-            for shard in 0..plan.shards.len() {
-                class.run(&plan, &plan.shard(shard).map_err(Stop::fault)?)?;
+            for phase in class.phases() {
+                for shard in 0..plan.shards.len() {
+                    class.run(&plan, &plan.shard(shard).map_err(Stop::fault)?, *phase)?;
+                }
             }
             class.merge(&plan)
         }
@@ -114,11 +127,19 @@ fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
             let (path, shards) = (path.display(), plan.shards.len());
             let text = match shards {
                 0 => format!("{path}: nothing to grade\n  grade class merge {path}\n"),
-                _ => format!(
-                    "{path}: {shards} shards\n  grade class run-shard {path} K    for K from 0 to {}, anywhere, in \
-                     any order\n  grade class merge {path}          at the end\n",
-                    shards - 1
-                ),
+                _ => {
+                    let hidden = match class.phases() {
+                        [Phase::Shipped] => String::new(),
+                        _ => format!(
+                            "  grade class run-shard {path} K --hidden-scenes    the same, when all of these ended\n"
+                        ),
+                    };
+                    format!(
+                        "{path}: {shards} shards\n  grade class run-shard {path} K    for K from 0 to {}, anywhere, in \
+                         any order\n{hidden}  grade class merge {path}          at the end\n",
+                        shards - 1
+                    )
+                }
             };
             print(text.as_bytes())?;
             Ok(Exit::Passed)
@@ -126,14 +147,24 @@ fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     }
 }
 
-/// Grades one shard of a plan.
-fn run_shard(path: &Path, shard: usize, threads: Option<u16>) -> Result<Exit, Stop> {
+/// Grades one shard of a plan, or its hidden scenes.
+fn run_shard(path: &Path, shard: usize, phase: Phase, threads: Option<u16>) -> Result<Exit, Stop> {
     let set = |args: &mut ClassArgs| args.suite.threads = threads.or(args.suite.threads);
     planned(path, set, |class, plan| {
         let groups = plan.shard(shard).map_err(Stop::bad_input)?;
-        class.run(plan, &groups)?;
+        if !class.phases().contains(&phase) {
+            return Err(Stop::bad_input("the class has no hidden scenes"));
+        }
+        if phase == Phase::Hidden {
+            class.check_first_phases(plan)?;
+        }
+        class.run(plan, &groups, phase)?;
         let places: Vec<&usize> = groups.iter().flatten().collect();
-        let is_done = |place: &&&usize| class.is_done(plan, &plan.submissions[***place]);
+        let is_done = |place: &&&usize| {
+            let planned = &plan.submissions[***place];
+            let is_begun = || class.first_phase(plan, planned).is_some();
+            class.is_done(plan, planned) || phase == Phase::Shipped && is_begun()
+        };
         let (done, total) = (places.iter().filter(is_done).count(), places.len());
         if done == total {
             return Ok(Exit::Passed);
@@ -175,6 +206,26 @@ fn planned(
 }
 
 impl Class<'_> {
+    /// Checks that the shipped scenes of all submissions have run, except of those that changed.
+    fn check_first_phases(&self, plan: &Plan) -> Result<(), Stop> {
+        let waits = |planned: &&Planned| {
+            let has_run =
+                self.first_phase(plan, planned).is_some() || self.record(plan, planned).is_some();
+            !has_run && self.key(&planned.name).0 == planned.key
+        };
+        match plan.submissions.iter().filter(waits).count() {
+            0 => Ok(()),
+            waiting => Err(Stop(
+                Exit::GraderFault,
+                format!(
+                    "the shipped scenes of {waiting} submissions have not run, and hidden scenes run after those of \
+                     all\n  help: run every shard without --hidden-scenes first; after a job that failed, continue with \
+                     --resume"
+                ),
+            )),
+        }
+    }
+
     /// The plan of these submissions; with --resume, of those that have no result.
     fn plan(&self, entries: Vec<ClassEntry>, passed_over: Vec<PassedOver>) -> Result<Plan, Stop> {
         let argument = |argument: std::ffi::OsString| {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
 use grader::class::marks::{Marks, MarksRules};
+use grader::class::phase::{FirstPhase, Unfinished};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
 use grader::grading::provenance::Provenance;
@@ -18,7 +19,7 @@ use grader::submission::program::Runner;
 use report::html::SUBMISSIONS;
 use sandbox::Protection;
 
-use super::unwritable;
+use super::{Phase, unwritable};
 use crate::args::{ClassArgs, Format};
 use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
@@ -28,6 +29,9 @@ use crate::progress::Progress;
 use crate::provenance::{options, provenance};
 use crate::stop::Stop;
 use crate::submission::check_secrets;
+
+/// Folder of the first phases in the folder of the results.
+pub(super) const FIRST_PHASE: &str = "first-phase";
 
 /// A class that is graded.
 pub(super) struct Class<'a> {
@@ -116,6 +120,32 @@ impl<'a> Class<'a> {
             key.part(format!("{:?}", marks.of.get(name)).as_bytes());
         }
         (key.finish(), files)
+    }
+
+    /// The phases of this class, in their order.
+    pub(super) fn phases(&self) -> &'static [Phase] {
+        match self.inputs.hidden {
+            Some(_) => &[Phase::Shipped, Phase::Hidden],
+            None => &[Phase::Shipped],
+        }
+    }
+
+    /// The folder of a submission's first phase.
+    pub(super) fn phase_folder(&self, planned: &Planned) -> PathBuf {
+        self.args.output.join(FIRST_PHASE).join(&planned.key)
+    }
+
+    /// The first phase of a submission that still lacks its second one.
+    pub(super) fn first_phase(&self, plan: &Plan, planned: &Planned) -> Option<FirstPhase> {
+        let found = FirstPhase::read(&self.phase_folder(planned))?;
+        (plan.anew.is_none() || plan.anew == found.anew).then_some(found)
+    }
+
+    /// An empty folder for the runs of a first phase.
+    pub(super) fn new_phase_folder(&self) -> Result<Unfinished, Stop> {
+        let made = create_folder(&self.args.output, FIRST_PHASE);
+        made.and_then(|folder| Unfinished::new(&folder))
+            .map_err(|error| unwritable(&self.args.output.join(FIRST_PHASE), &error))
     }
 
     /// The runs kept of a submission, if they are kept; those of earlier gradings are not used in a plan without

@@ -1,24 +1,29 @@
 //! Grading of a shard: submissions one after the other, each with its reports and its record.
 //!
 //! The scenes of one submission run in parallel. Two submissions of a shard never run at the same time: each has the
-//! machine to itself, memory use is that of one, and neither can observe the other.
+//! machine to itself, memory use is that of one, and neither can observe the other. Hidden scenes run in a second phase,
+//! after the shipped scenes of all.
 //!
 //! Each file is written under another name and renamed, the record last. A shard that is killed, or that runs twice at
 //! the same time, therefore leaves whole results or none.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Instant;
 
 use grader::assignment::ALL;
 use grader::class::Row;
+use grader::class::phase::FirstPhase;
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
 use grader::events::{Event, Observer, Task};
 use grader::grading::provenance::Provenance;
 use grader::grading::{Checks, Grading, panic_message};
 use grader::printed::RawUse;
+use grader::submission::budget::Budget;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
 use grader::submission::{Submission, folder};
@@ -29,7 +34,7 @@ use report::html;
 use report::text::TextOptions;
 
 use super::setting::{Class, extension, pages_of};
-use super::{save, unwritable};
+use super::{Phase, save, unwritable};
 use crate::args::Format;
 use crate::output::{plain, write_bytes};
 use crate::provenance::origin;
@@ -41,11 +46,11 @@ use crate::submission::{open_entry, refused};
 type Reports = Vec<(String, Vec<u8>)>;
 
 impl Class<'_> {
-    /// Grades groups of equal submissions, unless they have results, until an interrupt.
+    /// Grades groups of equal submissions in one phase, unless they have results, until an interrupt.
     ///
     /// # Errors
     /// If a result cannot be written, or a scene changed. All other failures are recorded in the rows.
-    pub(super) fn run(&self, plan: &Plan, groups: &[Vec<usize>]) -> Result<(), Stop> {
+    pub(super) fn run(&self, plan: &Plan, groups: &[Vec<usize>], phase: Phase) -> Result<(), Stop> {
         let total = plan.submissions.len();
         for group in groups {
             for number in group.iter().take(1) {
@@ -56,24 +61,49 @@ impl Class<'_> {
                 break;
             }
             let members = group.iter().map(|place| &plan.submissions[*place]);
-            self.run_group(plan, &members.collect::<Vec<_>>())?;
+            self.run_group(plan, &members.collect::<Vec<_>>(), phase)?;
         }
         Ok(())
     }
 
-    /// Grades the first of those equal submissions that have no result, and writes the results of all.
-    fn run_group(&self, plan: &Plan, group: &[&Planned]) -> Result<(), Stop> {
+    /// Grades the first of those equal submissions that have no result, and writes the results of all; of a program whose
+    /// hidden scenes are to run, the record of the first phase.
+    fn run_group(&self, plan: &Plan, group: &[&Planned], phase: Phase) -> Result<(), Stop> {
         let missing = group.iter().copied().filter(|planned| !self.is_done(plan, planned));
         let missing: Vec<&Planned> =
             missing.filter(|planned| self.is_as_planned(planned)).collect();
         let Some(first) = missing.first() else { return Ok(()) };
+        let begun = self.first_phase(plan, first);
+        if begun.is_some() != (phase == Phase::Hidden) {
+            return Ok(());
+        }
         let start = Instant::now();
         let kept = self.kept_runs(plan, &first.name)?;
-        let not_graded = |detail: String| {
-            self.graded(|| Submission::NotGraded { name: first.name.as_str().into(), detail })
+        let folder = self.phase_folder(first);
+        let is_two_phased = self.phases().len() > 1;
+        let unfinished = match &begun {
+            None if is_two_phased => Some(self.new_phase_folder()?),
+            _ => None,
         };
-        let mut grading = match self.graded(|| self.open_submission(&first.name, kept.clone())) {
-            Ok(grading) => grading,
+        let runs = match (&begun, &unfinished) {
+            (Some(_), _) => Some(KeptRuns::second_phase(folder.clone())),
+            (_, Some(unfinished)) => Some(KeptRuns::first_phase(unfinished.path().to_path_buf())),
+            (None, None) => None,
+        };
+        let runs = runs.transpose().map_err(|error| unwritable(&folder, &error))?.map(Arc::new);
+        let spent = begun.as_ref().map_or(0.0, |begun| begun.spent);
+        let budget = Budget::new(self.runner.limits.budget(), spent);
+        let runner = Runner {
+            kept: kept.iter().chain(&runs).cloned().collect(),
+            budget: Some(budget.clone()),
+            ..self.runner.clone()
+        };
+        let not_graded = |detail: String| {
+            self.graded(|| Submission::NotGraded { name: first.name.as_str().into(), detail }, true)
+        };
+        let open = || self.open_submission(&first.name, runner);
+        let (mut grading, is_whole) = match self.graded(open, unfinished.is_none()) {
+            Ok(graded) => graded,
             Err(detail) => not_graded(detail).map_err(Stop::fault)?,
         };
         // The programs may have been killed with the run, or may have read a changed file.
@@ -86,14 +116,29 @@ impl Class<'_> {
                 first.name
             )));
         }
+        let seconds = start.elapsed().as_secs_f64();
+        // A fault is the result: the next grading begins anew.
+        if let Some(unfinished) = unfinished.filter(|_| !is_whole && !Row::of(&grading).is_fault())
+        {
+            if runs.is_some_and(|runs| runs.has_lost()) {
+                return Err(unwritable(&folder, &io::ErrorKind::StorageFull.into()));
+            }
+            let record = FirstPhase { anew: plan.anew.clone(), seconds, spent: budget.spent() };
+            let published = record.publish(unfinished, &folder);
+            return published.map_err(|error| unwritable(&folder, &error));
+        }
+        // Another process may have completed it, and removed the first phase.
+        if begun.is_some() && self.is_done(plan, first) {
+            return Ok(());
+        }
         if let Some(kept) = kept {
             kept.remove_unused();
         }
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = seconds + begun.map_or(0.0, |begun| begun.seconds);
         for planned in missing {
             self.name(&mut grading, planned);
             let reports = self.rendered(&grading, planned).or_else(|detail| {
-                grading = not_graded(detail)?;
+                (grading, _) = not_graded(detail)?;
                 self.name(&mut grading, planned);
                 self.rendered(&grading, planned)
             });
@@ -106,6 +151,9 @@ impl Class<'_> {
                 seconds,
             };
             self.write(planned, &grading, reports.map_err(Stop::fault)?, record)?;
+        }
+        if is_two_phased {
+            let _ = fs::remove_dir_all(folder);
         }
         Ok(())
     }
@@ -154,7 +202,7 @@ impl Class<'_> {
     }
 
     /// The submission of this name, built.
-    fn open_submission(&self, name: &str, kept: Option<Arc<KeptRuns>>) -> Submission {
+    fn open_submission(&self, name: &str, runner: Runner) -> Submission {
         if let (_, Err(error)) = self.key(name) {
             return refused(name.into(), &error);
         }
@@ -164,7 +212,6 @@ impl Class<'_> {
             let failure = Failure::BadHandIn { detail: detail.into() };
             return Submission::Unusable { name: name.into(), failure };
         }
-        let runner = Runner { kept, ..self.runner.clone() };
         open_entry(&path, name, runner, &self.inputs.rubric)
     }
 
@@ -185,12 +232,21 @@ impl Class<'_> {
         })
     }
 
-    /// The grading of a submission.
+    /// The grading of a submission, and whether it is whole: without hidden scenes of programs, unless `hidden`.
     ///
     /// # Errors
     /// A message, if the grader panics.
-    fn graded(&self, open: impl FnOnce() -> Submission) -> Result<Grading, String> {
-        unpanicked(|| Ok(self.grade(&open())))
+    fn graded(
+        &self,
+        open: impl FnOnce() -> Submission,
+        hidden: bool,
+    ) -> Result<(Grading, bool), String> {
+        unpanicked(|| {
+            let submission = open();
+            // Nothing else runs.
+            let hidden = hidden || !matches!(submission, Submission::Program(_));
+            Ok((self.grade(&submission, hidden), hidden))
+        })
     }
 
     /// The reports of a submission.
@@ -210,7 +266,7 @@ impl Class<'_> {
         unpanicked(|| self.args.format.iter().map(render).collect())
     }
 
-    fn grade(&self, submission: &Submission) -> Grading {
+    fn grade(&self, submission: &Submission, hidden: bool) -> Grading {
         let is_run = match submission {
             Submission::Program(_) => true,
             Submission::Unusable { failure, .. } => !matches!(failure, Failure::BadHandIn { .. }),
@@ -222,7 +278,7 @@ impl Class<'_> {
             jacobians: measured,
             probe: measured,
             altered: true,
-            hidden: true,
+            hidden,
             recordings: self.pages.is_some(),
         };
         self.inputs.grader(&self.oracle, checks, &self.progress).grade(submission, protection)

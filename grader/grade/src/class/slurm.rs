@@ -16,7 +16,7 @@ use serde_json::Value;
 use grader::events::Observer;
 
 use super::setting::Class;
-use super::{real, unwritable};
+use super::{Phase, real, unwritable};
 use crate::output::create_folder;
 use crate::stop::{Exit, Stop, complain};
 
@@ -102,23 +102,31 @@ pub(super) fn submit(class: &Class<'_>, plan: &Plan, path: &Path, most: u32) -> 
         call(&mut sbatch)
     };
     let shards: Vec<usize> = (0..plan.shards.len()).collect();
-    let mut dependency = "--dependency=afterany".to_owned();
-    for part in shards.chunks(most.max(1) as usize) {
-        let array = format!("--array=0-{}{at_once}", part.len() - 1);
-        let shard = format!("\"$(({} + SLURM_ARRAY_TASK_ID))\"", part[0]);
-        let threads = "--threads \"${SLURM_CPUS_ON_NODE:-1}\"";
-        let command = format!("exec {grade} class run-shard {plan_file} {shard} {threads}");
-        let id = job("%A_%a.txt", &[&array], &command)?;
-        // On a cluster of several, its name follows.
-        let id = id.trim().split(';').next().unwrap_or_default();
-        dependency += &format!(":{id}");
+    let mut dependency: Option<String> = None;
+    for phase in class.phases() {
+        let option = if *phase == Phase::Hidden { " --hidden-scenes" } else { "" };
+        let mut ids = "--dependency=afterany".to_owned();
+        for part in shards.chunks(most.max(1) as usize) {
+            let array = format!("--array=0-{}{at_once}", part.len() - 1);
+            let shard = format!("\"$(({} + SLURM_ARRAY_TASK_ID))\"", part[0]);
+            let threads = "--threads \"${SLURM_CPUS_ON_NODE:-1}\"";
+            let command =
+                format!("exec {grade} class run-shard {plan_file} {shard}{option} {threads}");
+            let options: Vec<&str> = [&*array].into_iter().chain(dependency.as_deref()).collect();
+            let id = job("%A_%a.txt", &options, &command)?;
+            // On a cluster of several, its name follows.
+            let id = id.trim().split(';').next().unwrap_or_default();
+            ids += &format!(":{id}");
+        }
+        dependency = Some(ids);
     }
+    let dependency = dependency.unwrap_or_default();
     job("merge.txt", &[&dependency], &format!("exec {grade} class merge {plan_file}"))?;
     complain(
         "note",
         format!(
             "{} jobs submitted; Ctrl-C leaves them running, --attach comes back, --cancel ends them",
-            shards.len()
+            shards.len() * class.phases().len()
         ),
     );
     Ok(())

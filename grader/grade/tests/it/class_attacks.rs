@@ -193,3 +193,203 @@ fn a_workflow_that_students_can_edit_reads_no_hidden_scene() {
         "{workflow}"
     );
 }
+
+/// Adds a right program that says on which scene it runs, in a file of its own.
+fn logging(project: &Project, name: &str, more: &str) {
+    let log = project.path("log").display().to_string();
+    let text =
+        format!("grep -o 'px=\"[0-9.]*' \"$1\" | sed 's/^/{name} /' >> {log}\n{more}\nawk -F");
+    project.program(&format!("class/{name}"), &RIGHT.replace("awk -F", &text));
+}
+
+/// The scenes that ran since the last call: a program's name, and whether it is a hidden scene.
+fn ran(project: &Project) -> Vec<(String, bool)> {
+    let log = fs::read_to_string(project.path("log")).unwrap_or_default();
+    let _ = fs::remove_file(project.path("log"));
+    let is_hidden = |line: &str| line.contains("0.87654321") || line.contains("0.76543219");
+    log.lines().map(|line| (line[..3].to_owned(), is_hidden(line))).collect()
+}
+
+/// Without the sandbox, so that programs can write to a log.
+const HIDDEN: [&str; 6] =
+    ["--hidden", "hidden", "--unprotected", "--no-jacobians", "--threads", "1"];
+
+#[test]
+fn hidden_scenes_of_all_run_after_the_shipped_scenes_of_all() {
+    let project = Project::with_hidden();
+    for name in ["ada", "bob", "eve"] {
+        logging(&project, name, "");
+    }
+    let class = |options: &[&str]| {
+        let run = project.grade(&[&["class", "class", "-o"], options].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        ran(&project)
+    };
+    let both = class(&[&["out"], &HIDDEN[..]].concat());
+    let first = both.iter().position(|(_, is_hidden)| *is_hidden).unwrap();
+    assert!(both[first..].iter().all(|(_, is_hidden)| *is_hidden), "{both:?}");
+    assert_eq!(both.len() - first, 3 * 2, "{both:?}");
+    for name in ["ada", "bob", "eve"] {
+        assert_eq!(project.row(name), format!("{name},passed,3,3,0,0,3,0,3,3,2,2,,,,"));
+    }
+    assert!(!project.path("out/first-phase").exists());
+    // Kept runs are those of both phases.
+    let keep = [&["kept", "--keep-runs"], &HIDDEN[..]].concat();
+    assert_eq!(class(&keep), both);
+    fs::remove_dir_all(project.path("kept/resume")).unwrap();
+    assert!(class(&[&keep[..], &["--resume"]].concat()).is_empty());
+}
+
+#[test]
+fn shards_run_their_hidden_scenes_after_all_shards() {
+    let project = Project::with_hidden();
+    for name in ["ada", "bob", "eve"] {
+        logging(&project, name, "");
+    }
+    let run = project.grade(&[&["class", "class", "-o", "whole"], &HIDDEN[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let all = ran(&project).len();
+    let plan = ["class", "class", "-o", "out", "--on", "nothing", "--shards", "3"];
+    let run = project.grade(&[&plan[..], &HIDDEN].concat());
+    assert!(run.stdout.contains("run-shard out/plan.json K --hidden-scenes"), "{}", run.stdout);
+    let shard = |number: &str, options: &[&str]| {
+        project.grade(&[&["class", "run-shard", "out/plan.json", number], options].concat())
+    };
+    let hidden = ["--hidden-scenes"];
+    for number in ["2", "0"] {
+        assert_eq!(shard(number, &[]).code, 0);
+        let run = shard(number, &hidden);
+        assert!(
+            run.code == 3 && run.stderr.contains("hidden scenes run after those of all"),
+            "{}",
+            run.stderr
+        );
+    }
+    assert!(ran(&project).iter().all(|(_, is_hidden)| !is_hidden));
+    // Nothing is finished yet. What is left is run, and nothing twice.
+    assert_eq!(project.grade(&["class", "merge", "out/plan.json"]).code, 130);
+    assert_eq!(shard("1", &[]).code, 0);
+    assert_eq!(shard("1", &hidden).code, 0);
+    let before = ran(&project).len();
+    let resumed = ["class", "class", "-o", "out", "--resume"];
+    let run = project.grade(&[&resumed[..], &HIDDEN].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let rest = ran(&project);
+    assert_eq!((rest.len(), rest.iter().all(|(_, is_hidden)| *is_hidden)), (4, true), "{rest:?}");
+    assert_eq!(3 * before, all, "no run is repeated");
+    for file in ["summary.csv", "reports/ada.json", "reports/bob.txt", "reports/eve.json"] {
+        assert_eq!(
+            project.read(&format!("out/{file}")),
+            project.read(&format!("whole/{file}")),
+            "{file}"
+        );
+    }
+}
+
+#[test]
+fn nothing_that_follows_a_hidden_scene_is_shown() {
+    let project = Project::with_hidden();
+    // One program leaves what it saw, and says so; the build of another shows it.
+    let seen = project.path("seen").display().to_string();
+    let telling = format!(
+        "grep 0.8765 \"$1\" > /dev/null && {{ cp \"$1\" {seen}; cat \"$1\" >&2; exit 1; }}"
+    );
+    logging(&project, "ada", &telling);
+    project.program("class/eve/run", RIGHT);
+    let build = format!("if [ -e {seen} ]; then cat {seen}; exit 1; fi; cp run built");
+    let manifest = format!(
+        "build = [\"sh\", \"-c\", \"{build}\"]\nrun = [\"./built\", \"{{scene}}\", \"-o\", \"{{trace}}\"]\n"
+    );
+    project.write("class/eve/submission.toml", &manifest);
+    // A message names a trace of the first phase as it names any other.
+    let malformed = "grep -q 'px=\"150\"' \"$1\" && echo bad >> \"$3\"; true\n";
+    project.program("class/mal", &format!("{RIGHT}{malformed}"));
+    let options = ["--html", "pages", "--format", "text,json,junit"];
+    let run = project.grade(&[&["class", "class", "-o", "out"], &HIDDEN[..], &options].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(project.path("seen").exists());
+    assert!(project.row("ada").ends_with(",3,3,1,2,,,,"), "{}", project.row("ada"));
+    assert!(project.row("eve").ends_with(",3,3,0,2,,,,"), "{}", project.row("eve"));
+    let told = project.read("out/reports/mal.txt");
+    assert!(told.contains("  trace:5: ") && !told.contains("first-phase"), "{told}");
+    let files = std::process::Command::new("grep")
+        .args(["-rlE", "0\\.8765|moonlight|Starlight|COMMENT", "out", "pages"])
+        .current_dir(project.path(""))
+        .output()
+        .unwrap();
+    assert_eq!(String::from_utf8(files.stdout).unwrap(), "");
+    assert!(!run.stdout.contains("0.8765") && !run.stderr.contains("0.8765"), "{}", run.stderr);
+}
+
+#[test]
+fn a_hand_in_has_a_budget_of_time() {
+    let project = Project::with_hidden();
+    project.write("assets/rubric.toml", "[limits]\nbudget = 1\n");
+    logging(&project, "ada", "sleep 0.6");
+    let run = project.grade(&[&["class", "class", "-o", "out"], &HIDDEN[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let scenes: Vec<bool> = ran(&project).into_iter().map(|(_, is_hidden)| is_hidden).collect();
+    assert!(!scenes.contains(&true), "{scenes:?}");
+    let row = project.row("ada");
+    assert!(row.starts_with("ada,failed,") || row.starts_with("ada,not-run,"), "{row}");
+    assert!(row.ends_with(",0,2,,,,"), "{row}");
+    let told = project.read("out/reports/ada.txt");
+    assert!(told.contains("not run: the hand-in used its budget of 1 s"), "{told}");
+    let told = project.read("out/reports/ada.json");
+    assert!(told.contains("\"verdict\": \"not-run\"") && told.contains("\"not-run\": 1"), "{told}");
+}
+
+/// Runs every job at once, and prints its number.
+const SBATCH: &str = r#"#!/bin/sh
+printf '%s\n' "$*" >> jobs
+array= wrap=
+while [ $# -gt 0 ]; do
+  case "$1" in --array=*) array=${1#--array=} ;; --wrap) shift; wrap=$1 ;; esac
+  shift
+done
+if [ -n "$array" ]; then
+  for task in $(seq 0 "${array#0-}"); do SLURM_ARRAY_TASK_ID=$task sh -c "$wrap" >&2; done
+else
+  sh -c "$wrap" >&2
+fi
+wc -l < jobs
+"#;
+
+#[test]
+fn a_second_array_of_jobs_runs_the_hidden_scenes() {
+    let project = Project::with_hidden();
+    for name in ["ada", "bob", "eve"] {
+        logging(&project, name, "");
+    }
+    project.program("bin/sbatch", SBATCH);
+    project.program("bin/scontrol", "#!/bin/sh\necho MaxArraySize = 2\n");
+    project.program("bin/squeue", "#!/bin/sh\necho '{\"jobs\": []}'\n");
+    let path = format!("{}:{}", project.path("bin").display(), std::env::var("PATH").unwrap());
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_grade"))
+        .args(["class", "class", "-o", "out", "--on", "slurm", "--shards", "3"])
+        .args(HIDDEN)
+        .current_dir(project.path(""))
+        .env("PATH", path)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let jobs = project.read("jobs");
+    let jobs: Vec<&str> = jobs.lines().collect();
+    assert_eq!(jobs.len(), 5, "{jobs:?}");
+    for (job, hidden, dependency) in [
+        (jobs[0], false, None),
+        (jobs[1], false, None),
+        (jobs[2], true, Some("--dependency=afterany:1:2 ")),
+        (jobs[3], true, Some("--dependency=afterany:1:2 ")),
+        (jobs[4], false, Some("--dependency=afterany:3:4 ")),
+    ] {
+        assert_eq!(job.contains("--hidden-scenes"), hidden, "{job}");
+        assert_eq!(job.contains("--dependency"), dependency.is_some(), "{job}");
+        assert!(job.contains(dependency.unwrap_or_default()), "{job}");
+    }
+    let ran = ran(&project);
+    let first = ran.iter().position(|(_, is_hidden)| *is_hidden).unwrap();
+    assert!(ran[first..].iter().all(|(_, is_hidden)| *is_hidden), "{ran:?}");
+    assert_eq!(ran.len() - first, 6, "{ran:?}");
+    assert!(project.row("eve").ends_with(",3,3,2,2,,,,"), "{}", project.row("eve"));
+}

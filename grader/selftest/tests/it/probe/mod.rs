@@ -77,7 +77,7 @@ const SINGLE: Build = Build::Cpp(&["-O2", "-DREAL=float"]);
 
 fn runner(wall: f64) -> Runner {
     let limits = Limits { wall, ..Limits::default() };
-    Runner { sandbox: Sandbox::Unprotected, limits, readable: Vec::new(), kept: None }
+    Runner::new(Sandbox::Unprotected, limits, Vec::new())
 }
 
 fn identify(path: &Path) -> Program {

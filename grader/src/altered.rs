@@ -1,448 +1,592 @@
-//! Copy detection: runs a submission on slightly altered copies of the shipped scenes.
+//! Copy detection: runs a submission on altered copies of the scenes that it passes.
 //!
-//! A program that looks up stored traces passes only the scenes that it has stored. The grader therefore takes scenes
-//! that the program passed, alters each in one property, and compares the first step with a loose tolerance:
+//! A program that looks up stored traces, or simulates some forces and looks up the rest, passes the shipped scenes that it
+//! has stored. So a passed scene counts only if the program also takes right steps with other numbers in every term of it:
 //!
 //! ```text
-//! change     positions by 1 to 2 % of the scene's size, velocities or masses by 5 to 10 %, or the order of particles
-//! right      |x₁ − x₁*| ≤ 1e-6 max |x₁*|    |v₁ − v₁*| ≤ 1e-6 max |v₁*|        x₁*, v₁*: our simulator's
-//! used       where a stored trace, a trace at rest and a trace without forces are all off by far more
+//! term     a part of a force under an integrator, motion, or fixed particles, whose absence would show in the first steps
+//! copy     all masses times a factor of 1.06 to 1.1, all velocities and each part of a force times one of 1.01 to 1.05
+//! right    the program ends normally within twice the limits of a run, and in the first three steps
+//!          |x − x*| ≤ 1e-5 max(|x*|, 0.1),  |v − v*| ≤ 1e-5 max(|v*|, 0.1), or the scene's own tolerance if that is wider
 //! ```
 //!
-//! One right step on one altered scene proves that the program simulates, whatever other mistakes it has. The altered
-//! property differs from scene to scene: a program that ignores masses, say, is not reported as a copy. Values are
-//! replaced in the text of the scene ([`edit`](mod@edit)); the rest of the file stays. The alterations are
-//! deterministic.
+//! Zeros and ones stay, equal values stay equal, and positions, lengths and steps stay as they are: a copy costs as much as
+//! its original, and is as well-posed. A mistake that does not show in a scene does not show in its copy either. Values are
+//! replaced in the text of the scene ([`edit`](mod@edit)); the rest of the file stays. The copies are deterministic.
 //!
-//! Cost: no run if the probe finds a right force; one run if the first altered scene has a right step; at most
-//! [`MOST`] + 1 runs otherwise.
+//! First the fewest copies that hold all terms are run. Then, twice, of each term without a right copy the one that holds
+//! the fewest other such terms. A term with two wrong copies and no right one is not shown, and no scene that holds it
+//! counts. The copies are of two scenes, unless the suite has only one with the term: a program with a mistake may pass one
+//! scene of many by chance. What is not confirmed otherwise is reported, and costs nothing.
+//!
+//! Cost: one run for each integrator and dimension, or two, for a program that simulates. Others are stopped after
+//! [`MOST_EXCEEDED`] exceeded limits.
 
-use std::collections::{HashMap, HashSet};
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt;
+use std::fs;
+use std::path::Path;
 
 use fastrand::Rng;
+use rayon::prelude::*;
+use sandbox::scratch::scratch_folder;
+use serde_json::{Map, Value};
+use simulator::scene::schema::Convergence;
 use simulator::scene::xml::edit::{self, AttributeValue};
-use simulator::scene::{ParseOptions, Scene, xml};
+use simulator::scene::{self, ParseOptions, Scene};
 use simulator::solver::linear::LinearSolver;
 use simulator::trace::{Shape, State};
 use simulator::vocabulary;
+use tempfile::TempDir;
 
-use crate::probe::{self, Probing};
+use crate::compare::Criteria;
+use crate::rubric::OtherRoot;
 use crate::submission::program::{Program, SceneSource};
 use crate::submission::{StateSource, builtin};
-use crate::suite::{Case, Feature, Suite, read_text};
-use crate::verdict::{Failure, Verdict};
+use crate::suite::{Case, Suite, hash_bytes, read_text};
+use crate::verdict::{Failure, Fault, Verdict};
 
-/// Maximum number of altered scenes.
-pub const MOST: usize = 6;
+/// Number of steps that are compared.
+const STEPS: usize = 3;
 
-/// Minimum number of altered scenes for a conclusion.
-const FEWEST: usize = 3;
+/// Wrong copies of a term without a right one.
+const FEWEST_WRONG: usize = 2;
 
-/// Minimum number of features among the altered scenes.
-const FEWEST_FEATURES: usize = 2;
+/// Copies that exceed a limit, after which no more are run: these fail like those before them.
+const MOST_EXCEEDED: usize = 4;
+
+/// Copies that are run at the same time.
+const AT_ONCE: usize = 8;
 
 /// Maximum size of a scene file that is altered, in MiB.
 const MAX_MEBIBYTES: u64 = 1;
 
-/// Maximum error of a right step, relative to the largest number.
-const RIGHT: f64 = 1e-6;
+/// Maximum error of a right state, relative to the largest number: that of six digits. Simple numbers of a scene may need no
+/// more, and those of its copy do.
+const RIGHT: f64 = 1e-5;
 
-/// Minimum error of a wrong step, relative to the largest number.
-const WRONG: f64 = 1e-4;
+/// Numbers below this are compared as this one: a program may write six decimals.
+const SMALL: f64 = 0.1;
 
-/// A program that passes shipped scenes, but takes no right step in altered copies of them.
+/// Ratio of the smallest change that shows to the maximum error of a right state.
+const SHOWS: f64 = 10.0;
+
+/// Draws of the factors until a copy differs from its original.
+const DRAWS: u64 = 4;
+
+/// A scene that a program passes.
+#[derive(Debug, Clone, Copy)]
+pub struct Passed<'a> {
+    /// The scene.
+    pub case: &'a Case,
+    /// The criteria it was judged by.
+    pub criteria: &'a Criteria,
+    /// Whether another solution of an implicit step passes.
+    pub other_root: OtherRoot,
+}
+
+/// What altered copies say about passed scenes, if they do not confirm all of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Copied {
-    /// Number of shipped scenes that it passed.
+    /// Number of shipped scenes that the program passed.
     pub passed: usize,
-    /// The altered scenes: the shipped scene's name and the change.
-    pub altered: Vec<(String, Alteration)>,
-    /// A shipped scene whose first step is wrong once a line break is appended to the file, if there is one.
+    /// Passed scenes that do not count, with the terms that the program does not show.
+    pub withdrawn: Vec<Withdrawn>,
+    /// The scenes with a wrong copy, and the verdict on it.
+    pub wrong: Vec<(String, &'static str)>,
+    /// Passed scenes that are neither confirmed nor withdrawn.
+    pub unchecked: Vec<String>,
+    /// A shipped scene that fails once a line break is appended to the file, if there is one.
     pub bytes: Option<String>,
+}
+
+/// A passed scene that does not count.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Withdrawn {
+    /// Its name.
+    pub scene: String,
+    /// Its terms that the program does not show, in words.
+    pub terms: String,
+}
+
+impl Copied {
+    /// The failure of a scene; `None` if its pass counts.
+    pub fn failure(&self, scene: &str) -> Option<Failure> {
+        let Withdrawn { terms, .. } =
+            self.withdrawn.iter().find(|withdrawn| withdrawn.scene == scene)?;
+        let detail = format!(
+            "the trace agrees with the oracle's, but the program fails on every altered copy of scenes with {terms}"
+        );
+        Some(Failure::FailsAltered { detail })
+    }
 }
 
 impl fmt::Display for Copied {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { passed, altered, bytes } = self;
-        let count = altered.len();
-        write!(
-            f,
-            "Possibly copied answers: the program passes {passed} shipped scenes, but takes a wrong first \
-             step in all {count} slightly altered copies of them"
-        )?;
-        match bytes {
-            Some(scene) => {
-                write!(f, ", and in {scene} with a line break appended to the file")
+        let Self { passed, withdrawn, unchecked, bytes, .. } = self;
+        if !withdrawn.is_empty() {
+            write!(
+                f,
+                "Possibly copied answers: of {passed} shipped scenes with a right trace, {} do not count, because the \
+                 program fails on every altered copy of scenes with the same terms",
+                withdrawn.len()
+            )?;
+            if let Some(scene) = bytes {
+                write!(f, ", and on {scene} with a line break appended to the file")?;
             }
-            None => Ok(()),
         }
-    }
-}
-
-/// The property of a scene that is altered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Alteration {
-    /// Positions of free particles.
-    Positions,
-    /// Velocities of free particles.
-    Velocities,
-    /// Masses of free particles.
-    Masses,
-    /// The order of particles.
-    Order,
-}
-
-impl Alteration {
-    const ALL: [Self; 4] = [Self::Positions, Self::Velocities, Self::Masses, Self::Order];
-
-    /// "positions", "velocities", "masses" or "order".
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Positions => "positions",
-            Self::Velocities => "velocities",
-            Self::Masses => "masses",
-            Self::Order => "order",
-        }
-    }
-
-    /// The text of the scene with this property altered.
-    fn apply(self, text: &str, scene: &Scene, random: &mut Rng) -> Option<String> {
-        if self == Self::Order {
-            return reorder(text, random);
-        }
-        let [size, speed] = scales(scene);
-        edit::edit(text, |AttributeValue { tag, number, name, .. }| {
-            let particle = scene.particles.get(number).filter(|_| tag == "particle")?;
-            let axis = || ["x", "y", "z"].iter().position(|axis| name.ends_with(axis));
-            let (value, by) = match (self, name) {
-                (Self::Positions, "px" | "py" | "pz") => (particle.position[axis()?], 0.02 * size),
-                (Self::Velocities, "vx" | "vy" | "vz") => (particle.velocity[axis()?], 0.1 * speed),
-                (Self::Masses, "m") => (particle.mass, 0.1 * particle.mass),
-                _ => return None,
-            };
-            (!particle.fixed).then(|| moved(value, by, random))
-        })
-    }
-}
-
-/// Size of the scene and its largest speed; for a scene at rest, the speed that crosses it in its duration.
-fn scales(scene: &Scene) -> [f64; 2] {
-    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-    let first = scene.particles.first().map_or([0.0; 3], |particle| particle.position);
-    let away = scene.particles.iter().flat_map(|particle| {
-        particle.position.into_iter().zip(first).map(|(own, first)| (own - first).abs())
-    });
-    let size = match largest(&mut away.into_iter()) {
-        0.0 => 1.0,
-        size => size,
-    };
-    let speeds = scene.particles.iter().flat_map(|particle| particle.velocity.map(f64::abs));
-    let speed = match largest(&mut speeds.into_iter()) {
-        0.0 => size / scene.duration.max(scene.time_step),
-        speed => speed,
-    };
-    [size, speed]
-}
-
-/// `value` moved by between half of `by` and all of it, in short decimal notation.
-fn moved(value: f64, by: f64, random: &mut Rng) -> String {
-    let sign = if random.bool() { 1.0 } else { -1.0 };
-    let decimals = (3.0 - by.log10()).ceil().clamp(1.0, 300.0) as usize;
-    format!("{:.decimals$}", value + sign * by * (0.5 + 0.5 * random.f64()))
-}
-
-/// The text with a permutation of the particles that have the same attributes as the first one.
-fn reorder(text: &str, random: &mut Rng) -> Option<String> {
-    let mut particles: Vec<HashMap<String, String>> = Vec::new();
-    edit::edit(text, |AttributeValue { tag, number, name, value }| {
-        if tag == "particle" {
-            particles.resize_with(particles.len().max(number + 1), HashMap::new);
-            particles[number].insert(name.to_owned(), value.to_owned());
-        }
-        None
-    })?;
-    let names = |number: usize| particles[number].keys().collect::<HashSet<_>>();
-    let alike: Vec<usize> =
-        (0..particles.len()).filter(|number| names(*number) == names(0)).collect();
-    let mut shuffled = alike.clone();
-    random.shuffle(&mut shuffled);
-    if shuffled == alike && !alike.is_empty() {
-        shuffled.rotate_left(1);
-    }
-    let mut old: Vec<usize> = (0..particles.len()).collect();
-    let mut new = old.clone();
-    for (place, particle) in alike.into_iter().zip(shuffled) {
-        (old[place], new[particle]) = (particle, place);
-    }
-    edit::edit(text, |AttributeValue { tag, number, name, value }| match (tag, name) {
-        ("particle", _) => particles[old[number]].get(name).cloned(),
-        ("edgecolor", _) => None,
-        (_, "i" | "j") => Some(new.get(value.trim().parse::<usize>().ok()?)?.to_string()),
-        _ => None,
-    })
-}
-
-/// A scene with the first step of our simulator.
-struct SteppedScene {
-    text: String,
-    scene: Scene,
-    start: State,
-    /// The state after the first step.
-    next: State,
-    /// The largest coordinate over all states.
-    reach: f64,
-}
-
-impl SteppedScene {
-    /// `None` if the text is not a scene with a step, or our simulator fails on it.
-    fn of(text: String) -> Option<Self> {
-        let parsed = xml::parse(&text, "scene.xml", &vocabulary(), &ParseOptions::default());
-        let scene = parsed.ok()?.scene;
-        let mut states = builtin::start(&scene, LinearSolver::Auto);
-        let mut state = State::zeros(Shape::of(&scene));
-        let mut first = Vec::with_capacity(2);
-        let mut reach: f64 = 0.0;
-        while states.read(&mut state).ok()? {
-            if first.len() < 2 {
-                first.push(state.clone());
+        match (unchecked.is_empty(), withdrawn.is_empty()) {
+            (true, _) => Ok(()),
+            (false, true) => {
+                write!(f, "Passed, but not confirmed by altered copies: {}", unchecked.join(", "))
             }
-            reach = reach.max(largest(&state.positions));
-        }
-        let [start, next] = <[State; 2]>::try_from(first).ok()?;
-        Some(Self { text, scene, start, next, reach })
-    }
-
-    /// The scene of the suite, altered by the first of these changes that has a visible effect.
-    fn alter(case: &Case, changes: impl Iterator<Item = Alteration>) -> Option<(Alteration, Self)> {
-        let original = Self::of(read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?)?;
-        let seed = u64::from_str_radix(case.scene_hash.get(..16)?, 16).ok()?;
-        let mut changes = changes;
-        changes.find_map(|change| {
-            let mut random = Rng::with_seed(seed);
-            let text = change.apply(&original.text, &original.scene, &mut random)?;
-            let altered = Self::of(text)?;
-            let is_tame = altered.reach <= 2.0 * original.reach;
-            (is_tame && altered.shows_beside(&original)).then_some((change, altered))
-        })
-    }
-
-    /// Whether the step of the original scene and a step without forces are both wrong for this scene.
-    fn shows_beside(&self, original: &Self) -> bool {
-        let free = State { velocities: self.start.velocities.clone(), ..self.next.clone() };
-        !self.is_within(&original.next, WRONG) && !self.is_within(&free, WRONG)
-    }
-
-    /// Whether `state` agrees with the state after the first step, to this tolerance.
-    fn is_within(&self, state: &State, tolerance: f64) -> bool {
-        // A NaN agrees with nothing.
-        let within = |expected: &[f64], got: &[f64]| {
-            let bound = tolerance * largest(expected);
-            expected.iter().zip(got).all(|(expected, got)| (expected - got).abs() <= bound)
-        };
-        within(&self.next.positions, &state.positions)
-            && within(&self.next.velocities, &state.velocities)
-    }
-
-    /// Whether the submission's first step is right; `None` if a limit or the grader's machine prevented the run.
-    fn is_stepped_by(&self, run: Runs<'_>) -> Option<bool> {
-        let mut states = match run(&self.text, &self.scene) {
-            Ok(states) => states,
-            Err(
-                Verdict::GraderFault(_)
-                | Verdict::Fail(
-                    Failure::TimedOut { .. }
-                    | Failure::NotRun { .. }
-                    | Failure::OutOfMemory { .. }
-                    | Failure::TooMuchOutput { .. }
-                    | Failure::TooManyProcesses { .. },
-                ),
-            ) => return None,
-            Err(_) => return Some(false),
-        };
-        let mut state = State::zeros(Shape::of(&self.scene));
-        let is_read = (0..2).all(|_| states.read(&mut state) == Ok(true));
-        Some(is_read && self.is_within(&state, RIGHT))
-    }
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |largest, value| value.abs().max(largest))
-}
-
-/// Runs a submission on a scene, given as text and parsed.
-pub type Runs<'a> = &'a dyn Fn(&str, &Scene) -> Result<Box<dyn StateSource>, Verdict>;
-
-/// [`look_for_copies`] for a program.
-pub fn of_program(
-    suite: &Suite,
-    program: &Program,
-    passed: &HashSet<&str>,
-    probing: Option<&Probing>,
-) -> Option<Copied> {
-    look_for_copies(suite, passed, probing, &|text, scene| {
-        Ok(Box::new(program.run(SceneSource::Xml(text), Shape::of(scene))?))
-    })
-}
-
-/// Runs a submission on altered scenes, unless something else shows that it simulates. Returns the evidence if it
-/// takes no right step in any of them.
-pub fn look_for_copies(
-    suite: &Suite,
-    passed: &HashSet<&str>,
-    probing: Option<&Probing>,
-    run: Runs<'_>,
-) -> Option<Copied> {
-    let is_right = |part: &probe::PartReport| part.force_finding.verdict == probe::Verdict::Correct;
-    if probing.is_some_and(|probing| probing.parts.iter().any(is_right)) {
-        return None;
-    }
-    let alterations = candidates(suite, passed).into_iter().enumerate();
-    let alterations = alterations.filter_map(|(number, case)| {
-        let changes = Alteration::ALL.into_iter().cycle().skip(number % Alteration::ALL.len());
-        Some((case, SteppedScene::alter(case, changes.take(Alteration::ALL.len()))?))
-    });
-    let mut failed: Vec<(&Case, Alteration)> = Vec::new();
-    for (case, (change, altered)) in alterations.take(MOST) {
-        match altered.is_stepped_by(run) {
-            Some(true) => return None,
-            Some(false) => failed.push((case, change)),
-            None => {}
+            (false, false) => write!(f, "; not confirmed: {}", unchecked.join(", ")),
         }
     }
-    let features: HashSet<&Feature> = failed.iter().map(|(case, _)| &case.feature).collect();
-    if failed.len() < FEWEST || features.len() < FEWEST_FEATURES {
-        return None;
-    }
-    let bytes = failed.first().filter(|(case, _)| fails_as_other_bytes(case, run) == Some(true));
-    Some(Copied {
-        passed: passed.len(),
-        bytes: bytes.map(|(case, _)| case.id.clone()),
-        altered: failed.into_iter().map(|(case, change)| (case.id.clone(), change)).collect(),
-    })
 }
 
-/// Whether the submission's first step is wrong in a shipped scene with a line break appended to its file.
-fn fails_as_other_bytes(case: &Case, run: Runs<'_>) -> Option<bool> {
-    let text = read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?;
-    Some(!SteppedScene::of(text + "\n")?.is_stepped_by(run)?)
+/// A part of what a program has to compute.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Term {
+    integrator: &'static str,
+    axes: usize,
+    solver: &'static str,
+    what: What,
 }
 
-/// Passed scenes that may be altered: one of each feature, then a second one of each, and so on. Within a feature,
-/// two-dimensional scenes with several particles and few steps come first.
-fn candidates<'a>(suite: &'a Suite, passed: &HashSet<&str>) -> Vec<&'a Case> {
-    let is_candidate = |case: &&Case| {
-        let is_xml = case
-            .files
-            .first()
-            .is_some_and(|file| file.path.extension().is_some_and(|extension| extension == "xml"));
-        is_xml && !case.scene.forces.is_empty() && passed.contains(case.id.as_str())
-    };
-    let mut cases: Vec<&Case> = suite.cases.iter().filter(is_candidate).collect();
-    cases.sort_by_key(|case| {
-        let Scene { dimension, particles, .. } = &case.scene;
-        (dimension.count(), particles.len() < 2, case.scene.n_steps() * particles.len() as u64)
-    });
-    let mut seen: HashMap<&Feature, usize> = HashMap::new();
-    let mut ranked: Vec<(usize, &Case)> = Vec::with_capacity(cases.len());
-    for case in cases {
-        let rank = seen.entry(&case.feature).or_default();
-        ranked.push((*rank, case));
-        *rank += 1;
-    }
-    ranked.sort_by_key(|(rank, _)| *rank);
-    ranked.into_iter().map(|(_, case)| case).collect()
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum What {
+    /// Initial velocities.
+    Motion,
+    /// Fixed particles.
+    Fixed,
+    /// A part of a force.
+    Force { tag: &'static str, part: &'static str },
 }
 
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use super::*;
-    use crate::suite::Section;
-
-    fn shipped() -> Suite {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        let sections = [(Section::Required, root.join("assets"))];
-        Suite::load(&sections, &ParseOptions::default()).unwrap()
+impl Term {
+    /// All terms of a scene, whether they show or not.
+    fn all(case: &Case) -> BTreeSet<Self> {
+        let scene = &case.scene;
+        let mut all = Vec::new();
+        if scene.particles.iter().any(|particle| particle.velocity != [0.0; 3]) {
+            all.push(What::Motion);
+        }
+        if scene.particles.iter().any(|particle| particle.fixed) {
+            all.push(What::Fixed);
+        }
+        for element in &scene.forces {
+            let schema = element.schema;
+            let is_there = |name: &&str| element.parameter(name) != 0.0;
+            let parts = schema.parts.iter().filter(|part| part.scaled_by.iter().any(is_there));
+            all.extend(parts.map(|part| What::Force { tag: schema.tag, part: part.name }));
+        }
+        let (integrator, solver) = (scene.integrator.name, case.solver.name());
+        let axes = scene.dimension.count();
+        all.into_iter().map(|what| Self { integrator, axes, solver, what }).collect()
     }
 
-    /// The scene without the values that a change alters.
-    fn without(change: Alteration, scene: &Scene) -> Scene {
+    /// The scene without this term.
+    fn left_out(self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
-        for particle in &mut scene.particles {
-            match change {
-                Alteration::Positions => particle.position = [0.0; 3],
-                Alteration::Velocities => particle.velocity = [0.0; 3],
-                Alteration::Masses => particle.mass = 0.0,
-                Alteration::Order => {}
+        match self.what {
+            What::Motion => scene.particles.iter_mut().for_each(|p| p.velocity = [0.0; 3]),
+            What::Fixed => scene.particles.iter_mut().for_each(|p| p.fixed = false),
+            What::Force { tag, part } => {
+                for element in scene.forces.iter_mut().filter(|e| e.schema.tag == tag) {
+                    for name in element.schema.part(part).scaled_by {
+                        element.parameters[element.schema.parameter_idx(name)] = 0.0;
+                    }
+                }
             }
         }
         scene
     }
 
-    #[test]
-    fn a_change_alters_one_respect_of_free_particles_by_a_little() {
-        let suite = shipped();
-        let mut used = [0; 4];
-        for case in suite.cases.iter().filter(|case| !case.scene.forces.is_empty()) {
-            for change in Alteration::ALL {
-                let Some((_, altered)) = SteppedScene::alter(case, [change].into_iter()) else {
-                    continue;
-                };
-                used[change as usize] += 1;
-                let mut original = case.scene.clone();
-                original.name = altered.scene.name.clone();
-                assert_ne!(altered.scene, original, "{} {change:?}", case.id);
-                if change == Alteration::Order {
-                    continue;
-                }
-                let [own, other] = [&altered.scene, &original].map(|scene| without(change, scene));
-                // Numbers may get longer; source locations then differ in their columns only.
-                assert_eq!(own.particles, other.particles, "{} {change:?}", case.id);
-                assert_eq!(own.edges, other.edges);
-                let [size, speed] = scales(&original);
-                for (new, old) in altered.scene.particles.iter().zip(&original.particles) {
-                    assert!(!old.fixed || new == old, "{}", case.id);
-                    assert!((new.mass / old.mass - 1.0).abs() < 0.11);
-                    for axis in 0..3 {
-                        assert!((new.position[axis] - old.position[axis]).abs() < 0.021 * size);
-                        assert!((new.velocity[axis] - old.velocity[axis]).abs() < 0.11 * speed);
-                    }
-                }
+    fn words(self) -> String {
+        let Self { integrator, axes, what, .. } = self;
+        let what = match what {
+            What::Motion => "moving particles".to_owned(),
+            What::Fixed => "fixed particles".to_owned(),
+            What::Force { tag, part: "all" } => tag.to_owned(),
+            What::Force { tag, part } => format!("{tag} ({part})"),
+        };
+        format!("{what} under {integrator} in {axes}D")
+    }
+}
+
+/// An altered copy of a scene, with the first steps of our simulator.
+struct Twin<'a> {
+    passed: Passed<'a>,
+    case: Case,
+    text: String,
+    /// The initial state, and those after the first steps.
+    states: Vec<State>,
+    /// The terms that show in them.
+    terms: BTreeSet<Term>,
+    /// Tolerance of the scene's criteria.
+    tolerance: f64,
+    outcome: Option<Outcome>,
+}
+
+/// The outcome of a run on a copy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Right,
+    /// The name of the verdict.
+    Wrong(&'static str),
+    Unjudged,
+}
+
+impl Outcome {
+    fn is_exceeded(self) -> bool {
+        const LIMITS: [&str; 4] =
+            ["timed-out", "out-of-memory", "too-much-output", "too-many-processes"];
+        matches!(self, Self::Wrong(verdict) if LIMITS.contains(&verdict))
+    }
+}
+
+/// Verdict on copies that are not run.
+const NOT_RUN: &str = "not-run";
+
+impl<'a> Twin<'a> {
+    /// Alters a scene; `None` if that cannot be done so that it shows.
+    fn of(passed: Passed<'a>, number: u64) -> Option<Self> {
+        let case = passed.case;
+        let text = read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?;
+        let seed = u64::from_str_radix(case.scene_hash.get(..16)?, 16).ok()?;
+        let original = first_states(&case.scene)?;
+        (0..DRAWS).find_map(|draw| {
+            let mut random = Rng::with_seed(seed.wrapping_add(DRAWS * number + draw));
+            let text = match case.format() {
+                "json" => alter_json(&text, &mut random)?,
+                _ => alter_xml(&text, &mut random)?,
+            };
+            let mut twin = Self::with_text(passed, text)?;
+            let is_hidden = |states: &[State]| twin.is_within(states, SHOWS, true);
+            if is_hidden(&original) {
+                return None;
             }
-        }
-        // Masses have no effect on free fall.
-        assert!(used.iter().all(|count| *count > 25), "{used:?}");
-        let again =
-            |case: &Case| Some(SteppedScene::alter(case, Alteration::ALL.into_iter())?.1.text);
-        assert!(suite.cases.iter().all(|case| again(case) == again(case)));
+            let shows = |term: &Term| {
+                first_states(&term.left_out(&twin.case.scene))
+                    .is_none_or(|states| !is_hidden(&states))
+            };
+            twin.terms = Term::all(&twin.case).into_iter().filter(shows).collect();
+            (!twin.terms.is_empty()).then_some(twin)
+        })
     }
 
-    #[test]
-    fn particles_in_another_order_take_the_same_step() {
-        let sorted = |values: &[f64]| {
-            let mut values = values.to_vec();
-            values.sort_by(f64::total_cmp);
-            values
+    /// The scene with this text in its file.
+    fn with_text(passed: Passed<'a>, text: String) -> Option<Self> {
+        let case = passed.case;
+        let (path, options) = (&case.files.first()?.path, ParseOptions::default());
+        let parsed = scene::parse_bytes(text.as_bytes(), path, &vocabulary(), &options).ok()?;
+        let scene_hash = hash_bytes(text.as_bytes());
+        let states = first_states(&parsed.scene)?;
+        let twin = Case { scene: parsed.scene, scene_hash, ..case.clone() };
+        let tolerance = match passed.criteria {
+            Criteria::Fixed(tolerances) => tolerances.largest,
+            Criteria::Calibrated(_) => 0.0,
         };
-        let mut count = 0;
-        for case in shipped().cases {
-            let path = &case.files[0].path;
-            let original = SteppedScene::of(read_text(path, MAX_MEBIBYTES).unwrap()).unwrap();
-            let text = reorder(&original.text, &mut Rng::with_seed(1)).unwrap();
-            let other = SteppedScene::of(text).unwrap();
-            count += usize::from(other.start != original.start);
-            let pairs = [
-                (sorted(&original.next.positions), sorted(&other.next.positions)),
-                (sorted(&original.next.velocities), sorted(&other.next.velocities)),
-            ];
-            for (expected, got) in pairs {
-                let bound = 1e-9 * largest(&expected);
-                let near = |(a, b): (&f64, &f64)| (a - b).abs() <= bound;
-                assert!(expected.iter().zip(&got).all(near), "{}", case.id);
+        let (terms, outcome) = (BTreeSet::new(), None);
+        Some(Self { passed, case: twin, text, states, terms, tolerance, outcome })
+    }
+
+    /// Whether these states agree with the first ones of the copy, to so many times the error of right ones.
+    fn is_within(&self, states: &[State], times: f64, has_velocities: bool) -> bool {
+        let within = |expected: &[f64], got: &[f64]| {
+            let largest = expected.iter().fold(SMALL, |most: f64, value| most.max(value.abs()));
+            let bound = times * (RIGHT * largest).max(self.tolerance);
+            // A NaN agrees with nothing.
+            expected.iter().zip(got).all(|(expected, got)| (expected - got).abs() <= bound)
+        };
+        states.len() == self.states.len()
+            && self.states.iter().zip(states).all(|(expected, got)| {
+                within(&expected.positions, &got.positions)
+                    && (!has_velocities || within(&expected.velocities, &got.velocities))
+            })
+    }
+
+    /// Whether our simulator steps the copy to its end, within twice the reach of the original.
+    fn is_tame(&self) -> bool {
+        let reach = |scene: &Scene| {
+            let mut states = builtin::start(scene, LinearSolver::Auto);
+            let mut state = State::zeros(Shape::of(scene));
+            let mut reach: f64 = 0.0;
+            while states.read(&mut state).ok()? {
+                reach = state.positions.iter().fold(reach, |most, value| most.max(value.abs()));
+            }
+            Some(reach)
+        };
+        match (reach(&self.passed.case.scene), reach(&self.case.scene)) {
+            (Some(original), Some(altered)) => altered <= 2.0 * original,
+            _ => false,
+        }
+    }
+
+    /// States of a step times particles.
+    fn cost(&self) -> u64 {
+        self.case.scene.n_steps() * self.case.scene.particles.len() as u64
+    }
+
+    /// Runs a submission on the copy, of which a file is made in this folder.
+    fn run(&self, run: Runs<'_>, folder: &Path) -> Outcome {
+        let mut case = self.case.clone();
+        let folder = TempDir::new_in(folder);
+        let (Ok(folder), Some(file)) = (folder, case.files.first_mut()) else {
+            return Outcome::Unjudged;
+        };
+        file.path = folder.path().join("scene");
+        if fs::write(&file.path, &self.text).is_err() {
+            return Outcome::Unjudged;
+        }
+        let mut states = match run(&case) {
+            Ok(states) => states,
+            Err(
+                Verdict::GraderFault(_) | Verdict::Pass | Verdict::Fail(Failure::NotRun { .. }),
+            ) => return Outcome::Unjudged,
+            Err(Verdict::Fail(failure)) => return Outcome::Wrong(failure.name()),
+        };
+        let mut state = State::zeros(Shape::of(&self.case.scene));
+        let mut got = Vec::with_capacity(self.states.len());
+        for _ in &self.states {
+            match states.read(&mut state) {
+                Ok(true) => got.push(state.clone()),
+                Ok(false) => return Outcome::Wrong("too-short"),
+                Err(failure) => return Outcome::Wrong(failure.name()),
             }
         }
-        assert!(count > 60, "{count} scenes in another order");
+        let convergence = self.case.scene.integrator.convergence;
+        let may_have_other_root = self.passed.other_root == OtherRoot::Pass
+            && matches!(convergence, Convergence::Update(_));
+        match self.is_within(&got, 1.0, states.has_velocities()) {
+            true => Outcome::Right,
+            false if may_have_other_root => Outcome::Unjudged,
+            false => Outcome::Wrong(Failure::Differs.name()),
+        }
+    }
+}
+
+/// The initial state and those after the first steps of our simulator; `None` if it fails.
+fn first_states(scene: &Scene) -> Option<Vec<State>> {
+    let mut states = builtin::start(scene, LinearSolver::Auto);
+    let mut state = State::zeros(Shape::of(scene));
+    let mut first = Vec::with_capacity(STEPS + 1);
+    while first.len() <= STEPS && states.read(&mut state).ok()? {
+        first.push(state.clone());
+    }
+    (first.len() > 1).then_some(first)
+}
+
+/// The text of an XML scene with other masses, velocities and strengths of forces.
+fn alter_xml(text: &str, random: &mut Rng) -> Option<String> {
+    let vocabulary = vocabulary();
+    let mut factors: HashMap<(String, &str), f64> = HashMap::new();
+    edit::edit(text, |AttributeValue { tag, name, value, .. }| {
+        let part = match (tag, name) {
+            ("particle", "m") => "m",
+            ("particle", "vx" | "vy" | "vz") => "v",
+            _ => {
+                let mut parts = vocabulary.force(tag)?.parts.iter();
+                parts.find(|part| part.scaled_by.contains(&name))?.name
+            }
+        };
+        let drawn = || factor(part == "m", random);
+        let factor = *factors.entry((tag.to_owned(), part)).or_insert_with(drawn);
+        let value = value.trim().parse::<f64>().ok()?;
+        // A coefficient that is forgotten does not show where it is 1.
+        if value == 0.0 || value.abs() == 1.0 && part != "v" {
+            return None;
+        }
+        let value = factor * value;
+        let decimals = (6.0 - value.abs().log10().ceil()).clamp(0.0, 300.0) as usize;
+        Some(format!("{value:.decimals$}"))
+    })
+}
+
+/// The text of a JSON scene with another stiffness and mass.
+fn alter_json(text: &str, random: &mut Rng) -> Option<String> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut entries: Map<String, Value> = serde_json::from_str(text).ok()?;
+    for (name, is_mass) in [("k", false), ("m", true)] {
+        if let Some(value) = entries.get_mut(name) {
+            let number = value.as_f64().filter(|number| *number != 1.0)?;
+            *value = Value::from((1e6 * factor(is_mass, random) * number).round() / 1e6);
+        }
+    }
+    Some(serde_json::to_string_pretty(&entries).ok()? + "\n")
+}
+
+/// A mass grows more than a force: their ratio, and the motion, then change.
+fn factor(is_mass: bool, random: &mut Rng) -> f64 {
+    let least = if is_mass { 1.06 } else { 1.01 };
+    least + 0.04 * random.f64()
+}
+
+/// Runs a submission on a scene.
+pub type Runs<'a> = &'a (dyn Fn(&Case) -> Result<Box<dyn StateSource>, Verdict> + Sync);
+
+/// [`look_for_copies`] for a program. Nothing is run after a stop.
+pub fn of_program(
+    suite: &Suite,
+    passed: &[Passed<'_>],
+    program: &Program,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Copied> {
+    let program = program.clone().with_twice_the_limits();
+    look_for_copies(suite, passed, &|case| {
+        if is_stopped() {
+            let detail = "the run was ended".to_owned();
+            return Err(Verdict::GraderFault(Fault::NotRun { detail }));
+        }
+        Ok(Box::new(program.run(SceneSource::Case(case), Shape::of(&case.scene))?))
+    })
+}
+
+/// Runs a submission on altered copies of the scenes that it passes. Returns what these do not confirm.
+pub fn look_for_copies(suite: &Suite, passed: &[Passed<'_>], run: Runs<'_>) -> Option<Copied> {
+    // Without a folder for them, nothing is known.
+    let folder = scratch_folder().ok()?;
+    let folder = folder.path();
+    let twins = passed.par_iter().filter_map(|passed| Twin::of(*passed, 0)).collect();
+    let mut search = Search { twins, run, folder, n_exceeded: 0 };
+    let first = search.cover();
+    search.run_all(&first);
+    for number in 1..=FEWEST_WRONG as u64 {
+        let specific = search.specific(number);
+        search.run_all(&specific);
+    }
+    search.result(suite, passed)
+}
+
+struct Search<'a> {
+    twins: Vec<Twin<'a>>,
+    run: Runs<'a>,
+    /// Where the copies are.
+    folder: &'a Path,
+    n_exceeded: usize,
+}
+
+impl Search<'_> {
+    /// Terms of these copies that no right one holds.
+    fn not_shown(&self) -> BTreeSet<Term> {
+        let of = |is_wanted: fn(Option<Outcome>) -> bool| -> BTreeSet<Term> {
+            let twins = self.twins.iter().filter(|twin| is_wanted(twin.outcome));
+            twins.flat_map(|twin| &twin.terms).copied().collect()
+        };
+        let shown = of(|outcome| outcome == Some(Outcome::Right));
+        of(|_| true).difference(&shown).copied().collect()
+    }
+
+    /// Few copies that hold all terms.
+    fn cover(&mut self) -> Vec<usize> {
+        let mut missing = self.not_shown();
+        let mut chosen = Vec::new();
+        loop {
+            let held = |number: &usize| self.twins[*number].terms.intersection(&missing).count();
+            let open = (0..self.twins.len()).filter(|number| held(number) > 0);
+            let best = open.max_by_key(|number| {
+                (held(number), Reverse(self.twins[*number].cost()), Reverse(*number))
+            });
+            let Some(best) = best else { return chosen };
+            if self.twins[best].is_tame() {
+                missing.retain(|term| !self.twins[best].terms.contains(term));
+                chosen.push(best);
+            } else {
+                self.twins[best].terms.clear();
+            }
+        }
+    }
+
+    /// For each term that is not shown, a copy that was not run and holds the fewest others; another one of the same scene
+    /// if all were.
+    fn specific(&mut self, number: u64) -> Vec<usize> {
+        let missing = self.not_shown();
+        let mut chosen = BTreeSet::new();
+        for term in &missing {
+            let key = |place: &usize| {
+                let twin = &self.twins[*place];
+                (twin.terms.intersection(&missing).count(), twin.cost(), *place)
+            };
+            let holds = |place: &usize| self.twins[*place].terms.contains(term);
+            let holders = || (0..self.twins.len()).filter(holds);
+            let is_open = |place: &usize| {
+                self.twins[*place].outcome.is_none() && self.twins[*place].is_tame()
+            };
+            let open = holders().filter(is_open).min_by_key(key);
+            let Some(place) = open.or_else(|| holders().min_by_key(key)) else { continue };
+            if open.is_some() {
+                chosen.insert(place);
+                continue;
+            }
+            let other = Twin::of(self.twins[place].passed, number);
+            if let Some(twin) = other.filter(Twin::is_tame) {
+                chosen.insert(self.twins.len());
+                self.twins.push(twin);
+            }
+        }
+        chosen.into_iter().collect()
+    }
+
+    fn run_all(&mut self, chosen: &[usize]) {
+        for some in chosen.chunks(AT_ONCE) {
+            let is_over = self.n_exceeded >= MOST_EXCEEDED;
+            let run = |place: &usize| match is_over {
+                true => Outcome::Wrong(NOT_RUN),
+                false => self.twins[*place].run(self.run, self.folder),
+            };
+            let outcomes: Vec<Outcome> = some.par_iter().map(run).collect();
+            for (place, outcome) in some.iter().zip(outcomes) {
+                self.n_exceeded += usize::from(outcome.is_exceeded());
+                self.twins[*place].outcome = Some(outcome);
+            }
+        }
+    }
+
+    fn result(&self, suite: &Suite, passed: &[Passed<'_>]) -> Option<Copied> {
+        let missing = self.not_shown();
+        let wrong = || {
+            self.twins.iter().filter_map(|twin| match twin.outcome {
+                Some(Outcome::Wrong(verdict)) => Some((twin, verdict)),
+                _ => None,
+            })
+        };
+        let is_refuted = |term: &&Term| {
+            let copies = || wrong().filter(|(twin, _)| twin.terms.contains(*term));
+            let scenes: BTreeSet<&str> =
+                copies().map(|(twin, _)| twin.passed.case.id.as_str()).collect();
+            let with_term = suite.cases.iter().filter(|case| Term::all(case).contains(*term));
+            copies().count() >= FEWEST_WRONG && scenes.len() >= FEWEST_WRONG.min(with_term.count())
+        };
+        let refuted: BTreeSet<Term> = missing.iter().filter(is_refuted).copied().collect();
+        let known: BTreeSet<Term> =
+            self.twins.iter().flat_map(|twin| &twin.terms).copied().collect();
+        let (mut withdrawn, mut unchecked) = (Vec::new(), Vec::new());
+        for Passed { case, .. } in passed {
+            let terms = Term::all(case);
+            let words: Vec<String> =
+                terms.intersection(&refuted).map(|term| term.words()).collect();
+            let is_checked = !terms.is_disjoint(&known) && terms.is_disjoint(&missing);
+            if !words.is_empty() {
+                withdrawn.push(Withdrawn { scene: case.id.clone(), terms: words.join(", ") });
+            } else if !is_checked {
+                unchecked.push(case.id.clone());
+            }
+        }
+        let is_of_bytes = |twin: &Twin<'_>| {
+            let text = read_text(&twin.passed.case.files.first()?.path, MAX_MEBIBYTES).ok()?;
+            let same = Twin::with_text(twin.passed, text + "\n")?;
+            matches!(same.run(self.run, self.folder), Outcome::Wrong(_))
+                .then(|| twin.passed.case.id.clone())
+        };
+        let first = wrong().next().filter(|_| !withdrawn.is_empty() && self.n_exceeded == 0);
+        let bytes = first.and_then(|(twin, _)| is_of_bytes(twin));
+        let wrong: BTreeSet<(String, &'static str)> =
+            wrong().map(|(twin, verdict)| (twin.passed.case.id.clone(), verdict)).collect();
+        let wrong = wrong.into_iter().collect();
+        let is_confirmed = withdrawn.is_empty() && unchecked.is_empty();
+        let passed = passed.len();
+        (!is_confirmed).then_some(Copied { passed, withdrawn, wrong, unchecked, bytes })
     }
 }

@@ -147,11 +147,17 @@ pub enum Failure {
         /// States it should hold.
         expected: u64,
     },
-    /// The states agree up to the prediction horizon, but the energy or the momentum is wrong beyond it.
+    /// The states agree up to the prediction horizon, but a step is wrong by itself, or the energy or the momentum beyond it.
     #[error("{}", detail.text())]
     Drifts {
         /// The step and the error.
         detail: Untrusted,
+    },
+    /// The trace is right, but the program fails on altered copies of the scene.
+    #[error("{}", printed::text(detail))]
+    FailsAltered {
+        /// What it does not show.
+        detail: String,
     },
     /// The numbers are out of tolerance.
     #[error("the trace differs from the oracle's")]
@@ -178,6 +184,7 @@ impl Failure {
             Self::TooShort { .. } => "too-short",
             Self::TooLong { .. } => "too-long",
             Self::Drifts { .. } => "drifts",
+            Self::FailsAltered { .. } => "fails-altered",
             Self::Differs => "differs",
         }
     }

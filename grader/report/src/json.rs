@@ -10,7 +10,7 @@ use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
 use super::provenance::JsonProvenance;
 use super::{SCHEMA_VERSION, text};
-use grader::altered::Copied;
+use grader::altered::{Copied, Withdrawn};
 use grader::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
 use grader::creative::CreativeCredit;
@@ -63,8 +63,7 @@ struct Report {
     repetition: Option<JsonRepetition>,
     /// Forces and Jacobians of the program, measured from single steps; null if not measured.
     probe: Option<JsonProbing>,
-    /// Set if the program passes shipped scenes but takes no correct step in altered ones; otherwise, or if unknown,
-    /// null.
+    /// What altered copies of the scenes that the program passes do not confirm; null if they confirm all, or were not run.
     copied: Option<JsonCopied>,
     /// What is wrong, in the order in which a student should read it; empty if nothing failed, or nothing is known.
     findings: Vec<JsonFinding>,
@@ -106,21 +105,33 @@ struct JsonRepetition {
 struct JsonCopied {
     /// The finding as text.
     message: String,
-    /// Shipped scenes that it passed.
+    /// Shipped scenes with a right trace.
     passed: usize,
-    /// Slightly altered scenes; its first step is wrong in all of them.
-    altered: Vec<JsonAltered>,
-    /// A shipped scene in which its first step becomes wrong if a line break is added at the end of the file; null if
-    /// the step stays correct, or if unknown.
+    /// Those among them that do not count; their verdict is "fails-altered".
+    withdrawn: Vec<JsonWithdrawn>,
+    /// The altered copies on which the program failed.
+    wrong: Vec<JsonWrongCopy>,
+    /// Other scenes with a right trace that altered copies do not confirm; they count.
+    unchecked: Vec<String>,
+    /// A shipped scene on which the program fails if a line break is added at the end of the file; null if it does not,
+    /// or if unknown.
     bytes: Option<String>,
 }
 
 #[derive(Serialize, JsonSchema)]
-struct JsonAltered {
+struct JsonWithdrawn {
+    /// The name of the scene.
+    scene: String,
+    /// What the program does not show in altered copies.
+    terms: String,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonWrongCopy {
     /// The name of the shipped scene.
     scene: String,
-    /// What was altered: "positions", "velocities", "masses" or "order" (of particles).
-    change: &'static str,
+    /// The verdict on its copy, or "not-run" after several copies that exceeded a limit.
+    verdict: &'static str,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -262,7 +273,7 @@ struct JsonFeature {
 struct JsonScene {
     name: String,
     path: String,
-    /// "pass", "not-implemented", "missing", "differs", "drifts", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out", "not-run",
+    /// "pass", "not-implemented", "missing", "differs", "drifts", "fails-altered", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out", "not-run",
     /// "out-of-memory", "too-many-processes", "too-much-output", "build-failed", "bad-hand-in" or "grader-fault".
     verdict: &'static str,
     /// The verdict in a sentence.
@@ -424,14 +435,19 @@ impl Report {
 
 impl JsonCopied {
     fn of(copied: &Copied) -> Self {
-        let Copied { passed, altered, bytes } = copied;
-        let altered = altered
-            .iter()
-            .map(|(scene, change)| JsonAltered { scene: scene.clone(), change: change.name() });
+        let Copied { passed, withdrawn, wrong, unchecked, bytes } = copied;
+        let withdrawn = withdrawn.iter().map(|Withdrawn { scene, terms }| JsonWithdrawn {
+            scene: scene.clone(),
+            terms: terms.clone(),
+        });
+        let wrong =
+            wrong.iter().map(|(scene, verdict)| JsonWrongCopy { scene: scene.clone(), verdict });
         Self {
             message: copied.to_string(),
             passed: *passed,
-            altered: altered.collect(),
+            withdrawn: withdrawn.collect(),
+            wrong: wrong.collect(),
+            unchecked: unchecked.clone(),
             bytes: bytes.clone(),
         }
     }

@@ -412,12 +412,22 @@ fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<
     }
 }
 
-/// Warns that traces may be copied, with the scenes that show it.
+/// Maximum number of altered copies that a text names.
+const COPIES_SHOWN: usize = 6;
+
+/// Warns of passed scenes that altered copies do not confirm.
 fn write_copied(out: &mut dyn Write, copied: &Copied) -> io::Result<()> {
     writeln!(out, "  {ODD}{copied}.{ODD:#}")?;
-    let altered =
-        copied.altered.iter().map(|(scene, change)| format!("{scene} ({})", change.name()));
-    writeln!(out, "  {DIM}Altered: {}.{DIM:#}", altered.collect::<Vec<_>>().join(", "))
+    if copied.wrong.is_empty() {
+        return Ok(());
+    }
+    let wrong = copied.wrong.iter().map(|(scene, verdict)| format!("{scene} ({verdict})"));
+    let shown: Vec<String> = wrong.take(COPIES_SHOWN).collect();
+    let more = match copied.wrong.len() - shown.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    writeln!(out, "  {DIM}Failed on altered copies of: {}{more}.{DIM:#}", shown.join(", "))
 }
 
 /// Writes the criteria by which the scenes were judged.

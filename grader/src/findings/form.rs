@@ -163,6 +163,8 @@ impl Kind {
                 (Some(_), None) => Self::Wrong,
                 (None, None) => length(failure),
             },
+            // Known after the findings.
+            Failure::FailsAltered { .. } => return None,
             Failure::Differs | Failure::Drifts { .. } => told().unwrap_or(Self::Wrong),
         })
     }

@@ -92,7 +92,7 @@ pub struct Checks {
     pub jacobians: bool,
     /// Measurement of a program's forces and Jacobians from single steps.
     pub probe: bool,
-    /// Altered scenes, for a program that nothing else shows to simulate.
+    /// Altered copies of the scenes that a program passes.
     pub altered: bool,
     /// Hidden scenes.
     pub hidden: bool,
@@ -163,9 +163,10 @@ impl<'a> Grader<'a> {
         }
         if let Some(program) = program().filter(|_| checks.altered) {
             observer.notice(Event::Task(Task::Altered));
-            let (passed, probing) = (grading.passed(), grading.probing.as_ref());
-            let program = program.with_own_budget();
-            grading.copied = altered::of_program(suite, &program, &passed, probing);
+            let is_stopped = || observer.is_stopped();
+            let passed = grading.passed_cases(suite, rubric.other_root());
+            let copied = altered::of_program(suite, &passed, &program.with_own_budget(), &is_stopped);
+            grading.withdraw(copied.filter(|_| !is_stopped()));
         }
         if let Some(hidden) = self.hidden.filter(|_| checks.hidden && !observer.is_stopped()) {
             let skipped = broken.as_ref();

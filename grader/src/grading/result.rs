@@ -1,9 +1,9 @@
 //! The result of grading a submission: everything that reports show, and its sums.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 
-use crate::altered::Copied;
+use crate::altered::{Copied, Passed};
 use crate::assignment::Assignment;
 use crate::compare::{Comparison, Criteria};
 use crate::creative::{CRITERIA, CreativeCredit, CreativeRule};
@@ -13,7 +13,7 @@ use crate::jacobian::JacobianReport;
 use crate::printed::Untrusted;
 use crate::probe::Probing;
 use crate::recording::Recording;
-use crate::rubric::{FaultPoints, Rubric};
+use crate::rubric::{FaultPoints, OtherRoot, Rubric};
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Fault, Verdict};
 use sandbox::Protection;
@@ -39,7 +39,7 @@ pub struct Grading {
     pub repetition: Option<Repetition>,
     /// Its program's forces and Jacobians, measured from single steps; `None` if not measured.
     pub probing: Option<Probing>,
-    /// Evidence that its answers are copied; `None` where there is none, or it was not checked.
+    /// What altered copies do not confirm; `None` where they confirm every passed scene, or nothing was checked.
     pub copied: Option<Copied>,
     /// What is wrong; empty where nothing failed.
     pub findings: Findings,
@@ -351,6 +351,30 @@ impl Grading {
         let scenes = self.features.iter().flat_map(|feature| &feature.scenes);
         let passed = scenes.filter(|scene| scene.comparison.verdict.is_pass());
         passed.map(|scene| scene.id.as_str()).collect()
+    }
+
+    /// The scenes that passed by their own states rather than as another root.
+    pub fn passed_cases<'a>(&'a self, suite: &'a Suite, other_root: OtherRoot) -> Vec<Passed<'a>> {
+        let results = self.features.iter().flat_map(|feature| &feature.scenes);
+        let passed = results.filter(|scene| scene.comparison.verdict.is_pass());
+        let passed = passed.filter(|scene| scene.comparison.other_root.is_none());
+        let criteria: HashMap<&str, &Criteria> =
+            passed.map(|scene| (scene.id.as_str(), &scene.criteria)).collect();
+        let of = |case: &'a Case| {
+            let criteria = criteria.get(case.id.as_str())?;
+            Some(Passed { case, criteria, other_root })
+        };
+        suite.cases.iter().filter_map(of).collect()
+    }
+
+    /// Adds what altered copies do not confirm. Scenes that fail there do not count as passed.
+    pub(super) fn withdraw(&mut self, copied: Option<Copied>) {
+        for scene in self.features.iter_mut().flat_map(|feature| &mut feature.scenes) {
+            if let Some(failure) = copied.as_ref().and_then(|copied| copied.failure(&scene.id)) {
+                scene.comparison.verdict = Verdict::Fail(failure);
+            }
+        }
+        self.copied = copied;
     }
 
     /// Whether every feature passed, whether it is required or not.

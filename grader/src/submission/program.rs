@@ -264,6 +264,19 @@ impl Program {
         other
     }
 
+    /// The same program with twice its limits.
+    pub fn with_twice_the_limits(mut self) -> Self {
+        let Limits { cpu, wall, memory, processes, trace, stdout, stderr, files } =
+            &mut self.runner.limits;
+        for seconds in [cpu, wall] {
+            *seconds *= 2.0;
+        }
+        for count in [memory, processes, trace, stdout, stderr, files] {
+            *count = count.saturating_mul(2);
+        }
+        self
+    }
+
     /// The program's name in reports: its path, as given.
     pub fn name(&self) -> &Untrusted {
         &self.name

@@ -62,6 +62,7 @@
 //!
 //! [protection]           # protections without which no program is run
 //! require = ["files"]
+//! hidden-without-namespaces = false    # whether hidden scenes run where a program could tell the next one about them
 //! ```
 //!
 //! A scene's tolerance comes from its own entry, else from its feature's entry, else from the calibration stored with
@@ -110,6 +111,7 @@ pub struct Rubric {
     class: ClassRule,
     /// `None` where the rubric does not set it.
     protections: Option<Vec<Protection>>,
+    hidden_without_namespaces: bool,
 }
 
 /// The rubric's section on hidden scenes.
@@ -229,9 +231,11 @@ struct FaultsTable {
 }
 
 #[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct ProtectionTable {
     require: Option<Vec<Spanned<String>>>,
+    #[serde(default)]
+    hidden_without_namespaces: bool,
 }
 
 /// Criteria for scenes without a tolerance in the rubric.
@@ -458,6 +462,7 @@ impl Rubric {
             platform: file.platform,
             class: file.class,
             protections,
+            hidden_without_namespaces: file.protection.hidden_without_namespaces,
             limits: plain(limits),
             build_limits: plain(build_limits),
             features: feature.into_iter().map(Spanned::into_inner).collect(),
@@ -586,6 +591,12 @@ impl Rubric {
         self.protections.as_deref().unwrap_or(&[Protection::Files])
     }
 
+    /// Whether programs run on hidden scenes under these protections. Without a process namespace of its own, a program can
+    /// leave a number for another one in counts of the machine.
+    pub fn runs_hidden_under(&self, protections: &[Protection]) -> bool {
+        self.hidden_without_namespaces || protections.contains(&Protection::Processes)
+    }
+
     /// The name of the assignment that the rubric is for; `None` if it names none.
     pub fn assignment(&self) -> Option<&str> {
         self.assignment_name.as_deref()
@@ -690,6 +701,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn hidden_scenes_need_namespaces_unless_the_rubric_allows_it() {
+        let runs = |text: &str, protections| parse(text).unwrap().runs_hidden_under(protections);
+        assert!(runs("", &[Protection::Processes]));
+        assert!(!runs("", &[Protection::Files, Protection::Memory]));
+        assert!(runs("[protection]\nhidden-without-namespaces = true", &[]));
+    }
+
+    #[test]
     fn protections_are_required_by_name() {
         let parse = |text: &str| Rubric::parse(text, Path::new("rubric.toml"));
         let required = |text: &str| parse(text).unwrap().required_protections().to_vec();
@@ -702,7 +721,7 @@ mod tests {
         assert_eq!(
             message,
             "rubric.toml:2:21: unknown protection \"fire\"\n  help: the protections are files, network, \
-             signals, processes, system-calls, limits"
+             signals, processes, system-calls, limits, memory"
         );
     }
 

@@ -88,6 +88,7 @@ fn grade_and_report(
         probe: !args.judge.no_jacobians && is_whole,
         altered: is_whole,
         hidden: is_whole,
+        is_alone: args.is_handed_in(),
         recordings: reports.need_recordings(),
     };
     let scenes = Scenes::new(&progress, args.fail_fast.map(|count| count as usize));

@@ -67,6 +67,7 @@ pub(super) fn verify(args: &VerifyReportArgs) -> Result<Exit, Stop> {
         probe: options.jacobians && options.whole,
         altered: options.whole,
         hidden: options.whole,
+        is_alone: false,
         recordings: false,
     };
     let mut grading = inputs.grader(&oracle, checks, &progress).grade(&submission, protection);

@@ -10,6 +10,8 @@
 #![cfg(target_os = "linux")]
 #![expect(clippy::print_stderr, reason = "skipped settings are printed")]
 
+#[path = "attacks/gauge.rs"]
+mod gauge;
 #[path = "attacks/setting.rs"]
 mod setting;
 #[path = "attacks/stage.rs"]
@@ -30,6 +32,7 @@ use test_support::assert_document;
 
 use sandbox::{End, Job, Keep, Limits, Sandbox};
 
+use gauge::Gauge;
 use setting::{Setting, is_superuser};
 use stage::{Machine, Programs, SharedStage};
 use table::{ATTACKS, Attack, SETTINGS, Target};
@@ -54,7 +57,7 @@ fn programs() -> Option<&'static Programs> {
 fn settings() -> Vec<Setting> {
     let wanted = std::env::var("SETTINGS").unwrap_or_default();
     let (possible, skipped): (Vec<_>, Vec<_>) =
-        SETTINGS.into_iter().partition(|setting| !setting.is_root() || is_superuser());
+        SETTINGS.into_iter().partition(|setting| !setting.needs_superuser() || is_superuser());
     for setting in skipped {
         eprintln!("skipped: {}: this user is not the superuser", setting.name());
     }
@@ -83,7 +86,9 @@ fn attack(shared_stage: &SharedStage, attack: &Attack) -> Vec<String> {
     }
     let submission = stage.submission(attack.mode, attack.build, attack.target);
     let files = stage.files();
+    let gauge = attack.is_measured.then(|| Gauge::start(stage.path("")));
     let graded = stage.graded(&submission, &limits);
+    complaints.extend(gauge.and_then(Gauge::breach));
     if !expected.contains(&graded.verdict.as_str()) {
         let mut detail: Vec<&str> =
             graded.report.lines().filter(|line| tells(line)).take(3).collect();
@@ -147,31 +152,34 @@ fn assert_refused(is_wanted: fn(usize, usize, usize) -> bool) {
         .filter(|(_, attack)| attack.what.contains(&wanted) || attack.mode.contains(&wanted))
         .collect();
     let (next, failures) = (AtomicUsize::new(0), Mutex::new(BTreeSet::new()));
+    let try_one = |(shared_stage, row): &(usize, &Attack)| {
+        let shared_stage = &shared_stages[*shared_stage];
+        let complaints = std::panic::catch_unwind(AssertUnwindSafe(|| attack(shared_stage, row)))
+            .unwrap_or_else(|_| vec!["the test itself failed".to_owned()]);
+        if !complaints.is_empty() {
+            let failure = format!(
+                "{}: {} ({}): {}",
+                shared_stage.setting.name(),
+                row.what,
+                row.mode,
+                complaints.join("; ")
+            );
+            eprintln!("FAILED {failure}");
+            failures.lock().unwrap().insert(failure);
+        }
+    };
+    let (alone, together): (Vec<_>, Vec<_>) =
+        tries.iter().partition(|(_, attack)| attack.is_measured);
     std::thread::scope(|scope| {
         for _ in 0..AT_A_TIME {
             scope.spawn(|| {
-                while let Some((shared_stage, row)) =
-                    tries.get(next.fetch_add(1, Ordering::Relaxed))
-                {
-                    let shared_stage = &shared_stages[*shared_stage];
-                    let complaints =
-                        std::panic::catch_unwind(AssertUnwindSafe(|| attack(shared_stage, row)))
-                            .unwrap_or_else(|_| vec!["the test itself failed".to_owned()]);
-                    if !complaints.is_empty() {
-                        let failure = format!(
-                            "{}: {} ({}): {}",
-                            shared_stage.setting.name(),
-                            row.what,
-                            row.mode,
-                            complaints.join("; ")
-                        );
-                        eprintln!("FAILED {failure}");
-                        failures.lock().unwrap().insert(failure);
-                    }
+                while let Some(one) = together.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    try_one(one);
                 }
             });
         }
     });
+    alone.iter().for_each(try_one);
     let mut failures = failures.into_inner().unwrap();
     for (shared_stage, before) in shared_stages.iter_mut().zip(&before) {
         let name = shared_stage.setting.name();
@@ -212,9 +220,11 @@ fn the_document_is_the_table() {
     }
     let document = format!(
         "# Attacks\n\nWritten from the table of `cargo test -p grade --test attacks -- --include-ignored`, which makes \
-         each attack in\nsix settings: an ordinary user, the superuser, an ordinary user without user namespaces, the superuser \
-         in a container,\nand either of the first two without Landlock. Each attack is a submission, and gets the \
-         verdict that stands\nhere. Afterwards every file of the suite and of all submissions is as before, with \
+         each attack in\nseven settings: an ordinary user, the superuser, an ordinary user without user namespaces, the superuser \
+         in a container,\neither of the first two without Landlock, and the root of a rootless container with two user IDs. \
+         Only the superuser\noutside of containers has a control group here. Each attack is a submission, and gets the \
+         verdict that stands\nhere. Attacks on memory and disk that no process shows run alone, and get through if the \
+         machine shows more use than\nthe limits allow. Afterwards every file of the suite and of all submissions is as before, with \
          its mode, owner, times\nand names; and no process, mount, control group, shared object or scratch folder \
          is left. An attack that\nis refused hands in a right trace, and passes. `breach` means that the attack \
          gets through.\n\n{table}"
@@ -291,6 +301,76 @@ fn a_killed_grader_leaves_nothing() {
         }
         assert_eq!(Machine::look(), machine, "{}", setting.name());
     }
+}
+
+/// A supervisor is killed twenty times while programs run that ignore every signal, without namespaces and without a control
+/// group. Each time, no process remains.
+#[test]
+fn a_killed_supervisor_leaves_nothing() {
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(programs) = programs() else { return };
+    for setting in [main_setting(), Setting::UserWithoutNamespaces] {
+        let shared_stage = SharedStage::new(programs, setting);
+        let stage = shared_stage.stage();
+        let slow = stage.submission("lasting_daemons", "", Target::Nothing);
+        let mut rng = fastrand::Rng::with_seed(3);
+        for moment in 0..20 {
+            let mut grader = stage.grade(&slow, &[]).stderr(Stdio::null()).spawn().unwrap();
+            while stage.running().len() < 3 {
+                assert!(matches!(grader.try_wait(), Ok(None)), "moment {moment}");
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            std::thread::sleep(Duration::from_micros(rng.u64(0..20_000)));
+            let starter = stage::below(grader.id())[0];
+            let supervisor = stage::below(starter)[0];
+            // Before the grader, which would run the program again.
+            kill(supervisor);
+            grader.kill().unwrap();
+            grader.wait().unwrap();
+            let left = stage.remaining();
+            assert!(left.is_empty(), "{}, moment {moment}: {left:?}", setting.name());
+        }
+    }
+}
+
+/// Where all runs have to share a user ID, none ends another, and none ends a process of the machine that has it.
+#[test]
+fn runs_that_share_a_user_do_not_end_each_other() {
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(programs) = programs() else { return };
+    for setting in settings().into_iter().filter(|it| *it == Setting::RootlessContainer) {
+        let shared_stage = SharedStage::new(programs, setting);
+        let user = setting.user().unwrap() + 1;
+        let mut bystander = Command::new(programs.launcher());
+        bystander.args(["--user", &user.to_string(), "--", "sleep", "600"]);
+        let mut bystander = bystander.spawn().unwrap();
+        let failures = Mutex::new(Vec::new());
+        std::thread::scope(|scope| {
+            for _ in 0..AT_A_TIME {
+                scope.spawn(|| {
+                    let stage = shared_stage.stage();
+                    let honest = stage.submission("honest_pause", "", Target::Nothing);
+                    for _ in 0..5 {
+                        let graded = stage.graded(&honest, &[]);
+                        if graded.verdict != "pass" {
+                            failures.lock().unwrap().push(graded.report);
+                        }
+                    }
+                });
+            }
+        });
+        let lives = matches!(bystander.try_wait(), Ok(None));
+        let _ = bystander.kill();
+        let _ = bystander.wait();
+        assert!(lives, "the bystander was killed");
+        let failures = failures.into_inner().unwrap();
+        assert!(failures.is_empty(), "{} of {}: {}", failures.len(), 5 * AT_A_TIME, failures[0]);
+    }
+}
+
+fn kill(process: u32) {
+    let process = rustix::process::Pid::from_raw(process.cast_signed()).unwrap();
+    rustix::process::kill_process(process, rustix::process::Signal::KILL).unwrap();
 }
 
 /// A submission is killed from outside at twenty moments of its run: its verdict is a crash, the report is complete,

@@ -17,7 +17,8 @@ use grader::creative::CreativeCredit;
 use grader::diagnosis::Diagnosis;
 use grader::findings::{Finding, Progress, TaskFinding};
 use grader::grading::{
-    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, SceneResult, Totals,
+    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, NotRunReason, SceneResult,
+    Totals,
 };
 use grader::rubric::FaultPoints;
 use grader::suite::Section;
@@ -55,7 +56,7 @@ struct Report {
     /// Overall outcome.
     outcome: JsonOutcome,
     /// The protections under which the program was run ("files", "network", "signals", "processes",
-    /// "system-calls", "limits"); null if no program was run.
+    /// "system-calls", "limits", "memory"); null if no program was run.
     protection: Option<Vec<&'static str>>,
     /// The protections that were not in force; null as above.
     protection_missing: Option<Vec<&'static str>>,
@@ -152,6 +153,8 @@ struct JsonHidden {
     run: bool,
     /// Number of hidden scenes; null if unknown.
     scenes: Option<usize>,
+    /// Why they were not run: "unavailable" or "no-namespaces"; null if they were.
+    reason: Option<&'static str>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -469,10 +472,16 @@ impl JsonHidden {
     fn of(grading: &Grading) -> Option<Self> {
         match grading.hidden {
             Hidden::None => None,
-            Hidden::NotRun { scenes } => Some(Self { run: false, scenes }),
+            Hidden::NotRun { scenes, reason } => {
+                let reason = match reason {
+                    NotRunReason::Unavailable => "unavailable",
+                    NotRunReason::WithoutNamespaces => "no-namespaces",
+                };
+                Some(Self { run: false, scenes, reason: Some(reason) })
+            }
             Hidden::Run => {
                 let scenes = grading.features.iter().map(|result| result.hidden.n_scenes()).sum();
-                Some(Self { run: true, scenes: Some(scenes) })
+                Some(Self { run: true, scenes: Some(scenes), reason: None })
             }
         }
     }

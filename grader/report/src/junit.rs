@@ -51,9 +51,9 @@ pub fn render(grading: &Grading, times: &SceneTimes) -> io::Result<String> {
         }
         suites.push(suite);
     }
-    if let Hidden::NotRun { scenes } = grading.hidden {
-        let skipped =
-            TestCase::not_passed(HIDDEN, ProblemKind::Skipped, None, text::not_run(scenes));
+    if let Hidden::NotRun { scenes, reason } = grading.hidden {
+        let not_run = text::not_run(scenes, reason);
+        let skipped = TestCase::not_passed(HIDDEN, ProblemKind::Skipped, None, not_run);
         suites.push(TestSuite {
             name: HIDDEN.to_owned(),
             cases: vec![skipped],

@@ -19,7 +19,7 @@ use grader::grading::points;
 use grader::grading::provenance::Provenance;
 use grader::grading::{
     AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
-    Repetition, SceneResult, Totals,
+    NotRunReason, Repetition, SceneResult, Totals,
 };
 use grader::probe::Probing;
 use grader::suite::Section;
@@ -587,8 +587,9 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let text = outcome(grading);
     write_score(out, grading)?;
     match grading.hidden {
-        Hidden::NotRun { scenes } => {
-            writeln!(out, "  {style}{text}{style:#} {ODD}{}{ODD:#}", not_run(scenes))?;
+        Hidden::NotRun { scenes, reason } => {
+            let not_run = not_run(scenes, reason);
+            writeln!(out, "  {style}{text}{style:#} {ODD}{not_run}{ODD:#}")?;
         }
         Hidden::None | Hidden::Run => writeln!(out, "  {style}{text}{style:#}")?,
     }
@@ -619,11 +620,15 @@ pub(super) fn outcome(grading: &Grading) -> &'static str {
 }
 
 /// A sentence that hidden scenes were not run.
-pub fn not_run(scenes: Option<usize>) -> String {
+pub fn not_run(scenes: Option<usize>, reason: NotRunReason) -> String {
+    let reason = match reason {
+        NotRunReason::Unavailable => "",
+        NotRunReason::WithoutNamespaces => ": this system refuses programs their own namespaces",
+    };
     match scenes {
-        Some(1) => "1 hidden scene was not run.".to_owned(),
-        Some(count) => format!("{count} hidden scenes were not run."),
-        None => "Hidden scenes were not run.".to_owned(),
+        Some(1) => format!("1 hidden scene was not run{reason}."),
+        Some(count) => format!("{count} hidden scenes were not run{reason}."),
+        None => format!("Hidden scenes were not run{reason}."),
     }
 }
 

@@ -26,6 +26,8 @@ pub(super) struct Policy {
     pub(super) own_user: bool,
     /// The run is a build: it may lock files.
     pub(super) builds: bool,
+    /// The kernel counts the memory of the run.
+    pub(super) is_counted: bool,
 }
 
 /// Calls allowed with any arguments.
@@ -33,9 +35,9 @@ pub(super) struct Policy {
 const ALLOWED: &[i64] = &[
     // Reading and writing.
     libc::SYS_read, libc::SYS_write, libc::SYS_readv, libc::SYS_writev, libc::SYS_pread64, libc::SYS_pwrite64,
-    libc::SYS_preadv, libc::SYS_pwritev, libc::SYS_preadv2, libc::SYS_pwritev2, libc::SYS_lseek, libc::SYS_sendfile,
+    libc::SYS_preadv, libc::SYS_pwritev, libc::SYS_lseek, libc::SYS_sendfile,
     libc::SYS_copy_file_range, libc::SYS_splice, libc::SYS_tee, libc::SYS_fsync, libc::SYS_fdatasync,
-    libc::SYS_sync_file_range, libc::SYS_fadvise64, libc::SYS_ftruncate, libc::SYS_truncate, libc::SYS_fallocate,
+    libc::SYS_ftruncate, libc::SYS_truncate,
     // Files.
     libc::SYS_openat, libc::SYS_close, libc::SYS_close_range, libc::SYS_dup, libc::SYS_dup3,
     libc::SYS_newfstatat, libc::SYS_fstat, libc::SYS_statx, libc::SYS_statfs, libc::SYS_fstatfs, libc::SYS_faccessat,
@@ -49,7 +51,7 @@ const ALLOWED: &[i64] = &[
     libc::SYS_timerfd_settime, libc::SYS_timerfd_gettime, libc::SYS_sendto, libc::SYS_recvfrom, libc::SYS_sendmsg,
     libc::SYS_recvmsg, libc::SYS_shutdown, libc::SYS_getsockname, libc::SYS_getpeername, libc::SYS_getsockopt,
     // Memory.
-    libc::SYS_mmap, libc::SYS_munmap, libc::SYS_mprotect, libc::SYS_mremap, libc::SYS_brk, libc::SYS_madvise,
+    libc::SYS_munmap, libc::SYS_mprotect, libc::SYS_mremap, libc::SYS_brk, libc::SYS_madvise,
     libc::SYS_msync, libc::SYS_mlock, libc::SYS_mlock2, libc::SYS_munlock, libc::SYS_mlockall, libc::SYS_munlockall,
     libc::SYS_membarrier, libc::SYS_get_mempolicy, libc::SYS_set_mempolicy, libc::SYS_mbind, libc::SYS_pkey_alloc,
     libc::SYS_pkey_free, libc::SYS_pkey_mprotect, libc::SYS_mseal,
@@ -58,7 +60,7 @@ const ALLOWED: &[i64] = &[
     libc::SYS_getpid, libc::SYS_getppid, libc::SYS_gettid, libc::SYS_getpgid, libc::SYS_setpgid, libc::SYS_getsid,
     libc::SYS_setsid, libc::SYS_getuid, libc::SYS_geteuid, libc::SYS_getgid, libc::SYS_getegid, libc::SYS_getresuid,
     libc::SYS_getresgid, libc::SYS_getgroups, libc::SYS_setuid, libc::SYS_setgid, libc::SYS_setresuid,
-    libc::SYS_setresgid, libc::SYS_setreuid, libc::SYS_setregid, libc::SYS_capget, libc::SYS_prctl,
+    libc::SYS_setresgid, libc::SYS_setreuid, libc::SYS_setregid, libc::SYS_capget,
     libc::SYS_set_tid_address, libc::SYS_set_robust_list, libc::SYS_get_robust_list, libc::SYS_rseq, libc::SYS_futex,
     libc::SYS_futex_waitv, FUTEX_WAKE, FUTEX_WAIT, FUTEX_REQUEUE, libc::SYS_restart_syscall,
     libc::SYS_sched_yield, libc::SYS_sched_getaffinity, libc::SYS_sched_getparam, libc::SYS_sched_getscheduler,
@@ -126,6 +128,16 @@ const MAKING: &[(i64, Option<u8>, u8)] = &[
     #[cfg(target_arch = "x86_64")] (libc::SYS_creat, None, 1),
     #[cfg(target_arch = "x86_64")] (libc::SYS_mkdir, None, 1),
 ];
+
+/// Advice about the page cache, which all runs share. It is accepted and has no effect.
+const ADVICE: &[i64] = &[libc::SYS_fadvise64, libc::SYS_sync_file_range];
+
+/// Calls that read and write with flags, the argument 5.
+const FLAGGED: &[i64] = &[libc::SYS_preadv2, libc::SYS_pwritev2];
+
+/// Flags that do not ask about the page cache.
+const HARMLESS_FLAGS: i32 =
+    libc::RWF_HIPRI | libc::RWF_DSYNC | libc::RWF_SYNC | libc::RWF_APPEND;
 
 /// Calls that only an attack would make. They kill the process.
 const KILLED: &[i64] = &[
@@ -206,10 +218,14 @@ fn filter(policy: Policy) -> Result<BpfProgram, Error> {
     // fail otherwise.
     let attributes = if policy.isolated { SeccompAction::Allow } else { errno(0) };
     let mut answers = Answers::new();
-    let groups: [(&[i64], SeccompAction); 5] = [
+    // Where files are on disk, this call takes space faster than the supervisor looks; libraries write zeros instead.
+    let allocation = if policy.isolated { SeccompAction::Allow } else { errno(libc::EOPNOTSUPP) };
+    let groups: [(&[i64], SeccompAction); 7] = [
         (ALLOWED, SeccompAction::Allow),
         (ALLOWED_HERE, SeccompAction::Allow),
         (ATTRIBUTES, attributes.clone()),
+        (ADVICE, errno(0)),
+        (&[libc::SYS_fallocate], allocation),
         (&[libc::SYS_socket], errno(libc::EACCES)),
         (KILLED, SeccompAction::KillProcess),
     ];
@@ -329,6 +345,14 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
         // A filter cannot read its flags and mode.
         rules.insert(libc::SYS_openat2, vec![]);
     }
+    for call in FLAGGED {
+        let others = u64::from((!HARMLESS_FLAGS).cast_unsigned());
+        rules.insert(*call, vec![rule(&[(5, SeccompCmpOp::MaskedEq(others), 0)])?]);
+    }
+    // A process that hides its files from the supervisor could fill the disk with them.
+    let hides = u64::from(libc::PR_SET_DUMPABLE.cast_unsigned());
+    rules.insert(libc::SYS_prctl, vec![rule(&[(0, SeccompCmpOp::Ne, hides)])?]);
+    rules.insert(libc::SYS_mmap, mappings(policy)?);
     let namespaces = u64::from(NAMESPACES.cast_unsigned());
     rules.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(namespaces), 0)])?]);
     // Rust's standard library starts processes with a SEQPACKET pair.
@@ -393,6 +417,23 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
     Ok(rules)
 }
 
+/// Rules for `mmap`, whose arguments are the address, the length, the protection and the flags. No process shows the pages of
+/// a shared object without a file that it does not map any more; the supervisor counts mappings, each of at most a page.
+fn mappings(policy: Policy) -> Result<Vec<SeccompRule>, Error> {
+    if policy.is_counted {
+        return Ok(vec![]);
+    }
+    let [shared, nameless, huge] = [libc::MAP_SHARED, libc::MAP_ANONYMOUS, libc::MAP_HUGETLB]
+        .map(|flag| u64::from(flag.cast_unsigned()));
+    let page = rustix::param::page_size() as u64;
+    let small = [
+        SeccompCondition::new(1, SeccompCmpArgLen::Qword, SeccompCmpOp::Le, page)?,
+        SeccompCondition::new(3, SeccompCmpArgLen::Dword, SeccompCmpOp::MaskedEq(huge), 0)?,
+    ];
+    let is = |mask, value| rule(&[(3, SeccompCmpOp::MaskedEq(mask), value)]);
+    Ok(vec![is(shared, 0)?, is(nameless, 0)?, SeccompRule::new(small.to_vec())?])
+}
+
 /// A rule that requires all of these conditions (argument index, comparison, value). Compares the lower 32 bits, as
 /// the kernel reads these arguments.
 fn rule(conditions: &[(u8, SeccompCmpOp, u64)]) -> Result<SeccompRule, Error> {
@@ -454,12 +495,13 @@ mod tests {
 
     #[test]
     fn a_policy_fits_into_a_filter() {
-        for bits in 0..16 {
+        for bits in 0..32 {
             let policy = Policy {
                 isolated: bits & 1 != 0,
                 signals_stay: bits & 2 != 0,
                 own_user: bits & 4 != 0,
                 builds: bits & 8 != 0,
+                is_counted: bits & 16 != 0,
             };
             // The kernel's limit.
             assert!(filter(policy).unwrap().len() <= 4096);

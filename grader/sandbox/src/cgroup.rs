@@ -1,17 +1,28 @@
-//! Control group of a run, below a group delegated to the grader (`cgroups(7)`, version 2).
+//! Control groups of runs (`cgroups(7)`).
 //!
-//! A group counts the memory and processor time of all its processes, including ended ones, and the memory of their
-//! tmpfs. Without a group, the supervisor sums the usage of the processes.
+//! A group counts all memory of its processes, ended ones included: also what no process shows as its own, such as pages of
+//! shared objects that nobody maps any more, tables of the kernel, and files of a tmpfs. Without a group, the supervisor
+//! adds up what processes show.
 //!
-//! A group is delegated if an ordinary user owns it, or if the service manager has marked it. `grade` moves itself into
-//! a child group, because the kernel enables controllers in a group only if its parent contains no process.
-//! `systemd-run --user --scope -p Delegate=yes grade …` creates a delegated group.
+//! - **Version 2, delegated**: an ordinary user owns the group, or the service manager has marked it. `grade` moves itself
+//!   into a child group, because the kernel enables controllers in a group only if its parent contains no process.
+//!   `systemd-run --user --scope -p Delegate=yes grade …` creates a delegated group.
+//! - **Version 2, superuser**: below the nearest group above that gives memory controllers to its children.
+//! - **Version 1**: below the group of `grade`, for the superuser.
+//! - **Scopes**: for an ordinary user without a delegated group, the service manager starts each starter in a delegated one.
+//!
+//! Each starter has one group, because the runs of a starter follow one another.
 
 use std::fs;
 use std::io;
 use std::os::unix::fs::MetadataExt;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde::{Deserialize, Serialize};
 
 use super::limits::KEEPER_THREADS;
 use super::{Exceeded, Limits};
@@ -31,15 +42,126 @@ const MARKS: [&str; 2] = ["user.delegate", "trusted.delegate"];
 /// Time limit for the kernel to kill a group's processes.
 const KILL_TIMEOUT: Duration = Duration::from_secs(5);
 
+/// Pause between two checks whether they have ended.
+const KILL_PAUSE: Duration = Duration::from_millis(1);
+
+/// First argument of a process that tests whether its scope is delegated.
+pub(super) const SCOPE: &str = "--sandbox-scope";
+
+/// Environment variables by which the service manager of a user is found.
+const MANAGER: [&str; 3] = ["PATH", "XDG_RUNTIME_DIR", "DBUS_SESSION_BUS_ADDRESS"];
+
+/// Where the groups of runs are made.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Groups {
+    /// Below this group.
+    Below(Parent),
+    /// Below a scope of the service manager, one for each starter.
+    Scopes,
+}
+
+/// A group, and the version of its hierarchy.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Parent {
+    folder: PathBuf,
+    is_v1: bool,
+}
+
+impl Groups {
+    /// Where this system allows groups.
+    ///
+    /// # Errors
+    /// A message that says why it allows none.
+    pub(super) fn find(launcher: &Path) -> Result<Self, String> {
+        let is_root = rustix::process::geteuid().is_root();
+        let above = || if is_root { above_with_memory() } else { None };
+        let found = delegated().or_else(above).map(|folder| Parent { folder, is_v1: false });
+        let found = found.or_else(|| {
+            let (folder, _) = current("cgroup", "memory")?;
+            Some(Parent { folder, is_v1: true }).filter(Parent::is_usable)
+        });
+        if let Some(parent) = found {
+            sweep(&parent.folder);
+            return Ok(Self::Below(parent));
+        }
+        let tested = || {
+            let mut command = Self::Scopes.command(launcher);
+            command.arg(SCOPE).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+            command.status().is_ok_and(|status| status.success())
+        };
+        // Without this variable, there is no service manager of a user.
+        match !is_root && std::env::var_os(MANAGER[1]).is_some() && tested() {
+            true => Ok(Self::Scopes),
+            false => Err("no control group with the memory controller is delegated".to_owned()),
+        }
+    }
+
+    /// The command that starts the launcher where it can make groups.
+    pub(super) fn command(&self, launcher: &Path) -> Command {
+        match self {
+            Self::Below(_) => without_group(launcher),
+            Self::Scopes => {
+                let mut command = Command::new("systemd-run");
+                command.args(["--user", "--scope", "--quiet", "--collect", "-pDelegate=yes", "--"]);
+                command.arg(launcher).env_clear();
+                command.envs(MANAGER.iter().filter_map(|name| Some((name, std::env::var_os(name)?))));
+                command
+            }
+        }
+    }
+
+    /// The group below which this starter makes its own.
+    ///
+    /// # Errors
+    /// A message, if its scope is not delegated.
+    pub(super) fn enter(self) -> Result<Parent, String> {
+        match self {
+            Self::Below(parent) => Ok(parent),
+            Self::Scopes => {
+                let folder = delegated().ok_or("control group: the scope is not delegated")?;
+                Ok(Parent { folder, is_v1: false })
+            }
+        }
+    }
+}
+
+impl Parent {
+    /// Whether groups can be made below it.
+    fn is_usable(&self) -> bool {
+        let tried = self.group_of(std::process::id());
+        fs::create_dir(&tried).and_then(|()| fs::remove_dir(&tried)).is_ok()
+    }
+
+    /// The folder of the group of a starter.
+    fn group_of(&self, starter: u32) -> PathBuf {
+        self.folder.join(format!("{RUN_PREFIX}{starter}"))
+    }
+
+    /// Removes the group of a starter that has ended.
+    pub(super) fn remove(&self, starter: u32) {
+        // There is none if the starter ran nothing.
+        let _ = fs::remove_dir(self.group_of(starter));
+    }
+}
+
+/// The command that starts the launcher in the group of `grade`. It does not name the launcher's folder, which programs
+/// could read among the arguments of their keeper.
+pub(super) fn without_group(launcher: &Path) -> Command {
+    let mut command = Command::new(launcher);
+    command.arg0(env!("CARGO_PKG_NAME")).env_clear();
+    command
+}
+
 /// The group delegated to this process, if any, with its controllers enabled for its children.
-pub(super) fn delegated() -> Option<PathBuf> {
-    let group = current()?;
+fn delegated() -> Option<PathBuf> {
+    let (group, _) = current("cgroup2", "")?;
     // Left by an earlier `grade` that was killed.
     let group = match group.file_name() {
         Some(name) if name == GRADER_GROUP => group.parent()?.to_path_buf(),
         _ => group,
     };
-    if !is_delegated(&group) || !offers_memory(&group) {
+    if !is_delegated(&group) || !lists_memory(&group, "cgroup.controllers") {
         return None;
     }
     let own = group.join(GRADER_GROUP);
@@ -61,14 +183,37 @@ pub(super) fn delegated() -> Option<PathBuf> {
         leave();
         return None;
     }
-    sweep(&group);
     Some(group)
+}
+
+/// The nearest group, this process's or one above it, that gives its children memory controllers. None if the superuser would
+/// thereby leave a limit of memory.
+fn above_with_memory() -> Option<PathBuf> {
+    let (group, mount) = current("cgroup2", "")?;
+    for group in group.ancestors().take_while(|group| group.starts_with(&mount)) {
+        if lists_memory(group, "cgroup.subtree_control") {
+            let parent = Parent { folder: group.to_path_buf(), is_v1: false };
+            return parent.is_usable().then_some(parent.folder);
+        }
+        let limit = fs::read_to_string(group.join("memory.max"));
+        if limit.is_ok_and(|limit| limit.trim() != "max") {
+            return None;
+        }
+    }
+    None
+}
+
+/// Tests whether the scope of this process is delegated.
+pub(super) fn serve_scope() -> io::Result<()> {
+    delegated().ok_or(io::ErrorKind::Unsupported)?;
+    leave();
+    Ok(())
 }
 
 /// Restores the group that [`delegated`] returned, if this process is its last user.
 pub(super) fn leave() {
-    let Some(own) =
-        current().filter(|group| group.file_name().is_some_and(|name| name == GRADER_GROUP))
+    let Some((own, _)) = current("cgroup2", "")
+        .filter(|(group, _)| group.file_name().is_some_and(|name| name == GRADER_GROUP))
     else {
         return;
     };
@@ -91,17 +236,36 @@ fn write(file: &Path, text: &str) -> io::Result<()> {
     io::Write::write_all(&mut fs::OpenOptions::new().write(true).open(file)?, text.as_bytes())
 }
 
-/// The folder of this process's group.
-fn current() -> Option<PathBuf> {
+/// The folder of this process's group, and the mount point of its hierarchy: one of this type and, for version 1, with this
+/// controller.
+fn current(kind: &str, controller: &str) -> Option<(PathBuf, PathBuf)> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
-    let path = groups.lines().find_map(|line| line.strip_prefix("0::"))?;
     let mounts = fs::read_to_string("/proc/self/mountinfo").ok()?;
-    // proc_pid_mountinfo(5): the mount point is field 5, and the type follows the lone hyphen.
-    let mount = mounts.lines().find_map(|line| {
-        let (before, after) = line.split_once(" - ")?;
-        after.starts_with("cgroup2 ").then(|| before.split(' ').nth(4))?
+    group_folder(&groups, &mounts, kind, controller)
+}
+
+fn group_folder(
+    groups: &str,
+    mounts: &str,
+    kind: &str,
+    controller: &str,
+) -> Option<(PathBuf, PathBuf)> {
+    let path = groups.lines().find_map(|line| {
+        let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
+        controllers.split(',').any(|each| each == controller).then_some(path)
     })?;
-    Some(Path::new(mount).join(path.trim_start_matches('/')))
+    // proc_pid_mountinfo(5): the root is field 4, the mount point field 5; type, source and options follow the lone hyphen.
+    mounts.lines().find_map(|line| {
+        let (before, after) = line.split_once(" - ")?;
+        let (of, options) = after.split_once(' ')?;
+        let mut fields = before.split(' ').skip(3);
+        let (root, mount) = (fields.next()?, PathBuf::from(fields.next()?));
+        let options = options.rsplit(' ').next()?;
+        let is_it = of == kind
+            && (controller.is_empty() || options.split(',').any(|each| each == controller));
+        let below = Path::new(path).strip_prefix(root).ok()?;
+        is_it.then(|| (mount.join(below), mount))
+    })
 }
 
 fn is_delegated(group: &Path) -> bool {
@@ -116,12 +280,13 @@ fn is_delegated(group: &Path) -> bool {
     }
 }
 
-fn offers_memory(group: &Path) -> bool {
-    let offered = fs::read_to_string(group.join("cgroup.controllers")).unwrap_or_default();
-    offered.split_ascii_whitespace().any(|controller| controller == CONTROLLERS[0])
+fn lists_memory(group: &Path, file: &str) -> bool {
+    let listed = fs::read_to_string(group.join(file)).unwrap_or_default();
+    listed.split_ascii_whitespace().any(|controller| controller == CONTROLLERS[0])
 }
 
-/// Removes the groups of runs whose supervisors were killed: those that are empty.
+/// Removes the groups of starters that were killed: those that are empty. A starter makes its group again if it is removed
+/// between two runs.
 fn sweep(group: &Path) {
     for entry in group.read_dir().into_iter().flatten().flatten() {
         if entry.file_name().as_encoded_bytes().starts_with(RUN_PREFIX.as_bytes()) {
@@ -133,65 +298,136 @@ fn sweep(group: &Path) {
 
 /// The group of one run.
 #[derive(Debug)]
-pub(super) struct ControlGroup(PathBuf);
+pub(super) struct ControlGroup {
+    folder: PathBuf,
+    is_v1: bool,
+    /// The counters before the run.
+    before: Counters,
+}
+
+/// Counters of a group since it was made.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct Counters {
+    /// Processes killed for want of memory.
+    killed: u64,
+    /// Microseconds of processor time; 0 in version 1.
+    microseconds: u64,
+}
 
 impl ControlGroup {
-    /// Creates a group below `parent`, with the limits of a run.
-    ///
-    /// # Errors
-    /// A message, if it cannot be created.
-    pub(super) fn create(parent: &Path, limits: &Limits) -> Result<Self, String> {
-        let path = parent.join(format!("{RUN_PREFIX}{}", std::process::id()));
-        let fail = |error: io::Error| format!("control group {}: {error}", path.display());
-        fs::create_dir(&path).map_err(fail)?;
-        let group = Self(path.clone());
-        // Memory includes the files in its tmpfs; processes include the keeper and its threads.
-        let memory = limits.memory + limits.trace;
-        let limit = |file: &str, value: u64| match write(&path.join(file), &value.to_string()) {
-            // This system lacks the controller, or the accounting of swap.
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-            written => written.map_err(fail),
-        };
-        limit("memory.max", memory)?;
-        limit("memory.swap.max", 0)?;
-        limit("pids.max", limits.processes + KEEPER_THREADS)?;
-        Ok(group)
-    }
-
-    /// Moves a process into the group.
+    /// Makes the group of a starter, with the limits of a run, and moves the run's first process into it.
     ///
     /// # Errors
     /// A message, if the kernel refuses.
-    pub(super) fn add(&self, process: u32) -> Result<(), String> {
-        write(&self.0.join("cgroup.procs"), &process.to_string())
-            .map_err(|error| format!("control group {}: {error}", self.0.display()))
+    pub(super) fn begin(
+        parent: &Parent,
+        starter: Pid,
+        limits: &Limits,
+        first: Pid,
+    ) -> Result<Self, String> {
+        let folder = parent.group_of(starter.as_raw_nonzero().get().cast_unsigned());
+        let fail = |error: io::Error| format!("control group {}: {error}", folder.display());
+        let mut group =
+            Self { folder: folder.clone(), is_v1: parent.is_v1, before: Counters::default() };
+        let mut began = group.prepare(limits, first);
+        if matches!(&began, Err(error) if error.kind() == io::ErrorKind::NotFound) {
+            // Another grader swept it.
+            began = group.prepare(limits, first);
+        }
+        group.before = began.map_err(fail)?;
+        Ok(group)
+    }
+
+    fn prepare(&self, limits: &Limits, first: Pid) -> io::Result<Counters> {
+        match fs::create_dir(&self.folder) {
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
+            _ => {}
+        }
+        // Memory includes the files in its tmpfs; processes include the keeper and its threads.
+        let memory = limits.memory + limits.trace;
+        match self.is_v1 {
+            true => {
+                let swap = self.folder.join("memory.memsw.limit_in_bytes");
+                if !self.is_limited("memory.limit_in_bytes", memory) {
+                    // The limit with swap must not be the lower one. It is missing where swap is not counted.
+                    let _ = write(&swap, "-1");
+                    write(&self.folder.join("memory.limit_in_bytes"), &memory.to_string())?;
+                    let _ = write(&swap, &memory.to_string());
+                }
+            }
+            false => {
+                self.limit("memory.max", memory)?;
+                self.limit("memory.swap.max", 0)?;
+                self.limit("pids.max", limits.processes + KEEPER_THREADS)?;
+            }
+        }
+        let before = self.counters();
+        write(&self.folder.join("cgroup.procs"), &first.as_raw_nonzero().to_string())?;
+        Ok(before)
+    }
+
+    fn limit(&self, file: &str, value: u64) -> io::Result<()> {
+        if self.is_limited(file, value) {
+            return Ok(());
+        }
+        match write(&self.folder.join(file), &value.to_string()) {
+            // This system lacks the controller, or the accounting of swap.
+            Err(error) if error.kind() == io::ErrorKind::NotFound && self.folder.exists() => Ok(()),
+            written => written,
+        }
+    }
+
+    /// Whether a limit has this value. The kernel rounds bytes down to pages.
+    fn is_limited(&self, file: &str, value: u64) -> bool {
+        let page = rustix::param::page_size() as u64;
+        let known = fs::read_to_string(self.folder.join(file)).unwrap_or_default();
+        known.trim().parse().is_ok_and(|known: u64| known == value || known == value / page * page)
     }
 
     /// The limit that its processes exceeded, if any.
     pub(super) fn exceeded(&self, limits: &Limits) -> Option<Exceeded> {
-        let killed = self.number("memory.events", "oom_kill ");
-        let microseconds = self.number("cpu.stat", "usage_usec ");
+        let now = self.counters();
+        let microseconds = now.microseconds.saturating_sub(self.before.microseconds);
         match () {
-            () if killed > 0 => Some(Exceeded::Memory),
+            () if now.killed > self.before.killed => Some(Exceeded::Memory),
             () if microseconds as f64 * 1e-6 > limits.cpu => Some(Exceeded::Cpu),
             () => None,
         }
     }
 
-    fn number(&self, file: &str, name: &str) -> u64 {
-        let text = fs::read_to_string(self.0.join(file)).unwrap_or_default();
-        let line = text.lines().find_map(|line| line.strip_prefix(name));
-        line.and_then(|number| number.parse().ok()).unwrap_or(0)
+    fn counters(&self) -> Counters {
+        let number = |file: &str, name: &str| {
+            let text = fs::read_to_string(self.folder.join(file)).unwrap_or_default();
+            let line = text.lines().find_map(|line| line.strip_prefix(name));
+            line.and_then(|number| number.parse().ok()).unwrap_or(0)
+        };
+        match self.is_v1 {
+            true => Counters { killed: number("memory.oom_control", "oom_kill "), microseconds: 0 },
+            false => Counters {
+                killed: number("memory.events", "oom_kill "),
+                microseconds: number("cpu.stat", "usage_usec "),
+            },
+        }
     }
 }
 
-/// Kills all its processes and removes it.
+/// Kills its processes, and waits until none is left.
 impl Drop for ControlGroup {
     fn drop(&mut self) {
-        let _ = write(&self.0.join("cgroup.kill"), "1");
         let started = Instant::now();
-        while fs::remove_dir(&self.0).is_err() && started.elapsed() < KILL_TIMEOUT {
-            std::thread::sleep(Duration::from_millis(1));
+        while started.elapsed() < KILL_TIMEOUT {
+            let left = fs::read_to_string(self.folder.join("cgroup.procs")).unwrap_or_default();
+            if left.is_empty() {
+                return;
+            }
+            // Version 1, and kernels before 5.14, have no such file.
+            if write(&self.folder.join("cgroup.kill"), "1").is_err() {
+                for process in left.lines().filter_map(|line| Pid::from_raw(line.parse().ok()?)) {
+                    // It may have ended by itself.
+                    let _ = kill_process(process, Signal::KILL);
+                }
+            }
+            std::thread::sleep(KILL_PAUSE);
         }
     }
 }
@@ -203,17 +439,46 @@ mod tests {
     #[test]
     fn what_was_exceeded_is_read_from_the_group() {
         let folder = tempfile::tempdir().unwrap();
-        let group = std::mem::ManuallyDrop::new(ControlGroup(folder.path().to_path_buf()));
         let limits = Limits { cpu: 2.0, ..Limits::default() };
-        let exceeded = |events: &str, stat: &str| {
-            fs::write(folder.path().join("memory.events"), events).unwrap();
-            fs::write(folder.path().join("cpu.stat"), stat).unwrap();
+        let write = |file: &str, text: &str| fs::write(folder.path().join(file), text).unwrap();
+        let group = |is_v1| {
+            let folder = folder.path().to_path_buf();
+            let mut group = ControlGroup { folder, is_v1, before: Counters::default() };
+            group.before = group.counters();
+            group
+        };
+        let exceeded = |group: &ControlGroup, events: &str, stat: &str| {
+            write("memory.events", events);
+            write("cpu.stat", stat);
             group.exceeded(&limits)
         };
-        assert_eq!(group.exceeded(&limits), None);
+        let first = group(false);
+        assert_eq!(first.exceeded(&limits), None);
         let within = "usage_usec 2000000\nuser_usec 9000000\n";
-        assert_eq!(exceeded("low 0\nmax 8\noom 1\noom_kill 0\n", within), None);
-        assert_eq!(exceeded("oom 1\noom_kill 1\n", within), Some(Exceeded::Memory));
-        assert_eq!(exceeded("oom_kill 0\n", "usage_usec 2000001\n"), Some(Exceeded::Cpu));
+        assert_eq!(exceeded(&first, "low 0\nmax 8\noom 1\noom_kill 0\n", within), None);
+        assert_eq!(exceeded(&first, "oom 1\noom_kill 1\n", within), Some(Exceeded::Memory));
+        let second = group(false);
+        assert_eq!(exceeded(&second, "oom_kill 1\n", "usage_usec 4000000\n"), None);
+        assert_eq!(
+            exceeded(&second, "oom_kill 1\n", "usage_usec 4000001\n"),
+            Some(Exceeded::Cpu)
+        );
+        let third = group(true);
+        write("memory.oom_control", "oom_kill_disable 0\nunder_oom 0\noom_kill 1\n");
+        assert_eq!(third.exceeded(&limits), Some(Exceeded::Memory));
+    }
+
+    #[test]
+    fn a_group_is_found_in_either_version() {
+        let groups = "5:cpu,cpuacct:/a\n4:memory:/docker/1/own\n0::/user.slice/session\n";
+        let mounts = "30 23 0:26 / /sys/fs/cgroup/unified rw - cgroup2 cgroup2 rw,nsdelegate\n\
+                      31 23 0:27 /docker/1 /sys/fs/cgroup/memory ro - cgroup cgroup rw,memory\n";
+        let found = |kind, controller| group_folder(groups, mounts, kind, controller);
+        let of = |folder: &str, mount: &str| Some((PathBuf::from(folder), PathBuf::from(mount)));
+        let first = of("/sys/fs/cgroup/memory/own", "/sys/fs/cgroup/memory");
+        assert_eq!(found("cgroup", "memory"), first);
+        let unified = "/sys/fs/cgroup/unified";
+        assert_eq!(found("cgroup2", ""), of(&format!("{unified}/user.slice/session"), unified));
+        assert_eq!(found("cgroup", "cpu"), None);
     }
 }

@@ -12,6 +12,7 @@ use rustix::fs::inotify::{self, CreateFlags};
 use rustix::process::{Pid, Resource, getppid, getrlimit, test_kill_process};
 use serde::{Deserialize, Serialize};
 
+use super::cgroup::Groups;
 use super::landlock::{self, Reach};
 use super::starter::Starters;
 use super::walls::{self, Namespaces, Walls};
@@ -43,7 +44,10 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     let launcher = fs::canonicalize(launcher)
         .map_err(|error| SandboxError(format!("{}: {error}", launcher.display())))?;
     let landlock = offers_landlock();
-    let control_group = super::cgroup::delegated();
+    let (groups, no_group) = match Groups::find(&launcher) {
+        Ok(groups) => (Some(groups), None),
+        Err(reason) => (None, Some(reason)),
+    };
     let system = walls::system();
     let starters = Starters::new(launcher.clone());
     let candidates: &[(Namespaces, bool)] = match rustix::process::geteuid().is_root() {
@@ -52,10 +56,10 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
         }
         false => &[(Namespaces::User, false), (Namespaces::None, false)],
     };
-    let mut refused: Vec<String> = Vec::new();
+    let mut refused: Vec<String> = no_group.into_iter().collect();
     for &(namespaces, own_user) in candidates {
-        let (control_group, system) = (control_group.clone(), system.clone());
-        let walls = Walls { namespaces, own_user, landlock, control_group, system };
+        let (groups, system) = (groups.clone(), system.clone());
+        let walls = Walls { namespaces, own_user, landlock, groups, system };
         match test(&starters, &launcher, &walls) {
             Ok(protections) => {
                 if !landlock && !protections.contains(&Protection::Files) {
@@ -73,7 +77,7 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
 /// Whether the kernel offers Landlock, tried in a separate thread.
 fn offers_landlock() -> bool {
     let restricted = std::thread::spawn(|| {
-        landlock::restrict(&Reach { readable: Vec::new(), devices: &[], writable: Vec::new() })
+        landlock::restrict(&Reach { readable: Vec::new(), devices: Vec::new(), writable: Vec::new() })
     });
     restricted.join().is_ok_and(|in_force| in_force.is_ok_and(|in_force| in_force.files))
 }
@@ -139,6 +143,8 @@ fn test(
         Protection::Files => unchanged && !is_root,
         // The kernel does not limit the number of root's processes.
         Protection::Limits => followed && !is_root,
+        // A run does not begin outside its group.
+        Protection::Memory => walls.groups.is_some(),
         _ => true,
     });
     Ok(protections)
@@ -178,5 +184,7 @@ fn holds(protection: Protection, targets: &Targets) -> bool {
         Protection::SystemCalls => inotify::init(CreateFlags::empty())
             .is_err_and(|error| error == rustix::io::Errno::NOSYS),
         Protection::Limits => getrlimit(Resource::Cpu).maximum == Some(targets.cpu),
+        // The supervisor knows.
+        Protection::Memory => true,
     }
 }

@@ -1,8 +1,14 @@
-//! Unprivileged user of a run: a unique user ID if root starts it, and no capabilities in any case.
+//! Unprivileged user of a run: a user ID of its own if root starts it, and no capabilities in any case.
 
+use std::collections::HashSet;
+use std::fs;
 use std::io;
+use std::os::fd::AsFd;
+use std::os::linux::net::SocketAddrExt;
 use std::os::unix::fs::MetadataExt;
+use std::os::unix::net::{SocketAddr, UnixListener};
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Gid, Mode, Uid};
 use rustix::process::{Pid, Signal, kill_process_group};
 use rustix::thread::{
@@ -23,27 +29,125 @@ const PROCESS_BITS: u32 = 22;
 /// The group of all such users.
 const GROUP: u32 = FIRST_USER - 1;
 
-/// User and group to use instead if a container maps only low IDs.
-const NOBODY: u32 = 65534;
+/// Number of IDs tried, from the highest down, if a container maps only low ones.
+const TRIED: usize = 256;
 
-/// The user and group of the run that this process serves.
-pub(super) fn own() -> Owner {
-    let number = FIRST_USER + (std::process::id() & ((1 << PROCESS_BITS) - 1));
-    if maps("/proc/self/uid_map", number) && maps("/proc/self/gid_map", GROUP) {
-        (Uid::from_raw(number), Gid::from_raw(GROUP))
-    } else {
-        (Uid::from_raw(NOBODY), Gid::from_raw(NOBODY))
+/// Pause while other runs have all IDs.
+const PAUSE: Timespec = Timespec { tv_sec: 0, tv_nsec: 5_000_000 };
+
+/// User of a run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct User {
+    pub(super) owner: Owner,
+    /// Whether every process of this user belongs to the run.
+    pub(super) is_exclusive: bool,
+}
+
+/// A user that no other run has until this is dropped.
+#[derive(Debug)]
+pub(super) struct Claim {
+    pub(super) user: User,
+    /// A socket with the user's name: the kernel gives a name to one process, until that ends.
+    _name: Option<UnixListener>,
+}
+
+impl Claim {
+    /// The user and group of the run that this process serves. Waits while other runs have all IDs that a container maps.
+    ///
+    /// # Errors
+    /// If only root is mapped, or the grader ends meanwhile.
+    pub(super) fn new(grader: impl AsFd) -> io::Result<Self> {
+        let [users, groups] =
+            ["uid_map", "gid_map"].map(|map| mapped(&read(&format!("/proc/self/{map}"))));
+        let maps = |ranges: &[(u32, u32)], number: u32| {
+            ranges.iter().any(|(first, last)| (*first..=*last).contains(&number))
+        };
+        let own = FIRST_USER + (std::process::id() & ((1 << PROCESS_BITS) - 1));
+        if maps(&users, own) && maps(&groups, GROUP) {
+            let owner = (Uid::from_raw(own), Gid::from_raw(GROUP));
+            return Ok(Self { user: User { owner, is_exclusive: true }, _name: None });
+        }
+        let none = || io::Error::other("this container maps no user and group but root");
+        let group = Gid::from_raw(highest(&groups).next().ok_or_else(none)?);
+        let accounts = accounts(&read("/etc/passwd"));
+        let (named, mut free): (Vec<u32>, Vec<u32>) =
+            highest(&users).take(TRIED).partition(|number| accounts.contains(number));
+        free.extend(named);
+        if free.is_empty() {
+            return Err(none());
+        }
+        loop {
+            let busy = users_of_processes();
+            // An ID that other processes have as well is the last choice: they cannot be told from the run's by it.
+            let mut shared = None;
+            for number in &free {
+                let name = SocketAddr::from_abstract_name(format!("{}{number}", scratch::PREFIX))?;
+                let Ok(name) = UnixListener::bind_addr(&name) else { continue };
+                let is_exclusive = !busy.contains(number);
+                let owner = (Uid::from_raw(*number), group);
+                let claim = Self { user: User { owner, is_exclusive }, _name: Some(name) };
+                if is_exclusive {
+                    return Ok(claim);
+                }
+                shared.get_or_insert(claim);
+            }
+            if let Some(claim) = shared {
+                return Ok(claim);
+            }
+            if poll(&mut [PollFd::new(&grader, PollFlags::empty())], Some(&PAUSE))? > 0 {
+                return Err(io::ErrorKind::BrokenPipe.into());
+            }
+        }
     }
 }
 
-/// Whether this process's user namespace has this user or group.
-fn maps(file: &str, number: u32) -> bool {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    text.lines().any(|line| {
-        let numbers: Vec<u32> =
-            line.split_ascii_whitespace().filter_map(|word| word.parse().ok()).collect();
-        matches!(numbers[..], [first, _, count] if number >= first && number - first < count)
-    })
+impl User {
+    /// Kills every process of this user, if all belong to the run.
+    pub(super) fn kill_all(self) {
+        if !self.is_exclusive {
+            return;
+        }
+        // A thread of that user can signal only that user's processes.
+        let killer = std::thread::Builder::new().spawn(move || {
+            become_unprivileged(Some(self.owner)).is_ok().then(|| {
+                // All processes that it may signal, if any.
+                kill_process_group(Pid::INIT, Signal::KILL)
+            })
+        });
+        let _ = killer.map(std::thread::JoinHandle::join);
+    }
+}
+
+fn read(file: &str) -> String {
+    fs::read_to_string(file).unwrap_or_default()
+}
+
+/// The ranges of IDs that a user namespace has (`user_namespaces(7)`), as their first and last number.
+fn mapped(map: &str) -> Vec<(u32, u32)> {
+    let range = |line: &str| {
+        let mut numbers = line.split_ascii_whitespace().map(str::parse::<u32>);
+        let (first, _, count) = (numbers.next()?.ok()?, numbers.next()?, numbers.next()?.ok()?);
+        Some((first, first.saturating_add(count.checked_sub(1)?)))
+    };
+    map.lines().filter_map(range).collect()
+}
+
+/// The IDs of these ranges from the highest down, without root's.
+fn highest(ranges: &[(u32, u32)]) -> impl Iterator<Item = u32> {
+    let mut ranges = ranges.to_vec();
+    ranges.sort_unstable_by(|a, b| b.cmp(a));
+    ranges.into_iter().flat_map(|(first, last)| (first.max(1)..=last).rev())
+}
+
+/// The IDs of the users that `passwd(5)` names.
+fn accounts(passwd: &str) -> HashSet<u32> {
+    passwd.lines().filter_map(|line| line.split(':').nth(2)?.parse().ok()).collect()
+}
+
+/// The users who have processes.
+fn users_of_processes() -> HashSet<u32> {
+    let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
+    entries.filter_map(|process| process.metadata().ok()).map(|process| process.uid()).collect()
 }
 
 /// Switches the calling thread and its children to this user, without any capability.
@@ -66,7 +170,7 @@ pub(super) fn hand_over(job: &Job, owner: Owner) -> io::Result<()> {
     tree::change_owner(&job.folder, owner)?;
     let paths = job.readable.iter().chain([&job.folder]);
     for folder in paths.flat_map(|path| path.ancestors()).filter(|path| scratch::is_scratch(path)) {
-        if std::fs::symlink_metadata(folder)?.uid() == 0 {
+        if fs::symlink_metadata(folder)?.uid() == 0 {
             rustix::fs::chown(folder, None, Some(owner.1))?;
             rustix::fs::chmod(folder, Mode::RWXU | Mode::XGRP)?;
         }
@@ -74,14 +178,17 @@ pub(super) fn hand_over(job: &Job, owner: Owner) -> io::Result<()> {
     Ok(())
 }
 
-/// Kills every process of the user.
-pub(super) fn kill_all(owner: Owner) {
-    // A thread of that user can signal only that user's processes.
-    let killer = std::thread::Builder::new().spawn(move || {
-        become_unprivileged(Some(owner)).is_ok().then(|| {
-            // All processes that it may signal, if any.
-            kill_process_group(Pid::INIT, Signal::KILL)
-        })
-    });
-    let _ = killer.map(std::thread::JoinHandle::join);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_gets_the_highest_mapped_ids_but_never_root() {
+        let of = |map: &str| highest(&mapped(map)).take(3).collect::<Vec<u32>>();
+        assert_eq!(of("0 1000 1\n65534 100000 1\n"), [65534]);
+        assert_eq!(of("         0       1000          1\n         1     100000          3\n"), [3, 2, 1]);
+        assert_eq!(of("0 0 4294967295\n"), [u32::MAX - 1, u32::MAX - 2, u32::MAX - 3]);
+        assert_eq!(of("0 1000 1\n"), []);
+        assert!(accounts("nobody:x:65534:65534::/:\n").contains(&65534));
+    }
 }

@@ -17,15 +17,19 @@ use rustix::process::{
 };
 use serde::Serialize;
 
+use super::identity::User;
 use super::limits::KEEPER_THREADS;
 use super::process::{die_with_parent, kill_descendants};
-use super::tree::Owner;
 use super::walls::{self, Walls, writable};
 use super::{End, Exceeded, Job, Keep, spawn, world};
 
 /// Limit on open files per process, of a run and of a build. Bounds the memory that a process can hold in sockets.
 const OPEN_FILES: u64 = 256;
 const OPEN_FILES_OF_BUILDS: u64 = 1024;
+
+/// Limits of the kernel's memory for queued signals and timers, in number, and of memory that is locked, in bytes.
+const PENDING_SIGNALS: u64 = 1024;
+const LOCKED: u64 = 8 << 20;
 
 /// Nice value of submissions.
 const NICENESS: i32 = 5;
@@ -41,8 +45,8 @@ const MIN_CPU_FRACTION: f64 = 0.5;
 pub(super) struct Order {
     pub(super) walls: Walls,
     pub(super) job: Job,
-    /// User and group of the run, if it has its own.
-    pub(super) owner: Option<Owner>,
+    /// User of the run, if it has its own.
+    pub(super) user: Option<User>,
 }
 
 /// The supervisor's message that the keeper may take its next step.
@@ -71,30 +75,40 @@ pub(super) fn serve(order: &Order) -> io::Result<()> {
     proceed()?;
     if !isolated {
         // In namespaces, the kernel ends the run with the supervisor.
-        let (supervisor, owner) = (socket.try_clone()?, order.owner);
+        let (supervisor, user) = (socket.try_clone()?, order.user);
         std::thread::Builder::new().spawn(move || {
             // The supervisor sends nothing more; this returns when it ends.
             let _ = (&supervisor).read(&mut [0]);
-            kill_descendants(owner);
+            kill_descendants(user);
             std::process::exit(0);
         })?;
     }
+    let followed = follow(order, &socket);
+    if !isolated && followed.is_err() {
+        // The supervisor has ended; this process must not end before its descendants.
+        kill_descendants(order.user);
+    }
+    followed?;
+    loop {
+        std::thread::park();
+    }
+}
+
+/// Runs the program to its end, and answers after each step.
+fn follow(order: &Order, socket: &UnixStream) -> io::Result<()> {
     let child = match prepare(order) {
         Ok(child) => child,
-        Err(error) => return send(&socket, &Done::Err(error)),
+        Err(error) => return send(socket, &Done::Err(error)),
     };
-    send(&socket, &Done::Ok(()))?;
+    send(socket, &Done::Ok(()))?;
     let ended = match child {
         Err(error) => Ok(End::NotStarted(error.to_string())),
         Ok(child) => wait_for(&child, &order.job).map_err(|error| error.to_string()),
     };
-    if isolated {
+    if order.walls.namespaces.exist() {
         end_all();
     }
-    send(&socket, &ended)?;
-    loop {
-        std::thread::park();
-    }
+    send(socket, &ended)
 }
 
 /// Sends a message on a line of its own.
@@ -105,11 +119,11 @@ pub(super) fn send(mut socket: &UnixStream, message: &impl Serialize) -> io::Res
 }
 
 /// Enters the root file system and the working directory, where the supervisor finds it, even if the program moves it.
-fn enter(Order { walls, job, owner }: &Order) -> Done {
+fn enter(Order { walls, job, user }: &Order) -> Done {
     if walls.namespaces.exist() {
         unshare(CloneFlags::CLONE_NEWNS | CloneFlags::CLONE_NEWCGROUP)
             .map_err(|error| format!("namespaces: {error}"))?;
-        world::enter(walls, job, *owner)?;
+        world::enter(walls, job, user.map(|user| user.owner))?;
     }
     env::set_current_dir(&writable(job, walls.namespaces)[0])
         .map_err(|error| format!("the working directory: {error}"))
@@ -117,7 +131,7 @@ fn enter(Order { walls, job, owner }: &Order) -> Done {
 
 /// Sets the limits and starts the program.
 fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
-    let Order { walls, job, owner } = order;
+    let Order { walls, job, user } = order;
     limit_processes(order).map_err(|error| format!("limits: {error}"))?;
     // The program has the same user and must not read the keeper's memory.
     set_dumpable_behavior(DumpableBehavior::NotDumpable)
@@ -127,7 +141,7 @@ fn prepare(order: &Order) -> Result<io::Result<Child>, String> {
         let starter = std::thread::Builder::new().spawn_scoped(scope, || {
             // The supervisor must not compete for processor time with the processes that it watches.
             rustix::process::nice(NICENESS).map_err(|error| format!("priority: {error}"))?;
-            walls::restrict(walls, job, *owner)?;
+            walls::restrict(walls, job, *user)?;
             Ok(start(order))
         });
         let starter = starter.map_err(|error| format!("the keeper: {error}"))?;
@@ -164,7 +178,7 @@ fn search_path(job: &Job) -> OsString {
 }
 
 /// Sets the limits of each process, including the keeper.
-fn limit_processes(Order { walls, job, owner }: &Order) -> rustix::io::Result<()> {
+fn limit_processes(Order { walls, job, user }: &Order) -> rustix::io::Result<()> {
     let limits = &job.limits;
     let at_most = |resource, most: u64| {
         // An ordinary user cannot raise a hard limit.
@@ -184,22 +198,27 @@ fn limit_processes(Order { walls, job, owner }: &Order) -> rustix::io::Result<()
     )?;
     // With a limit of 0, the kernel would still pipe core dumps to the machine's collector (core(5)).
     at_most(Resource::Core, 1)?;
-    let others = match () {
-        () if walls.namespaces.exist() || owner.is_some() => 0,
-        // The limit counts all processes of the user.
-        () => threads_of_user(),
+    // The limit counts all processes of the user.
+    at_most(Resource::Sigpending, PENDING_SIGNALS)?;
+    at_most(Resource::Msgqueue, 0)?;
+    at_most(Resource::Memlock, LOCKED)?;
+    let others = match user {
+        Some(user) if user.is_exclusive => 0,
+        Some(User { owner: (user, _), .. }) => threads_of(user.as_raw()),
+        // In a user namespace, only those in it.
+        None if walls.namespaces.exist() => 0,
+        None => threads_of(rustix::process::getuid().as_raw()),
     };
     at_most(Resource::Nproc, limits.processes + KEEPER_THREADS + others)
 }
 
-/// Number of threads of this process's user on the machine.
-fn threads_of_user() -> u64 {
-    let own = rustix::process::getuid().as_raw();
+/// Number of threads of a user on the machine.
+fn threads_of(user: u32) -> u64 {
     let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let threads = processes.filter_map(|process| {
         let owner = std::os::unix::fs::MetadataExt::uid(&process.metadata().ok()?);
         let tasks = || process.path().join("task").read_dir().map_or(0, Iterator::count);
-        (owner == own).then(tasks)
+        (owner == user).then(tasks)
     });
     threads.sum::<usize>() as u64
 }

@@ -25,7 +25,7 @@ pub(super) struct Reach<'a> {
     /// Files and folders to read and execute.
     pub(super) readable: Vec<&'a Path>,
     /// Devices to read and write.
-    pub(super) devices: &'a [&'a str],
+    pub(super) devices: Vec<&'a Path>,
     /// Folders to write.
     pub(super) writable: Vec<PathBuf>,
 }
@@ -55,7 +55,7 @@ pub(super) fn restrict(reach: &Reach<'_>) -> Result<InForce, RulesetError> {
         .scope(Scope::from_all(FIRST_WITH_SIGNALS))?
         .create()?
         .add_rules(path_beneath_rules(&reach.readable, read))?
-        .add_rules(path_beneath_rules(reach.devices, devices))?
+        .add_rules(path_beneath_rules(&reach.devices, devices))?
         .add_rules(path_beneath_rules(&reach.writable, all & !special))?
         .restrict_self()?;
     let version = match (status.ruleset, status.landlock) {

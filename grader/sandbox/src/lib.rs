@@ -17,7 +17,7 @@
 //! - **System calls** (`calls.rs`): programs may make only the calls that programs and compilers use; all others
 //!   return `ENOSYS`.
 //! - **Limits**: of a process by rlimits, of the whole run by the supervisor, by the size of its tmpfs, and by a
-//!   control group if one is delegated (`cgroup.rs`).
+//!   control group where one can be had (`cgroup.rs`).
 //! - **Landlock** (`landlock.rs`): a second layer, and the first if the system refuses namespaces.
 //! - **Own user** (`identity.rs`): if root starts it, a program runs under an unprivileged user ID of its own.
 //!
@@ -167,19 +167,22 @@ pub enum Protection {
     Processes,
     /// System calls that no simulator needs, such as tracing; gaining privileges.
     SystemCalls,
-    /// Unlimited memory, processor time, processes and output.
+    /// Unlimited processor time, processes and output, and memory that processes show as their own.
     Limits,
+    /// Memory that no process shows as its own: the kernel counts all memory of the run.
+    Memory,
 }
 
 impl Protection {
     /// All protections.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Files,
         Self::Network,
         Self::Signals,
         Self::Processes,
         Self::SystemCalls,
         Self::Limits,
+        Self::Memory,
     ];
 
     /// Its machine-readable name.
@@ -191,6 +194,7 @@ impl Protection {
             Self::Processes => "processes",
             Self::SystemCalls => "system-calls",
             Self::Limits => "limits",
+            Self::Memory => "memory",
         }
     }
 }
@@ -416,6 +420,7 @@ pub fn serve() -> Option<std::process::ExitCode> {
     let answered = match role.to_str()? {
         STARTER => starter::serve(supervisor::serve),
         check::CHECK => check::serve(),
+        cgroup::SCOPE => cgroup::serve_scope(),
         _ => return None,
     };
     Some(if answered.is_ok() {

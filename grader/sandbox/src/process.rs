@@ -10,8 +10,7 @@ use rustix::process::{
     Pid, Signal, WaitOptions, kill_process, set_parent_process_death_signal, waitpid,
 };
 
-use super::identity;
-use super::tree::Owner;
+use super::identity::User;
 use super::usage::visit_descendants;
 
 /// Number of processes killed in one pass.
@@ -28,23 +27,24 @@ pub(super) fn die_with_parent() -> io::Result<()> {
     Ok(set_parent_process_death_signal(Some(Signal::KILL))?)
 }
 
-/// Kills every descendant of this process, and every process of the run's user.
-pub(super) fn kill_descendants(owner: Option<Owner>) {
+/// Kills every descendant of this process, and every process of the run's user if no other run has it.
+pub(super) fn kill_descendants(user: Option<User>) {
     let own = std::process::id().cast_signed();
     loop {
-        if let Some(owner) = owner {
-            identity::kill_all(owner);
+        // Until there is no child left.
+        match rustix::process::wait(WaitOptions::NOHANG) {
+            Err(rustix::io::Errno::CHILD) => return,
+            Ok(Some(_)) => continue,
+            _ => {}
+        }
+        if let Some(user) = user {
+            user.kill_all();
         }
         visit_descendants(own, MAX_PER_PASS, |process| {
             // The process may have ended by itself.
             let _ = Pid::from_raw(process).map(|process| kill_process(process, Signal::KILL));
         });
-        // Until there is no child left.
-        match rustix::process::wait(WaitOptions::NOHANG) {
-            Err(rustix::io::Errno::CHILD) => return,
-            Ok(Some(_)) => {}
-            _ => std::thread::sleep(PAUSE),
-        }
+        std::thread::sleep(PAUSE);
     }
 }
 

@@ -8,7 +8,8 @@
 //!
 //! A job is a line on the starter's standard input, a socket. The supervisor writes its answer there, and the starter the
 //! end of that line, after the supervisor has ended. No descriptor is passed through a socket: a program of the same user
-//! could use up the number that the kernel allows.
+//! could use up the number that the kernel allows. If the supervisor was killed, its processes become the starter's, which
+//! ends them.
 
 use std::fs;
 use std::io::{self, BufRead, BufReader, Write};
@@ -16,15 +17,17 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::{Mutex, PoisonError};
 
 use fork::Fork;
 use nix::sched::{CloneFlags, unshare};
-use rustix::process::{Pid, getegid, geteuid, getpid};
+use rustix::process::{Pid, getegid, geteuid, getpid, set_child_subreaper};
+use serde::{Deserialize, Serialize};
 
-use super::process::{end_with, wait_for};
-use super::walls::Namespaces;
+use super::cgroup::{Groups, Parent};
+use super::process::{end_with, kill_descendants, wait_for};
+use super::walls::{Namespaces, Walls};
 use super::{STARTER, cgroup, scratch};
 
 /// As many starters as there were jobs at a time.
@@ -43,11 +46,12 @@ impl Starters {
     }
 
     /// The answer of a new supervisor to a request, both of one line.
-    pub(super) fn ask(&self, namespaces: Namespaces, request: &str) -> io::Result<String> {
+    pub(super) fn ask(&self, walls: &Walls, request: &str) -> io::Result<String> {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        // One with other namespaces is from the test of stronger protections, and ends.
-        let taken = idle().pop().filter(|starter| starter.namespaces == namespaces);
-        let start = || Starter::start(&self.launcher, namespaces);
+        let place = Place { namespaces: walls.namespaces, groups: walls.groups.clone() };
+        // One in another place is from the test of stronger protections, and ends.
+        let taken = idle().pop().filter(|starter| starter.place == place);
+        let start = || Starter::start(&self.launcher, place);
         let mut starter = taken.map_or_else(start, Ok)?;
         let answer = starter.ask(request)?;
         idle().push(starter);
@@ -62,24 +66,37 @@ impl Drop for Starters {
     }
 }
 
+/// What the runs of a starter share.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct Place {
+    namespaces: Namespaces,
+    groups: Option<Groups>,
+}
+
 /// A starter, as `grade` sees it.
 #[derive(Debug)]
 struct Starter {
-    namespaces: Namespaces,
+    place: Place,
     process: Child,
     socket: BufReader<UnixStream>,
 }
 
 impl Starter {
-    fn start(launcher: &Path, namespaces: Namespaces) -> io::Result<Self> {
+    fn start(launcher: &Path, place: Place) -> io::Result<Self> {
         let (socket, theirs) = UnixStream::pair()?;
-        let mut command = Command::new(launcher);
+        let mut command = match &place.groups {
+            Some(groups) => groups.command(launcher),
+            None => cgroup::without_group(launcher),
+        };
         let temporary = std::env::var_os("TMPDIR").map(|folder| ("TMPDIR", folder));
-        command.arg(STARTER).arg(serde_json::to_string(&namespaces)?);
-        command.env_clear().envs(temporary).stdin(OwnedFd::from(theirs));
+        command.arg(STARTER).envs(temporary).stdin(OwnedFd::from(theirs));
         // Signals of the terminal do not reach it.
         command.stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
-        Ok(Self { namespaces, process: command.spawn()?, socket: BufReader::new(socket) })
+        let mut socket = BufReader::new(socket);
+        let process = command.spawn()?;
+        // Programs can read the arguments of their keeper, a copy of this process; the place names folders.
+        socket.get_mut().write_all(format!("{}\n", serde_json::to_string(&place)?).as_bytes())?;
+        Ok(Self { place, process, socket })
     }
 
     fn ask(&mut self, request: &str) -> io::Result<String> {
@@ -98,23 +115,35 @@ impl Drop for Starter {
         // This process removes its own folders.
         let _ = self.process.kill();
         let _ = self.process.wait();
+        if let Some(Groups::Below(parent)) = &self.place.groups {
+            parent.remove(self.process.id());
+        }
     }
 }
 
-/// Runs as a starter, with its namespaces as the second argument. `supervisor` is given the starter, whether it entered
-/// its namespaces, and a request, in a process of its own.
+/// The parent of a starter's control group, if it uses one; or why the starter did not enter its place.
+pub(super) type Entered = Result<Option<Parent>, String>;
+
+/// Runs as a starter, whose place is the first line. `supervisor` is given the starter, whether it entered its place, and
+/// a request, in a process of its own.
 pub(super) fn serve(
-    supervisor: impl Fn(Pid, &Result<(), String>, &str) -> io::Result<()>,
+    supervisor: impl Fn(Pid, &Entered, &str) -> io::Result<()>,
 ) -> io::Result<()> {
-    let namespaces = std::env::args().nth(2).unwrap_or_default();
-    let entered = enter(serde_json::from_str(&namespaces)?);
-    let starter = getpid();
+    // Processes of a supervisor that was killed are re-parented to this process.
+    set_child_subreaper(Pid::from_raw(1))?;
     let mut request = String::new();
+    io::stdin().read_line(&mut request)?;
+    let Place { namespaces, groups } = serde_json::from_str(&request)?;
+    let parent = groups.map(Groups::enter).transpose();
+    let entered = parent.and_then(|parent| enter(namespaces).map(|()| parent));
+    let starter = getpid();
+    request.clear();
     while io::stdin().read_line(&mut request)? > 0 {
         match fork::fork()? {
             Fork::Child => end_with(|| supervisor(starter, &entered, &request)),
             Fork::Parent(forked) => {
                 Pid::from_raw(forked).map(wait_for).transpose()?;
+                kill_descendants(None);
             }
         }
         request.clear();
@@ -122,6 +151,9 @@ pub(super) fn serve(
         let _ = rustix::io::write(rustix::stdio::stdin(), b"\n");
     }
     scratch::sweep();
+    if let Ok(Some(parent)) = &entered {
+        parent.remove(std::process::id());
+    }
     cgroup::leave();
     Ok(())
 }

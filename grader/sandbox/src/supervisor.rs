@@ -16,11 +16,12 @@ use rustix::process::{Pid, Signal, getppid, kill_process, set_child_subreaper, u
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
-use super::cgroup::ControlGroup;
+use super::cgroup::{ControlGroup, Parent};
+use super::identity::{Claim, User};
 use super::keeper::{self, Done, Ended, Order, PROCEED};
 use super::limits::KEEPER_THREADS;
 use super::process::{MASK, die_with_parent, end_with, kill_descendants, wait_for};
-use super::starter::Starters;
+use super::starter::{Entered, Starters};
 use super::tree::{self, Owner};
 use super::usage::{Meter, unnamed_files};
 use super::walls::{Namespaces, Walls};
@@ -35,6 +36,9 @@ const FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::CLO
 /// The longest pause.
 const LONGEST_PAUSE: Duration = Duration::from_millis(10);
 
+/// How often a run on disk may write as many bytes as its files may have.
+const REWRITES: u64 = 4;
+
 /// A request to a supervisor.
 #[derive(Serialize, Deserialize)]
 struct Request {
@@ -47,27 +51,29 @@ pub(super) fn run(starters: &Starters, walls: &Walls, job: &Job) -> Result<Outco
     let fail = |error: io::Error| SandboxError(error.to_string());
     let request = Request { walls: walls.clone(), job: job.clone() };
     let request = serde_json::to_string(&request).map_err(|error| fail(error.into()))?;
-    let answer = starters.ask(walls.namespaces, &request).map_err(fail)?;
+    let answer = starters.ask(walls, &request).map_err(fail)?;
     let answer: Option<Result<Outcome, String>> = serde_json::from_str(&answer).ok();
     answer
         .ok_or_else(|| SandboxError("its supervisor ended without an answer".to_owned()))?
         .map_err(SandboxError)
 }
 
-/// Runs as a supervisor, a child of the starter, unless the starter's namespaces were refused. Standard input is a socket
-/// of `grade`.
-pub(super) fn serve(starter: Pid, entered: &Result<(), String>, request: &str) -> io::Result<()> {
+/// Runs as a supervisor, a child of the starter, unless the starter's place was refused. Standard input is a socket of
+/// `grade`.
+pub(super) fn serve(starter: Pid, entered: &Entered, request: &str) -> io::Result<()> {
     umask(MASK);
     close_inherited()?;
     let mut grader: UnixStream = rustix::stdio::stdin().try_clone_to_owned()?.into();
     let request = serde_json::from_str(request)?;
-    let answer = entered.clone().and_then(|()| supervise(request, starter, &grader));
+    let supervise = |parent| supervise(request, starter, parent, &grader);
+    let answer = entered.as_ref().map_err(String::clone).and_then(|it| supervise(it.as_ref()));
     grader.write_all(&serde_json::to_vec(&answer)?)
 }
 
 fn supervise(
     Request { walls, job }: Request,
     starter: Pid,
+    parent: Option<&Parent>,
     grader: &UnixStream,
 ) -> Result<Outcome, String> {
     // Orphaned processes are re-parented to this process, not to init.
@@ -79,15 +85,19 @@ fn supervise(
     if getppid() != Some(starter) {
         return Err("the grader ended".to_owned());
     }
-    let owner = walls.own_user.then(identity::own);
+    let claim = walls.own_user.then(|| Claim::new(grader)).transpose();
+    let claim = claim.map_err(|error| format!("the user of the run: {error}"))?;
+    let user = claim.as_ref().map(|claim| claim.user);
     let fail = |error: io::Error| format!("the folder of the run: {error}");
-    if let (Some(owner), Namespaces::None) = (owner, walls.namespaces) {
-        identity::hand_over(&job, owner).map_err(fail)?;
+    if let (Some(user), Namespaces::None) = (user, walls.namespaces) {
+        identity::hand_over(&job, user.owner).map_err(fail)?;
     }
-    let group = walls.control_group.as_deref();
-    let group = group.map(|parent| ControlGroup::create(parent, &job.limits)).transpose()?;
     isolate(walls.namespaces)?;
-    let mut run = Run::start(Order { walls, job, owner }, group)?;
+    let group = |job: &Job, keeper| {
+        let group = |parent| ControlGroup::begin(parent, starter, &job.limits, keeper);
+        parent.map(group).transpose()
+    };
+    let mut run = Run::start(Order { walls, job, user }, group)?;
     let exceeded = run.watch(grader).map_err(|error| format!("the run: {error}"))?;
     run.finish(exceeded)
 }
@@ -123,7 +133,7 @@ struct Run {
     /// Read ends of the pipes of the program's outputs, and the output so far.
     outputs: [(Option<OwnedFd>, Output); 2],
     group: Option<ControlGroup>,
-    owner: Option<Owner>,
+    user: Option<User>,
     isolated: bool,
     /// The working directory, even if the program moves it.
     working: Option<OwnedFd>,
@@ -132,11 +142,16 @@ struct Run {
 }
 
 impl Run {
-    fn start(order: Order, group: Option<ControlGroup>) -> Result<Self, String> {
+    /// Starts the keeper, in the group that is made for it.
+    fn start(
+        order: Order,
+        group: impl Fn(&Job, Pid) -> Result<Option<ControlGroup>, String>,
+    ) -> Result<Self, String> {
+        let owner = order.user.map(|user| user.owner);
         let fail = |error: io::Error| format!("the keeper: {error}");
         let (own, theirs) = UnixStream::pair().map_err(fail)?;
-        let (stdout, stdout_end) = output_pipe(order.owner).map_err(fail)?;
-        let (stderr, stderr_end) = output_pipe(order.owner).map_err(fail)?;
+        let (stdout, stdout_end) = output_pipe(owner).map_err(fail)?;
+        let (stderr, stderr_end) = output_pipe(owner).map_err(fail)?;
         let keeper = match fork::fork().map_err(fail)? {
             Fork::Child => end_with(|| {
                 rustix::stdio::dup2_stdin(&theirs)?;
@@ -155,15 +170,15 @@ impl Run {
             keeper,
             socket: BufReader::new(own),
             outputs: [stdout, stderr].map(|pipe| (Some(pipe), Output::default())),
-            group,
-            owner: order.owner,
+            group: None,
+            user: order.user,
             isolated,
             working: None,
             ended: None,
-            meter: Meter::default(),
+            meter: Meter::new(order.walls.groups.is_none(), !isolated),
         };
-        if let (Some(group), Some(keeper)) = (&run.group, keeper) {
-            group.add(keeper.as_raw_nonzero().get().cast_unsigned())?;
+        if let Some(keeper) = keeper {
+            run.group = group(&run.job, keeper)?;
         }
         run.proceed()?;
         if let Some(keeper) = keeper {
@@ -266,6 +281,8 @@ impl Run {
     /// The exceeded limit of the whole run, if any.
     fn exceeded(&mut self, elapsed: Duration) -> Option<Exceeded> {
         let limits = self.job.limits;
+        // Files that have neither a name nor a descriptor, but are mapped, show in this alone.
+        let written = limits.trace.saturating_mul(REWRITES).cast_signed();
         let most_threads = limits.processes + KEEPER_THREADS;
         let (keeper, isolated) = (self.keeper?.as_raw_nonzero().get(), self.isolated);
         let meter = &mut self.meter;
@@ -273,10 +290,10 @@ impl Run {
             let unnamed = if isolated { 0 } else { unnamed_files(keeper) };
             (meter.measure(keeper, most_threads, limits.memory), unnamed)
         };
-        let (usage, unnamed) = match self.owner.filter(|_| !isolated) {
+        let (usage, unnamed) = match self.user.filter(|_| !isolated) {
             None => look(),
             // In a container, root may be unable to see the open files of another user's processes. That user can.
-            Some(owner) => std::thread::scope(|scope| {
+            Some(User { owner, .. }) => std::thread::scope(|scope| {
                 let watcher = std::thread::Builder::new().spawn_scoped(scope, || {
                     identity::become_unprivileged(Some(owner)).ok().map(|()| look())
                 });
@@ -288,7 +305,7 @@ impl Run {
             () if usage.cpu > limits.cpu => Some(Exceeded::Cpu),
             () if usage.memory > limits.memory => Some(Exceeded::Memory),
             () if usage.threads > most_threads => Some(Exceeded::Processes),
-            () if unnamed >= limits.trace => Some(Exceeded::Trace),
+            () if unnamed >= limits.trace || usage.written > written => Some(Exceeded::Trace),
             () => self
                 .group
                 .as_ref()
@@ -344,7 +361,7 @@ impl Run {
         kill_process(keeper, Signal::KILL)?;
         let status = wait_for(keeper)?;
         if !self.isolated {
-            kill_descendants(self.owner);
+            kill_descendants(self.user);
         }
         self.group = None;
         Ok(status)

@@ -2,14 +2,20 @@
 //!
 //! - **Processor time**: the larger of two sums: living processes and the children they waited for; or living processes
 //!   and all ended ones as last seen, since a parent need not wait for its children.
-//! - **Memory**: resident pages, each shared page once, page tables, swapped pages, and the capacity of sockets.
+//! - **Memory**: resident pages, each shared page once, page tables, swapped pages, the capacity of sockets, and where no
+//!   control group counts it, the kernel's memory for mappings.
+//! - **Bytes written**: pages of files on disk that became dirty, of living processes and of ended ones as last seen.
 
 use std::collections::HashMap;
 use std::fs;
+use std::io;
 use std::os::unix::fs::MetadataExt;
 
 /// Capacity of a socket in bytes: the kernel's default buffer.
 const SOCKET_BUFFER: u64 = 212_992;
+
+/// Memory of the kernel for a mapping and for the shared page that it may hide, in bytes.
+const MAPPING: u64 = 6144;
 
 /// Open descriptors per process assumed to be files; each further one may be a socket.
 const FILES: u64 = 16;
@@ -23,18 +29,38 @@ pub(super) struct Usage {
     pub(super) memory: u64,
     /// Threads of all processes.
     pub(super) threads: u64,
+    /// Bytes written to disk, without those of removed files that never got there.
+    pub(super) written: i64,
 }
 
 /// Tracks the usage of a process tree.
 #[derive(Debug, Default)]
 pub(super) struct Meter {
-    /// Processor time of each process when last seen, in seconds.
-    seen: HashMap<i32, f64>,
-    /// Processor time of ended processes, in seconds.
-    ended: f64,
+    /// Whether to count mappings.
+    counts_mappings: bool,
+    /// Whether to count bytes written.
+    counts_writes: bool,
+    /// Each process when last seen.
+    seen: HashMap<i32, Seen>,
+    /// The sum over ended processes.
+    ended: Seen,
+}
+
+/// What a process has used.
+#[derive(Debug, Clone, Copy, Default)]
+struct Seen {
+    /// Processor time in seconds.
+    cpu: f64,
+    /// Bytes written to disk.
+    written: i64,
 }
 
 impl Meter {
+    /// A meter that counts mappings, and bytes written.
+    pub(super) fn new(counts_mappings: bool, counts_writes: bool) -> Self {
+        Self { counts_mappings, counts_writes, ..Self::default() }
+    }
+
     /// Usage of the process `root` and all its descendants. Stops at more than `enough` threads, because a tree may
     /// grow faster than it is read. Counts shared pages once only if all pages together exceed `memory`.
     pub(super) fn measure(&mut self, root: i32, enough: u64, memory: u64) -> Usage {
@@ -48,25 +74,52 @@ impl Meter {
             own += stat.own;
             waited += stat.waited;
             usage.threads += stat.threads;
-            usage.memory += stat.resident + extra_memory(process);
-            seen.insert(process, stat.own);
+            let extra = self.extra_memory(process);
+            usage.memory += stat.resident + extra;
+            let written = if self.counts_writes { written(process) } else { 0 };
+            usage.written += written;
+            seen.insert(process, Seen { cpu: stat.own, written });
             if usage.threads > enough {
                 break;
             }
             children(process, &mut processes);
         }
-        self.ended += self
-            .seen
-            .iter()
-            .filter(|(process, _)| !seen.contains_key(process))
-            .map(|(_, seconds)| seconds)
-            .sum::<f64>();
+        for (_, last) in self.seen.iter().filter(|(process, _)| !seen.contains_key(process)) {
+            self.ended.cpu += last.cpu;
+            self.ended.written += last.written;
+        }
         self.seen = seen;
-        usage.cpu = own + waited.max(self.ended);
+        usage.cpu = own + waited.max(self.ended.cpu);
+        usage.written += self.ended.written;
         if usage.memory > memory {
-            usage.memory = processes.iter().map(|process| proportional_memory(*process)).sum();
+            let proportional = |process: &i32| self.proportional_memory(*process);
+            usage.memory = processes.iter().map(proportional).sum();
         }
         usage
+    }
+
+    /// Bytes of page tables, swapped pages, buffers of possible sockets, and mappings.
+    fn extra_memory(&self, process: i32) -> u64 {
+        let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+        let kibibytes = sum_of(&status, &["VmPTE:", "VmSwap:"]);
+        let descriptors = fs::read_dir(format!("/proc/{process}/fd")).map_or(0, Iterator::count);
+        let maps = self.counts_mappings.then(|| fs::read(format!("/proc/{process}/maps")));
+        let maps = maps.and_then(io::Result::ok).unwrap_or_default();
+        let mappings = maps.iter().filter(|byte| **byte == b'\n').count();
+        1024 * kibibytes
+            + SOCKET_BUFFER * (descriptors as u64).saturating_sub(FILES)
+            + MAPPING * mappings as u64
+    }
+
+    /// Bytes of a process; each page counts divided by the number of processes that share it.
+    fn proportional_memory(&self, process: i32) -> u64 {
+        let rollup = fs::read_to_string(format!("/proc/{process}/smaps_rollup"));
+        let extra = self.extra_memory(process);
+        match rollup.map(|rollup| sum_of(&rollup, &["Pss:"])) {
+            // The file of an ended process is gone.
+            Ok(kibibytes) => 1024 * kibibytes + extra,
+            Err(_) => Stat::of(process).map_or(0, |stat| stat.resident + extra),
+        }
     }
 }
 
@@ -135,22 +188,12 @@ impl Stat {
     }
 }
 
-/// Bytes of page tables, swapped pages, and buffers of possible sockets.
-fn extra_memory(process: i32) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
-    let kibibytes = sum_of(&status, &["VmPTE:", "VmSwap:"]);
-    let descriptors = fs::read_dir(format!("/proc/{process}/fd")).map_or(0, Iterator::count);
-    1024 * kibibytes + SOCKET_BUFFER * (descriptors as u64).saturating_sub(FILES)
-}
-
-/// Bytes of a process; each page counts divided by the number of processes that share it.
-fn proportional_memory(process: i32) -> u64 {
-    let rollup = fs::read_to_string(format!("/proc/{process}/smaps_rollup"));
-    match rollup.map(|rollup| sum_of(&rollup, &["Pss:"])) {
-        // The file of an ended process is gone.
-        Ok(kibibytes) => 1024 * kibibytes + extra_memory(process),
-        Err(_) => Stat::of(process).map_or(0, |stat| stat.resident + extra_memory(process)),
-    }
+/// Bytes that a process has written to disk, without those that it removed before they got there (`proc_pid_io(5)`).
+fn written(process: i32) -> i64 {
+    let counts = fs::read_to_string(format!("/proc/{process}/io")).unwrap_or_default();
+    let [written, cancelled] =
+        ["write_bytes:", "cancelled_write_bytes:"].map(|name| sum_of(&counts, &[name]));
+    written.cast_signed() - cancelled.cast_signed()
 }
 
 /// The sum of the numbers on the lines that begin with these names.
@@ -188,10 +231,12 @@ mod tests {
     #[test]
     fn what_ended_still_counts() {
         let mut meter = Meter::default();
-        meter.seen.insert(i32::MAX, 3.0);
+        meter.seen.insert(i32::MAX, Seen { cpu: 3.0, written: 7 });
         let root = std::process::id().cast_signed();
-        assert!(meter.measure(root, u64::MAX, u64::MAX).cpu >= 3.0);
-        assert!(meter.measure(root, u64::MAX, u64::MAX).cpu >= 3.0);
+        for _ in 0..2 {
+            let usage = meter.measure(root, u64::MAX, u64::MAX);
+            assert!(usage.cpu >= 3.0 && usage.written == 7, "{usage:?}");
+        }
     }
 
     #[test]

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::calls::{self, Policy};
-use super::tree::Owner;
+use super::cgroup::Groups;
+use super::identity::User;
 use super::{Job, Keep, identity, landlock};
 
 /// Folders of a system's programs and libraries, and the files that these need to start.
@@ -32,9 +33,21 @@ const WRITABLE: [&str; 3] = [WORK, "/tmp", "/dev/shm"];
 /// The working directory.
 pub(super) const WORK: &str = "/tmp/work";
 
-/// Devices that programs read and write, and that keep nothing.
-pub(super) const DEVICES: &[&str] =
-    &["/dev/null", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"];
+/// Devices of programs, and whether they may write them. None keeps anything; but a shared mapping of `/dev/zero` that can be
+/// written is memory that no process shows. Only Landlock refuses to write it.
+const DEVICES: &[(&str, bool)] = &[
+    ("/dev/null", true),
+    ("/dev/zero", false),
+    ("/dev/full", true),
+    ("/dev/random", true),
+    ("/dev/urandom", true),
+];
+
+/// The devices of programs under these restrictions.
+pub(super) fn devices(walls: &Walls) -> impl Iterator<Item = &'static Path> {
+    let is_there = |(_, is_writable): &&(_, bool)| *is_writable || walls.landlock;
+    DEVICES.iter().filter(is_there).map(|(path, _)| Path::new(*path))
+}
 
 /// The namespaces of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -63,8 +76,8 @@ pub(super) struct Walls {
     pub(super) own_user: bool,
     /// Whether Landlock must be in force.
     pub(super) landlock: bool,
-    /// The parent of the runs' control groups.
-    pub(super) control_group: Option<PathBuf>,
+    /// Where the runs' control groups are made; `None` if the supervisor counts their memory.
+    pub(super) groups: Option<Groups>,
     /// Readable paths of the system.
     pub(super) system: Vec<PathBuf>,
 }
@@ -99,14 +112,16 @@ pub(super) fn writable(job: &Job, namespaces: Namespaces) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// A message, if a required restriction cannot be set up.
-pub(super) fn restrict(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<(), String> {
-    identity::become_unprivileged(owner).map_err(|error| format!("the user: {error}"))?;
+pub(super) fn restrict(walls: &Walls, job: &Job, user: Option<User>) -> Result<(), String> {
+    identity::become_unprivileged(user.map(|user| user.owner)).map_err(|error| format!("the user: {error}"))?;
     let isolated = walls.namespaces.exist();
     let system = walls.system.iter().chain(&job.readable).map(PathBuf::as_path);
+    let read_only = DEVICES.iter().filter(|(_, writable)| !writable).map(|(path, _)| path.as_ref());
+    let written = DEVICES.iter().filter(|(_, writable)| *writable).map(|(path, _)| path.as_ref());
     let reach = landlock::Reach {
         // With a separate root, no other files are visible.
-        readable: if isolated { vec![Path::new("/")] } else { system.collect() },
-        devices: DEVICES,
+        readable: if isolated { vec![Path::new("/")] } else { system.chain(read_only).collect() },
+        devices: written.collect(),
         writable: writable(job, walls.namespaces),
     };
     let in_force = landlock::restrict(&reach).map_err(|error| format!("Landlock: {error}"))?;
@@ -115,8 +130,9 @@ pub(super) fn restrict(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result
     }
     let policy = Policy {
         isolated,
-        signals_stay: isolated || owner.is_some() || in_force.signals,
-        own_user: owner.is_some(),
+        signals_stay: isolated || user.is_some_and(|user| user.is_exclusive) || in_force.signals,
+        own_user: user.is_some(),
+        is_counted: walls.groups.is_some(),
         builds: matches!(job.keep, Keep::Tree(_)),
     };
     calls::restrict(policy).map_err(|error| format!("seccomp: {error}"))

@@ -6,7 +6,7 @@
 //! ├── etc                      settings of run-time systems, read-only; one user, one group
 //! ├── dev                      null zero full random urandom, descriptors
 //! │   └── shm                  in the tmpfs below
-//! ├── proc                     of this PID namespace, read-only
+//! ├── proc                     processes of this PID namespace, read-only
 //! ├── <paths of the job>       readable files of the job, read-only, under their own paths
 //! └── tmp                      tmpfs, limited in bytes and inodes, the only place to write
 //!     └── work                 the working directory; of a build, under the path of its folder as well
@@ -29,7 +29,7 @@ use rustix::mount::{
 use rustix::process::{chdir, pivot_root};
 
 use super::tree::{self, Bounds, Owner};
-use super::walls::{DEVICES, WORK, Walls, writable};
+use super::walls::{WORK, Walls, devices, writable};
 use super::{Job, Keep};
 
 /// The size of the tmpfs of the root, which holds folders and mount points alone.
@@ -58,11 +58,14 @@ pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<()
     for path in &walls.system {
         root.reveal(path)?;
     }
-    root.make_devices()?;
+    root.make_devices(walls)?;
     root.make_accounts(owner).map_err(step("/etc"))?;
     let proc = root.folder(Path::new("/proc"))?;
     let flags = SAFE | MountFlags::NOEXEC | MountFlags::RDONLY;
-    mount("proc", &proc, "proc", flags, None).map_err(step("/proc"))?;
+    // Without the machine's files, such as counts of all processes since its start. Kernels before 5.8 have no such option.
+    mount("proc", &proc, "proc", flags, Some(c"subset=pid"))
+        .or_else(|_| mount("proc", &proc, "proc", flags, None))
+        .map_err(step("/proc"))?;
 
     let tmp = root.folder(Path::new("/tmp"))?;
     // No limits until its initial content is known.
@@ -90,7 +93,7 @@ pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<()
             root.reveal(path)?;
         }
     }
-    root.protect(&writable(job, walls.namespaces))?;
+    root.protect(&writable(job, walls.namespaces), walls)?;
     root.limit(&tmp, job)?;
 
     chdir(&root.at).map_err(step("the root"))?;
@@ -132,10 +135,10 @@ impl Root {
         mount_bind_recursive(path, at).map_err(step(path))
     }
 
-    fn make_devices(&self) -> Result<(), String> {
+    fn make_devices(&self, walls: &Walls) -> Result<(), String> {
         let dev = self.folder(Path::new("/dev"))?;
-        for device in DEVICES {
-            self.reveal(Path::new(device))?;
+        for device in devices(walls) {
+            self.reveal(device)?;
         }
         let links = [("fd", "fd"), ("stdin", "fd/0"), ("stdout", "fd/1"), ("stderr", "fd/2")];
         for (name, target) in links {
@@ -160,10 +163,9 @@ impl Root {
 
     /// Makes every mount below the new root read-only, except these, `/proc` (already read-only), and devices (without
     /// content).
-    fn protect(&self, writable: &[PathBuf]) -> Result<(), String> {
+    fn protect(&self, writable: &[PathBuf], walls: &Walls) -> Result<(), String> {
         let writable: Vec<PathBuf> = writable.iter().map(|path| self.path(path)).collect();
-        let devices: Vec<PathBuf> =
-            DEVICES.iter().map(|device| self.path(Path::new(device))).collect();
+        let devices: Vec<PathBuf> = devices(walls).map(|device| self.path(device)).collect();
         let mounts = fs::read("/proc/self/mountinfo").map_err(step("the list of mounts"))?;
         for line in mounts.split(|byte| *byte == b'\n') {
             let mut fields = line.split(|byte| *byte == b' ');

@@ -42,7 +42,7 @@ pub use judge::{judge, panic_message};
 use result::gather;
 pub use result::{
     AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
-    Interrupted, Repetition, SceneResult, Totals,
+    Interrupted, NotRunReason, Repetition, SceneResult, Totals,
 };
 
 /// Maximum number of scenes that are run twice.
@@ -96,6 +96,8 @@ pub struct Checks {
     pub altered: bool,
     /// Hidden scenes.
     pub hidden: bool,
+    /// The machine grades no other submission: hidden scenes run also without namespaces.
+    pub is_alone: bool,
     /// Recordings of the comparisons of shipped scenes, for display.
     pub recordings: bool,
 }
@@ -145,6 +147,9 @@ impl<'a> Grader<'a> {
         }
         let results = judged.into_iter().map(|judged| (judged.case, judged.result));
         let mut grading = gather(submission.name(), rubric, results.collect(), findings);
+        let may_tell = matches!(submission, Submission::Program(_))
+            && !rubric.runs_hidden_under(protection.as_deref().unwrap_or_default())
+            && !checks.is_alone;
         (grading.jacobians, grading.protection) = (jacobians, protection);
         grading.assignment = self.assignment.map(AssignmentName::of);
         grading.is_own = matches!(submission, Submission::BuiltIn(_));
@@ -168,7 +173,13 @@ impl<'a> Grader<'a> {
             let copied = altered::of_program(suite, &passed, &program.with_own_budget(), &is_stopped);
             grading.withdraw(copied.filter(|_| !is_stopped()));
         }
-        if let Some(hidden) = self.hidden.filter(|_| checks.hidden && !observer.is_stopped()) {
+        if let Hidden::NotRun { reason, .. } = &mut grading.hidden
+            && may_tell
+        {
+            *reason = NotRunReason::WithoutNamespaces;
+        }
+        let is_asked = checks.hidden && !may_tell && !observer.is_stopped();
+        if let Some(hidden) = self.hidden.filter(|_| is_asked) {
             let skipped = broken.as_ref();
             let submission = submission.beyond_first_phase();
             hidden.grade(&submission, (rubric, skipped), &mut grading, observer);
@@ -181,9 +192,10 @@ impl<'a> Grader<'a> {
 
     /// The state of the hidden scenes before they run.
     pub fn hidden_not_run(&self) -> Hidden {
+        let reason = NotRunReason::Unavailable;
         match (self.hidden, self.rubric.hidden()) {
-            (Some(hidden), _) => Hidden::NotRun { scenes: Some(hidden.n_scenes()) },
-            (None, Some(rule)) => Hidden::NotRun { scenes: rule.scenes.map(Into::into) },
+            (Some(hidden), _) => Hidden::NotRun { scenes: Some(hidden.n_scenes()), reason },
+            (None, Some(rule)) => Hidden::NotRun { scenes: rule.scenes.map(Into::into), reason },
             (None, None) => Hidden::None,
         }
     }

@@ -449,9 +449,20 @@ pub enum Hidden {
     NotRun {
         /// Their number, if known.
         scenes: Option<usize>,
+        /// Why.
+        reason: NotRunReason,
     },
     /// They were run.
     Run,
+}
+
+/// Why hidden scenes were not run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NotRunReason {
+    /// They were not available, or not asked for.
+    Unavailable,
+    /// The system refuses the namespaces that keep a program from telling another one about them.
+    WithoutNamespaces,
 }
 
 /// Hidden scenes of one feature, counted by verdict.

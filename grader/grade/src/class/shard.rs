@@ -279,6 +279,7 @@ impl Class<'_> {
             probe: measured,
             altered: true,
             hidden,
+            is_alone: false,
             recordings: self.pages.is_some(),
         };
         self.inputs.grader(&self.oracle, checks, &self.progress).grade(submission, protection)

@@ -7,6 +7,8 @@
  *     --no-landlock          the kernel has no Landlock
  *     --no-admin             without the capabilities that containers drop, CAP_SYS_ADMIN the first of them
  *     --no-capabilities      without any
+ *     --rootless UID         as root of a user namespace that has two IDs, UID for root and the next one for 65534
+ *     --no-groups            control groups cannot be found, as in containers
  */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -21,9 +23,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #ifndef SYS_clone3
@@ -71,16 +75,40 @@ static void keep(uint64_t kept) {
     if (syscall(SYS_capset, &head, sets)) fail("capset");
 }
 
+/* Becomes root of a user namespace with two IDs. Only a process outside may write such a map. */
+static void become_rootless(int user) {
+    int entered[2], status;
+    if (pipe(entered)) fail("pipe");
+    int parent = getpid(), child = fork();
+    if (child == 0) {
+        char byte, path[64];
+        if (read(entered[0], &byte, 1) != 1) _exit(1);
+        const char *maps[] = {"uid_map", "gid_map"};
+        for (int k = 0; k < 2; ++k) {
+            snprintf(path, sizeof path, "/proc/%d/%s", parent, maps[k]);
+            FILE *map = fopen(path, "w");
+            if (!map || fprintf(map, "0 %d 1\n65534 %d 1\n", user, user + 1) < 0 || fclose(map)) _exit(1);
+        }
+        _exit(0);
+    }
+    if (child < 0 || unshare(CLONE_NEWUSER) || write(entered[1], "x", 1) != 1) fail("a user namespace");
+    if (waitpid(child, &status, 0) != child || status) fail("the map of a user namespace");
+    close(entered[0]);
+    close(entered[1]);
+}
+
 int main(int count, char **arguments) {
     /* What containers keep. */
     const int container[] = {CAP_CHOWN,   CAP_DAC_OVERRIDE, CAP_FSETID,           CAP_FOWNER,    CAP_MKNOD,
                              CAP_NET_RAW, CAP_SETGID,       CAP_SETUID,           CAP_SETFCAP,   CAP_SETPCAP,
                              CAP_KILL,    CAP_SYS_CHROOT,   CAP_NET_BIND_SERVICE, CAP_AUDIT_WRITE};
     uint64_t kept = ~0ULL;
-    int user = -1, namespaces = 1, landlock = 1, k = 1;
+    int user = -1, rootless = -1, namespaces = 1, landlock = 1, groups = 1, k = 1;
     for (; k < count && strcmp(arguments[k], "--"); ++k) {
         if (!strcmp(arguments[k], "--user") && k + 1 < count) user = atoi(arguments[++k]);
+        else if (!strcmp(arguments[k], "--rootless") && k + 1 < count) rootless = atoi(arguments[++k]);
         else if (!strcmp(arguments[k], "--no-user-namespaces")) namespaces = 0;
+        else if (!strcmp(arguments[k], "--no-groups")) groups = 0;
         else if (!strcmp(arguments[k], "--no-landlock")) landlock = 0;
         else if (!strcmp(arguments[k], "--no-admin")) {
             kept = 0;
@@ -89,6 +117,13 @@ int main(int count, char **arguments) {
         else return fprintf(stderr, "setting: there is no option %s\n", arguments[k]), 125;
     }
     if (k + 1 >= count) return fprintf(stderr, "setting: no command\n"), 125;
+    if (!groups && (unshare(CLONE_NEWNS) || mount(NULL, "/", NULL, MS_REC | MS_PRIVATE, NULL) ||
+                    mount("none", "/sys/fs/cgroup", "tmpfs", MS_RDONLY, NULL)))
+        fail("control groups");
+    if (rootless >= 0) {
+        become_rootless(rootless);
+        if (setgroups(0, NULL) || setresgid(0, 0, 0) || setresuid(0, 0, 0)) fail("root of a user namespace");
+    }
     /* As the superuser, filters come first: they need no promise then. */
     if (!namespaces) {
         refuse(SYS_unshare, CLONE_NEWUSER, EPERM);

@@ -18,6 +18,8 @@ pub(crate) enum Setting {
     UserWithoutLandlock,
     /// The superuser, and a kernel without Landlock.
     RootWithoutLandlock,
+    /// The root of a container that an ordinary user started: it has two user IDs, root's and 65534.
+    RootlessContainer,
 }
 
 impl Setting {
@@ -30,16 +32,22 @@ impl Setting {
             Self::Container => "root in a container",
             Self::UserWithoutLandlock => "user without Landlock",
             Self::RootWithoutLandlock => "root without Landlock",
+            Self::RootlessContainer => "root in a rootless container",
         }
     }
 
     /// Whether the grader runs as the superuser.
-    pub(crate) fn is_root(self) -> bool {
+    fn is_root(self) -> bool {
         matches!(self, Self::Root | Self::Container | Self::RootWithoutLandlock)
     }
 
+    /// Whether only the superuser can create it.
+    pub(crate) fn needs_superuser(self) -> bool {
+        self.is_root() || self == Self::RootlessContainer
+    }
+
     /// The user of the grader, if not this process's. Each setting and each test process has a different one, so that
-    /// processes left running are found.
+    /// processes left running are found. The next one is a container's 65534.
     pub(crate) fn user(self) -> Option<u32> {
         let first = 1_000_000 + 8 * (std::process::id() % 100_000);
         (is_superuser() && !self.is_root()).then_some(first + self as u32)
@@ -51,13 +59,21 @@ impl Setting {
         match self {
             Self::User | Self::Root => {}
             Self::UserWithoutNamespaces => drop(command.arg("--no-user-namespaces")),
-            Self::Container => drop(command.args(["--no-user-namespaces", "--no-admin"])),
+            Self::Container => {
+                command.args(["--no-user-namespaces", "--no-admin", "--no-groups"]);
+            }
+            Self::RootlessContainer => {
+                command.args(["--no-user-namespaces", "--no-admin", "--no-groups", "--rootless"]);
+            }
             Self::UserWithoutLandlock | Self::RootWithoutLandlock => {
                 command.arg("--no-landlock");
             }
         }
         if let Some(user) = self.user() {
-            command.args(["--user", &user.to_string()]);
+            if self != Self::RootlessContainer {
+                command.arg("--user");
+            }
+            command.arg(user.to_string());
         }
         command.arg("--");
         command

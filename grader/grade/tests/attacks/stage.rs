@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
+use std::io;
 use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, lchown};
@@ -209,7 +210,8 @@ impl SharedStage {
         if let Some(user) = self.setting.user() {
             let left = processes().filter(|process| {
                 process.file_name() != Some(self.bystander.number.as_ref())
-                    && fs::metadata(process).is_ok_and(|metadata| metadata.uid() == user)
+                    && fs::metadata(process)
+                        .is_ok_and(|metadata| (user..user + 2).contains(&metadata.uid()))
             });
             complaints.extend(left.map(|process| format!("a process is left: {process:?}")));
         }
@@ -382,6 +384,16 @@ impl Stage<'_> {
 
     /// Remaining processes and scratch folders.
     pub(crate) fn left(&self) -> Vec<PathBuf> {
+        let mut left: Vec<PathBuf> =
+            self.remaining().iter().map(|number| Path::new("/proc").join(number)).collect();
+        left.extend(
+            fs::read_dir(self.path("scratch")).unwrap().flatten().map(|entry| entry.path()),
+        );
+        left
+    }
+
+    /// The numbers of the processes that remain after a while.
+    pub(crate) fn remaining(&self) -> Vec<OsString> {
         let mut running = self.running();
         // The kernel kills the remaining processes, which takes a moment on a busy machine.
         for _ in 0..2_000 {
@@ -391,12 +403,7 @@ impl Stage<'_> {
             std::thread::sleep(Duration::from_millis(5));
             running = self.running();
         }
-        let mut left: Vec<PathBuf> =
-            running.iter().map(|number| Path::new("/proc").join(number)).collect();
-        left.extend(
-            fs::read_dir(self.path("scratch")).unwrap().flatten().map(|entry| entry.path()),
-        );
-        left
+        running
     }
 
     /// The numbers of the processes of this stage's submission.
@@ -507,6 +514,14 @@ fn processes() -> impl Iterator<Item = PathBuf> {
     entries
         .filter(|entry| entry.file_name().as_encoded_bytes()[0].is_ascii_digit())
         .map(|entry| entry.path())
+}
+
+/// The child processes of a process.
+pub(crate) fn below(process: u32) -> Vec<u32> {
+    let threads = fs::read_dir(format!("/proc/{process}/task")).unwrap().flatten();
+    let lists = threads.map(|thread| fs::read_to_string(thread.path().join("children")));
+    let lists: Vec<String> = lists.map(io::Result::unwrap_or_default).collect();
+    lists.iter().flat_map(|list| list.split_ascii_whitespace()).flat_map(str::parse).collect()
 }
 
 /// Number of child processes that have not been waited for.

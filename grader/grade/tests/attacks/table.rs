@@ -2,7 +2,8 @@
 
 use super::setting::Setting;
 use super::setting::Setting::{
-    Container, Root, RootWithoutLandlock, User, UserWithoutLandlock, UserWithoutNamespaces,
+    Container, Root, RootWithoutLandlock, RootlessContainer, User, UserWithoutLandlock,
+    UserWithoutNamespaces,
 };
 
 /// The target of an attack.
@@ -61,6 +62,8 @@ pub(crate) struct Attack {
     pub(crate) limits: &'static [&'static str],
     /// Verdicts for settings in which they differ.
     pub(crate) differs: &'static [(Setting, Verdicts)],
+    /// Whether it takes memory or disk that no process shows: it runs alone, and gets through if the machine shows it.
+    pub(crate) is_measured: bool,
 }
 
 impl Attack {
@@ -71,7 +74,17 @@ impl Attack {
         expected: Verdicts,
     ) -> Self {
         let none: &[&str] = &[];
-        Self { what, mode, target, expected, build: "", earlier: "", limits: none, differs: &[] }
+        Self {
+            what,
+            mode,
+            target,
+            expected,
+            build: "",
+            earlier: "",
+            limits: none,
+            differs: &[],
+            is_measured: false,
+        }
     }
 
     const fn built_by(mut self, mode: &'static str) -> Self {
@@ -81,6 +94,11 @@ impl Attack {
 
     const fn after(mut self, mode: &'static str) -> Self {
         self.earlier = mode;
+        self
+    }
+
+    const fn measured(mut self) -> Self {
+        self.is_measured = true;
         self
     }
 
@@ -107,18 +125,26 @@ const NO_OUTPUT: Verdicts = &["no-output"];
 const MALFORMED: Verdicts = &["malformed"];
 const TIMED_OUT: Verdicts = &["timed-out"];
 const OUT_OF_MEMORY: Verdicts = &["out-of-memory"];
+/// Counted by the kernel, or refused where it does not count.
+const REFUSED_OR_COUNTED: Verdicts = &["pass", "out-of-memory"];
 const TOO_MUCH: Verdicts = &["too-much-output"];
 const BUILD_FAILED: Verdicts = &["build-failed"];
 /// The kernel refuses more processes, or the supervisor counts too many.
 const TOO_MANY: Verdicts = &["too-many-processes", "timed-out"];
 /// The call is refused, or its use is noticed.
 const REFUSED_OR_TOO_MUCH: Verdicts = &["pass", "too-much-output"];
+/// The space is full, or its use is noticed.
+const TOO_MUCH_OR_FULL: Verdicts = &["pass", "crashed", "too-much-output", "out-of-memory"];
 /// The file with the trace's name is one of the two.
 const EITHER: Verdicts = &["pass", "no-output"];
 
 /// Landlock does not hide the existence of files.
 const WITHOUT_WORLD: &[(Setting, Verdicts)] =
-    &[(UserWithoutNamespaces, &["breach"]), (Container, &["breach"])];
+    &[
+        (UserWithoutNamespaces, &["breach"]),
+        (Container, &["breach"]),
+        (RootlessContainer, &["breach"]),
+    ];
 
 /// All of them.
 pub(crate) const ATTACKS: &[Attack] = &[
@@ -361,7 +387,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
     ),
     Attack::new("stop the grader", "stop_others", Nothing, PASS),
     Attack::new("see other processes", "see_others", Process, PASS)
-        .but(&[(UserWithoutNamespaces, &["breach"]), (Container, &["breach"])]),
+        .but(WITHOUT_WORLD),
     Attack::new("trace the grader and others", "trace_others", Process, PASS),
     Attack::new("trace by every request", "trace_by_any_request", Process, PASS),
     Attack::new("read and change others' memory", "memory_of_others", Process, PASS),
@@ -380,12 +406,25 @@ pub(crate) const ATTACKS: &[Attack] = &[
     Attack::new("inherit the environment", "environment", Nothing, PASS),
     // Memory.
     Attack::new("memory bomb", "memory_bomb", Nothing, OUT_OF_MEMORY),
-    Attack::new("bomb of shared memory", "shared_memory_bomb", Nothing, OUT_OF_MEMORY),
+    Attack::new("bomb of shared memory", "shared_memory_bomb", Nothing, REFUSED_OR_COUNTED),
     Attack::new("memory in many processes", "forked_memory_bomb", Nothing, OUT_OF_MEMORY),
     Attack::new("memory in orphans", "memory_of_orphans", Nothing, OUT_OF_MEMORY),
-    Attack::new("a gigabyte in one call", "memory_at_once", Nothing, OUT_OF_MEMORY),
+    Attack::new("a gigabyte in one call", "memory_at_once", Nothing, REFUSED_OR_COUNTED),
     Attack::new("memory in page tables", "page_tables", Nothing, OUT_OF_MEMORY),
     Attack::new("memory in huge pages", "huge_pages", Nothing, PASS),
+    Attack::new("shared pages that nobody maps", "hidden_pages", Nothing, REFUSED_OR_COUNTED)
+        .measured(),
+    Attack::new(
+        "shared pages of /dev/zero that nobody maps",
+        "hidden_pages_of_zero",
+        Nothing,
+        REFUSED_OR_COUNTED,
+    )
+    .measured(),
+    Attack::new("60,000 mappings in ten processes", "many_mappings", Nothing, OUT_OF_MEMORY)
+        .measured(),
+    Attack::new("60,000 shared objects in ten processes", "many_objects", Nothing, OUT_OF_MEMORY)
+        .measured(),
     Attack::new(
         "memory in unlinked files",
         "unlinked_mappings",
@@ -427,6 +466,14 @@ pub(crate) const ATTACKS: &[Attack] = &[
         REFUSED_OR_TOO_MUCH,
     ),
     Attack::new("many unlinked files", "unlinked_files", Nothing, &["too-much-output", "crashed"]),
+    Attack::new("mapped files without a name", "mapped_files", Nothing, TOO_MUCH_OR_FULL).measured(),
+    Attack::new(
+        "mapped files without a name, allocated at once",
+        "mapped_allocations",
+        Nothing,
+        TOO_MUCH_OR_FULL,
+    )
+    .measured(),
     Attack::new("allocate a gigabyte", "large_allocation", Nothing, REFUSED_OR_TOO_MUCH),
     Attack::new("fill /tmp and /dev/shm", "shared_folders", Nothing, REFUSED_OR_TOO_MUCH),
     Attack::new("20,000 folders in each other", "deep_folders", Nothing, TOO_MUCH),
@@ -453,7 +500,10 @@ pub(crate) const ATTACKS: &[Attack] = &[
         Nothing,
         PASS,
     ),
-    Attack::new("signal to another run by the page cache", "page_cache", Nothing, PASS),
+    Attack::new("ask which pages of a file are in memory", "page_cache", Nothing, PASS),
+    Attack::new("take a file out of memory", "page_cache_emptied", Nothing, PASS),
+    Attack::new("read the machine's counts", "counts_of_machine", Nothing, PASS),
+    Attack::new("read the grader's folder in arguments", "folders_in_arguments", Nothing, PASS),
     Attack::new("keys and keyrings", "keys", Nothing, PASS),
     Attack::new("find shared objects that an earlier run left", "find_shared_names", Nothing, PASS)
         .after("leave_shared_names"),
@@ -542,7 +592,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
     Attack::new("a build that reads the oracle", "hand_in", Oracle, PASS).built_by("build_reads"),
     Attack::new("a build that finds the oracle by stat", "hand_in", Oracle, PASS)
         .built_by("exists_by_stat")
-        .but(&[(UserWithoutNamespaces, &["breach"]), (Container, &["breach"])]),
+        .but(WITHOUT_WORLD),
     Attack::new("a build that connects to loopback", "hand_in", Port, PASS)
         .built_by("connect_loopback"),
     Attack::new("a build that gains privileges", "hand_in", Nothing, PASS)
@@ -645,5 +695,12 @@ pub(crate) const ATTACKS: &[Attack] = &[
 ];
 
 /// All settings.
-pub(crate) const SETTINGS: [Setting; 6] =
-    [User, Root, UserWithoutNamespaces, Container, UserWithoutLandlock, RootWithoutLandlock];
+pub(crate) const SETTINGS: [Setting; 7] = [
+    User,
+    Root,
+    UserWithoutNamespaces,
+    Container,
+    UserWithoutLandlock,
+    RootWithoutLandlock,
+    RootlessContainer,
+];

@@ -678,7 +678,7 @@ fn missing_protections_are_warned_of() {
     let run = project.class(&["--unprotected"]);
     assert!(run.stdout.contains("  Run without protection.\n"), "{}", run.stdout);
     let report = project.json(&["class/ada", "--unprotected"]);
-    assert_eq!(report["protection_missing"].as_array().unwrap().len(), 6);
+    assert_eq!(report["protection_missing"].as_array().unwrap().len(), 7);
 }
 
 #[test]

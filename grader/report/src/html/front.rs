@@ -47,8 +47,8 @@ fn verdict(html: &mut Html, grading: &Grading) -> io::Result<()> {
         html.element("p", &[], &format!("Assignment {name}: {title}"));
     }
     html.open("p", &[("class", &format!("verdict {class}"))]).text(&words);
-    if let Hidden::NotRun { scenes } = grading.hidden {
-        html.markup(" ").text(&text::not_run(scenes));
+    if let Hidden::NotRun { scenes, reason } = grading.hidden {
+        html.markup(" ").text(&text::not_run(scenes, reason));
     }
     html.markup("</p><ul class=\"score\">");
     if grading.interrupted.is_none() {

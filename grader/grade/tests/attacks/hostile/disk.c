@@ -74,6 +74,24 @@ static void unlinked_files(void) {
     if (written >= 100) breach("100 MB in unlinked files");
     usleep(300000);
 }
+/* Up to 1,200 MB in files that have neither a name nor a descriptor, but are mapped. */
+static void map_nameless(int (*fill)(int file), int megabytes) {
+    for (int total = 0; total < 1200; total += megabytes) {
+        int file = open("mapped", O_RDWR | O_CREAT | O_EXCL, 0644);
+        unlink("mapped");
+        if (file < 0 || fill(file)) return;
+        if (mmap(NULL, 4096, PROT_READ, MAP_SHARED, file, 0) == MAP_FAILED) return;
+        close(file);
+    }
+    usleep(500000);
+}
+static int fill_by_writing(int file) {
+    static char block[8 << 20];
+    return write(file, block, sizeof block) < (ssize_t)sizeof block;
+}
+static int fill_by_allocation(int file) { return fallocate(file, 0, 0, 8 << 20); }
+static void mapped_files(void) { map_nameless(fill_by_writing, 8); }
+static void mapped_allocations(void) { map_nameless(fill_by_allocation, 8); }
 static void large_allocation(void) {
     int file = open("allocated", O_RDWR | O_CREAT, 0644);
     refused(fallocate(file, 0, 0, 1 << 30), "fallocate of a gigabyte");
@@ -163,7 +181,8 @@ static void churn(void) {
 const struct mode disk_modes[] = {
     MODE(flood_trace), MODE(flood_stdout), MODE(flood_stderr), MODE(flood_later), MODE(many_files),
     MODE(many_large_files), MODE(huge_claim), MODE(sparse_trace), MODE(sparse_over_limit), MODE(unlinked_file),
-    MODE(nameless_file), MODE(unlinked_files), MODE(large_allocation), MODE(shared_folders), MODE(deep_folders),
+    MODE(nameless_file), MODE(unlinked_files), MODE(large_allocation), MODE(mapped_files), MODE(mapped_allocations),
+    MODE(shared_folders), MODE(deep_folders),
     MODE(deep_long_folders), MODE(odd_names), MODE(many_names), MODE(many_links), MODE(many_attributes),
     MODE(many_descriptors), MODE(churn), {0},
 };

@@ -9,6 +9,7 @@
 #include <sys/sem.h>
 #include <sys/shm.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 #include <sys/un.h>
 
 static void leave_behind(void) {
@@ -187,10 +188,43 @@ static void page_cache(void) {
     void *memory = mmap(NULL, 4096, PROT_READ, MAP_SHARED, file, 0);
     denied(mincore(memory, 4096, pages), "mincore");
     denied(syscall(NR_cachestat, file, range, counts, 0), "cachestat");
+    denied(syscall(SYS_readahead, file, 0, 4096), "readahead");
+    struct iovec part = {pages, sizeof pages};
+    denied(syscall(SYS_preadv2, file, &part, 1, 0, 0, 8 /* RWF_NOWAIT */), "a read that does not wait");
+    denied(syscall(SYS_preadv2, file, &part, 1, 0, 0, 0x80 /* RWF_DONTCACHE */), "a read that empties the cache");
+}
+/* Takes a file out of memory, so that another run reads it from the disk. */
+static void page_cache_emptied(void) {
+    static char block[1 << 16];
+    struct rusage before, after;
+    int file = open("/usr/bin/env", O_RDONLY);
+    for (int k = 0; k < 2; ++k) {
+        getrusage(RUSAGE_SELF, &before);
+        for (off_t at = 0; pread(file, block, sizeof block, at) > 0; at += sizeof block) {}
+        getrusage(RUSAGE_SELF, &after);
+        if (k == 0) posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
+        else if (after.ru_inblock > before.ru_inblock) breach("a file was taken out of memory");
+    }
+}
+/* Counts of the machine since its start, such as of its processes. */
+static void counts_of_machine(void) {
+    const char *files[] = {"/proc/stat",    "/proc/loadavg", "/proc/meminfo",    "/proc/vmstat",
+                           "/proc/uptime",  "/proc/diskstats", "/proc/interrupts", "/proc/softirqs",
+                           "/proc/zoneinfo", "/proc/schedstat", "/proc/sys/fs/inode-nr", "/proc/sys/kernel/ns_last_pid"};
+    for (unsigned k = 0; k < LENGTH(files); ++k) cannot_read(files[k]);
+}
+/* The arguments of the first process, a part of the grader, name no folder of the machine. */
+static void folders_in_arguments(void) {
+    char arguments[4096];
+    int file = open("/proc/1/cmdline", O_RDONLY);
+    if (file < 0) return;
+    ssize_t count = read(file, arguments, sizeof arguments);
+    if (getppid() == 1 && count > 0 && memchr(arguments, '/', count)) breach("a folder in the arguments");
 }
 
 const struct mode ipc_modes[] = {
     MODE(leave_behind), MODE(make_system_v), MODE(find_system_v), MODE(message_queue), MODE(connect_by_name),
     MODE(socketpair_reused), MODE(socketpair_kinds), MODE(rights_by_socketpair), MODE(lock_own_file),
-    MODE(lock_system_file), MODE(keys), MODE(leave_shared_names), MODE(find_shared_names), MODE(page_cache), {0},
+    MODE(lock_system_file), MODE(keys), MODE(leave_shared_names), MODE(find_shared_names), MODE(page_cache),
+    MODE(page_cache_emptied), MODE(counts_of_machine), MODE(folders_in_arguments), {0},
 };

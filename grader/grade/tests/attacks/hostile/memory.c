@@ -14,7 +14,7 @@ static void shared_memory_bomb(void) {
     for (int k = 0; k < 1000; ++k) {
         char *memory =
             mmap(NULL, 1 << 22, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-        if (memory == MAP_FAILED) pause();
+        if (memory == MAP_FAILED) return;
         memset(memory, 1, 1 << 22);
     }
     breach("shared memory without end");
@@ -32,7 +32,7 @@ static void forked_memory_bomb(void) {
 static void memory_at_once(void) {
     /* One call takes it all. */
     void *memory = mmap(NULL, 1 << 30, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
-    if (memory == MAP_FAILED) abort();
+    if (memory == MAP_FAILED) return;
     sleep(5);
     breach("a gigabyte at once");
 }
@@ -59,6 +59,43 @@ static void page_tables(void) {
     sleep(1);
     breach("800 MB of page tables");
 }
+/* Pages of shared objects, which stay in memory although no process maps them: 700 MB. */
+static void hide_pages(int file, int flags) {
+    for (int k = 0; k < 44; ++k) {
+        char *memory = mmap(NULL, 16 << 20, PROT_READ | PROT_WRITE, MAP_SHARED | flags, file, 0);
+        if (memory == MAP_FAILED) return;
+        for (int part = 0; part < 16; ++part) {
+            memset(memory + (part << 20), 1, 1 << 20);
+            madvise(memory + (part << 20), 1 << 20, MADV_DONTNEED);
+        }
+    }
+    usleep(500000);
+}
+static void hidden_pages(void) { hide_pages(-1, MAP_ANONYMOUS); }
+static void hidden_pages_of_zero(void) { hide_pages(open("/dev/zero", O_RDWR), 0); }
+/* The kernel's memory for 60,000 mappings, or shared objects, in each of ten processes. */
+static void in_ten_processes(void (*fill)(void)) {
+    for (int k = 0; k < 10; ++k)
+        if (fork() == 0) {
+            fill();
+            usleep(1500000);
+            _exit(0);
+        }
+    while (wait(NULL) > 0) {}
+}
+static void map_pages(void) {
+    for (int k = 0; k < 60000; ++k) {
+        /* Neighbours of different protection are not merged, and a page that was touched has a chain of its own. */
+        char *page = mmap(NULL, 4096, k % 2 ? PROT_READ : PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (page == MAP_FAILED) return;
+    }
+}
+static void share_pages(void) {
+    for (int k = 0; k < 60000; ++k)
+        if (mmap(NULL, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0) == MAP_FAILED) return;
+}
+static void many_mappings(void) { in_ten_processes(map_pages); }
+static void many_objects(void) { in_ten_processes(share_pages); }
 static void huge_pages(void) {
     for (int k = 0; k < 512; ++k) {
         char *memory = mmap(NULL, 2 << 20, PROT_READ | PROT_WRITE,
@@ -183,7 +220,8 @@ static void honest_reservation(void) {
 
 const struct mode memory_modes[] = {
     MODE(memory_bomb), MODE(shared_memory_bomb), MODE(forked_memory_bomb), MODE(memory_at_once),
-    MODE(memory_of_orphans), MODE(page_tables), MODE(huge_pages), MODE(unlinked_mappings), MODE(full_pipes),
+    MODE(memory_of_orphans), MODE(page_tables), MODE(hidden_pages), MODE(hidden_pages_of_zero),
+    MODE(many_mappings), MODE(many_objects), MODE(huge_pages), MODE(unlinked_mappings), MODE(full_pipes),
     MODE(full_socketpairs), MODE(descriptors_in_flight), MODE(endless_recursion), MODE(locked_memory),
     MODE(honest_sharing), MODE(honest_mappings), MODE(honest_reservation), {0},
 };

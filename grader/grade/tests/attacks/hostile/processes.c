@@ -163,6 +163,12 @@ static void stubborn_daemons(void) {
         }
     while (wait(NULL) > 0) {}
 }
+static void lasting_daemons(void) {
+    stubborn_daemons();
+    pause_for_ever();
+}
+/* Honest: long enough that other runs end meanwhile. */
+static void honest_pause(void) { usleep(150000); }
 static void stopped_daemon(void) {
     int process = fork();
     if (process == 0) {
@@ -522,7 +528,8 @@ const struct mode process_modes[] = {
     MODE(fork_bomb), MODE(thread_bomb), MODE(vfork_bomb), MODE(processes_and_threads), MODE(zombie_flood),
     MODE(spin), MODE(sleep_long), MODE(stop_itself), MODE(ignore_signals), MODE(vfork_without_end),
     MODE(execute_without_end), MODE(spin_in_short_children), MODE(spin_in_orphans), MODE(spin_in_short_threads),
-    MODE(daemon_outlives), MODE(stubborn_daemons), MODE(stopped_daemon), MODE(own_reaper), MODE(output_kept_open),
+    MODE(daemon_outlives), MODE(stubborn_daemons), MODE(lasting_daemons),
+    MODE(honest_pause), MODE(stopped_daemon), MODE(own_reaper), MODE(output_kept_open),
     MODE(alter_afterwards), MODE(leader_ends_first), MODE(leader_ends_and_thread_spins), MODE(kill_others),
     MODE(kill_all), MODE(kill_by_other_calls), MODE(stop_others), MODE(see_others), MODE(trace_others),
     MODE(trace_by_any_request), MODE(memory_of_others), MODE(handles_of_processes), MODE(limit_others),

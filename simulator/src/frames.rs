@@ -16,7 +16,7 @@ use std::sync::Arc;
 use picture::canvas::{Corner, Paint};
 use picture::drawing::{Drawing, Shape};
 use picture::texture::Texture;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::materials::Materials;
 use crate::scene::{Color, Dimension, ParticlePath, Scene, SurfaceCorner};
@@ -95,8 +95,8 @@ impl Bounds {
 
 /// What the drawing of a scene needs besides positions, for the pages' own drawing code (`stage.js`). Lists of equal
 /// values have one element.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct Palette {
     dimension: usize,
     /// Particles.
@@ -108,9 +108,9 @@ pub struct Palette {
     edge_radii: Vec<f64>,
     edge_colors: Vec<String>,
     /// Particles of each face; a scene without faces has no such key.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     faces: Vec<Vec<usize>>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     face_colors: Vec<String>,
     trails: Vec<PaletteTrail>,
     background: String,
@@ -123,7 +123,8 @@ pub struct Palette {
 }
 
 /// A trail of a palette.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct PaletteTrail {
     particle: usize,
     duration: f64,
@@ -140,6 +141,30 @@ impl Palette {
         keep(&mut palette.edge_radii, &is_covered);
         keep(&mut palette.edge_colors, &is_covered);
         palette
+    }
+
+    /// Number of coordinates of a state, if all numbers of the palette fit together: lists have one element or one for
+    /// each, particles are there, and colours are colours. `None` otherwise.
+    pub fn n_coordinates(&self) -> Option<usize> {
+        let has_length = |length: usize, count: usize| length == count || length == 1;
+        let is_color =
+            |color: &String| color.len() == 6 && color.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let trails = self.trails.iter().map(|trail| &trail.color);
+        let lists = [&self.colors, &self.edge_colors, &self.face_colors];
+        let mut colors = lists.into_iter().flatten().chain(trails).chain([&self.background]);
+        let trails = self.trails.iter().map(|trail| &trail.particle);
+        let mut particles =
+            self.edges.iter().flatten().chain(self.faces.iter().flatten()).chain(trails);
+        let fits = [2, 3].contains(&self.dimension)
+            && self.extents.len() == self.dimension
+            && has_length(self.radii.len(), self.count)
+            && has_length(self.colors.len(), self.count)
+            && has_length(self.edge_radii.len(), self.edges.len())
+            && has_length(self.edge_colors.len(), self.edges.len())
+            && has_length(self.face_colors.len(), self.faces.len())
+            && colors.all(is_color)
+            && particles.all(|particle| *particle < self.count);
+        self.count.checked_mul(self.dimension).filter(|_| fits)
     }
 
     /// The palette of a scene. `bounds` count where the scene has no viewport. A face has one colour: that of its material,

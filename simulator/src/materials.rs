@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use picture::texture::{PIXELS, Texture};
 
-use crate::scene::{Color, Location, Mention, Surface, SurfaceCorner, read_bounded};
+use crate::scene::{Color, Location, Mention, Surface, SurfaceCorner, is_below, read_bounded};
 
 /// Colour of surfaces without a material.
 const SURFACE: Color = Color { r: 0.88, g: 0.56, b: 0.26 };
@@ -74,7 +74,8 @@ impl Default for Materials {
 impl Materials {
     /// Reads the files that the surface names, and notes what cannot be used, with file and line.
     pub fn read(surface: &Surface) -> (Self, Vec<String>) {
-        let mut reader = Reader::default();
+        let confined_to = surface.confined_to.clone();
+        let mut reader = Reader { confined_to, ..Reader::default() };
         let materials = reader.read(surface);
         let Reader { mut notes, n_notes, .. } = reader;
         if n_notes > notes.len() {
@@ -128,6 +129,8 @@ struct Reader {
     pictures: HashMap<PathBuf, Option<Texture>>,
     /// Pixels of all textures.
     pixels: usize,
+    /// The folder that files must be below, if any.
+    confined_to: Option<PathBuf>,
 }
 
 impl Reader {
@@ -184,14 +187,21 @@ impl Reader {
         materials
     }
 
+    /// The content of a file; an error says why it is not used.
+    fn content(&self, path: &Path) -> Result<Vec<u8>, String> {
+        if self.confined_to.as_ref().is_some_and(|folder| !is_below(folder, path)) {
+            return Err("it is not below the scene's folder".to_owned());
+        }
+        read_bounded(path).map_err(|error| error.problem.to_string())
+    }
+
     /// Reads a library. The first material of a name counts.
     fn library(&mut self, path: &Path, mention: &str) {
         let file = path.display();
-        let bytes = match read_bounded(path) {
+        let bytes = match self.content(path) {
             Ok(bytes) => bytes,
             Err(error) => {
-                let what = format!("the material library {file}: {}", error.problem);
-                return self.note(mention, &what);
+                return self.note(mention, &format!("the material library {file}: {error}"));
             }
         };
         // Names and comments may be in any encoding.
@@ -257,7 +267,7 @@ impl Reader {
     /// The picture in a file.
     fn picture(&mut self, path: &Path, what: &str) -> Option<&Texture> {
         if !self.pictures.contains_key(path) {
-            let read = read_bounded(path).map_err(|error| error.problem.to_string());
+            let read = self.content(path);
             let read = read.and_then(|bytes| Ok(Texture::from_png(&bytes)?));
             let picture = match read {
                 Ok(picture) => Some(picture),

@@ -59,6 +59,8 @@ pub enum Problem {
     Unreadable { source: std::io::Error },
     #[error("the file has {size} bytes, and a scene may have at most {limit}")]
     TooLarge { size: u64, limit: u64 },
+    #[error("the scene has more than {limit} {what}")]
+    Exceeds { what: &'static str, limit: u64 },
     #[error("this is not UTF-8 text: invalid byte 0x{byte:02x}")]
     NotText { byte: u8 },
     #[error("the file is empty")]
@@ -131,6 +133,9 @@ impl Problem {
             Self::Unreadable { .. } => "check the path and its permissions".into(),
             Self::SecondRoot { .. } => "put everything into the first <scene>".into(),
             Self::TooLarge { .. } => "split the scene, or check that this is the right file".into(),
+            Self::Exceeds { what, .. } => {
+                format!("if you trust the scene, raise this limit: --limit {what}=NUMBER")
+            }
             Self::NotText { .. } => "a scene is text; check that this is the right file".into(),
             Self::Empty | Self::NoRoot => {
                 "a scene is an XML file whose root element is <scene>".into()

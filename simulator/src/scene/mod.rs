@@ -273,6 +273,8 @@ pub struct Surface {
     pub libraries: Vec<Mention>,
     /// `usemtl`: materials, each with the number of the first face that has it.
     pub materials: Vec<(usize, Mention)>,
+    /// The folder that all these files must be below, if any.
+    pub confined_to: Option<PathBuf>,
 }
 
 /// A name in an OBJ file.
@@ -320,6 +322,47 @@ pub struct ParseOptions {
     pub strict: bool,
     /// Values that replace those of the file.
     pub overrides: Overrides,
+    /// Meshes, material libraries and pictures must be below the scene's folder; links count where they lead.
+    pub confined: bool,
+    /// The sizes of scenes that are read.
+    pub limits: SceneLimits,
+}
+
+/// Sizes that a scene may have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneLimits {
+    /// Bytes of each of its files.
+    pub bytes: u64,
+    /// Particles.
+    pub particles: u64,
+    /// Forces, one an element.
+    pub forces: u64,
+}
+
+impl Default for SceneLimits {
+    fn default() -> Self {
+        Self { bytes: MAX_FILE_SIZE, particles: u64::MAX, forces: u64::MAX }
+    }
+}
+
+impl SceneLimits {
+    /// The names of the limits.
+    pub const NAMES: [&str; 3] = ["bytes", "particles", "forces"];
+
+    /// The limit of this name; `None` if there is none.
+    pub fn named(&mut self, name: &str) -> Option<&mut u64> {
+        match name {
+            "bytes" => Some(&mut self.bytes),
+            "particles" => Some(&mut self.particles),
+            "forces" => Some(&mut self.forces),
+            _ => None,
+        }
+    }
+
+    /// A problem if there are more.
+    fn check(count: usize, limit: u64, what: &'static str) -> Result<(), Problem> {
+        if count as u64 <= limit { Ok(()) } else { Err(Problem::Exceeds { what, limit }) }
+    }
 }
 
 /// Values that replace the file's own.
@@ -370,7 +413,7 @@ pub fn load(
     vocabulary: &Vocabulary,
     options: &ParseOptions,
 ) -> Result<Parsed, SceneError> {
-    let bytes = read_bounded(path)?;
+    let bytes = read_at_most(path, options.limits.bytes)?;
     parse_bytes(&bytes, path, vocabulary, options)
 }
 
@@ -387,11 +430,31 @@ pub fn parse_bytes(
 ) -> Result<Parsed, SceneError> {
     let name = path.display().to_string();
     let text = decode(bytes, &name)?;
-    if json::is_json(path) {
+    let parsed = if json::is_json(path) {
         json::parse(text, path, vocabulary, options)
     } else {
         xml::parse(text, &name, vocabulary, options)
-    }
+    }?;
+    let SceneLimits { particles, forces, .. } = options.limits;
+    SceneLimits::check(parsed.scene.particles.len(), particles, "particles")
+        .and_then(|()| SceneLimits::check(parsed.scene.forces.len(), forces, "forces"))
+        .map_err(|problem| SceneError::whole_file(&name, problem))?;
+    Ok(parsed)
+}
+
+/// Whether a file that a scene names is below its folder: by its path, and where links lead.
+pub(crate) fn is_below(folder: &Path, path: &Path) -> bool {
+    use std::path::Component;
+    let is_inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    let is_named_below =
+        path.strip_prefix(folder).is_ok_and(|rest| rest.components().all(is_inside));
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let leads_below = match (folder.canonicalize(), path.canonicalize()) {
+        (Ok(folder), Ok(path)) => path.starts_with(folder),
+        // It cannot be read either.
+        _ => true,
+    };
+    is_named_below && leads_below
 }
 
 /// Decodes the content of the file `name` as text without its byte order mark.
@@ -408,23 +471,30 @@ fn decode<'b>(bytes: &'b [u8], name: &str) -> Result<&'b str, SceneError> {
 /// The whole file, refused by its size before it is read.
 ///
 /// # Errors
-/// If it cannot be read, or is too large.
+/// If it cannot be read, or is larger than [`MAX_FILE_SIZE`].
 pub fn read_bounded(path: &Path) -> Result<Vec<u8>, SceneError> {
+    read_at_most(path, MAX_FILE_SIZE)
+}
+
+fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, SceneError> {
     use std::io::Read;
     let unreadable = |source: std::io::Error| SceneError::unreadable(path, source);
     let too_large = |size| {
-        let name = path.display().to_string();
-        SceneError::whole_file(&name, Problem::TooLarge { size, limit: MAX_FILE_SIZE })
+        let problem = match limit < MAX_FILE_SIZE {
+            true => Problem::Exceeds { what: "bytes", limit },
+            false => Problem::TooLarge { size, limit },
+        };
+        SceneError::whole_file(&path.display().to_string(), problem)
     };
     let file = crate::input::open(path).map_err(unreadable)?;
     let metadata = file.metadata().map_err(unreadable)?;
-    if metadata.len() > MAX_FILE_SIZE {
+    if metadata.len() > limit {
         return Err(too_large(metadata.len()));
     }
     let mut bytes = Vec::new();
     // It may grow meanwhile.
-    file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > MAX_FILE_SIZE {
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > limit {
         return Err(too_large(bytes.len() as u64));
     }
     Ok(bytes)

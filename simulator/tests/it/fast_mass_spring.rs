@@ -17,7 +17,7 @@ fn scene(elements: &str, dt: f64, steps: u32, options: &[(&str, &str)]) -> Scene
     );
     let options = options.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned()));
     let overrides = Overrides { options: options.collect(), ..Overrides::default() };
-    let options = ParseOptions { strict: true, overrides };
+    let options = ParseOptions { strict: true, overrides, ..ParseOptions::default() };
     xml::parse(&text, "test.xml", &vocabulary(), &options).unwrap_or_else(|e| panic!("{e}")).scene
 }
 

@@ -482,3 +482,53 @@ fn a_scene_that_cannot_be_read_is_an_error() {
     assert_eq!(run.status.code(), Some(2));
     assert!(stderr(&run).contains("scene.xml"), "{}", stderr(&run));
 }
+
+/// Whoever opens connections and sends a byte now and then does not keep the page out.
+#[test]
+fn dripping_connections_delay_no_request() {
+    let viewer = Viewer::start(SCENE);
+    let mut dripping: Vec<TcpStream> =
+        (0..50).map(|_| TcpStream::connect(&viewer.host).unwrap()).collect();
+    for byte in b"GET /" {
+        for stream in &mut dripping {
+            // The server may have closed it.
+            let _ = stream.write_all(&[*byte]);
+        }
+    }
+    assert_eq!(viewer.get("").status, 200);
+    let opened = viewer.open();
+    let (status, _) = viewer.frame(&step(&opened));
+    assert_eq!(status[0]["step"], 1);
+    // Nobody gave up before.
+    drop(dripping);
+}
+
+#[test]
+fn a_scene_beyond_a_limit_is_refused_with_its_name_and_shown_if_it_is_raised() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("scene.xml"), SCENE).unwrap();
+    fs::write(folder.path().join("net.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    fs::write(folder.path().join("net.json"), r#"{"obj": "net.obj", "k": 1, "m": 1}"#).unwrap();
+    let corners: String = (1..=2000).map(|number| format!(" {number}")).collect();
+    let vertices: String = (0..2000).map(|number| format!("v {number} 0 0\n")).collect();
+    fs::write(folder.path().join("face.obj"), format!("{vertices}f{corners}\n")).unwrap();
+    fs::write(folder.path().join("face.json"), r#"{"obj": "face.obj", "k": 1, "m": 1}"#).unwrap();
+    for (scene, limit, what) in [
+        ("scene.xml", "particles=1", "more than 1 particles"),
+        ("scene.xml", "forces=1", "more than 1 forces"),
+        ("scene.xml", "bytes=100", "more than 100 bytes"),
+        ("net.json", "particles=2", "more than 2 particles"),
+        ("net.json", "forces=2", "more than 2 forces"),
+        ("net.json", "bytes=20", "more than 20 bytes"),
+        // Two million pairs of vertices.
+        ("face.json", "particles=5000", "more than 1000000 forces"),
+    ] {
+        let run = simulate(folder.path(), &["view", scene, "--limit", limit]);
+        let name = what.rsplit(' ').next().unwrap();
+        let help = format!("--limit {name}=NUMBER");
+        assert!(stderr(&run).contains(what) && stderr(&run).contains(&help), "{}", stderr(&run));
+        assert_eq!(run.status.code(), Some(2));
+    }
+    let run = simulate(folder.path(), &["view", "scene.xml", "--limit", "colours=2"]);
+    assert!(stderr(&run).contains("the limits are bytes, particles, forces"), "{}", stderr(&run));
+}

@@ -136,6 +136,10 @@ struct Cli {
     #[arg(long)]
     strict: bool,
 
+    /// Read meshes, material libraries and pictures only from below the scene's folder, as for a scene of somebody else
+    #[arg(long)]
+    confined: bool,
+
     #[command(flatten)]
     film: FilmArgs,
 
@@ -238,6 +242,8 @@ fn run(cli: &Cli) -> Result<(), Failure> {
             duration: cli.duration,
             options: cli.options.clone(),
         },
+        confined: cli.confined,
+        ..ParseOptions::default()
     };
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
     let path = path.ok_or_else(|| Failure::Input("no scene file given".to_owned()))?;

@@ -28,7 +28,8 @@ use super::resolve::{refuse_force, set_options};
 use super::schema::{Domain, ForceSchema, IntegratorOptions, IntegratorSchema, Vocabulary};
 use super::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, MAX_STEPS, MeshFile, PARTICLE_RADIUS,
-    ParseOptions, Parsed, Particle, Rendering, Scene, Surface, decode, read_bounded, step_count,
+    ParseOptions, Parsed, Particle, Rendering, Scene, SceneLimits, Surface, decode, is_below,
+    read_at_most, read_bounded, step_count,
 };
 use document::{Document, NoDocument, parse_number, wrong_value};
 use obj::Mesh;
@@ -87,11 +88,25 @@ pub fn parse(
 
     let folder = path.parent().unwrap_or(Path::new(""));
     let mesh_path = folder.join(&settings.mesh);
+    let texture = settings.texture.as_ref().map(|texture| folder.join(texture));
+    if options.confined {
+        let named = [("obj", Some(&mesh_path)), ("png", texture.as_ref())];
+        for (key, path) in named.into_iter().filter_map(|(key, path)| Some((key, path?))) {
+            if !is_below(folder, path) {
+                let name = excerpt(&path.display().to_string());
+                let offset = settings.offsets[usize::from(key == "png")];
+                return Err(source.error(offset, JsonProblem::Outside { key, name }));
+            }
+        }
+    }
     let mesh_name = mesh_path.display().to_string();
-    let bytes = read_mesh(&mesh_path, &settings, source)?;
+    let limits = &options.limits;
+    let bytes = read_mesh(&mesh_path, limits.bytes, &settings, source)?;
     let mesh_source = &mut Source::new(&mesh_name, decode(&bytes, &mesh_name)?);
     let mesh = Mesh::read(mesh_source, &mut warnings)?;
-    let springs = springs::springs(&mesh, mesh_source, &mut warnings)?;
+    SceneLimits::check(mesh.positions.len(), limits.particles, "particles")
+        .map_err(|problem| SceneError::whole_file(&mesh_name, problem))?;
+    let springs = springs::springs(&mesh, limits.forces, mesh_source, &mut warnings)?;
     let masses = match settings.mass {
         Some(mass) => vec![mass; mesh.positions.len()],
         None => areas(&mesh, mesh_source)?,
@@ -137,10 +152,11 @@ pub fn parse(
         return Err(SceneError::whole_file(&name, problem));
     }
 
-    let texture = settings.texture.map(|texture| folder.join(texture));
     let faces = mesh.faces();
     let Mesh { libraries, materials, .. } = mesh;
-    let surface = Surface { faces, texture, mesh: mesh_path.clone(), libraries, materials };
+    let confined_to = options.confined.then(|| folder.to_path_buf());
+    let surface =
+        Surface { faces, texture, mesh: mesh_path.clone(), libraries, materials, confined_to };
     let scene = Scene {
         rendering: Rendering { surface, ..Rendering::default() },
         duration,
@@ -163,7 +179,8 @@ pub fn parse(
 /// Settings from the JSON file.
 struct Settings<'a> {
     mesh: String,
-    mesh_offset: usize,
+    /// Where the values of `obj` and `png` stand.
+    offsets: [usize; 2],
     texture: Option<String>,
     stiffness: f64,
     stiffness_location: Location,
@@ -202,7 +219,8 @@ impl<'a> Settings<'a> {
             wind: wind.then(|| locate("wind")),
             start: locate(""),
             mesh,
-            mesh_offset: source.offset_of(mesh_text),
+            offsets: ["obj", "png"]
+                .map(|key| document.find(key).map_or(0, |text| source.offset_of(text))),
             texture,
             stiffness,
             mass,
@@ -232,15 +250,16 @@ impl<'a> Settings<'a> {
 /// Reads the mesh file. A missing mesh is an error of the scene file.
 fn read_mesh(
     path: &Path,
+    limit: u64,
     settings: &Settings<'_>,
     source: &mut Source<'_>,
 ) -> Result<Vec<u8>, SceneError> {
     let mut unreadable = |read_error| {
         let mesh = path.display().to_string();
         let problem = JsonProblem::MeshUnreadable { mesh, source: read_error };
-        source.error(settings.mesh_offset, problem)
+        source.error(settings.offsets[0], problem)
     };
-    read_bounded(path).map_err(|error| match *error.problem {
+    read_at_most(path, limit).map_err(|error| match *error.problem {
         Problem::Unreadable { source } => unreadable(source),
         problem => SceneError { problem: Box::new(problem), ..error },
     })

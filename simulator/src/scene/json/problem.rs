@@ -28,6 +28,8 @@ pub enum JsonProblem {
     PinnedTwice { vertex: usize },
     #[error("the mesh {mesh} cannot be read: {source}")]
     MeshUnreadable { mesh: String, source: std::io::Error },
+    #[error("{key:?} names {name:?}, which is not below the scene's folder")]
+    Outside { key: &'static str, name: String },
     #[error("the mesh has no vertices")]
     NoVertices,
     #[error("the mesh has no faces or lines, and so no springs")]
@@ -87,6 +89,9 @@ impl JsonProblem {
             }
             Self::MeshUnreadable { .. } => {
                 "name an OBJ file by its path from the scene's folder".into()
+            }
+            Self::Outside { .. } => {
+                "put the file into the scene's folder, and name it by its path from there".into()
             }
             Self::NoVertices => "check that this is an OBJ file: a vertex is \"v 0.5 1 0\"".into(),
             Self::NoSprings => "join vertices, for instance by \"f 1 2\"".into(),

@@ -16,6 +16,7 @@ use std::collections::HashSet;
 use super::obj::{Corner, ElementKind, Mesh};
 use super::problem::JsonProblem;
 use super::source::{Source, Warnings};
+use crate::scene::SceneLimits;
 use crate::scene::error::SceneError;
 
 /// The most pairs that faces and lines may join, each counted as often as it is joined. A face of n
@@ -28,13 +29,14 @@ pub(super) struct MeshSpring {
     pub(super) rest_length: f64,
 }
 
-/// The springs of `mesh`, which stands in `source`.
+/// The springs of `mesh`, which stands in `source`; at most `most`.
 ///
 /// # Errors
 /// If there are too many pairs, or a spring is too long; under `strict` where two vertices are joined
 /// by an element of their own although they are joined already, or where none are.
 pub(super) fn springs(
     mesh: &Mesh,
+    most: u64,
     source: &mut Source<'_>,
     warnings: &mut Warnings,
 ) -> Result<Vec<MeshSpring>, SceneError> {
@@ -50,6 +52,8 @@ pub(super) fn springs(
             let problem = JsonProblem::TooManyPairs { limit: MAX_PAIRS };
             return Err(source.error(corners[0].place as usize, problem));
         }
+        SceneLimits::check(n_pairs, most, "forces")
+            .map_err(|problem| SceneError::whole_file(source.name, problem))?;
         for (start, a) in corners.iter().enumerate() {
             let others = match kind {
                 ElementKind::Face => &corners[start + 1..],

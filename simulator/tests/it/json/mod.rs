@@ -50,7 +50,7 @@ fn load(path: &Path, strict: bool) -> Result<Parsed, SceneError> {
     let vocabulary = vocabulary();
     let integrator = vocabulary.integrator(INTEGRATOR);
     let overrides = Overrides { integrator, ..Overrides::default() };
-    scene::load(path, &vocabulary, &ParseOptions { strict, overrides })
+    scene::load(path, &vocabulary, &ParseOptions { strict, overrides, ..ParseOptions::default() })
 }
 
 fn masses(scene: &Scene) -> Vec<f64> {

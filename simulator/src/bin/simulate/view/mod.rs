@@ -13,21 +13,25 @@
 //! starts with a token of 128 random bits. A request names this address as its host: the name of another site that
 //! resolves to it (DNS rebinding) is refused. So is a request from a page of another origin. A request that changes
 //! something must name its origin, as browsers do.
+//!
+//! A scene may be a stranger's. Its sizes are limited, and memory with them; what a request computes has the two times above,
+//! and opening the page takes time in proportion to the sizes.
 
+mod connections;
 mod http;
 mod run;
 mod worker;
 
 use std::fmt::Write as _;
-use std::io::{self, BufReader, Read, Write};
+use std::io::{self, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use connections::{Connections, Requests};
 use http::{Request, Response, Status};
 use picture::web;
 use run::{Advance, Hold, Run, Settings};
@@ -37,7 +41,9 @@ use simulator::generate::{parse_integrator, parse_option};
 use simulator::integrator::{self, Interrupt};
 use simulator::materials::Materials;
 use simulator::scene::schema::IntegratorSchema;
-use simulator::scene::{EDGE_RADIUS, Edge, Overrides, PARTICLE_RADIUS, ParseOptions, Scene};
+use simulator::scene::{
+    EDGE_RADIUS, Edge, Overrides, PARTICLE_RADIUS, ParseOptions, Scene, SceneLimits,
+};
 use simulator::simulation::Simulation;
 
 use super::{Failure, load, materials, parse_time_step};
@@ -64,11 +70,11 @@ const LONGEST_FRAME: f64 = 100.0;
 /// Most runs side by side.
 const MAX_RUNS: usize = 2;
 
-/// Most connections at a time; a browser opens six.
-const MAX_CONNECTIONS: usize = 24;
+/// Time after which a response that nobody takes is given up.
+const WRITE: Duration = Duration::from_secs(60);
 
-/// Time after which a connection without a request is closed.
-const IDLE: Duration = Duration::from_secs(60);
+/// Sizes of scenes that are shown unless others are given.
+const LIMITS: SceneLimits = SceneLimits { bytes: 64 << 20, particles: 100_000, forces: 1_000_000 };
 
 /// How long, and for how many bytes, the rest of a refused request is read.
 const LINGER: Duration = Duration::from_secs(1);
@@ -119,6 +125,24 @@ pub(super) struct View {
     /// Unknown elements and attributes of the scene are errors, not warnings
     #[arg(long)]
     strict: bool,
+
+    /// Read meshes, material libraries and pictures only from below the scene's folder
+    #[arg(long)]
+    confined: bool,
+
+    /// Set a limit of the scene, as in --limit particles=500000 (repeatable). Limits: bytes of each file (64 MiB), particles
+    /// (100,000), forces (1,000,000)
+    #[arg(long = "limit", value_name = "NAME=NUMBER", value_parser = parse_limit)]
+    limits: Vec<(String, u64)>,
+}
+
+fn parse_limit(text: &str) -> Result<(String, u64), String> {
+    let (name, number) = parse_option(text)?;
+    let limits = SceneLimits::NAMES.join(", ");
+    let limit = SceneLimits::default().named(&name).is_some().then_some(number);
+    let number = limit.ok_or_else(|| format!("the limits are {limits}"))?;
+    let number = number.parse().map_err(|_| format!("{number:?} is not a whole number"))?;
+    Ok((name, number))
 }
 
 /// Serves the page until the program is ended.
@@ -129,7 +153,12 @@ pub(super) fn run(view: &View) -> Result<(), Failure> {
         duration: None,
         options: view.options.clone(),
     };
-    let scene = load(&view.scene, &ParseOptions { strict: view.strict, overrides })?.scene;
+    let mut limits = LIMITS;
+    for (name, number) in &view.limits {
+        limits.named(name).into_iter().for_each(|limit| *limit = *number);
+    }
+    let (strict, confined) = (view.strict, view.confined);
+    let scene = load(&view.scene, &ParseOptions { strict, overrides, confined, limits })?.scene;
     let cannot = |error: io::Error| Failure::Input(format!("no port on 127.0.0.1: {error}"));
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).map_err(cannot)?;
     let host = listener.local_addr().map_err(cannot)?.to_string();
@@ -142,7 +171,7 @@ pub(super) fn run(view: &View) -> Result<(), Failure> {
         server.origin, server.token
     );
     Failure::of_stdout(printed.and_then(|()| out.flush()))?;
-    let connections = AtomicUsize::new(0);
+    let connections = Connections::default();
     thread::scope(|scope| {
         for stream in listener.incoming() {
             // Too many open files: until one is closed.
@@ -150,15 +179,12 @@ pub(super) fn run(view: &View) -> Result<(), Failure> {
                 thread::sleep(Duration::from_millis(10));
                 continue;
             };
-            if connections.fetch_add(1, Ordering::Relaxed) >= MAX_CONNECTIONS {
-                connections.fetch_sub(1, Ordering::Relaxed);
-                continue;
-            }
+            let Some(number) = connections.admit(&stream) else { continue };
             let (server, connections) = (&server, &connections);
             scope.spawn(move || {
                 // A connection that breaks off concerns nobody else.
-                let _ = server.serve(stream);
-                connections.fetch_sub(1, Ordering::Relaxed);
+                let _ = server.serve(stream, || connections.know(number));
+                connections.forget(number);
             });
         }
     });
@@ -232,17 +258,22 @@ impl<'a> Server<'a> {
         })
     }
 
-    /// Answers the requests of a connection.
-    fn serve(&self, mut stream: TcpStream) -> io::Result<()> {
-        stream.set_read_timeout(Some(IDLE))?;
-        stream.set_write_timeout(Some(IDLE))?;
+    /// Answers the requests of a connection. `know` is called when it has sent the token; without it, it has one request.
+    fn serve(&self, mut stream: TcpStream, know: impl Fn()) -> io::Result<()> {
+        stream.set_write_timeout(Some(WRITE))?;
         stream.set_nodelay(true)?;
-        let mut reader = BufReader::new(stream.try_clone()?);
+        let mut requests = Requests::of(stream.try_clone()?);
+        let mut is_known = false;
         loop {
-            match Request::read(&mut reader) {
+            match Request::read(requests.next(is_known)?) {
                 Ok(Some(request)) => {
-                    self.answer(&request).write(&mut stream, request.closes)?;
-                    if request.closes {
+                    is_known = self.inside(&request).is_some();
+                    if is_known {
+                        know();
+                    }
+                    let closes = request.closes || !is_known;
+                    self.answer(&request).write(&mut stream, closes)?;
+                    if closes {
                         return Ok(());
                     }
                 }
@@ -251,12 +282,17 @@ impl<'a> Server<'a> {
                     refusal.write(&mut stream, true)?;
                     // To close with bytes that nobody read would reset the connection, and lose the response.
                     stream.shutdown(Shutdown::Write)?;
-                    stream.set_read_timeout(Some(LINGER))?;
-                    io::copy(&mut reader.take(MAX_LINGER), &mut io::sink())?;
+                    requests.drain(LINGER, MAX_LINGER)?;
                     return Ok(());
                 }
             }
         }
+    }
+
+    /// What a request asks for, if its path starts with the token.
+    fn inside<'r>(&self, request: &'r Request) -> Option<&'r str> {
+        let (token, name) = request.target[1..].split_once('/')?;
+        is_same(token, &self.token).then_some(name)
     }
 
     fn answer(&self, request: &Request) -> Response {
@@ -267,8 +303,7 @@ impl<'a> Server<'a> {
         if request.origin.as_ref().is_some_and(|origin| *origin != self.origin) {
             return forbidden("the Origin header is not that of this page");
         }
-        let inside = request.target[1..].split_once('/');
-        let Some((_, name)) = inside.filter(|(token, _)| is_same(token, &self.token)) else {
+        let Some(name) = self.inside(request) else {
             return forbidden(
                 "the address lacks its token: open the address that simulate view printed",
             );

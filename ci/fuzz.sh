@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Fuzzes the scene parsers and trace readers, each for $1 seconds (600 where it is left out). No part of .ci/run:
+# Fuzzes the parsers of students' files, each for $1 seconds (600 where it is left out). No part of .ci/run:
 # it needs `cargo install cargo-fuzz`. What it finds is reported and kept in ci/fuzz/artifacts; put such an input
 # into ci/fuzz/seeds/<target>/ with its correction, where `cargo test` tries it on every run.
 set -euo pipefail
 cd "$(dirname "$0")/fuzz"
 
 seconds=${1:-600}
-for target in scene-xml scene-json trace-csv trace-fosssim; do
+for target in scene-xml scene-json trace-csv trace-fosssim manifest metadata printed record report sheet tokens; do
     echo "+ cargo fuzz run $target, for $seconds seconds"
     mkdir -p "corpus/$target"
     options=(-max_total_time="$seconds" -max_len=6000 -timeout=10 -rss_limit_mb=1024 -print_final_stats=1)

@@ -41,10 +41,11 @@ use simulator::vocabulary;
 use tempfile::TempDir;
 
 use crate::compare::Criteria;
+use crate::own_file::read_text;
 use crate::rubric::OtherRoot;
 use crate::submission::program::{Program, SceneSource};
 use crate::submission::{StateSource, builtin};
-use crate::suite::{Case, Suite, hash_bytes, read_text};
+use crate::suite::{Case, Suite, hash_bytes};
 use crate::verdict::{Failure, Fault, Verdict};
 
 /// Number of steps that are compared.

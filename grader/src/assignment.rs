@@ -37,7 +37,8 @@ use simulator::scene::schema::StepEquation;
 use simulator::vocabulary;
 use toml::Spanned;
 
-use crate::suite::{Case, Feature, Section, SolverName, Suite, line_and_column, read_text};
+use crate::own_file::read_text;
+use crate::suite::{Case, Feature, Section, SolverName, Suite, line_and_column};
 
 pub use fit::fitting;
 

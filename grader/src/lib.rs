@@ -28,6 +28,7 @@
 //! - [`sibling`]: scenes with the same features and other numbers, drawn by a seed.
 //! - [`oracle`]: regeneration and verification of the stored traces.
 //! - [`init`]: skeletons of submissions.
+//! - [`door`]: files of students; [`own_file`]: all others; [`printed`]: text of students.
 
 pub mod assignment;
 pub mod selection;
@@ -60,5 +61,7 @@ pub mod similar;
 pub mod init;
 pub mod probe;
 
+pub mod door;
 pub mod oracle;
+pub mod own_file;
 pub mod printed;

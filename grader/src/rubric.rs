@@ -80,7 +80,8 @@ use crate::assignment::Assignment;
 use crate::compare::{Calibrated, Criteria, Tolerances};
 use crate::creative::CreativeRule;
 use crate::late::{LateRule, PlatformRule};
-use crate::suite::{Case, Feature, Section, Suite, line_and_column, read_text};
+use crate::own_file::read_text;
+use crate::suite::{Case, Feature, Section, Suite, line_and_column};
 use crate::verdict::number;
 use sandbox::{Limits, Protection};
 

@@ -5,7 +5,6 @@
 
 use std::collections::HashMap;
 use std::fmt;
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
@@ -312,18 +311,6 @@ pub(crate) fn line_and_column(text: &str, start: usize) -> (usize, usize) {
     let before = text.get(..start).unwrap_or(text);
     let column = before.chars().rev().take_while(|character| *character != '\n').count() + 1;
     (before.matches('\n').count() + 1, column)
-}
-
-/// The text of a file of at most `limit` MiB. Stops reading a larger file at the limit.
-pub(crate) fn read_text(path: &Path, limit: u64) -> io::Result<String> {
-    let mut bytes = Vec::new();
-    let limit_in_bytes = limit << 20;
-    File::open(path)?.take(limit_in_bytes + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > limit_in_bytes {
-        let message = format!("it is larger than {limit} MiB");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
-    }
-    String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }
 
 /// Reasons why a scene has no usable trace.

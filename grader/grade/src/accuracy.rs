@@ -1,9 +1,10 @@
 //! `grade accuracy`: measures error against computing time, of the built-in simulator and of a submission.
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
+use grader::class::fingerprint::Fingerprint;
+use grader::own_file;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -142,32 +143,12 @@ fn open(path: &Path, args: &AccuracyArgs) -> Result<Submission, Stop> {
 fn provenance(args: &AccuracyArgs) -> Result<String, Stop> {
     let own = std::env::current_exe().map_err(Stop::fault)?;
     let mut hash = Sha256::new();
-    hash.update(fs::read(own).map_err(Stop::fault)?);
+    hash.update(own_file::read(&own).map_err(Stop::fault)?);
     if let Some(path) = &args.submission {
-        let mut pending = vec![path.clone()];
-        let mut files = Vec::new();
-        while let Some(path) = pending.pop() {
-            let unreadable =
-                |error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
-            if path.is_dir() {
-                for entry in fs::read_dir(&path).map_err(unreadable)? {
-                    let entry = entry.map_err(unreadable)?;
-                    // A link could create a cycle.
-                    if !entry.file_type().map_err(unreadable)?.is_symlink() {
-                        pending.push(entry.path());
-                    }
-                }
-            } else if path.is_file() {
-                files.push(path);
-            }
-        }
-        files.sort();
-        for file in files {
-            let unreadable =
-                |error: io::Error| Stop::bad_input(format!("{}: {error}", file.display()));
-            hash.update(file.as_os_str().as_encoded_bytes());
-            hash.update(fs::read(&file).map_err(unreadable)?);
-        }
+        let mut files = Fingerprint::default();
+        let path = fs::canonicalize(path).map_err(Stop::bad_input)?;
+        files.submission(&path).map_err(Stop::bad_input)?;
+        hash.update(files.finish());
     }
     Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -202,17 +202,32 @@ pub(super) struct VerifyReportArgs {
     #[arg(value_name = "FILE")]
     pub(super) report: PathBuf,
 
-    /// The submission [default: the path in the report; run in the folder where the report was made]
+    /// The submission to grade again: a program, a folder with submission.toml, or a folder of traces
     #[arg(value_name = "SUBMISSION")]
-    pub(super) submission: Option<PathBuf>,
+    pub(super) submission: PathBuf,
+
+    /// Grade again for this assignment [default: that of the report]
+    #[arg(long, value_name = "NAME")]
+    pub(super) assignment: Option<String>,
 
     /// Folder of hidden scenes [default: the rubric's folder]
     #[arg(long, value_name = "DIR")]
     pub(super) hidden: Option<PathBuf>,
 
+    /// Tolerances for scenes for which the rubric sets none [default: the rubric's criteria, else calibrated]
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub(super) criteria: Option<CriteriaArg>,
+
+    /// Skip the checks of Jacobians
+    #[arg(long)]
+    pub(super) no_jacobians: bool,
+
     /// Hide the progress line
     #[arg(long)]
     pub(super) no_progress: bool,
+
+    #[command(flatten)]
+    pub(super) run: RunArgs,
 
     #[command(flatten)]
     pub(super) suite: SuiteArgs,

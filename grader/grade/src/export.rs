@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use grader::assignment::ALL;
+use grader::own_file;
 use grader::suite::Section;
 use platforms::archive;
 use platforms::github;
@@ -218,8 +219,8 @@ fn choose_program(named: Option<&Path>) -> Result<Program, Stop> {
         Some(path) => path.to_path_buf(),
         None => std::env::current_exe().map_err(Stop::fault)?,
     };
-    let bytes =
-        fs::read(&path).map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
+    let bytes = own_file::read(&path)
+        .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
     match (check_portable(&bytes, GLIBC), named) {
         (Ok(()), _) => Ok(Program::Built(bytes)),
         (Err(_), None) => Ok(Program::Source),
@@ -252,7 +253,7 @@ fn add_suite(
         add(hidden, "hidden", &is_part)?;
     }
     if let Some(path) = &inputs.rubric_path {
-        let bytes = fs::read(path)
+        let bytes = own_file::read(path)
             .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
         files.push(PackageFile::data(format!("{prefix}assets/rubric.toml"), bytes));
     }
@@ -275,7 +276,7 @@ fn add_source(files: &mut Vec<PackageFile>, suite: &SuiteArgs) -> Result<(), Sto
     }
     for name in ["Cargo.toml", "Cargo.lock"] {
         let path = root.join(name);
-        let bytes = fs::read(&path)
+        let bytes = own_file::read(&path)
             .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
         files.push(PackageFile::data(format!("source/{name}"), bytes));
     }

@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use grader::grading::Grading;
+use grader::own_file;
 use grader::suite::hash_bytes;
 
 use crate::output::write_file;
@@ -24,7 +25,7 @@ pub(super) fn file(submission: Option<&Path>, expected: &Path) -> Option<PathBuf
 
 /// The names in the file; none if it does not exist.
 pub(super) fn load(file: &Path) -> BTreeSet<String> {
-    let text = fs::read_to_string(file).unwrap_or_default();
+    let text = own_file::text(file).unwrap_or_default();
     text.lines().map(str::to_owned).collect()
 }
 

@@ -34,6 +34,7 @@ mod provenance;
 mod reports;
 mod scenes;
 mod stop;
+mod terminal;
 mod watch;
 
 use args::{Cli, Command, ExportCommand, OracleCommand};

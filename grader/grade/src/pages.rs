@@ -5,6 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use grader::own_file;
 use report::html::{self, Sink};
 
 use crate::output::{create_folder, write_bytes};
@@ -38,7 +39,7 @@ impl Pages {
 
     /// Whether the folder below it holds pages of this program.
     pub(super) fn is_written(&self, below: &str) -> bool {
-        let index = fs::read_to_string(self.folder.join(below).join("index.html"));
+        let index = own_file::text(&self.folder.join(below).join("index.html"));
         index.is_ok_and(|text| text.contains(&format!("content=\"{}\"", html::GENERATOR)))
     }
 

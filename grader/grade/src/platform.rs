@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use grader::door::Door;
+use grader::printed::RawUse;
 use platforms::gradescope::metadata::Metadata;
 use platforms::gradescope::results::{self, Results};
 use platforms::gradescope::score::Score;
@@ -108,6 +110,6 @@ pub(super) fn read_metadata(path: &Path) -> Result<Metadata, Stop> {
         let path = path.display();
         Stop::bad_input(format!("{path}: the metadata of the submission cannot be used: {error}"))
     };
-    let text = std::fs::read_to_string(path).map_err(|error| unusable(&error))?;
-    Metadata::parse(&text).map_err(|error| unusable(&error))
+    let text = Door::Metadata.text(path).map_err(|error| unusable(&error))?;
+    Metadata::parse(text.raw(RawUse::Parsing)).map_err(|error| unusable(&error))
 }

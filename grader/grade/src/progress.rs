@@ -8,7 +8,7 @@ use grader::events::{Event, Observer, Task};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::interrupt::Interrupt;
-use crate::output::inert;
+use crate::terminal::inert;
 
 /// Interval at which the elapsed time is redrawn.
 const TICK: Duration = Duration::from_millis(200);

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use crate::output::terminal;
+use crate::terminal::terminal;
 
 /// Exit code of `grade`.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -1,103 +1,124 @@
-//! `grade verify-report`: grades the submission of a report again, and compares.
+//! `grade verify-report`: grades a submission again, and compares with a report.
+//!
+//! The report is a file of a student. It selects the assignment and the scenes; programs have the rights, and scenes the
+//! tolerances, of this command line.
 
-use std::collections::HashSet;
-use std::path::Path;
-
-use clap::ValueEnum;
+use grader::assignment::ALL;
+use grader::door::Door;
 use grader::events::{Event, Observer, Task};
 use grader::grading::Checks;
-use grader::submission::Submission;
+use grader::printed::RawUse;
 use report::provenance::StoredReport;
-use simulator::solver::linear::LinearSolver;
 
-use crate::args::{CriteriaArg, Judging, RunArgs, VerifyReportArgs};
+use crate::args::{JudgeArgs, Judging, VerifyReportArgs};
 use crate::inputs::open_oracle;
 use crate::interrupt::Interrupt;
 use crate::output::print;
 use crate::progress::Progress;
-use crate::provenance::provenance;
+use crate::provenance::{options, provenance};
 use crate::stop::{Exit, Stop};
 use crate::submission::open_path;
 
+/// Maximum number of lines of a list of differences: a report may name any number of scenes.
+const SHOWN: usize = 200;
+
 pub(super) fn verify(args: &VerifyReportArgs) -> Result<Exit, Stop> {
     let interrupt = Interrupt::listen()?;
-    let file = args.report.display();
-    let unusable = |error: &dyn std::fmt::Display| Stop::bad_input(format!("{file}:{error}"));
-    let text =
-        std::fs::read_to_string(&args.report).map_err(|error| unusable(&format!(" {error}")))?;
-    let old = StoredReport::parse(&text).map_err(|error| unusable(&error))?;
-    let options = old.options();
-    let criteria = options.criteria.as_deref().map(|name| {
-        CriteriaArg::from_str(name, false).map_err(|error| unusable(&format!(" {error}")))
-    });
-    let judging = Judging {
-        hidden: args.hidden.as_deref(),
-        criteria: criteria.transpose()?,
-        // A report without an assignment is one of every scene, whatever the rubric says now.
-        assignment: Some(old.assignment.as_deref().unwrap_or(grader::assignment::ALL)),
-        of_submission: None,
-    };
-    let mut inputs = args.suite.read_for(&judging)?;
-    if !options.whole {
-        let graded: HashSet<&str> = old.scenes().collect();
-        inputs.suite.cases.retain(|case| graded.contains(case.id.as_str()));
+    let (file, path) = (args.report.display(), args.submission.as_path());
+    let text = Door::Report.text(&args.report);
+    let text = text.map_err(|error| Stop::bad_input(format!("{file}: {error}")))?;
+    let old = StoredReport::parse(&text);
+    let old = old.map_err(|error| Stop::bad_input(format!("{file}:{error}")))?;
+    let judge = args.judge();
+    // A report without an assignment is one of every scene, whatever the rubric says now.
+    let of_report = old.assignment.as_ref().map_or(ALL, |name| name.raw(RawUse::Comparison));
+    let assignment = Some(judge.assignment.as_deref().unwrap_or(of_report));
+    let mut inputs = args.suite.read_for(&Judging { assignment, ..judge.judging() })?;
+    let all = inputs.suite.cases.len();
+    if !old.is_whole() {
+        inputs.suite.cases.retain(|case| old.has_scene(&case.id));
+    }
+    let marks = old.marks();
+    let rule = inputs.rubric.creative();
+    let is_mark = |mark: &f64| rule.mark(&mark.to_string()).is_ok();
+    if !marks.iter().copied().flatten().flatten().all(is_mark) {
+        return Err(Stop::bad_input(format!(
+            "{file}: a mark of the creative scene is out of range"
+        )));
     }
     let oracle = open_oracle(&inputs.expected)?;
-    let run = RunArgs {
-        unprotected: options.unprotected,
-        limit: options.limits.clone(),
-        readable: options.readable.iter().map(Into::into).collect(),
-    };
-    let path = args.submission.as_deref().or(old.path().map(Path::new));
     let progress = Progress::new(!args.no_progress, interrupt.clone());
     progress.notice(Event::Task(Task::Opening));
-    let provenance = provenance(&inputs, &oracle, options.clone(), path)?;
-    let (submission, protection) = match path {
-        None => (Submission::BuiltIn(LinearSolver::Auto), None),
-        Some(path) if path.exists() => open_path(path, &run, &inputs, &[])?,
-        Some(path) => {
-            return Err(Stop::bad_input(format!(
-                "{}: the submission of the report is not there\n  help: name it: grade verify-report {file} SUBMISSION",
-                path.display()
-            )));
-        }
-    };
+    let options = options(&judge, &args.run, old.is_whole());
+    let provenance = provenance(&inputs, &oracle, options, Some(path))?;
+    let (submission, protection) = open_path(path, &args.run, &inputs, &[])?;
     let checks = Checks {
-        jacobians: options.jacobians,
-        probe: options.jacobians && options.whole,
-        altered: options.whole,
-        hidden: options.whole,
+        jacobians: !judge.no_jacobians,
+        probe: !judge.no_jacobians && old.is_whole(),
+        altered: old.is_whole(),
+        hidden: old.is_whole(),
         is_alone: false,
         recordings: false,
     };
     let mut grading = inputs.grader(&oracle, checks, &progress).grade(&submission, protection);
-    if let Some(marks) = old.marks() {
-        grading.add_marks(inputs.rubric.creative(), marks);
+    if let Some(marks) = marks {
+        grading.add_marks(rule, marks);
     }
     drop(progress);
     interrupt.check("the report was not verified")?;
     grading.provenance = Some(provenance);
     let new = report::json::render(&grading).map_err(Stop::fault)?;
-    let new = StoredReport::parse(&new).map_err(Stop::fault)?;
+    let new = StoredReport::parse(&new.into()).map_err(Stop::fault)?;
+    let mut text = format!("Graded again: {}\n", path.display());
+    let unknown = || "unknown".to_owned();
+    let (then, now) = (old.files(), new.files());
+    let same = if then == now { "as in the report" } else { "not those of the report" };
+    text += &format!("  files: {}, {same}\n", now.unwrap_or_else(unknown));
+    let names = |protection: &Vec<sandbox::Protection>| {
+        protection.iter().map(|protection| protection.name()).collect::<Vec<_>>().join(" ")
+    };
+    text += &match &grading.protection {
+        None => "  protection: not needed, no program ran\n".to_owned(),
+        Some(protection) if protection.is_empty() => "  protection: none\n".to_owned(),
+        Some(protection) => format!("  protection: {}\n", names(protection)),
+    };
+    let graded = inputs.suite.cases.len();
+    let selected = if old.is_whole() { "" } else { ", the selection of the report" };
+    text += &format!("  scenes: {graded} of {all}{selected}\n");
+    if marks.is_some() {
+        text += "  marks of the creative scene: those of the report; compare them with the sheet\n";
+    }
     let (inputs, results) = (old.changed_inputs(&new), old.different_results(&new));
-    let mut text = String::new();
     for (title, lines) in [("Inputs that changed:", &inputs), ("Results that differ:", &results)] {
         if !lines.is_empty() {
             text += &format!("{title}\n");
-            lines.iter().for_each(|line| text += &format!("  {line}\n"));
+            lines.iter().take(SHOWN).for_each(|line| text += &format!("  {line}\n"));
+        }
+        if lines.len() > SHOWN {
+            text += &format!("  and {} more\n", lines.len() - SHOWN);
         }
     }
     let same_inputs =
         if inputs.is_empty() { "from the same inputs" } else { "from changed inputs" };
-    text += &match results.is_empty() {
-        true => {
-            format!("{}: the same verdicts and points come out, {same_inputs}\n", old.submission)
-        }
-        false => {
-            let count = results.len();
-            format!("{}: verdicts and points that differ: {count}, {same_inputs}\n", old.submission)
-        }
+    let path = path.display();
+    text += &match results.len() {
+        0 => format!("{path}: the same verdicts and points come out, {same_inputs}\n"),
+        count => format!("{path}: verdicts and points that differ: {count}, {same_inputs}\n"),
     };
     print(text.as_bytes())?;
     Ok(if results.is_empty() { Exit::Passed } else { Exit::Failed })
+}
+
+impl VerifyReportArgs {
+    /// How the submission is graded again.
+    fn judge(&self) -> JudgeArgs {
+        JudgeArgs {
+            assignment: self.assignment.clone(),
+            hidden: self.hidden.clone(),
+            criteria: self.criteria,
+            no_jacobians: self.no_jacobians,
+            details: 0,
+            no_progress: self.no_progress,
+        }
+    }
 }

@@ -4,6 +4,8 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use grader::own_file;
+
 /// A file of a package.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PackageFile {
@@ -65,7 +67,7 @@ fn add_below(
         if path.is_dir() {
             add_below(files, (root, &path), prefix, is_kept)?;
         } else {
-            let bytes = fs::read(&path).map_err(|error| about(&path, error))?;
+            let bytes = own_file::read(&path).map_err(|error| about(&path, error))?;
             files.push(PackageFile::data(format!("{prefix}{below}"), bytes));
         }
     }

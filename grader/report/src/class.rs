@@ -60,7 +60,12 @@ pub enum Missing {
     NotReached,
     /// Its files changed after it was planned.
     Changed,
+    /// Its record was edited, or is not of this class.
+    Altered,
 }
+
+/// Why a record does not count.
+pub const ALTERED: &str = "its record was edited, or is not of this class";
 
 impl Missing {
     /// Its verdict in the CSV file.
@@ -68,6 +73,7 @@ impl Missing {
         match self {
             Self::NotReached => "interrupted",
             Self::Changed => "changed",
+            Self::Altered => "altered",
         }
     }
 }
@@ -171,8 +177,13 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
         let (done, total) = (rows.len(), rows.len() + gaps.len());
         writeln!(out, "  {ODD}Partial: interrupted, {done} of {total} submissions graded.{ODD:#}")?;
     }
-    for Gap { name, .. } in gaps.iter().filter(|gap| gap.missing == Missing::Changed) {
-        writeln!(out, "  {ODD}not graded: {name}: changed after it was planned{ODD:#}")?;
+    for Gap { name, missing } in gaps {
+        let why = match missing {
+            Missing::NotReached => continue,
+            Missing::Changed => "changed after it was planned",
+            Missing::Altered => ALTERED,
+        };
+        writeln!(out, "  {ODD}not graded: {name}: {why}{ODD:#}")?;
     }
     write_unprotected(out, protections)?;
     write_provenance(out, provenance)?;
@@ -186,7 +197,7 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
 }
 
 /// The summary as CSV, with a header line. Missing values are empty cells. Submissions without a result have the verdict
-/// `interrupted` or `changed`.
+/// `interrupted`, `changed` or `altered`.
 ///
 /// # Errors
 /// Never in practice.

@@ -1,15 +1,19 @@
 //! Provenance in JSON reports, and the comparison of two reports: which inputs changed, and which results differ.
+//!
+//! A stored report is a student's file. It says what was graded, and nothing about how it is graded again: options that
+//! give rights to programs, or decide verdicts, are compared and never taken over.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use grader::grading::provenance::{GradingOptions, Provenance, SceneHashes, SubmissionOrigin};
+use grader::printed::{RawUse, Untrusted};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::SCHEMA_VERSION;
 
 /// What the report was made from, and with which options. Hashes are SHA-256.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub struct JsonProvenance {
     /// The commit that the grader was built from, followed by "-modified" if its sources differed; null if unknown.
     commit: Option<String>,
@@ -31,7 +35,7 @@ pub struct JsonProvenance {
     options: JsonOptions,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct JsonSceneHashes {
     /// Hash of the scene file, followed by its mesh if it names one.
     scene: String,
@@ -39,7 +43,7 @@ struct JsonSceneHashes {
     trace: Option<String>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct JsonSubmissionOrigin {
     /// Its path, as given.
     path: String,
@@ -47,7 +51,7 @@ struct JsonSubmissionOrigin {
     files: Option<String>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, JsonSchema)]
 struct JsonOptions {
     /// Whether every scene of the assignment was graded, and not a selection.
     whole: bool,
@@ -88,21 +92,62 @@ impl JsonProvenance {
     }
 }
 
-/// A JSON report that was read: its provenance, verdicts and points.
+/// A JSON report that was read: its provenance, verdicts and points. All text in it is untrusted.
 #[derive(Debug, Deserialize)]
 pub struct StoredReport {
-    grader_version: String,
+    grader_version: Untrusted,
     /// Name of the submission.
-    pub submission: String,
+    pub submission: Untrusted,
     /// Name of the assignment; `None` if every scene was graded.
-    pub assignment: Option<String>,
-    outcome: String,
-    protection: Option<Vec<String>>,
+    pub assignment: Option<Untrusted>,
+    outcome: Untrusted,
+    protection: Option<Vec<Untrusted>>,
     required: StoredTotals,
     extra_credit: StoredTotals,
     creative: Option<StoredCreative>,
     features: Vec<StoredFeature>,
-    provenance: Option<JsonProvenance>,
+    provenance: Option<StoredProvenance>,
+}
+
+/// What [`JsonProvenance`] writes.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredProvenance {
+    commit: Option<Untrusted>,
+    platform: Untrusted,
+    rubric: Option<Untrusted>,
+    assignment: Option<Untrusted>,
+    envelopes: Option<Untrusted>,
+    scenes: BTreeMap<Untrusted, StoredHashes>,
+    hidden: Option<Untrusted>,
+    submission: Option<StoredOrigin>,
+    options: StoredOptions,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredHashes {
+    scene: Untrusted,
+    trace: Option<Untrusted>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredOrigin {
+    #[expect(dead_code, reason = "a report does not say which files are graded again")]
+    path: Untrusted,
+    files: Option<Untrusted>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredOptions {
+    whole: bool,
+    jacobians: bool,
+    criteria: Option<Untrusted>,
+    limits: Vec<(Untrusted, f64)>,
+    readable: Vec<Untrusted>,
+    unprotected: bool,
 }
 
 #[derive(Debug, Deserialize)]
@@ -120,18 +165,18 @@ struct StoredCreative {
 
 #[derive(Debug, Deserialize)]
 struct StoredFeature {
-    group: String,
-    integrator: String,
+    group: Untrusted,
+    integrator: Untrusted,
     points: f64,
     points_earned: Option<f64>,
     scenes: Vec<StoredScene>,
-    hidden: Option<BTreeMap<String, usize>>,
+    hidden: Option<BTreeMap<Untrusted, usize>>,
 }
 
 #[derive(Debug, Deserialize)]
 struct StoredScene {
-    name: String,
-    verdict: String,
+    name: Untrusted,
+    verdict: Untrusted,
 }
 
 /// A file that is no report whose grading could be repeated.
@@ -139,13 +184,14 @@ struct StoredScene {
 pub enum StoredError {
     /// It is not a report as JSON.
     #[error(
-        "{line}: not a JSON report of grade: {message}\n  help: write one with --report json=FILE"
+        "{line}: not a JSON report of grade: {}\n  help: write one with --report json=FILE",
+        message.line()
     )]
     Invalid {
         /// Line, from 1.
         line: usize,
-        /// Why.
-        message: String,
+        /// Why; it may quote the file.
+        message: Untrusted,
     },
     /// It has the schema of another version.
     #[error("1: a report with schema version {found}; this grade reads version {SCHEMA_VERSION}")]
@@ -156,6 +202,39 @@ pub enum StoredError {
     /// It does not say what it was made from.
     #[error("1: the report has no provenance; an earlier version of grade wrote it")]
     NoProvenance,
+    /// It gives two results for the same scene or points.
+    #[error("1: two results of {}; grade writes one", name.line())]
+    Repeated {
+        /// What they are of.
+        name: Untrusted,
+    },
+}
+
+/// Names on one line; `None` without any.
+fn list(names: &[Untrusted]) -> Option<String> {
+    let names: Vec<String> = names.iter().map(Untrusted::line).collect();
+    (!names.is_empty()).then(|| names.join(" "))
+}
+
+impl StoredOptions {
+    /// The options that give programs rights or decide verdicts: they are compared, and never taken over.
+    fn shown(&self) -> [(&'static str, Option<String>); 5] {
+        let yes = |is: bool| Some(if is { "yes" } else { "no" }.to_owned());
+        let limit =
+            |(name, value): &(Untrusted, f64)| Untrusted::from(format!("{}={value}", name.line()));
+        [
+            ("--unprotected", yes(self.unprotected)),
+            ("--readable", list(&self.readable)),
+            ("--limit", list(&self.limits.iter().map(limit).collect::<Vec<_>>())),
+            ("--criteria", self.criteria.as_ref().map(Untrusted::line)),
+            ("--no-jacobians", yes(!self.jacobians)),
+        ]
+    }
+}
+
+/// The start of a hash of a stored report.
+fn short(hash: Option<&Untrusted>) -> Option<String> {
+    hash.map(|hash| short_hash(&hash.line()))
 }
 
 /// The start of a hash, as texts show it.
@@ -167,37 +246,38 @@ impl StoredReport {
     /// Reads a report.
     ///
     /// # Errors
-    /// If it is no report of this version with provenance.
-    pub fn parse(text: &str) -> Result<Self, StoredError> {
+    /// If it is no report of this version with provenance, or contradicts itself.
+    pub fn parse(text: &Untrusted) -> Result<Self, StoredError> {
         #[derive(Deserialize)]
         struct Version {
             schema_version: u32,
         }
+        let text = text.raw(RawUse::Parsing);
         let invalid = |error: serde_json::Error| StoredError::Invalid {
             line: error.line(),
-            message: error.to_string(),
+            message: error.to_string().into(),
         };
         let Version { schema_version: found } = serde_json::from_str(text).map_err(invalid)?;
         if found != SCHEMA_VERSION {
             return Err(StoredError::OtherVersion { found });
         }
         let report: Self = serde_json::from_str(text).map_err(invalid)?;
+        let mut names = BTreeSet::new();
+        let results = report.verdicts().chain(report.points()).map(|(name, _)| name);
+        if let Some(name) = results.into_iter().find(|name| !names.insert(name.clone())) {
+            return Err(StoredError::Repeated { name });
+        }
         report.provenance.is_some().then_some(report).ok_or(StoredError::NoProvenance)
     }
 
-    /// The options of its grading.
-    pub fn options(&self) -> GradingOptions {
-        let Some(JsonProvenance { options, .. }) = self.provenance.clone() else {
-            return GradingOptions::default();
-        };
-        let JsonOptions { whole, jacobians, criteria, limits, readable, unprotected } = options;
-        GradingOptions { whole, jacobians, criteria, limits, readable, unprotected }
+    /// Whether every scene of the assignment was graded, and not a selection.
+    pub fn is_whole(&self) -> bool {
+        self.provenance.as_ref().is_none_or(|provenance| provenance.options.whole)
     }
 
-    /// The path of its submission; `None` for the built-in simulator.
-    pub fn path(&self) -> Option<&str> {
-        let submission = self.provenance.as_ref()?.submission.as_ref();
-        submission.map(|submission| submission.path.as_str())
+    /// The start of the hash of the submission's files; `None` if the report has none.
+    pub fn files(&self) -> Option<String> {
+        short(self.provenance.as_ref()?.submission.as_ref()?.files.as_ref())
     }
 
     /// The marks of its creative scene; `None` if the scenes of the class were not marked.
@@ -205,9 +285,10 @@ impl StoredReport {
         self.creative.as_ref().map(|creative| creative.marks.as_slice())
     }
 
-    /// The names of its scenes.
-    pub fn scenes(&self) -> impl Iterator<Item = &str> {
-        self.provenance.iter().flat_map(|provenance| provenance.scenes.keys().map(String::as_str))
+    /// Whether it is about a scene of this name.
+    pub fn has_scene(&self, name: &str) -> bool {
+        let scenes = self.provenance.as_ref().map(|provenance| &provenance.scenes);
+        scenes.is_some_and(|scenes| scenes.contains_key(&name.into()))
     }
 
     /// The inputs that are others in `new`, a line each.
@@ -222,33 +303,34 @@ impl StoredReport {
                 changes.push(format!("{what}: {}, now {}", shown(old), shown(new)));
             }
         };
-        let grader = |report: &Self, inputs: &JsonProvenance| {
-            let commit = inputs.commit.as_deref().map(|commit| format!(", commit {commit}"));
-            let (version, platform) = (&report.grader_version, &inputs.platform);
+        let grader = |report: &Self, inputs: &StoredProvenance| {
+            let commit = inputs.commit.as_ref().map(|commit| format!(", commit {}", commit.line()));
+            let (version, platform) = (report.grader_version.line(), inputs.platform.line());
             Some(format!("{version}{}, {platform}", commit.unwrap_or_default()))
         };
         add("grader", grader(self, old_inputs), grader(new, new_inputs));
-        let protection = |report: &Self| report.protection.as_ref().map(|names| names.join(" "));
+        let protection = |report: &Self| report.protection.as_deref().and_then(list);
         add("protection", protection(self), protection(new));
-        let short = |hash: &Option<String>| hash.as_deref().map(short_hash);
+        let [then, now] = [old_inputs, new_inputs].map(|inputs| inputs.options.shown());
+        for ((what, then), (_, now)) in then.into_iter().zip(now) {
+            add(what, then, now);
+        }
         for (what, of) in [
-            ("rubric", (|inputs| &inputs.rubric) as fn(&JsonProvenance) -> &Option<String>),
+            ("rubric", (|inputs| &inputs.rubric) as fn(&StoredProvenance) -> &Option<Untrusted>),
             ("assignment", |inputs| &inputs.assignment),
             ("envelopes of the oracle", |inputs| &inputs.envelopes),
             ("hidden scenes", |inputs| &inputs.hidden),
         ] {
-            add(what, short(of(old_inputs)), short(of(new_inputs)));
+            add(what, short(of(old_inputs).as_ref()), short(of(new_inputs).as_ref()));
         }
-        let files = |inputs: &JsonProvenance| {
-            inputs.submission.as_ref().and_then(|submission| short(&submission.files))
-        };
-        add("submission", files(old_inputs), files(new_inputs));
+        add("submission", self.files(), new.files());
         let names = old_inputs.scenes.keys().chain(new_inputs.scenes.keys());
         for name in names.collect::<BTreeSet<_>>() {
             let hashes = [old_inputs, new_inputs].map(|inputs| inputs.scenes.get(name));
-            let scene = hashes.map(|hashes| short(&hashes.map(|hashes| hashes.scene.clone())));
-            let trace = hashes.map(|hashes| short(&hashes.and_then(|hashes| hashes.trace.clone())));
-            let ([old_scene, new_scene], [old_trace, new_trace]) = (scene, trace);
+            let [old_scene, new_scene] = hashes.map(|hashes| short(hashes.map(|of| &of.scene)));
+            let [old_trace, new_trace] =
+                hashes.map(|hashes| short(hashes.and_then(|of| of.trace.as_ref())));
+            let name = name.line();
             add(&format!("scene {name}"), old_scene, new_scene);
             add(&format!("oracle of {name}"), old_trace, new_trace);
         }
@@ -258,65 +340,69 @@ impl StoredReport {
     /// The results that are others in `new`, a line each: verdicts, then points.
     pub fn different_results(&self, new: &Self) -> Vec<String> {
         let mut differences = Vec::new();
-        let mut add = |what: String, old: String, new: String| {
+        let mut add = |what: &Untrusted, old: &Untrusted, new: &Untrusted| {
             if old != new {
-                differences.push(format!("{what}: {old}, now {new}"));
+                differences.push(format!("{}: {}, now {}", what.line(), old.line(), new.line()));
             }
         };
-        for (old, new, absent) in
-            [(self.verdicts(), new.verdicts(), "not graded"), (self.points(), new.points(), "none")]
-        {
+        let pairs: [fn(&Self) -> BTreeMap<Untrusted, Untrusted>; 2] =
+            [|report| report.verdicts().collect(), |report| report.points().collect()];
+        for (of, absent) in pairs.into_iter().zip(["not graded", "none"]) {
+            let (old, new, absent) = (of(self), of(new), absent.into());
             for name in old.keys().chain(new.keys()).collect::<BTreeSet<_>>() {
-                let shown = |all: &BTreeMap<String, String>| {
-                    all.get(name).map_or(absent, String::as_str).to_owned()
-                };
-                add(name.clone(), shown(&old), shown(&new));
+                let [old, new] = [&old, &new].map(|all| all.get(name).unwrap_or(&absent));
+                add(name, old, new);
             }
         }
-        add("outcome".to_owned(), self.outcome.clone(), new.outcome.clone());
+        add(&"outcome".into(), &self.outcome, &new.outcome);
         differences
     }
 
     /// Verdicts by scene, and those of hidden scenes by feature.
-    fn verdicts(&self) -> BTreeMap<String, String> {
-        let mut verdicts = BTreeMap::new();
-        for feature in &self.features {
+    fn verdicts(&self) -> impl Iterator<Item = (Untrusted, Untrusted)> {
+        self.features.iter().flat_map(|feature| {
             let scenes = feature.scenes.iter();
-            verdicts.extend(scenes.map(|scene| (scene.name.clone(), scene.verdict.clone())));
-            if let Some(hidden) = feature.hidden.as_ref().filter(|hidden| !hidden.is_empty()) {
-                let counts: Vec<String> =
-                    hidden.iter().map(|(verdict, count)| format!("{count} {verdict}")).collect();
-                verdicts.insert(format!("hidden scenes of {}", feature.name()), counts.join(", "));
-            }
-        }
-        verdicts
+            let shipped = scenes.map(|scene| (scene.name.clone(), scene.verdict.clone()));
+            let hidden =
+                feature.hidden.as_ref().filter(|hidden| !hidden.is_empty()).map(|hidden| {
+                    let raw = |verdict: &Untrusted| verdict.raw(RawUse::Part).to_owned();
+                    let counts: Vec<String> = hidden
+                        .iter()
+                        .map(|(verdict, count)| format!("{count} {}", raw(verdict)))
+                        .collect();
+                    let name = format!("hidden scenes of {}", feature.name());
+                    (name.into(), counts.join(", ").into())
+                });
+            shipped.chain(hidden)
+        })
     }
 
     /// Points by feature and in sum.
-    fn points(&self) -> BTreeMap<String, String> {
-        let shown = |earned: Option<f64>, points: f64| match earned {
-            Some(earned) => format!("{earned} of {points}"),
-            None => format!("– of {points}"),
+    fn points(&self) -> impl Iterator<Item = (Untrusted, Untrusted)> {
+        let shown = |name: String, earned: Option<f64>, points: f64| {
+            let earned = earned.map_or("–".to_owned(), |earned| earned.to_string());
+            (name.into(), format!("{earned} of {points}").into())
         };
-        let features = self.features.iter();
-        let features = features.map(|feature| {
-            (format!("points of {}", feature.name()), shown(feature.points_earned, feature.points))
+        let features = self.features.iter().map(move |feature| {
+            let name = format!("points of {}", feature.name());
+            shown(name, feature.points_earned, feature.points)
         });
         let sums =
             [("required points", &self.required), ("extra-credit points", &self.extra_credit)];
-        let sums = sums.map(|(name, sum)| (name.to_owned(), shown(sum.points_earned, sum.points)));
-        let creative = self.creative.iter().map(|creative| {
-            (
-                "points of the creative scene".to_owned(),
-                shown(creative.points_earned, creative.points),
-            )
+        let sums = sums.map(|(name, sum)| shown(name.to_owned(), sum.points_earned, sum.points));
+        let creative = self.creative.iter().map(move |creative| {
+            let name = "points of the creative scene".to_owned();
+            shown(name, creative.points_earned, creative.points)
         });
-        features.chain(sums).chain(creative).collect()
+        features.chain(sums).chain(creative)
     }
 }
 
 impl StoredFeature {
+    /// Its name, as it stands in the file.
     fn name(&self) -> String {
-        format!("{} / {}", self.group, self.integrator)
+        let [group, integrator] =
+            [&self.group, &self.integrator].map(|text| text.raw(RawUse::Part));
+        format!("{group} / {integrator}")
     }
 }

@@ -136,8 +136,7 @@ const ADVICE: &[i64] = &[libc::SYS_fadvise64, libc::SYS_sync_file_range];
 const FLAGGED: &[i64] = &[libc::SYS_preadv2, libc::SYS_pwritev2];
 
 /// Flags that do not ask about the page cache.
-const HARMLESS_FLAGS: i32 =
-    libc::RWF_HIPRI | libc::RWF_DSYNC | libc::RWF_SYNC | libc::RWF_APPEND;
+const HARMLESS_FLAGS: i32 = libc::RWF_HIPRI | libc::RWF_DSYNC | libc::RWF_SYNC | libc::RWF_APPEND;
 
 /// Calls that only an attack would make. They kill the process.
 const KILLED: &[i64] = &[

@@ -105,7 +105,8 @@ impl Groups {
                 let mut command = Command::new("systemd-run");
                 command.args(["--user", "--scope", "--quiet", "--collect", "-pDelegate=yes", "--"]);
                 command.arg(launcher).env_clear();
-                command.envs(MANAGER.iter().filter_map(|name| Some((name, std::env::var_os(name)?))));
+                command
+                    .envs(MANAGER.iter().filter_map(|name| Some((name, std::env::var_os(name)?))));
                 command
             }
         }
@@ -459,10 +460,7 @@ mod tests {
         assert_eq!(exceeded(&first, "oom 1\noom_kill 1\n", within), Some(Exceeded::Memory));
         let second = group(false);
         assert_eq!(exceeded(&second, "oom_kill 1\n", "usage_usec 4000000\n"), None);
-        assert_eq!(
-            exceeded(&second, "oom_kill 1\n", "usage_usec 4000001\n"),
-            Some(Exceeded::Cpu)
-        );
+        assert_eq!(exceeded(&second, "oom_kill 1\n", "usage_usec 4000001\n"), Some(Exceeded::Cpu));
         let third = group(true);
         write("memory.oom_control", "oom_kill_disable 0\nunder_oom 0\noom_kill 1\n");
         assert_eq!(third.exceeded(&limits), Some(Exceeded::Memory));

@@ -77,7 +77,11 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
 /// Whether the kernel offers Landlock, tried in a separate thread.
 fn offers_landlock() -> bool {
     let restricted = std::thread::spawn(|| {
-        landlock::restrict(&Reach { readable: Vec::new(), devices: Vec::new(), writable: Vec::new() })
+        landlock::restrict(&Reach {
+            readable: Vec::new(),
+            devices: Vec::new(),
+            writable: Vec::new(),
+        })
     });
     restricted.join().is_ok_and(|in_force| in_force.is_ok_and(|in_force| in_force.files))
 }

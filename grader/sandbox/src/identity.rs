@@ -186,7 +186,10 @@ mod tests {
     fn a_run_gets_the_highest_mapped_ids_but_never_root() {
         let of = |map: &str| highest(&mapped(map)).take(3).collect::<Vec<u32>>();
         assert_eq!(of("0 1000 1\n65534 100000 1\n"), [65534]);
-        assert_eq!(of("         0       1000          1\n         1     100000          3\n"), [3, 2, 1]);
+        assert_eq!(
+            of("         0       1000          1\n         1     100000          3\n"),
+            [3, 2, 1]
+        );
         assert_eq!(of("0 0 4294967295\n"), [u32::MAX - 1, u32::MAX - 2, u32::MAX - 3]);
         assert_eq!(of("0 1000 1\n"), []);
         assert!(accounts("nobody:x:65534:65534::/:\n").contains(&65534));

@@ -79,7 +79,7 @@ const BUSY: u32 = 20;
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
 /// Number of bytes kept from the end of an output.
-const TAIL: usize = 4096;
+pub const TAIL: usize = 4096;
 
 /// First argument of a process that starts runs, and removes a killed grader's scratch folders.
 pub const STARTER: &str = "--sandbox-starter";

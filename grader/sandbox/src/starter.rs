@@ -126,9 +126,7 @@ pub(super) type Entered = Result<Option<Parent>, String>;
 
 /// Runs as a starter, whose place is the first line. `supervisor` is given the starter, whether it entered its place, and
 /// a request, in a process of its own.
-pub(super) fn serve(
-    supervisor: impl Fn(Pid, &Entered, &str) -> io::Result<()>,
-) -> io::Result<()> {
+pub(super) fn serve(supervisor: impl Fn(Pid, &Entered, &str) -> io::Result<()>) -> io::Result<()> {
     // Processes of a supervisor that was killed are re-parented to this process.
     set_child_subreaper(Pid::from_raw(1))?;
     let mut request = String::new();

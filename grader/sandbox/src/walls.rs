@@ -113,7 +113,8 @@ pub(super) fn writable(job: &Job, namespaces: Namespaces) -> Vec<PathBuf> {
 /// # Errors
 /// A message, if a required restriction cannot be set up.
 pub(super) fn restrict(walls: &Walls, job: &Job, user: Option<User>) -> Result<(), String> {
-    identity::become_unprivileged(user.map(|user| user.owner)).map_err(|error| format!("the user: {error}"))?;
+    identity::become_unprivileged(user.map(|user| user.owner))
+        .map_err(|error| format!("the user: {error}"))?;
     let isolated = walls.namespaces.exist();
     let system = walls.system.iter().chain(&job.readable).map(PathBuf::as_path);
     let read_only = DEVICES.iter().filter(|(_, writable)| !writable).map(|(path, _)| path.as_ref());

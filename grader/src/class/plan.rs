@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::entry::{ClassEntry, PassedOver};
-use crate::suite::read_text;
+use crate::own_file::read_text;
 
 /// Version of the plan's format.
 const VERSION: u32 = 1;

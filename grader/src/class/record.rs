@@ -1,20 +1,27 @@
 //! Record of a graded submission: its row of the table, and what later runs need to know.
 //!
 //! `resume/NAME.json` is written after all reports of the submission. It is valid as long as the fingerprint of the
-//! inputs is the same and the report files are unchanged.
+//! inputs is the same and the report files are unchanged. It is signed with the key of the class: a record that was edited,
+//! or belongs to another submission or class, does not count.
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use sandbox::Protection;
 use serde::{Deserialize, Serialize};
 
 use super::Row;
-use crate::suite::{hash_file, read_text};
+use super::seal::Seal;
+use crate::door::{Door, DoorError};
+use crate::printed::{RawUse, Untrusted};
+use crate::suite::hash_file;
 
-/// Maximum size of a record, in MiB.
-const MAX_MEBIBYTES: u64 = 1;
+/// What stands around the signature and the record. The signature is of these very bytes of the record.
+const START: &str = "{\n\"hmac\": \"";
+const MIDDLE: &str = "\",\n\"record\": ";
+const END: &str = "\n}\n";
 
 /// A record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,34 +41,92 @@ pub struct Record {
     pub seconds: f64,
 }
 
+/// A file that is no record of this class: edited, or from elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Foreign;
+
 impl Record {
-    /// Reads the record at `path`. Returns `None` unless it has this fingerprint, and the reports in `folder` are those
-    /// it was written with.
-    pub fn read(path: &Path, fingerprint: &str, folder: &Path) -> Option<Self> {
-        let record = Self::load(path)?;
+    /// Reads the record of this name at `path`; `None` if there is none.
+    ///
+    /// # Errors
+    /// If the file is not one that this class wrote.
+    pub fn load(path: &Path, name: &str, seal: &Seal) -> Result<Option<Self>, Foreign> {
+        match Door::Record.text(path) {
+            Ok(text) => Self::parse(&text, name, seal).map(Some),
+            Err(DoorError::Unreadable(error)) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(_) => Err(Foreign),
+        }
+    }
+
+    /// Parses the record of this name.
+    ///
+    /// # Errors
+    /// If it is not one that this class wrote.
+    pub fn parse(text: &Untrusted, name: &str, seal: &Seal) -> Result<Self, Foreign> {
+        let text = text.raw(RawUse::Parsing);
+        let signed = text.strip_prefix(START).and_then(|text| text.strip_suffix(END));
+        let (signature, record) = signed.and_then(|text| text.split_once(MIDDLE)).ok_or(Foreign)?;
+        if seal.sign(name, record) != signature {
+            return Err(Foreign);
+        }
+        serde_json::from_str(record).map_err(|_| Foreign)
+    }
+
+    /// Whether it has this fingerprint, and the reports in `folder` are those it was written with.
+    pub fn is_of(&self, fingerprint: &str, folder: &Path) -> bool {
         let is_there = |(file, hash): (&String, &String)| {
             let path = folder.join(file);
             is_file(&path) && hash_file(&path).is_ok_and(|found| found == *hash)
         };
-        (record.fingerprint == fingerprint && record.reports.iter().all(is_there)).then_some(record)
+        self.fingerprint == fingerprint && self.reports.iter().all(is_there)
     }
 
-    /// Reads the record at `path`, whatever it was made from.
-    pub fn load(path: &Path) -> Option<Self> {
-        let text = is_file(path).then(|| read_text(path, MAX_MEBIBYTES).ok()).flatten()?;
-        serde_json::from_str(&text).ok()
-    }
-
-    /// JSON text with a final newline.
+    /// Signed JSON text with a final newline.
     ///
     /// # Errors
     /// Never in practice.
-    pub fn render(&self) -> serde_json::Result<String> {
-        Ok(serde_json::to_string_pretty(self)? + "\n")
+    pub fn render(&self, name: &str, seal: &Seal) -> serde_json::Result<String> {
+        let record = serde_json::to_string_pretty(self)?;
+        Ok(format!("{START}{}{MIDDLE}{record}{END}", seal.sign(name, &record)))
     }
 }
 
 /// Whether it is a regular file: `grade` writes neither links nor pipes.
 fn is_file(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|found| found.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_edited_or_foreign_record_does_not_count() {
+        let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+        let [seal, other] = folders.each_ref().map(|folder| Seal::of(folder.path()).unwrap());
+        let row = serde_json::json!({
+            "name": "eve", "verdict": "failed", "required": ["0", "20"], "extra_credit": ["0", "0"],
+            "creative": null, "points": "0", "earned": "0", "not_judged": "0", "scenes": [0, 3],
+            "hidden": null, "jacobians": null, "copied": null, "findings": [],
+        });
+        let record = Record {
+            fingerprint: "key".to_owned(),
+            anew: None,
+            row: serde_json::from_value(row).unwrap(),
+            reports: BTreeMap::new(),
+            protection: None,
+            seconds: 0.123_456_789_012_345_67,
+        };
+        let text = record.render("eve", &seal).unwrap();
+        let parse = |text: &str, name, seal| Record::parse(&text.into(), name, seal);
+        assert_eq!(parse(&text, "eve", &seal).as_ref(), Ok(&record));
+        let _: serde_json::Value = serde_json::from_str(&text).unwrap();
+        for edited in
+            [text.replace("\"0\"", "\"20\""), text.replace("hmac", "mac"), text[1..].to_owned()]
+        {
+            assert_eq!(parse(&edited, "eve", &seal), Err(Foreign), "{edited}");
+        }
+        assert_eq!(parse(&text, "bob", &seal), Err(Foreign));
+        assert_eq!(parse(&text, "eve", &other), Err(Foreign));
+    }
 }

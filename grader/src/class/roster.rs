@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use csv::StringRecord;
 
 use super::sheet::{self, Sheet, SheetError};
-use crate::printed;
+use crate::printed::{self, RawUse, Untrusted};
 use crate::time::Time;
 
 /// A roster.
@@ -133,6 +133,14 @@ impl Roster {
     /// email address.
     pub fn load(path: &Path) -> Result<Self, SheetError> {
         Self::of_sheet(&Sheet::load(path)?, path)
+    }
+
+    /// Parses a roster. `path` is its name in messages.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn parse(text: &Untrusted, path: &Path) -> Result<Self, SheetError> {
+        Self::of_sheet(&Sheet::parse(text.raw(RawUse::Parsing), path)?, path)
     }
 
     fn of_sheet(sheet: &Sheet, path: &Path) -> Result<Self, SheetError> {

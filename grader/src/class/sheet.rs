@@ -1,25 +1,22 @@
 //! Tables that people fill in, as CSV: rosters and sheets of marks.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use csv::{ErrorKind, ReaderBuilder, StringRecord, Trim};
 
-use crate::suite::read_text;
-
-/// Maximum size of a sheet, in MiB.
-const MAX_MEBIBYTES: u64 = 16;
+use crate::door::{Door, DoorError};
+use crate::printed::RawUse;
 
 /// A sheet that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SheetError {
     /// It cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
+    #[error("{}: {source}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: io::Error,
+        source: DoorError,
     },
     /// A line is wrong.
     #[error("{}:{line}: {message}", path.display())]
@@ -45,9 +42,10 @@ pub(super) struct Sheet {
 impl Sheet {
     /// Reads a sheet.
     pub(super) fn load(path: &Path) -> Result<Self, SheetError> {
-        let text = read_text(path, MAX_MEBIBYTES)
+        let text = Door::Sheet
+            .text(path)
             .map_err(|source| SheetError::Unreadable { path: path.to_path_buf(), source })?;
-        Self::parse(&text, path)
+        Self::parse(text.raw(RawUse::Parsing), path)
     }
 
     /// Parses a sheet. `path` is the file's name in messages.

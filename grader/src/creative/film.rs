@@ -4,6 +4,8 @@ use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use crate::door::Door;
+
 /// Formats of films: extension, and what the file has at this offset.
 const FORMATS: [(&str, usize, &[u8]); 4] = [
     ("avi", 8, b"AVI "),
@@ -57,10 +59,10 @@ fn format(path: &Path) -> Option<&'static (&'static str, usize, &'static [u8])> 
 /// The size of a film in bytes, if it starts as its format does.
 fn is_film(path: &Path) -> Result<u64, String> {
     let Some((extension, offset, mark)) = format(path) else { return Err("no film".to_owned()) };
-    let file = fs::File::open(path).map_err(|error| error.to_string())?;
-    let size = file.metadata().map_err(|error| error.to_string())?.len();
+    let mut file = Door::Film.open(path).map_err(|error| error.to_string())?;
+    let size = file.get_ref().metadata().map_err(|error| error.to_string())?.len();
     let mut head = Vec::new();
-    file.take(16).read_to_end(&mut head).map_err(|error| error.to_string())?;
+    file.read_to_end(&mut head).map_err(|error| error.to_string())?;
     match head.get(*offset..).is_some_and(|rest| rest.starts_with(mark)) {
         true => Ok(size),
         false => Err(format!("the file is not in the format of .{extension}")),

@@ -658,7 +658,8 @@ fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
             None => Feature::Everything,
         };
         let words = lacks.unwrap_or_else(|| {
-            "the program refuses scenes, and names no force, method or format that it lacks".to_owned()
+            "the program refuses scenes, and names no force, method or format that it lacks"
+                .to_owned()
         });
         let scenes = names(scenes.into_iter());
         let known = list.iter_mut().find(|known| {

@@ -170,7 +170,8 @@ impl<'a> Grader<'a> {
             observer.notice(Event::Task(Task::Altered));
             let is_stopped = || observer.is_stopped();
             let passed = grading.passed_cases(suite, rubric.other_root());
-            let copied = altered::of_program(suite, &passed, &program.with_own_budget(), &is_stopped);
+            let copied =
+                altered::of_program(suite, &passed, &program.with_own_budget(), &is_stopped);
             grading.withdraw(copied.filter(|_| !is_stopped()));
         }
         if let Hidden::NotRun { reason, .. } = &mut grading.hidden

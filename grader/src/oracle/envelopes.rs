@@ -6,7 +6,8 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::calibration::{Envelope, StoredEnvelope};
-use crate::suite::{hash_bytes, read_text};
+use crate::own_file::read_text;
+use crate::suite::hash_bytes;
 
 /// The file's name.
 pub(super) const FILE_NAME: &str = "envelopes.toml";

@@ -5,7 +5,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::OracleError;
-use crate::suite::{Case, read_text};
+use crate::own_file::read_text;
+use crate::suite::Case;
 
 /// The manifest's file name.
 pub const FILE_NAME: &str = "manifest.toml";

@@ -16,7 +16,8 @@ use simulator::vocabulary;
 
 use super::Fault;
 use super::draw::{Factors, Placement, distances, redraw};
-use crate::suite::{Case, read_text};
+use crate::own_file::read_text;
+use crate::suite::Case;
 
 /// Maximum size of a file of the original, in MiB.
 const MAX_MEBIBYTES: u64 = 16;

@@ -20,6 +20,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
+use crate::door::Door;
 use crate::printed;
 use crate::submission::hand_in::{HandIn, HandInError, WalkStep};
 use tokens::{Language, Token};
@@ -70,7 +71,7 @@ impl Config {
 }
 
 /// Maximum size of a source file that is read, in bytes: longer ones are data.
-const MAX_FILE: u64 = 1 << 20;
+const MAX_FILE: u64 = Door::Source.facts().limit.bytes();
 
 /// Maximum size of all sources of a hand-in that are read, in bytes.
 const MAX_SOURCES: u64 = 4 << 20;

@@ -21,9 +21,10 @@ use std::sync::Arc;
 use serde::Deserialize;
 use simulator::trace::TraceFormat;
 
-use super::hand_in::{self, HandIn, HandInError};
+use super::hand_in::{HandIn, HandInError};
 use super::program::{Program, Runner, failure_of_run};
-use crate::printed::Untrusted;
+use crate::door::Door;
+use crate::printed::{RawUse, Untrusted};
 use crate::verdict::Failure;
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Job, Keep, Limits, SandboxError};
@@ -31,15 +32,13 @@ use sandbox::{End, Job, Keep, Limits, SandboxError};
 /// The manifest's file name.
 pub const MANIFEST: &str = "submission.toml";
 
-/// Maximum size of a manifest, in MiB.
-const MAX_MEBIBYTES: u64 = 1;
-
 /// Placeholder in commands for the submission's folder.
 const FOLDER: &str = "{folder}";
 
+/// The content of a manifest.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SubmissionManifest {
+pub struct SubmissionManifest {
     name: Option<Untrusted>,
     build: Option<Vec<String>>,
     run: Vec<String>,
@@ -110,10 +109,8 @@ pub fn is_submission(folder: &Path) -> bool {
 /// # Errors
 /// If the manifest is not valid, or the build could not be run. A build that fails is not an error.
 pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<Built, FolderError> {
-    let path = folder.join(MANIFEST);
     let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
-    let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
-    let manifest = SubmissionManifest::parse(&text, &path)?;
+    let manifest = SubmissionManifest::read(folder)?;
     let files = HandIn::open(&home_of(folder)).map_err(refused)?;
     let name = manifest.name.unwrap_or_else(|| folder.display().to_string().into());
     // The sandbox's own user may lack permission to read the original. No report depends on the original's path.
@@ -142,9 +139,7 @@ pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<B
 /// # Errors
 /// If the manifest cannot be read, or is not valid.
 pub fn assignment_of(folder: &Path) -> Result<Option<Untrusted>, FolderError> {
-    let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
-    let text = hand_in::read_text(folder, MANIFEST, MAX_MEBIBYTES).map_err(refused)?;
-    Ok(SubmissionManifest::parse(&text, &folder.join(MANIFEST))?.assignment)
+    Ok(SubmissionManifest::read(folder)?.assignment)
 }
 
 fn home_of(folder: &Path) -> PathBuf {
@@ -152,7 +147,21 @@ fn home_of(folder: &Path) -> PathBuf {
 }
 
 impl SubmissionManifest {
-    fn parse(text: &str, path: &Path) -> Result<Self, FolderError> {
+    fn read(folder: &Path) -> Result<Self, FolderError> {
+        let path = folder.join(MANIFEST);
+        let refused = |error| {
+            let error = HandInError::of_door(MANIFEST.as_bytes(), error);
+            FolderError::HandIn { path: folder.to_path_buf(), error }
+        };
+        Self::parse(&Door::Manifest.text(&path).map_err(refused)?, &path)
+    }
+
+    /// Parses a manifest. `path` is its name in messages.
+    ///
+    /// # Errors
+    /// If it is not valid.
+    pub fn parse(text: &Untrusted, path: &Path) -> Result<Self, FolderError> {
+        let text = text.raw(RawUse::Parsing);
         let invalid = |line: usize, message: String| FolderError::Invalid {
             path: path.to_path_buf(),
             line,
@@ -240,7 +249,8 @@ mod tests {
     #[test]
     fn a_message_that_quotes_a_manifest_is_inert() {
         let text = "\"\\u001b[2J\" = 1\nrun = [\"./a\"]\n";
-        let error = SubmissionManifest::parse(text, Path::new(MANIFEST)).unwrap_err().to_string();
+        let error =
+            SubmissionManifest::parse(&text.into(), Path::new(MANIFEST)).unwrap_err().to_string();
         assert!(error.contains("`\u{fffd}[2J`"), "{error:?}");
     }
 }

@@ -19,11 +19,12 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use rustix::fs::{
-    AtFlags, CWD, Dir, FileType, Mode, OFlags, Stat, fchmod, fstat, mkdirat, openat, readlinkat,
-    statat, symlinkat,
+    AtFlags, CWD, Dir, FileType, Mode, OFlags, Stat, fchmod, mkdirat, openat, readlinkat, statat,
+    symlinkat,
 };
 use rustix::io::Errno;
 
+use crate::door::{self, Door, DoorError, Limit};
 use crate::printed;
 use crate::suite::hash_reader;
 use crate::time::Time;
@@ -37,8 +38,8 @@ const MAX_ENTRIES: usize = 100_000;
 /// Maximum length of an entry's path, in bytes.
 const MAX_PATH: usize = 1_000;
 
-/// Maximum sum of all file sizes, in MiB.
-const MAX_MEBIBYTES: u64 = 1 << 10;
+/// Maximum sum of all file sizes.
+const MAX_SIZE: Limit = Door::HandIn.facts().limit;
 
 /// A hand-in that cannot be graded.
 #[derive(Debug, thiserror::Error)]
@@ -53,7 +54,7 @@ pub enum HandInError {
     },
     /// The files are too large together.
     #[error(
-        "the files are larger than {MAX_MEBIBYTES} MiB together, counted up to {path}\n  help: hand in sources, \
+        "the files are larger than {MAX_SIZE} together, counted up to {path}\n  help: hand in sources, \
          without the products of a build"
     )]
     TooLarge {
@@ -81,27 +82,13 @@ pub enum HandInError {
         /// The entry.
         path: String,
     },
-    /// An entry is a pipe, a socket or a device; or a link in the place of a file.
-    #[error("{path}: is {kind}, not a regular file\n  help: replace it by a file, or remove it")]
-    Special {
+    /// An entry is a pipe, a socket or a device; or the file does not come through its door.
+    #[error("{path}: {error}")]
+    Closed {
         /// The entry.
         path: String,
-        /// Its kind, with an article.
-        kind: &'static str,
-    },
-    /// A file that is read as text is too large.
-    #[error("{path}: is larger than {mebibytes} MiB")]
-    LargeText {
-        /// The file.
-        path: String,
-        /// The limit.
-        mebibytes: u64,
-    },
-    /// A text file is not UTF-8.
-    #[error("{path}: is not text in UTF-8")]
-    NotText {
-        /// The file.
-        path: String,
+        /// Why.
+        error: DoorError,
     },
     /// The copy cannot be written.
     #[error("{path}: cannot be copied: {source}")]
@@ -114,6 +101,15 @@ pub enum HandInError {
 }
 
 impl HandInError {
+    /// Why an entry does not come through its door.
+    pub(crate) fn of_door(path: &[u8], error: DoorError) -> Self {
+        let path = shown(path);
+        match error {
+            DoorError::Unreadable(source) => Self::Unreadable { path, source },
+            error => Self::Closed { path, error },
+        }
+    }
+
     /// Whether the grader or its machine is at fault, rather than the hand-in.
     pub fn is_fault(&self) -> bool {
         match self {
@@ -272,7 +268,7 @@ impl HandIn {
             match kind {
                 FileType::RegularFile => {
                     bytes = bytes.saturating_add(size(&stat));
-                    if bytes > MAX_MEBIBYTES << 20 {
+                    if bytes > MAX_SIZE.bytes() {
                         return Err(HandInError::TooLarge { path: shown(&path) });
                     }
                     visit(WalkStep::File(node))?;
@@ -295,7 +291,8 @@ impl HandIn {
                     levels.push(Level { folder: inner, names, path: path.len() });
                 }
                 special => {
-                    return Err(HandInError::Special { path: shown(&path), kind: word(special) });
+                    let error = DoorError::Special(door::word(special));
+                    return Err(HandInError::of_door(&path, error));
                 }
             }
         }
@@ -350,37 +347,13 @@ fn copy_file(node: &HandInNode<'_>, folder: &OwnedFd, name: &CStr) -> Result<(),
     copy().map(drop).map_err(|source| not_copied(node, source))
 }
 
-/// The text of a file in the folder of a hand-in, of at most `mebibytes` MiB.
-pub(crate) fn read_text(folder: &Path, name: &str, mebibytes: u64) -> Result<String, HandInError> {
-    let path = name.as_bytes();
-    let failed = |source| HandInError::Unreadable { path: shown(path), source };
-    let folder = File::open(folder).map_err(failed)?;
-    let name = CString::new(name).map_err(|error| failed(error.into()))?;
-    let file = open_regular(&folder, &name, path)?;
-    let mut bytes = Vec::new();
-    file.take((mebibytes << 20) + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > mebibytes << 20 {
-        return Err(HandInError::LargeText { path: shown(path), mebibytes });
-    }
-    String::from_utf8(bytes).map_err(|_| HandInError::NotText { path: shown(path) })
-}
-
 /// Flags that open a folder without following links.
 const FOLDER: OFlags =
     OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
 
-/// Opens regular files only: a pipe would block, and opening a device may have side effects.
+/// Opens a regular file.
 fn open_regular(folder: impl AsFd, name: &CStr, path: &[u8]) -> Result<File, HandInError> {
-    let is_regular = |stat: Stat| match FileType::from_raw_mode(stat.st_mode) {
-        FileType::RegularFile => Ok(()),
-        special => Err(HandInError::Special { path: shown(path), kind: word(special) }),
-    };
-    let failed = |errno| unreadable(path, errno);
-    is_regular(statat(&folder, name, AtFlags::SYMLINK_NOFOLLOW).map_err(failed)?)?;
-    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    let file = openat(&folder, name, flags, Mode::empty()).map_err(failed)?;
-    is_regular(fstat(&file).map_err(failed)?)?;
-    Ok(file.into())
+    door::open_regular(folder, name).map_err(|error| HandInError::of_door(path, error))
 }
 
 /// The names in a folder, sorted; `most + 1` of them if there are more than `most`.
@@ -411,16 +384,6 @@ fn parent_and_name(path: &Path) -> io::Result<(OwnedFd, CString)> {
 
 fn size(stat: &Stat) -> u64 {
     u64::try_from(stat.st_size).unwrap_or(0)
-}
-
-fn word(kind: FileType) -> &'static str {
-    match kind {
-        FileType::Symlink => "a link",
-        FileType::Directory => "a folder",
-        FileType::Fifo => "a pipe",
-        FileType::Socket => "a socket",
-        _ => "a device",
-    }
 }
 
 /// The path for messages.
@@ -476,7 +439,7 @@ mod tests {
 
         fresh();
         let sparse = |length| File::create(path.join("a")).unwrap().set_len(length).unwrap();
-        sparse(MAX_MEBIBYTES << 20);
+        sparse(MAX_SIZE.bytes());
         assert_eq!(message(&path), "");
         fs::write(path.join("b"), "!").unwrap();
         assert!(
@@ -484,7 +447,7 @@ mod tests {
             "{}",
             message(&path)
         );
-        sparse((MAX_MEBIBYTES << 20) + 1);
+        sparse(MAX_SIZE.bytes() + 1);
         // A single file may be a hand-in as well.
         assert!(message(&path.join("a")).contains("counted up to the hand-in"));
 
@@ -530,22 +493,5 @@ mod tests {
         assert_eq!(fs::read_link(to.join("link")).unwrap(), Path::new("/etc/passwd"));
         // Existing files are not overwritten, and the hand-in is not at fault.
         assert!(HandIn::open(&from).unwrap().copy_to(&to).unwrap_err().is_fault());
-    }
-
-    #[test]
-    fn text_is_read_from_regular_files_only() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path();
-        let read = |name: &str| read_text(path, name, 1).map_err(|error| error.to_string());
-        fs::write(path.join("plain"), "text").unwrap();
-        assert_eq!(read("plain").unwrap(), "text");
-        symlink("plain", path.join("link")).unwrap();
-        assert!(read("link").unwrap_err().starts_with("link: is a link"));
-        rustix::fs::mkfifoat(CWD, path.join("pipe"), Mode::RWXU).unwrap();
-        assert!(read("pipe").unwrap_err().starts_with("pipe: is a pipe"));
-        File::create(path.join("long")).unwrap().set_len((1 << 20) + 1).unwrap();
-        assert_eq!(read("long").unwrap_err(), "long: is larger than 1 MiB");
-        fs::write(path.join("bytes"), [0xff]).unwrap();
-        assert_eq!(read("bytes").unwrap_err(), "bytes: is not text in UTF-8");
     }
 }

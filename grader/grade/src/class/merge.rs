@@ -2,6 +2,7 @@
 
 use grader::class::Row;
 use grader::class::plan::{Plan, Planned};
+use grader::class::record::Record;
 use grader::verdict::Fault;
 use rayon::prelude::*;
 use report::class::{Gap, Missing};
@@ -98,7 +99,11 @@ impl Class<'_> {
         match self.record(plan, planned) {
             Some(record) => Ok((record.row, record.protection)),
             None if self.key(&planned.name).0 != planned.key => Err(Missing::Changed),
-            None => Err(Missing::NotReached),
+            None => {
+                let path = self.record_path(planned);
+                let record = Record::load(&path, &planned.report, &self.seal);
+                Err(if record.is_err() { Missing::Altered } else { Missing::NotReached })
+            }
         }
     }
 }

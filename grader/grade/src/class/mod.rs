@@ -27,16 +27,16 @@ use std::time::SystemTime;
 use clap::Parser;
 use grader::class::entry::{self, ClassEntry, PassedOver};
 use grader::class::plan::{Plan, Planned};
-use grader::class::record::Record;
+use grader::class::record::{Foreign, Record};
 use grader::events::Observer;
 use grader::suite::hash_bytes;
 use rayon::prelude::*;
-use report::class::{Gap, Missing};
+use report::class::{ALTERED, Gap, Missing};
 use report::html::{self, ClassResult};
 
 use crate::args::{ClassArgs, ClassCommand, ClassPart, Cli, Command, GradebookArgs, On};
 use crate::output::{print, replace_file};
-use crate::stop::{Exit, Stop};
+use crate::stop::{Exit, Stop, complain};
 use setting::Class;
 
 /// A pass over the submissions.
@@ -251,8 +251,16 @@ impl Class<'_> {
         let seconds: BTreeMap<usize, f64> = places
             .par_iter()
             .filter_map(|place| {
-                let record = Record::load(&self.record_path(&plan.submissions[*place]))?;
-                Some((*place, record.seconds))
+                let planned = &plan.submissions[*place];
+                match Record::load(&self.record_path(planned), &planned.report, &self.seal) {
+                    Ok(record) => Some((*place, record?.seconds)),
+                    Err(Foreign) => {
+                        let note = format!("{}: {ALTERED}; graded again", planned.name);
+                        // Without --resume, no record counts.
+                        self.args.resume.then(|| complain("note", note))?;
+                        None
+                    }
+                }
             })
             .collect();
         let shards = self.args.plan.shards.unwrap_or_else(|| match self.args.plan.on {

@@ -10,6 +10,7 @@ use grader::class::marks::{Marks, MarksRules};
 use grader::class::phase::{FirstPhase, Unfinished};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
+use grader::class::seal::Seal;
 use grader::grading::provenance::Provenance;
 use grader::oracle::Oracle;
 use grader::submission::folder;
@@ -48,6 +49,8 @@ pub(super) struct Class<'a> {
     running: Fingerprint,
     pub(super) reports: PathBuf,
     pub(super) records: PathBuf,
+    /// Signs the records.
+    pub(super) seal: Seal,
     pub(super) pages: Option<Pages>,
     /// The marks of creative scenes; `None` if they were not marked.
     pub(super) marks: Option<Marks>,
@@ -67,6 +70,8 @@ impl<'a> Class<'a> {
                 .map_err(|error| unwritable(&args.output.join(name), &error))
         };
         let (reports, records) = (folder("reports")?, folder("resume")?);
+        let seal = Seal::of(&args.output);
+        let seal = seal.map_err(|error| unwritable(&args.output.join("records.key"), &error))?;
         let pages = args.html.as_deref().map(Pages::open).transpose()?;
         keep_apart(args, &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
@@ -88,6 +93,7 @@ impl<'a> Class<'a> {
             running,
             reports,
             records,
+            seal,
             pages,
             marks,
             progress,
@@ -176,11 +182,12 @@ impl<'a> Class<'a> {
     /// The record of a submission that was graded as planned, with all its reports; it may be a fault.
     pub(super) fn record(&self, plan: &Plan, planned: &Planned) -> Option<Record> {
         let path = self.record_path(planned);
-        let record = Record::read(&path, &planned.key, &self.reports)?;
+        let record = Record::load(&path, &planned.report, &self.seal).ok().flatten()?;
         let has_pages =
             self.pages.as_ref().is_none_or(|pages| pages.is_written(&pages_of(planned)));
         let is_recent = plan.anew.is_none() || plan.anew == record.anew;
-        (has_pages && is_recent).then_some(record)
+        let is_valid = has_pages && is_recent && record.is_of(&planned.key, &self.reports);
+        is_valid.then_some(record)
     }
 
     pub(super) fn record_path(&self, planned: &Planned) -> PathBuf {

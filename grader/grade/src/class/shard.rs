@@ -198,7 +198,8 @@ impl Class<'_> {
             write_bytes(&path, &bytes).map_err(|error| unwritable(&path, &error))?;
             record.reports.insert(file, hash_bytes(&bytes));
         }
-        save(&self.record_path(planned), record.render().map_err(Stop::fault)?.as_bytes())
+        let text = record.render(&planned.report, &self.seal).map_err(Stop::fault)?;
+        save(&self.record_path(planned), text.as_bytes())
     }
 
     /// The submission of this name, built.

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
+use grader::own_file;
 use grader::suite::{Case, hash_bytes};
 use simulator::scene::xml::edit;
 
@@ -23,7 +24,7 @@ type Attribute = (String, usize, String);
 pub(super) fn changes(case: &Case, old_hash: &str) -> Vec<String> {
     let [file] = case.files.as_slice() else { return Vec::new() };
     let Some(old) = old_text(&file.path, old_hash) else { return Vec::new() };
-    let Ok(new) = std::fs::read_to_string(&file.path) else { return Vec::new() };
+    let Ok(new) = own_file::text(&file.path) else { return Vec::new() };
     let mut lines = differences(&old, &new);
     let more = lines.len().saturating_sub(SHOWN);
     lines.truncate(SHOWN);

@@ -13,13 +13,15 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use grader::oracle::{Acceptance, NumberDifference, Staged, TraceChange, TraceDifference};
+use grader::own_file;
 use grader::suite::Suite;
 use serde_json::{Value, json};
 
 use super::{cause, describe_change, replace, stage};
 use crate::args::SuiteArgs;
-use crate::output::{replace_file, terminal};
+use crate::output::replace_file;
 use crate::stop::{Exit, Stop};
+use crate::terminal::terminal;
 
 /// Heights of a bar.
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
@@ -60,7 +62,7 @@ impl Decisions {
         let absolute = std::path::absolute(expected).map_err(Stop::bad_input)?;
         let name = absolute.file_name().unwrap_or_default().to_string_lossy();
         let path = absolute.with_file_name(format!(".{name}.review.json"));
-        let text = match std::fs::read_to_string(&path) {
+        let text = match own_file::text(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => "{}".to_owned(),
             text => {
                 text.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?

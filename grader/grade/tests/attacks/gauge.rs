@@ -51,7 +51,9 @@ impl Gauge {
         let [memory, disk] = self.watcher.join().unwrap();
         let mebibytes = |bytes: u64| bytes >> 20;
         match () {
-            () if memory > MOST_MEMORY => Some(format!("breach: {} MiB of memory", mebibytes(memory))),
+            () if memory > MOST_MEMORY => {
+                Some(format!("breach: {} MiB of memory", mebibytes(memory)))
+            }
             () if disk > MOST_DISK => Some(format!("breach: {} MiB of disk", mebibytes(disk))),
             () => None,
         }

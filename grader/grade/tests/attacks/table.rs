@@ -139,12 +139,11 @@ const TOO_MUCH_OR_FULL: Verdicts = &["pass", "crashed", "too-much-output", "out-
 const EITHER: Verdicts = &["pass", "no-output"];
 
 /// Landlock does not hide the existence of files.
-const WITHOUT_WORLD: &[(Setting, Verdicts)] =
-    &[
-        (UserWithoutNamespaces, &["breach"]),
-        (Container, &["breach"]),
-        (RootlessContainer, &["breach"]),
-    ];
+const WITHOUT_WORLD: &[(Setting, Verdicts)] = &[
+    (UserWithoutNamespaces, &["breach"]),
+    (Container, &["breach"]),
+    (RootlessContainer, &["breach"]),
+];
 
 /// All of them.
 pub(crate) const ATTACKS: &[Attack] = &[
@@ -386,8 +385,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
         PASS,
     ),
     Attack::new("stop the grader", "stop_others", Nothing, PASS),
-    Attack::new("see other processes", "see_others", Process, PASS)
-        .but(WITHOUT_WORLD),
+    Attack::new("see other processes", "see_others", Process, PASS).but(WITHOUT_WORLD),
     Attack::new("trace the grader and others", "trace_others", Process, PASS),
     Attack::new("trace by every request", "trace_by_any_request", Process, PASS),
     Attack::new("read and change others' memory", "memory_of_others", Process, PASS),
@@ -466,7 +464,8 @@ pub(crate) const ATTACKS: &[Attack] = &[
         REFUSED_OR_TOO_MUCH,
     ),
     Attack::new("many unlinked files", "unlinked_files", Nothing, &["too-much-output", "crashed"]),
-    Attack::new("mapped files without a name", "mapped_files", Nothing, TOO_MUCH_OR_FULL).measured(),
+    Attack::new("mapped files without a name", "mapped_files", Nothing, TOO_MUCH_OR_FULL)
+        .measured(),
     Attack::new(
         "mapped files without a name, allocated at once",
         "mapped_allocations",

@@ -1,5 +1,7 @@
 //! Hidden scenes, credit and classes of submissions, with the `grade` binary.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -330,14 +332,11 @@ fn only_what_changed_is_graded_again() {
     project.program("class/bob", RIGHT);
     assert_eq!(project.class(&["--format", "json"]).code, 0);
     let report = project.read("out/reports/ada.json");
-    // Mark the record: the mark appears in the summary as long as the record is valid.
-    let mark = |name: &str| {
-        let path = format!("out/resume/{name}.json");
-        let mut record: Value = serde_json::from_str(&project.read(&path)).unwrap();
-        record["row"]["points"] = "77".into();
-        project.write(&path, &record.to_string());
-    };
-    let marked = |name: &str| project.row(name).contains(",77,");
+    // A record holds the time that grading took, so that no two are the same.
+    let records = RefCell::new(BTreeMap::new());
+    let record = |name: &str| project.read(&format!("out/resume/{name}.json"));
+    let mark = |name| drop(records.borrow_mut().insert(name, record(name)));
+    let marked = |name| records.borrow().get(name) == Some(&record(name));
     let resume = || project.class(&["--format", "json", "--resume"]);
     mark("ada");
     mark("bob");

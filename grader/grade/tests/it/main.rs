@@ -13,6 +13,8 @@ mod cli;
 mod creative;
 mod docs;
 #[cfg(target_os = "linux")]
+mod doors;
+#[cfg(target_os = "linux")]
 mod gradebooks;
 mod hidden;
 #[cfg(target_os = "linux")]

@@ -91,13 +91,21 @@ fn a_report_with_marks_is_verified() {
     let project = project();
     assert_eq!(project.class(&MARKS).code, 0);
     let file = "out/reports/ada.json";
-    let run = project.grade(&["verify-report", file, "--no-progress"]);
+    let verify = ["verify-report", file, "class/ada", "--no-jacobians", "--no-progress"];
+    let run = project.grade(&verify);
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
     let report = project.read(file);
     project.write(file, &report.replace("\"points_earned\": 2.4", "\"points_earned\": 3.0"));
-    let run = project.grade(&["verify-report", file, "--no-progress"]);
+    let run = project.grade(&verify);
     let line = "points of the creative scene: 3 of 3, now 2.4";
     assert!(run.code == 1 && run.stdout.contains(line), "{}{}", run.stdout, run.stderr);
+    // Marks are within the rubric's.
+    let mut forged: Value = serde_json::from_str(&report).unwrap();
+    forged["creative"]["marks"][0][0] = 1e6.into();
+    project.write(file, &forged.to_string());
+    let run = project.grade(&verify);
+    let message = "a mark of the creative scene is out of range";
+    assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
 }
 
 #[test]

@@ -220,17 +220,29 @@ fn a_half_written_or_altered_result_is_a_gap_that_resume_fills() {
         fs::write(project.path("out").join(name), text).unwrap();
     }
     fs::remove_file(project.path("out/resume/same-b.json")).unwrap();
+    // Points that eve gave herself, and the record of another submission.
+    let edit = |name: &str, text: String| fs::write(project.path(name), text).unwrap();
+    let record = project.read("out/resume/eve.json");
+    let forged = record.replace("\"points\": \"0\"", "\"points\": \"3\"");
+    assert_ne!(record, forged);
+    edit("out/resume/eve.json", forged);
+    edit("out/resume/same-c.json", project.read("out/resume/same-a.json"));
     let run = project.grade(&["class", "merge", "out/plan.json"]);
     assert_eq!(run.code, 130, "{}", run.stderr);
     let csv = project.read("out/summary.csv");
-    let gaps: Vec<&str> = csv
-        .lines()
-        .filter_map(|line| line.split_once(",interrupted,"))
-        .map(|(name, _)| name)
-        .collect();
-    assert_eq!(gaps, ["ada", "bob", "dot", "fay", "same-b"]);
+    let gaps = |verdict: &str| -> Vec<&str> {
+        let verdict = format!(",{verdict},");
+        let lines = csv.lines().filter_map(|line| line.split_once(verdict.as_str()));
+        lines.map(|(name, _)| name).collect()
+    };
+    assert_eq!(gaps("interrupted"), ["dot", "fay", "same-b"]);
+    assert_eq!(gaps("altered"), ["ada", "bob", "eve", "same-c"]);
+    let line = "  not graded: eve: its record was edited, or is not of this class\n";
+    assert!(run.stdout.contains(line), "{}", run.stdout);
     let run = project.grade(&[&["class", "class", "-o", "out", "--resume"], &COMMON[..]].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
+    let note = "note: eve: its record was edited, or is not of this class; graded again";
+    assert!(run.stderr.contains(note), "{}", run.stderr);
     assert!(results(&project, "out") == whole);
 }
 

@@ -5,30 +5,34 @@ use std::fs;
 use serde_json::Value;
 use test_support::{root, schema};
 
-use crate::class::{Project, RIGHT};
+use crate::class::{Project, RIGHT, Run};
 
 /// Grades `class/ada` into `report.json`.
 fn project() -> Project {
     let project = Project::with_hidden();
     project.program("class/ada", RIGHT);
-    let run = project.grade(&[
-        "class/ada",
-        "--hidden",
-        "hidden",
-        "--limit",
-        "cpu=5",
-        "--no-jacobians",
-        "--criteria",
-        "course",
-        "--report",
-        "json=report.json",
-        "--no-progress",
-    ]);
+    let run =
+        project.grade(&[&["class/ada", "--report", "json=report.json"], &OPTIONS[..]].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
     project
 }
 
-const VERIFY: [&str; 5] = ["verify-report", "report.json", "--hidden", "hidden", "--no-progress"];
+/// The options that [`project`] grades with.
+const OPTIONS: [&str; 8] = [
+    "--hidden",
+    "hidden",
+    "--limit",
+    "cpu=5",
+    "--no-jacobians",
+    "--criteria",
+    "course",
+    "--no-progress",
+];
+
+/// Verifies this report with the options that it was made with.
+fn verify(project: &Project, report: &str, submission: &str) -> Run {
+    project.grade(&[&["verify-report", report, submission], &OPTIONS[..]].concat())
+}
 
 #[test]
 fn a_report_names_what_it_was_made_from() {
@@ -58,17 +62,20 @@ fn a_report_names_what_it_was_made_from() {
 #[test]
 fn a_report_is_verified_and_names_what_changed() {
     let project = project();
-    let run = project.grade(&VERIFY);
+    let run = verify(&project, "report.json", "class/ada");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    assert_eq!(
-        run.stdout,
-        "class/ada: the same verdicts and points come out, from the same inputs\n"
-    );
+    assert!(run.stdout.starts_with("Graded again: class/ada\n  files: "), "{}", run.stdout);
+    for text in [
+        ", as in the report\n  protection: files ",
+        "\n  scenes: 3 of 3\nclass/ada: the same verdicts and points come out, from the same inputs\n",
+    ] {
+        assert!(run.stdout.contains(text), "{text}: {}", run.stdout);
+    }
 
     // Other inputs, the same results.
     project.write("assets/rubric.toml", "[default]\npoints = 1\n");
     project.program("class/ada", &format!("{RIGHT}# more\n"));
-    let run = project.grade(&VERIFY);
+    let run = verify(&project, "report.json", "class/ada");
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
     for line in ["  rubric: none, now ", "  submission: ", "come out, from changed inputs\n"] {
         assert!(run.stdout.contains(line), "{line}: {}", run.stdout);
@@ -77,7 +84,7 @@ fn a_report_is_verified_and_names_what_changed() {
     // Other results.
     let wrong = RIGHT.replace("END {", "END { if (x == 150) x += 1;");
     project.program("elsewhere/ada", &wrong);
-    let run = project.grade(&[&VERIFY[..], &["elsewhere/ada"]].concat());
+    let run = verify(&project, "report.json", "elsewhere/ada");
     assert_eq!(run.code, 1, "{}", run.stderr);
     for line in [
         "  Free/far: pass, now differs\n",
@@ -90,7 +97,7 @@ fn a_report_is_verified_and_names_what_changed() {
     // A scene and its trace.
     let scene = project.read("assets/Free/far.xml").replace("150", "151");
     project.write("assets/Free/far.xml", &scene);
-    let run = project.grade(&VERIFY);
+    let run = verify(&project, "report.json", "class/ada");
     assert_eq!(run.code, 1, "{}", run.stderr);
     for line in
         ["  scene Free/far: ", "  oracle of Free/far: ", "  Free/far: pass, now grader-fault\n"]
@@ -109,15 +116,85 @@ fn a_file_that_is_no_report_is_bad_input() {
         ("notes.txt", "notes.txt:1: not a JSON report"),
         ("nowhere.json", "nowhere.json: "),
     ] {
-        let run = project.grade(&["verify-report", file]);
+        let run = project.grade(&["verify-report", file, "ada"]);
         assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
     }
-    project.program("ada", RIGHT);
-    project.grade(&["ada", "--no-jacobians", "--report", "json=gone.json", "--no-progress"]);
-    fs::remove_file(project.path("ada")).unwrap();
-    let run = project.grade(&["verify-report", "gone.json"]);
-    let message = "ada: the submission of the report is not there";
-    assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
+}
+
+/// What a report of a student may not do.
+#[test]
+fn a_report_gives_no_rights_and_steers_no_terminal() {
+    let project = project();
+    project.write("private.txt", "a secret of the teacher");
+    let [private, leaked] = ["private.txt", "leaked"].map(|name| project.path(name));
+    let [private, leaked] = [private, leaked].map(|path| path.display().to_string());
+    let spying =
+        format!("grep -q secret {private} 2>/dev/null && {{ touch {leaked}; exit 7; }}\nawk");
+    project.program("class/eve", &RIGHT.replacen("awk", &spying, 1));
+    let escape = "\u{1b}[2J\u{1b}]0;x\u{7}\u{202e}\n";
+    let mut report: Value = serde_json::from_str(&project.read("report.json")).unwrap();
+    report["submission"] = format!("bob{escape}").into();
+    report["grader_version"] = escape.into();
+    report["outcome"] = "passed".into();
+    let provenance = &mut report["provenance"];
+    provenance["submission"]["path"] = "class/ada".into();
+    provenance["scenes"][format!("Free/{escape}")] =
+        serde_json::json!({"scene": escape, "trace": null});
+    let options = &mut provenance["options"];
+    options["unprotected"] = true.into();
+    options["readable"] = serde_json::json!([private, escape]);
+    options["limits"] = serde_json::json!([["wall", 1e9]]);
+    options["criteria"] = "calibrated".into();
+    project.write("eve.json", &report.to_string());
+    let run = verify(&project, "eve.json", "class/eve");
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    assert!(!project.path("leaked").exists());
+    for text in [
+        "Graded again: class/eve\n",
+        ", not those of the report\n",
+        "  --unprotected: yes, now no\n",
+        &format!("  --readable: {private} \u{fffd}[2J\u{fffd}]0;x"),
+        "  --limit: wall=1000000000, now cpu=5\n",
+        "  --criteria: calibrated, now course\n",
+        "class/eve: the same verdicts and points come out, from changed inputs\n",
+    ] {
+        assert!(run.stdout.contains(text), "{text}: {}", run.stdout);
+    }
+    let steers = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
+    assert!(!(run.stdout + &run.stderr).contains(steers));
+    // The program would use the rights of the report.
+    let rights = ["verify-report", "eve.json", "class/eve", "--readable", &private];
+    let run = project.grade(&[&rights[..], &OPTIONS].concat());
+    assert!(run.code == 1 && run.stdout.contains("now crashed"), "{}{}", run.stdout, run.stderr);
+    // A report does not say what is graded.
+    let run = project.grade(&["verify-report", "eve.json"]);
+    assert!(run.code == 2 && run.stderr.contains("<SUBMISSION>"), "{}", run.stderr);
+}
+
+#[test]
+fn a_report_is_bounded_and_cannot_contradict_itself() {
+    let project = project();
+    let report: Value = serde_json::from_str(&project.read("report.json")).unwrap();
+    let mut twice = report.clone();
+    let first = twice["features"][0]["scenes"][0].clone();
+    twice["features"][0]["scenes"].as_array_mut().unwrap().push(first);
+    project.write("twice.json", &twice.to_string());
+    let mut more = report;
+    more["provenance"]["options"]["\u{1b}[2Jrun"] = "sh".into();
+    project.write("more.json", &more.to_string());
+    project.write("deep.json", &"[".repeat(1 << 20));
+    fs::File::create(project.path("large.json")).unwrap().set_len((16 << 20) + 1).unwrap();
+    std::os::unix::fs::symlink("report.json", project.path("link.json")).unwrap();
+    for (file, message) in [
+        ("twice.json", "twice.json:1: two results of Free/"),
+        ("more.json", "unknown field `\u{fffd}[2Jrun`"),
+        ("deep.json", "deep.json:1: not a JSON report"),
+        ("large.json", "large.json: is larger than 16 MiB"),
+        ("link.json", "link.json: is a link, not a regular file"),
+    ] {
+        let run = verify(&project, file, "class/ada");
+        assert!(run.code == 2 && run.stderr.contains(message), "{file}: {}", run.stderr);
+    }
 }
 
 #[test]
@@ -126,6 +203,7 @@ fn the_report_of_a_class_is_verified_too() {
     project.program("class/ada", RIGHT);
     let run = project.class(&["--format", "json"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let run = project.grade(&["verify-report", "out/reports/ada.json"]);
+    let report = ["verify-report", "out/reports/ada.json", "class/ada", "--no-jacobians"];
+    let run = project.grade(&report);
     assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
 }

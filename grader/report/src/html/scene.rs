@@ -4,6 +4,7 @@ use std::fs;
 
 use grader::compare::FirstWrong;
 use grader::grading::SceneResult;
+use grader::own_file;
 use grader::suite::{Case, SceneFile};
 use grader::verdict::number;
 
@@ -198,7 +199,7 @@ fn about(html: &mut Html, case: &Case) {
 /// Name and text of a file that is not too long to be shown.
 fn source(file: &SceneFile) -> Option<(String, String)> {
     let is_short = fs::metadata(&file.path).is_ok_and(|metadata| metadata.len() <= SHOWN);
-    let text = is_short.then(|| fs::read_to_string(&file.path).ok()).flatten()?;
+    let text = is_short.then(|| own_file::text(&file.path).ok()).flatten()?;
     Some((file.path.file_name()?.to_string_lossy().into_owned(), text))
 }
 

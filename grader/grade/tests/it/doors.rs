@@ -1,0 +1,110 @@
+//! The doors of students' files: the table of docs/protection.md, the fuzz targets, and that there is no other way in.
+
+use std::fs;
+use std::path::Path;
+
+use grader::door::{Door, Limit};
+use test_support::{assert_document, root};
+
+#[path = "../../../../ci/fuzz/src/doors.rs"]
+mod checks;
+
+const START: &str =
+    "| what a student writes | largest | parser | fuzz targets |\n| --- | --- | --- | --- |\n";
+
+#[test]
+fn the_page_on_protection_lists_every_door() {
+    let rows = Door::ALL.map(|door| {
+        let facts = door.facts();
+        let largest = match facts.limit {
+            Limit::Stream => "any: read as a stream".to_owned(),
+            Limit::Bytes(count) if count >= 1 << 20 => Limit::Mebibytes(count >> 20).to_string(),
+            limit => limit.to_string(),
+        };
+        assert!(root().join(facts.parser).is_file(), "{}", facts.parser);
+        let targets: Vec<String> = facts.fuzz.iter().map(|target| format!("`{target}`")).collect();
+        let targets = if targets.is_empty() { "–".to_owned() } else { targets.join(", ") };
+        format!("| {} | {largest} | `{}` | {targets} |\n", facts.what, facts.parser)
+    });
+    let page = fs::read_to_string(root().join("docs/protection.md")).unwrap();
+    let (before, rest) = page.split_once(START).expect("the table of doors");
+    let (_, after) = rest.split_once("\n\n").expect("text after the table");
+    let new = format!("{before}{START}{}\n{after}", rows.concat());
+    assert_document("protection.md", &new, "cargo test --release -p grade --test it doors");
+}
+
+#[test]
+fn every_door_with_a_parser_is_fuzzed() {
+    let manifest = fs::read_to_string(root().join("ci/fuzz/Cargo.toml")).unwrap();
+    let manifest: toml::Table = manifest.parse().unwrap();
+    let built = manifest["bin"].as_array().unwrap().iter().map(|bin| bin["name"].as_str().unwrap());
+    let mut built: Vec<&str> = built.collect();
+    let script = fs::read_to_string(root().join("ci/fuzz.sh")).unwrap();
+    let line = script.lines().find_map(|line| line.strip_prefix("for target in ")).unwrap();
+    let mut run: Vec<&str> = line.trim_end_matches("; do").split(' ').collect();
+    let mut known: Vec<&str> =
+        Door::ALL.iter().flat_map(|door| door.facts().fuzz).copied().collect();
+    built.sort_unstable();
+    run.sort_unstable();
+    known.sort_unstable();
+    assert_eq!(known, built);
+    assert_eq!(known, run);
+}
+
+/// Sources that open files themselves: the two modules for it, the walk of a hand-in's folders, and programs that
+/// `grade init` writes.
+const OPENING: [&str; 5] = [
+    "grader/src/door.rs",
+    "grader/src/init/simulate.rs",
+    "grader/src/init/springs.rs",
+    "grader/src/own_file.rs",
+    "grader/src/submission/hand_in.rs",
+];
+
+#[test]
+fn a_file_is_opened_through_a_door_or_as_ones_own() {
+    let mut folders =
+        ["grader/src", "grader/report/src", "grader/platforms/src", "grader/grade/src"]
+            .map(|folder| root().join(folder))
+            .to_vec();
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                found.extend(openings(&path));
+            }
+        }
+    }
+    found.sort();
+    assert_eq!(found, OPENING, "read it by grader::door or grader::own_file");
+}
+
+/// The file, if its code opens files.
+fn openings(path: &Path) -> Option<String> {
+    let text = fs::read_to_string(path).unwrap();
+    let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
+    let ways = ["fs::read(", "fs::read_to_string(", "File::open(", "openat("];
+    let name = path.strip_prefix(root()).unwrap().display().to_string();
+    ways.iter().any(|way| code.contains(way)).then_some(name)
+}
+
+#[test]
+fn parsers_stand_what_the_fuzzers_tried() {
+    for (target, _) in checks::ALL {
+        let folder = root().join("ci/fuzz/seeds").join(target);
+        let seeds = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{target}: {error}"));
+        let seeds: Vec<_> = seeds.map(|entry| entry.unwrap().path()).collect();
+        assert!(seeds.len() >= 2, "{target}");
+        for seed in seeds {
+            let bytes = fs::read(&seed).unwrap();
+            // Cut off anywhere, too.
+            for end in (0..=bytes.len()).step_by(bytes.len() / 50 + 1).chain([bytes.len()]) {
+                let outcome = std::panic::catch_unwind(|| checks::run(target, &bytes[..end]));
+                assert!(outcome.is_ok(), "{}, {end} bytes", seed.display());
+            }
+        }
+    }
+}

@@ -94,10 +94,10 @@ pub enum Failure {
         detail: Untrusted,
     },
     /// The hand-in used its budget of time before this scene.
-    #[error("{}", printed::text(detail))]
+    #[error("{}", detail.text())]
     NotRun {
         /// The budget.
-        detail: String,
+        detail: Untrusted,
     },
     /// A program exceeded its memory limit.
     #[error("{}", detail.text())]

@@ -191,7 +191,7 @@ mod tests {
             [3, 2, 1]
         );
         assert_eq!(of("0 0 4294967295\n"), [u32::MAX - 1, u32::MAX - 2, u32::MAX - 3]);
-        assert_eq!(of("0 1000 1\n"), []);
+        assert_eq!(of("0 1000 1\n"), [0_u32; 0]);
         assert!(accounts("nobody:x:65534:65534::/:\n").contains(&65534));
     }
 }

@@ -18,7 +18,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 
-use crate::suite::read_text;
+use crate::own_file::read_text;
 
 /// The record's file name.
 const NAME: &str = "phase.json";

@@ -31,7 +31,7 @@ impl Budget {
     /// The failure of a further run, if nothing is left for it.
     pub(super) fn used_up(&self) -> Option<Failure> {
         let detail = format!("not run: the hand-in used its budget of {} s", self.seconds);
-        (self.spent() >= self.seconds).then_some(Failure::NotRun { detail })
+        (self.spent() >= self.seconds).then_some(Failure::NotRun { detail: detail.into() })
     }
 
     /// Spends the time of a run.

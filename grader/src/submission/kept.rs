@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::printed::Untrusted;
 use crate::suite::{hash_bytes, hash_file};
 use crate::verdict::Failure;
 
@@ -28,7 +29,7 @@ const DIGITS: usize = 64;
 const FAILURE: &str = ".failure";
 
 /// The failures that a run can end with.
-const FAILURES: [fn(String) -> Failure; 7] = [
+const FAILURES: [fn(Untrusted) -> Failure; 7] = [
     |detail| Failure::Crashed { detail },
     |detail| Failure::TimedOut { detail },
     |detail| Failure::NotRun { detail },
@@ -201,7 +202,7 @@ fn hash_of(rest: &str) -> &str {
 
 /// The failure of a kept run.
 fn failure(text: &[u8]) -> Option<Failure> {
-    let (name, detail): (String, String) = serde_json::from_slice(text).ok()?;
+    let (name, detail): (String, Untrusted) = serde_json::from_slice(text).ok()?;
     FAILURES.iter().map(|make| make(detail.clone())).find(|failure| failure.name() == name)
 }
 

@@ -266,7 +266,7 @@ impl Program {
 
     /// The same program with twice its limits.
     pub fn with_twice_the_limits(mut self) -> Self {
-        let Limits { cpu, wall, memory, processes, trace, stdout, stderr, files } =
+        let Limits { cpu, wall, memory, processes, trace, stdout, stderr, files, budget: _ } =
             &mut self.runner.limits;
         for seconds in [cpu, wall] {
             *seconds *= 2.0;

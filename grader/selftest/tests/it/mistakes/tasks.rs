@@ -119,10 +119,7 @@ fn mistakes_are_named_by_their_task_from_positions_alone() {
 fn every_mistake_is_named_by_its_task_or_by_none() {
     for (name, written) in [("velocities", WITH_VELOCITIES), ("positions", POSITIONS_ALONE)] {
         let outcomes = outcomes(written, 0, 1);
-        for (mistake, outcome, found) in &outcomes {
-            println!("{name}: {outcome:?}: {mistake}: {found:?}");
-        }
         // `docs/internals.md` states these counts.
-        assert_eq!(counts(&outcomes), [56, 9, 4], "{name}");
+        assert_eq!(counts(&outcomes), [56, 9, 4], "{name}: {outcomes:#?}");
     }
 }

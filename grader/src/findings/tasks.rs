@@ -75,7 +75,7 @@ impl fmt::Display for TaskVerdict {
                 write!(f, "consistent with the traces of {traces}; {}", wrong(*unexplained))
             }
             Self::Unknown { unexplained: 0 } => {
-                f.write_str("cannot be told from positions: no scene depends on it")
+                f.write_str("cannot be told from positions: no right trace depends on it")
             }
             Self::Unknown { unexplained } => {
                 write!(f, "cannot be told from positions: {}", wrong(*unexplained))

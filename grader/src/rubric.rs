@@ -701,6 +701,10 @@ impl fmt::Display for FeatureRule {
 mod tests {
     use super::*;
 
+    fn parse(text: &str) -> Result<Rubric, RubricError> {
+        Rubric::parse(text, Path::new("rubric.toml"))
+    }
+
     #[test]
     fn hidden_scenes_need_namespaces_unless_the_rubric_allows_it() {
         let runs = |text: &str, protections| parse(text).unwrap().runs_hidden_under(protections);
@@ -711,7 +715,6 @@ mod tests {
 
     #[test]
     fn protections_are_required_by_name() {
-        let parse = |text: &str| Rubric::parse(text, Path::new("rubric.toml"));
         let required = |text: &str| parse(text).unwrap().required_protections().to_vec();
         assert_eq!(required(""), [Protection::Files]);
         assert_eq!(required("[protection]\nrequire = []"), []);
@@ -728,7 +731,6 @@ mod tests {
 
     #[test]
     fn a_budget_is_of_all_runs() {
-        let parse = |text: &str| Rubric::parse(text, Path::new("rubric.toml"));
         let budget = |text: &str| parse(text).unwrap().limits().budget();
         assert_eq!((budget(""), budget("[limits]\nwall = 120")), (1200.0, 2400.0));
         assert_eq!((budget("[limits]\nwall = 1"), budget("[limits]\nbudget = 5")), (1200.0, 5.0));

@@ -250,7 +250,7 @@ mod tests {
         let path = || folder.path().join("runs");
         let first = KeptRuns::first_phase(path()).unwrap();
         for make in FAILURES {
-            let failure = make("why\nnot".to_owned());
+            let failure = make("why\nnot".into());
             let key = hash_bytes(failure.name().as_bytes());
             first.keep_failure(&key, &failure);
             let second = KeptRuns::second_phase(path()).unwrap();
@@ -263,7 +263,7 @@ mod tests {
         // Gradings that are taken up later repeat what failed.
         let later = folder.path().join("later");
         let kept = KeptRuns::open(later.clone(), false).unwrap();
-        kept.keep_failure(&"a".repeat(DIGITS), &FAILURES[0](String::new()));
+        kept.keep_failure(&"a".repeat(DIGITS), &FAILURES[0](Untrusted::default()));
         assert_eq!(fs::read_dir(later).unwrap().count(), 0);
     }
 }

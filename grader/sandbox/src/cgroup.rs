@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use rustix::io::Errno;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::{Deserialize, Serialize};
 
@@ -286,12 +287,13 @@ fn lists_memory(group: &Path, file: &str) -> bool {
     listed.split_ascii_whitespace().any(|controller| controller == CONTROLLERS[0])
 }
 
-/// Removes the groups of starters that were killed: those that are empty. A starter makes its group again if it is removed
-/// between two runs.
+/// Removes the groups of starters that were killed.
 fn sweep(group: &Path) {
     for entry in group.read_dir().into_iter().flatten().flatten() {
-        if entry.file_name().as_encoded_bytes().starts_with(RUN_PREFIX.as_bytes()) {
-            // A group in use is not empty, and stays.
+        let name = entry.file_name();
+        let starter = name.to_str().and_then(|name| name.strip_prefix(RUN_PREFIX));
+        if starter.is_some_and(|starter| !Path::new("/proc").join(starter).exists()) {
+            // The group of a starter in another PID namespace stays if it is in use, and is made again if not.
             let _ = fs::remove_dir(entry.path());
         }
     }
@@ -330,11 +332,12 @@ impl ControlGroup {
         let fail = |error: io::Error| format!("control group {}: {error}", folder.display());
         let mut group =
             Self { folder: folder.clone(), is_v1: parent.is_v1, before: Counters::default() };
-        let mut began = group.prepare(limits, first);
-        if matches!(&began, Err(error) if error.kind() == io::ErrorKind::NotFound) {
-            // Another grader swept it.
-            began = group.prepare(limits, first);
-        }
+        let began =
+            group.prepare(limits, first).or_else(|error| match Errno::from_io_error(&error) {
+                // Another grader swept it.
+                Some(Errno::NOENT | Errno::NODEV) => group.prepare(limits, first),
+                _ => Err(error),
+            });
         group.before = began.map_err(fail)?;
         Ok(group)
     }

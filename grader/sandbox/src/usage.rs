@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 use std::fs;
-use std::io;
+use std::io::Read;
 use std::os::unix::fs::MetadataExt;
 
 /// Capacity of a socket in bytes: the kernel's default buffer.
@@ -66,6 +66,7 @@ impl Meter {
     pub(super) fn measure(&mut self, root: i32, enough: u64, memory: u64) -> Usage {
         let (mut usage, mut own, mut waited) = (Usage::default(), 0.0, 0.0);
         let mut processes = vec![root];
+        let mut mapped = 0;
         let mut seen = HashMap::new();
         let mut next = 0;
         while let Some(&process) = processes.get(next) {
@@ -74,8 +75,15 @@ impl Meter {
             own += stat.own;
             waited += stat.waited;
             usage.threads += stat.threads;
-            let extra = self.extra_memory(process);
-            usage.memory += stat.resident + extra;
+            usage.memory += stat.resident + extra_memory(process);
+            if self.counts_mappings {
+                mapped += MAPPING * mappings(process, (memory - mapped) / MAPPING);
+                if mapped > memory {
+                    // Each further look takes long, and the tree grows meanwhile.
+                    usage.memory += mapped;
+                    return usage;
+                }
+            }
             let written = if self.counts_writes { written(process) } else { 0 };
             usage.written += written;
             seen.insert(process, Seen { cpu: stat.own, written });
@@ -91,35 +99,12 @@ impl Meter {
         self.seen = seen;
         usage.cpu = own + waited.max(self.ended.cpu);
         usage.written += self.ended.written;
+        usage.memory += mapped;
         if usage.memory > memory {
-            let proportional = |process: &i32| self.proportional_memory(*process);
-            usage.memory = processes.iter().map(proportional).sum();
+            let proportional = |process: &i32| proportional_memory(*process);
+            usage.memory = mapped + processes.iter().map(proportional).sum::<u64>();
         }
         usage
-    }
-
-    /// Bytes of page tables, swapped pages, buffers of possible sockets, and mappings.
-    fn extra_memory(&self, process: i32) -> u64 {
-        let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
-        let kibibytes = sum_of(&status, &["VmPTE:", "VmSwap:"]);
-        let descriptors = fs::read_dir(format!("/proc/{process}/fd")).map_or(0, Iterator::count);
-        let maps = self.counts_mappings.then(|| fs::read(format!("/proc/{process}/maps")));
-        let maps = maps.and_then(io::Result::ok).unwrap_or_default();
-        let mappings = maps.iter().filter(|byte| **byte == b'\n').count();
-        1024 * kibibytes
-            + SOCKET_BUFFER * (descriptors as u64).saturating_sub(FILES)
-            + MAPPING * mappings as u64
-    }
-
-    /// Bytes of a process; each page counts divided by the number of processes that share it.
-    fn proportional_memory(&self, process: i32) -> u64 {
-        let rollup = fs::read_to_string(format!("/proc/{process}/smaps_rollup"));
-        let extra = self.extra_memory(process);
-        match rollup.map(|rollup| sum_of(&rollup, &["Pss:"])) {
-            // The file of an ended process is gone.
-            Ok(kibibytes) => 1024 * kibibytes + extra,
-            Err(_) => Stat::of(process).map_or(0, |stat| stat.resident + extra),
-        }
     }
 }
 
@@ -186,6 +171,37 @@ impl Stat {
             resident: field(24) * rustix::param::page_size() as u64,
         })
     }
+}
+
+/// Bytes of page tables, swapped pages, and buffers of possible sockets.
+fn extra_memory(process: i32) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let kibibytes = sum_of(&status, &["VmPTE:", "VmSwap:"]);
+    let descriptors = fs::read_dir(format!("/proc/{process}/fd")).map_or(0, Iterator::count);
+    1024 * kibibytes + SOCKET_BUFFER * (descriptors as u64).saturating_sub(FILES)
+}
+
+/// Bytes of a process; each page counts divided by the number of processes that share it.
+fn proportional_memory(process: i32) -> u64 {
+    let rollup = fs::read_to_string(format!("/proc/{process}/smaps_rollup"));
+    match rollup.map(|rollup| sum_of(&rollup, &["Pss:"])) {
+        // The file of an ended process is gone.
+        Ok(kibibytes) => 1024 * kibibytes + extra_memory(process),
+        Err(_) => Stat::of(process).map_or(0, |stat| stat.resident + extra_memory(process)),
+    }
+}
+
+/// The number of mappings of a process. Stops after more than `enough`.
+fn mappings(process: i32, enough: u64) -> u64 {
+    let Ok(mut maps) = fs::File::open(format!("/proc/{process}/maps")) else { return 0 };
+    let (mut buffer, mut count) = ([0; 1 << 16], 0);
+    while let Ok(read @ 1..) = maps.read(&mut buffer) {
+        count += buffer[..read].iter().filter(|byte| **byte == b'\n').count() as u64;
+        if count > enough {
+            break;
+        }
+    }
+    count
 }
 
 /// Bytes that a process has written to disk, without those that it removed before they got there (`proc_pid_io(5)`).

@@ -419,10 +419,15 @@ pub(crate) const ATTACKS: &[Attack] = &[
         REFUSED_OR_COUNTED,
     )
     .measured(),
-    Attack::new("60,000 mappings in ten processes", "many_mappings", Nothing, OUT_OF_MEMORY)
+    Attack::new("60,000 mappings in twenty processes", "many_mappings", Nothing, OUT_OF_MEMORY)
         .measured(),
-    Attack::new("60,000 shared objects in ten processes", "many_objects", Nothing, OUT_OF_MEMORY)
-        .measured(),
+    Attack::new(
+        "60,000 shared objects in twenty processes",
+        "many_objects",
+        Nothing,
+        OUT_OF_MEMORY,
+    )
+    .measured(),
     Attack::new(
         "memory in unlinked files",
         "unlinked_mappings",

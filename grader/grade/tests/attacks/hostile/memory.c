@@ -73,9 +73,9 @@ static void hide_pages(int file, int flags) {
 }
 static void hidden_pages(void) { hide_pages(-1, MAP_ANONYMOUS); }
 static void hidden_pages_of_zero(void) { hide_pages(open("/dev/zero", O_RDWR), 0); }
-/* The kernel's memory for 60,000 mappings, or shared objects, in each of ten processes. */
-static void in_ten_processes(void (*fill)(void)) {
-    for (int k = 0; k < 10; ++k)
+/* The kernel's memory for 60,000 mappings, or shared objects, in each of twenty processes. */
+static void in_twenty_processes(void (*fill)(void)) {
+    for (int k = 0; k < 20; ++k)
         if (fork() == 0) {
             fill();
             usleep(1500000);
@@ -85,7 +85,7 @@ static void in_ten_processes(void (*fill)(void)) {
 }
 static void map_pages(void) {
     for (int k = 0; k < 60000; ++k) {
-        /* Neighbours of different protection are not merged, and a page that was touched has a chain of its own. */
+        /* Neighbours of different protection are not merged. */
         char *page = mmap(NULL, 4096, k % 2 ? PROT_READ : PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
         if (page == MAP_FAILED) return;
     }
@@ -94,8 +94,8 @@ static void share_pages(void) {
     for (int k = 0; k < 60000; ++k)
         if (mmap(NULL, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0) == MAP_FAILED) return;
 }
-static void many_mappings(void) { in_ten_processes(map_pages); }
-static void many_objects(void) { in_ten_processes(share_pages); }
+static void many_mappings(void) { in_twenty_processes(map_pages); }
+static void many_objects(void) { in_twenty_processes(share_pages); }
 static void huge_pages(void) {
     for (int k = 0; k < 512; ++k) {
         char *memory = mmap(NULL, 2 << 20, PROT_READ | PROT_WRITE,

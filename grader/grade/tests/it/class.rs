@@ -164,7 +164,7 @@ fn nothing_of_a_hidden_scene_is_told_but_counts() {
         assert!(told.contains("SHOWN"), "{told}");
     }
     let report = project.json(&["leaking", "--hidden", "hidden"]);
-    assert_eq!(report["hidden"], serde_json::json!({"run": true, "scenes": 2}));
+    assert_eq!(report["hidden"], serde_json::json!({"run": true, "scenes": 2, "reason": null}));
     let features: Vec<(&Value, &Value)> = report["features"]
         .as_array()
         .unwrap()
@@ -211,7 +211,10 @@ fn all_is_never_passed_where_hidden_scenes_were_not_run() {
     assert!(!run.stdout.contains("All passed"));
     let report = project.json(&[]);
     assert_eq!(report["outcome"], "passed-shipped");
-    assert_eq!(report["hidden"], serde_json::json!({"run": false, "scenes": 2}));
+    assert_eq!(
+        report["hidden"],
+        serde_json::json!({"run": false, "scenes": 2, "reason": "unavailable"})
+    );
     let junit = project.grade(&["--format", "junit"]).stdout;
     assert!(junit.contains("<skipped message=\"2 hidden scenes were not run.\""), "{junit}");
 

@@ -158,6 +158,37 @@ pub fn inert(text: &str) -> String {
     shown
 }
 
+/// A table as CSV, with names and texts of submissions: no cell is a formula ([`inert`]).
+pub struct InertCsv(csv::Writer<Vec<u8>>);
+
+impl InertCsv {
+    /// A table with a header line.
+    ///
+    /// # Errors
+    /// Never in practice: the output is memory.
+    pub fn new(header: impl IntoIterator<Item = impl AsRef<str>>) -> csv::Result<Self> {
+        let mut table = Self(csv::Writer::from_writer(Vec::new()));
+        table.row(header)?;
+        Ok(table)
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// If it has another number of cells than the header.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = impl AsRef<str>>) -> csv::Result<()> {
+        self.0.write_record(cells.into_iter().map(|cell| inert(cell.as_ref())))
+    }
+
+    /// The bytes of the table.
+    ///
+    /// # Errors
+    /// Never in practice: the output is memory.
+    pub fn bytes(self) -> csv::Result<Vec<u8>> {
+        self.0.into_inner().map_err(|error| error.into_error().into())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,6 +214,14 @@ mod tests {
         assert_eq!(text("a\tb\nc\u{1b}[2J\u{ffff}\u{b}\r"), "a b\nc�[2J���");
         assert_eq!(path(b"src/a\xff\n.c"), "src/a��.c");
         assert_eq!(path("ab".repeat(500).as_bytes()).chars().count(), 1 + PATH);
+    }
+
+    #[test]
+    fn no_cell_of_a_table_is_a_formula() {
+        let mut table = InertCsv::new(["name", "=1"]).unwrap();
+        table.row(["=HYPERLINK(\"x\";\"+y\")", "a;-b"]).unwrap();
+        let text = String::from_utf8(table.bytes().unwrap()).unwrap();
+        assert_eq!(text, "name,'=1\n\"'=HYPERLINK(\"\"x\"\";\"\"'+y\"\")\",a;'-b\n");
     }
 
     #[test]

@@ -10,7 +10,7 @@
 
 use grader::class::roster::{Roster, Student};
 use grader::class::sheet::SheetError;
-use grader::printed::inert;
+use grader::printed::{InertCsv, inert};
 
 /// A platform with a gradebook.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,18 +117,16 @@ impl GradebookKind {
         let columns = self.all_columns().iter();
         let columns: Vec<&Column> =
             columns.filter(|column| self == Self::Canvas || is_used(column.of)).collect();
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let names = columns.iter().map(|column| column.name.to_owned());
-        writer.write_record(names.chain([inert(column)]))?;
+        let names = columns.iter().map(|column| column.name);
+        let mut table = InertCsv::new(names.chain([column]))?;
         if self == Self::Canvas {
             let empty = columns[1..].iter().map(|_| "");
-            writer
-                .write_record(["    Points Possible"].into_iter().chain(empty).chain([possible]))?;
+            table.row(["    Points Possible"].into_iter().chain(empty).chain([possible]))?;
         }
         for (student, points) in rows {
-            let cells = columns.iter().map(|column| inert((column.of)(student)));
-            writer.write_record(cells.chain([points.clone().unwrap_or_default()]))?;
+            let cells = columns.iter().map(|column| (column.of)(student));
+            table.row(cells.chain([points.as_deref().unwrap_or_default()]))?;
         }
-        writer.into_inner().map_err(|error| error.into_error().into())
+        table.bytes()
     }
 }

@@ -8,7 +8,7 @@ use grader::class::Row;
 use grader::class::entry::PassedOver;
 use grader::grading::points::NO_MARK;
 use grader::grading::provenance::Provenance;
-use grader::printed::inert;
+use grader::printed::InertCsv;
 use grader::verdict::Fault;
 use sandbox::Protection;
 
@@ -202,8 +202,7 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
 /// # Errors
 /// Never in practice.
 pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(COLUMNS)?;
+    let mut table = InertCsv::new(COLUMNS)?;
     for row in rows {
         let texts = |pair: Option<(usize, usize)>| {
             pair.map(|(part, all)| (part.to_string(), all.to_string())).unwrap_or_default()
@@ -214,8 +213,8 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
         // A missing value is an empty cell.
         let (creative, creative_of) = row.creative.clone().unwrap_or_default();
         let creative = if creative == NO_MARK { "" } else { &creative };
-        writer.write_record([
-            inert(&row.name).as_str(),
+        table.row([
+            row.name.as_str(),
             &row.verdict,
             &row.required.0,
             &row.required.1,
@@ -234,15 +233,17 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
         ])?;
     }
     for Gap { name, missing } in gaps {
-        let mut record = vec![inert(name), missing.name().to_owned()];
+        let mut record = vec![(*name).to_owned(), missing.name().to_owned()];
         record.resize(COLUMNS.len(), String::new());
-        writer.write_record(record)?;
+        table.row(record)?;
     }
-    writer.into_inner().map_err(|error| error.into_error().into())
+    table.bytes()
 }
 
 #[cfg(test)]
 mod tests {
+    use grader::printed::inert;
+
     use super::*;
 
     /// A row of a submission with this name.

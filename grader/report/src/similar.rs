@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use grader::printed::inert;
+use grader::printed::InertCsv;
 use grader::similar::{Place, Run, Similarity};
 
 use crate::table::{self, BOLD, Cell, DIM, ODD, header};
@@ -113,21 +113,20 @@ pub fn write(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
 /// # Errors
 /// Never in practice: the output is memory.
 pub fn csv(similarity: &Similarity) -> csv::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(COLUMNS)?;
+    let mut table = InertCsv::new(COLUMNS)?;
     for pair in &similarity.pairs {
-        let names = pair.hand_ins.map(|place| inert(&similarity.hand_ins[place].name));
+        let names = pair.hand_ins.map(|place| similarity.hand_ins[place].name.clone());
         let parts = [0, 1].map(|side| format!("{:.4}", similarity.part(pair, side)));
         let shared = pair.shared.map(|shared| shared.to_string());
         for Run { tokens, places } in &pair.runs {
             let places = places.iter().flat_map(|Place { file, first, last }| {
-                [inert(file), first.to_string(), last.to_string()]
+                [file.clone(), first.to_string(), last.to_string()]
             });
             let record = names.iter().chain(&parts).chain(&shared).cloned();
-            writer.write_record(record.chain([tokens.to_string()]).chain(places))?;
+            table.row(record.chain([tokens.to_string()]).chain(places))?;
         }
     }
-    writer.into_inner().map_err(|error| error.into_error().into())
+    table.bytes()
 }
 
 /// `src/a.cpp:3-17`.

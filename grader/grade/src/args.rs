@@ -664,9 +664,17 @@ pub(super) struct CreativeRules {
     #[arg(long, value_name = "NAME")]
     pub(super) assignment: Option<String>,
 
-    /// Time limit of a run of a scene
+    /// Time limit of a run of a scene; its check takes two runs, and 10 s beside them
     #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) seconds: u32,
+
+    /// Check scenes without the sandbox, with all your rights
+    #[arg(long)]
+    pub(super) unprotected: bool,
+
+    /// Set a limit of the check of each scene, as in --limit memory=4G (repeatable); the limits are those of `grade`
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse_limit)]
+    pub(super) limit: Vec<(String, f64)>,
 
     /// Folder with assets/, where the assignments are [default: the current folder or the nearest parent with assets/]
     #[arg(long, value_name = "DIR")]

@@ -46,6 +46,9 @@ fn main() -> ExitCode {
     if let Some(code) = sandbox::serve() {
         return code;
     }
+    if let Some(code) = grader::creative::serve(report::creative::draw) {
+        return code;
+    }
     let cli = Cli::parse();
     std::panic::set_hook(Box::new(|panic| {
         complain(

@@ -30,21 +30,28 @@ impl RunArgs {
             found.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
         };
         let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
-        let launcher = std::env::current_exe().map_err(Stop::fault)?;
-        let sandbox = if self.unprotected {
-            complain("warning", "programs run unprotected, with all your rights");
-            Sandbox::Unprotected
-        } else {
-            let help = "\n  help: --unprotected runs programs without protection";
-            let sandbox = Sandbox::open(&launcher)
-                .map_err(|error| Stop::bad_input(format!("{error}{help}")))?;
-            check(&sandbox, rubric.required_protections())
-                .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
-            sandbox
-        };
+        let sandbox = open_sandbox(self.unprotected, rubric)?;
         let protections = sandbox.protections().to_vec();
         Ok((Runner::new(sandbox, limits, readable), protections))
     }
+}
+
+/// The sandbox for untrusted programs.
+///
+/// # Errors
+/// If the system refuses one, or lacks a protection that the rubric requires.
+pub(super) fn open_sandbox(unprotected: bool, rubric: &Rubric) -> Result<Sandbox, Stop> {
+    if unprotected {
+        complain("warning", "programs run unprotected, with all your rights");
+        return Ok(Sandbox::Unprotected);
+    }
+    let launcher = std::env::current_exe().map_err(Stop::fault)?;
+    let help = "\n  help: --unprotected runs programs without protection";
+    let sandbox =
+        Sandbox::open(&launcher).map_err(|error| Stop::bad_input(format!("{error}{help}")))?;
+    check(&sandbox, rubric.required_protections())
+        .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
+    Ok(sandbox)
 }
 
 /// Warns of missing protections.

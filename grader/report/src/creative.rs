@@ -2,11 +2,13 @@
 
 use std::io::{self, Write};
 
-use grader::creative::{Creative, Motion, Outcome};
+use grader::creative::{Creative, Motion, Outcome, Wanted};
+use grader::printed;
 use picture::canvas::Canvas;
 use simulator::frames::Painter;
 use simulator::scene::Scene;
 
+use crate::html::gallery::MotionData;
 use crate::table::{BAD, BOLD, GOOD, ODD};
 
 /// Columns and rows of a contact sheet.
@@ -23,7 +25,7 @@ const GAP: u32 = 8;
 /// # Errors
 /// If `out` takes no more.
 pub fn write(out: &mut dyn Write, creative: &Creative) -> io::Result<()> {
-    writeln!(out, "{BOLD}{}{BOLD:#}", creative.path.display())?;
+    writeln!(out, "{BOLD}{}{BOLD:#}", printed::text(&creative.path.display().to_string()))?;
     for check in &creative.checks {
         let style = match check.outcome {
             Outcome::Passed => GOOD,
@@ -41,12 +43,28 @@ pub fn write(out: &mut dyn Write, creative: &Creative) -> io::Result<()> {
     Ok(())
 }
 
+/// Whether bytes begin as a contact sheet of ours does: a PNG of its size.
+pub fn is_contact_sheet(bytes: &[u8]) -> bool {
+    let [width, height] = sheet_size().map(u32::to_be_bytes);
+    let head = [&b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], &width, &height].concat();
+    bytes.starts_with(&head)
+}
+
+/// Width and height of a contact sheet, in pixels.
+fn sheet_size() -> [u32; 2] {
+    [0, 1].map(|axis| side(SHEET[axis], PICTURE[axis]))
+}
+
+/// The length of so many pictures and the space around them.
+fn side(count: u32, length: u32) -> u32 {
+    count * (length + GAP) + GAP
+}
+
 /// Twelve pictures of a motion at equal intervals, row by row.
-pub fn contact_sheet(scene: &Scene, motion: &Motion) -> Canvas {
+fn contact_sheet(scene: &Scene, motion: &Motion) -> Canvas {
     let [columns, rows] = SHEET;
-    let side = |count: u32, length: u32| count * (length + GAP) + GAP;
-    let size = [side(columns, PICTURE[0]), side(rows, PICTURE[1])];
-    let mut sheet = Canvas::new(size[0], size[1], [255; 3]);
+    let [width, height] = sheet_size();
+    let mut sheet = Canvas::new(width, height, [255; 3]);
     let mut painter = Painter::new(scene, PICTURE, motion.bounds);
     let n_pictures = (columns * rows) as usize;
     let last = motion.times.len().saturating_sub(1);
@@ -62,4 +80,16 @@ pub fn contact_sheet(scene: &Scene, motion: &Motion) -> Canvas {
         }
     }
     sheet
+}
+
+/// The picture of a scene that is wanted of the sandbox.
+///
+/// # Errors
+/// Never in practice: the output is memory.
+pub fn draw(wanted: Wanted, scene: &Scene, motion: &Motion) -> io::Result<Vec<u8>> {
+    Ok(match wanted {
+        Wanted::Nothing => Vec::new(),
+        Wanted::Motion => serde_json::to_vec(&MotionData::of(scene, motion))?,
+        Wanted::Sheet => contact_sheet(scene, motion).png(),
+    })
 }

@@ -1,10 +1,12 @@
 //! Checks of a creative scene: a scene of the student's own, which people judge.
 //!
 //! ```text
-//! NAME_ASSIGNMENT.xml ──> name, format, features, run, overlap, film
-//!                                                  │
-//!                                                  └──> Motion: playback and contact sheet
+//! NAME_ASSIGNMENT.xml ──> sandbox: examine ──> Examined, picture ──> name, format, features, run, overlap, film
+//!                          parse, run, draw     strict JSON
 //! ```
+//!
+//! A scene is an untrusted program. It is found without following links (`find.rs`), parsed, run and drawn in the sandbox
+//! (`examiner.rs`, `examine.rs`), and judged outside by what was found there.
 //!
 //! | check | passes if |
 //! | --- | --- |
@@ -16,49 +18,51 @@
 //! | film | a film lies beside the file |
 //!
 //! New in `t1m2` is what `t1m1` does not have. In an assignment without such a predecessor, everything is new.
-//!
-//! A scene that blows up follows the time step, not its forces. The check runs the scene again at half of the time step
-//! and compares the largest kinetic energies. An accurate motion has nearly the same one; a method that damps at large
-//! time steps, or lets an orbit drift, stays within a factor of ten.
 
 mod credit;
+mod examine;
+mod examiner;
 mod film;
+mod find;
 mod motion;
 mod overlap;
+mod run;
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
-use simulator::scene::{self, ParseOptions, Scene};
-use simulator::simulation::Simulation;
-use simulator::vocabulary;
+use sandbox::SandboxError;
+use sha2::{Digest, Sha256};
 
 use crate::assignment::{Assignment, Scope};
+use crate::printed;
+use crate::submission::hand_in::HandInError;
+use crate::submission::hand_in::place::Place;
 
 pub use credit::{CRITERIA, CreativeCredit, CreativeRule, Criterion, MaximumMark};
+use examine::{Examined, Facts};
+pub use examiner::{Examiner, Picture, Wanted, limits, serve};
+pub use find::{Entry, find};
 pub use motion::Motion;
+pub(crate) use run::blows_up;
 
-/// Largest ratio of the largest kinetic energies at a time step and at half of it.
-const MAX_RATIO: f64 = 10.0;
-
-/// Kinetic energies below this share of the largest potential energy are rounding errors.
-const ROUNDING: f64 = 1e-12;
+/// The largest scene or mesh that is read, in MiB.
+const MAX_MEBIBYTES: u64 = 16;
 
 /// A creative scene with the results of its checks.
 #[derive(Debug)]
 pub struct Creative {
     /// The file.
     pub path: PathBuf,
-    /// Its name without the folder.
-    pub file: String,
     /// The name of the assignment that the file's name ends in, or that was given.
     pub assignment: Option<String>,
     /// The checks, in a fixed order.
     pub checks: Vec<Check>,
-    /// The scene, and its motion as far as it could be simulated; `None` if the file is no scene.
-    pub shown: Option<(Scene, Motion)>,
-    /// The content of the file.
-    pub bytes: Vec<u8>,
+    /// What the scene says of itself.
+    pub description: Option<String>,
+    /// What was drawn of it; `None` if the file is no scene, or its check was ended.
+    pub picture: Option<Picture>,
+    /// SHA-256 of the file; of its path, if it is refused.
+    pub hash: [u8; 32],
 }
 
 impl Creative {
@@ -121,68 +125,103 @@ pub struct Rules<'a> {
     pub assignments: &'a [Assignment],
     /// The assignment of every scene, whatever its name says.
     pub assignment: Option<&'a Assignment>,
-    /// Time limit of each of the two runs.
-    pub limit: Duration,
 }
 
-/// Checks the scene in a file.
+/// Why a scene was not checked.
+#[derive(Debug, thiserror::Error)]
+pub enum NotChecked {
+    /// Its file is not read.
+    #[error(transparent)]
+    Refused(#[from] HandInError),
+    /// The sandbox did not run, through no fault of the scene.
+    #[error(transparent)]
+    NotRun(#[from] SandboxError),
+}
+
+/// Checks the scene in the file at the path `below` from the folder `base`. `None` if it is JSON that is not meant to be
+/// a scene.
 ///
 /// # Errors
-/// If the file cannot be read.
-pub fn check(path: &Path, rules: Rules<'_>) -> Result<Creative, scene::error::SceneError> {
-    let bytes = scene::read_bounded(path)?;
-    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let (named, name) = check_name(path, &file, rules.assignments);
+/// If its file is not read, or the sandbox did not run.
+pub fn check(
+    (base, below): (&Path, &Path),
+    examiner: &Examiner,
+    wanted: Wanted,
+    rules: Rules<'_>,
+) -> Result<Option<Creative>, NotChecked> {
+    let place = Place::open(base, below)?;
+    let bytes = place.read(MAX_MEBIBYTES)?;
+    let name = Path::new(below.file_name().unwrap_or_default());
+    let path = base.join(below);
+    let found = examiner.examine(&place, (name, &bytes), wanted)?;
+    let (found, picture) = match found {
+        Ok((Examined::NoScene, _)) => return Ok(None),
+        Ok((examined, picture)) => (Ok(examined), picture),
+        Err(ended) => (Err(ended), None),
+    };
+    let description = match &found {
+        Ok(Examined::Scene(facts)) => facts.description.clone(),
+        _ => None,
+    };
+    let film = film::check(&place, &path);
+    let (assignment, checks) = judge(&path, found, film, rules);
+    let hash = Sha256::digest(&bytes).into();
+    Ok(Some(Creative { path, assignment, checks, description, picture, hash }))
+}
+
+impl Creative {
+    /// A file or a folder that is not read.
+    pub fn refused(path: PathBuf, reason: String) -> Self {
+        let hash = Sha256::digest(path.as_os_str().as_encoded_bytes()).into();
+        let checks = vec![Check::new("file", Err(reason))];
+        Self { path, assignment: None, checks, description: None, picture: None, hash }
+    }
+}
+
+/// The checks of a scene, from what was found in the sandbox: the reason, if its run there was ended.
+fn judge(
+    path: &Path,
+    found: Result<Examined, String>,
+    film: Result<String, String>,
+    rules: Rules<'_>,
+) -> (Option<String>, Vec<Check>) {
+    let (named, name) = check_name(path, rules.assignments);
     let assignment = rules.assignment.or(named);
     let mut checks = vec![name];
-    let parsed = scene::parse_bytes(&bytes, path, &vocabulary(), &ParseOptions::default());
-    let shown = match parsed {
-        Err(error) => {
-            checks.push(Check::new("format", Err(error.to_string())));
-            for name in ["features", "run", "overlap"] {
-                checks.push(Check::not_made(name, "the file is no scene"));
-            }
-            None
-        }
-        Ok(parsed) => {
-            let scene = parsed.scene;
-            checks.push(Check::new(
-                "format",
-                match parsed.warnings.first() {
-                    None => Ok(contents(&scene)),
-                    Some(warning) => {
-                        Err(format!("{warning}\n(number of warnings: {})", parsed.n_warnings))
-                    }
-                },
-            ));
-            checks.push(match assignment {
-                Some(assignment) => {
-                    let spelling = &parsed.integrator_spelling;
-                    let found = features(&scene, spelling, assignment, rules.assignments);
-                    Check::new("features", found)
-                }
-                None => Check::not_made(
-                    "features",
-                    "the name does not say which assignment it is for; name one with --assignment",
-                ),
+    match found {
+        Ok(Examined::Scene(facts)) => {
+            let features =
+                assignment.map(|assignment| features(&facts, assignment, rules.assignments));
+            let unnamed =
+                "the name does not say which assignment it is for; name one with --assignment";
+            checks.push(Check::new("format", facts.format));
+            checks.push(match features {
+                Some(found) => Check::new("features", found),
+                None => Check::not_made("features", unnamed),
             });
-            let (run, motion) = run(&scene, rules.limit);
-            checks.push(Check::new("run", run));
-            checks.push(Check::new("overlap", overlap::check(&scene, &motion)));
-            Some((scene, motion))
+            checks.push(Check::new("run", facts.run));
+            checks.push(Check::new("overlap", facts.overlap));
         }
-    };
-    checks.push(Check::new("film", film::check(path)));
-    let assignment = assignment.map(|assignment| assignment.name.clone());
-    Ok(Creative { path: path.to_path_buf(), file, assignment, checks, shown, bytes })
+        Ok(Examined::Malformed(error)) => {
+            checks.push(Check::new("format", Err(error)));
+            let others = ["features", "run", "overlap"];
+            checks.extend(others.map(|name| Check::not_made(name, "the file is no scene")));
+        }
+        Ok(Examined::NeedsMesh { .. } | Examined::NoScene) => {}
+        Err(ended) => {
+            let unknown = |name| Check::not_made(name, "the check of the scene was ended");
+            checks.extend(["format", "features"].map(unknown));
+            checks.push(Check::new("run", Err(ended)));
+            checks.push(unknown("overlap"));
+        }
+    }
+    checks.push(Check::new("film", film));
+    (assignment.map(|assignment| assignment.name.clone()), checks)
 }
 
 /// Checks the name of the file, and finds the assignment in it.
-fn check_name<'a>(
-    path: &Path,
-    file: &str,
-    assignments: &'a [Assignment],
-) -> (Option<&'a Assignment>, Check) {
+fn check_name<'a>(path: &Path, assignments: &'a [Assignment]) -> (Option<&'a Assignment>, Check) {
+    let file = printed::line(&path.file_name().unwrap_or_default().to_string_lossy());
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let author = |assignment: &Assignment| {
         let author = stem.strip_suffix(&assignment.name)?.strip_suffix('_')?;
@@ -208,23 +247,6 @@ fn check_name<'a>(
     }
 }
 
-/// What a scene consists of.
-fn contents(scene: &Scene) -> String {
-    let count = |number: usize, what: &str| {
-        format!("{number} {what}{}", if number == 1 { "" } else { "s" })
-    };
-    format!(
-        "{}, {}, {}; {} in {}D, {} s in steps of {} s",
-        count(scene.particles.len(), "particle"),
-        count(scene.edges.len(), "edge"),
-        count(scene.forces.len(), "force"),
-        scene.integrator.name,
-        scene.dimension.count(),
-        scene.duration,
-        scene.time_step,
-    )
-}
-
 /// Tags of forces, and spellings of integrators, of an assignment; `None`: all.
 fn words(assignment: &Assignment) -> [Option<&[String]>; 2] {
     let Scope { forces, integrators, .. } = assignment.scope();
@@ -233,8 +255,7 @@ fn words(assignment: &Assignment) -> [Option<&[String]>; 2] {
 
 /// The features of the assignment that the scene uses.
 fn features(
-    scene: &Scene,
-    spelling: &str,
+    facts: &Facts,
     assignment: &Assignment,
     assignments: &[Assignment],
 ) -> Result<String, String> {
@@ -242,12 +263,9 @@ fn features(
         words.is_none_or(|words| words.iter().any(|known| known == word))
     };
     let Scope { dimensions, optional_forces, .. } = assignment.scope();
-    let mut tags: Vec<&str> = scene.forces.iter().map(|force| force.schema.tag).collect();
-    tags.sort_unstable();
-    tags.dedup();
     // Each word with its kind: 0 for a force, 1 for an integrator.
-    let used: Vec<(usize, &str)> =
-        tags.into_iter().map(|tag| (0, tag)).chain([(1, spelling)]).collect();
+    let forces = facts.forces.iter().map(|tag| (0, tag.as_str()));
+    let used: Vec<(usize, &str)> = forces.chain([(1, facts.integrator.as_str())]).collect();
     let own = words(assignment);
     let is_beyond = |(kind, word): &(usize, &str)| {
         let is_optional = *kind == 0 && optional_forces.iter().any(|tag| tag == word);
@@ -255,7 +273,7 @@ fn features(
     };
     let mut beyond: Vec<String> =
         used.iter().copied().filter(is_beyond).map(|(_, word)| word.to_owned()).collect();
-    let dimension = scene.dimension.count();
+    let dimension = facts.dimension;
     if dimensions.as_ref().is_some_and(|known| !known.contains(&dimension)) {
         beyond.push(format!("{dimension} dimensions"));
     }
@@ -293,97 +311,6 @@ fn predecessor<'a>(assignment: &Assignment, all: &'a [Assignment]) -> Option<&'a
     let number: u32 = assignment.name[stem.len()..].parse().ok()?;
     let before = format!("{stem}{}", number.checked_sub(1)?);
     all.iter().find(|each| each.name == before)
-}
-
-/// Runs the scene, and again at half of the time step.
-fn run(scene: &Scene, limit: Duration) -> (Result<String, String>, Motion) {
-    let mut motion = Motion::new(scene);
-    let started = Instant::now();
-    let first = energy_of(scene, limit, Some(&mut motion));
-    let took = started.elapsed().as_secs_f64();
-    let halved = Scene { time_step: 0.5 * scene.time_step, ..scene.clone() };
-    let found = first.and_then(|first| {
-        let second = energy_of(&halved, limit, None)
-            .map_err(|error| format!("at half of the time step: {error}"))?;
-        let h = scene.time_step;
-        let kinetic = format!(
-            "the largest kinetic energy is {} at the time step of {h} s, and {} at half of it",
-            short(first.kinetic),
-            short(second.kinetic)
-        );
-        if differ(&first, &second) {
-            return Err(format!("it blows up: {kinetic}\nhelp: shorten the time step"));
-        }
-        Ok(format!("{} steps in {took:.1} s; {kinetic}", scene.n_steps()))
-    });
-    (found, motion)
-}
-
-/// Whether the motion of a scene follows its time step, in a run of any length.
-///
-/// # Errors
-/// If a step fails, at the time step or at half of it.
-pub(crate) fn blows_up(scene: &Scene) -> Result<bool, String> {
-    let first = energy_of(scene, Duration::MAX, None)?;
-    let halved = Scene { time_step: 0.5 * scene.time_step, ..scene.clone() };
-    Ok(differ(&first, &energy_of(&halved, Duration::MAX, None)?))
-}
-
-/// Whether the largest kinetic energies of two runs differ by more than rounding and drift.
-fn differ(first: &Peaks, second: &Peaks) -> bool {
-    let floor = ROUNDING * first.potential.max(second.potential);
-    let (large, small) = (first.kinetic.max(floor), second.kinetic.max(floor));
-    large > MAX_RATIO * small || small > MAX_RATIO * large
-}
-
-/// A number with four digits.
-fn short(value: f64) -> String {
-    match value {
-        0.0 => "0".to_owned(),
-        _ if (1e-3..1e5).contains(&value) => {
-            let decimals = (3.0 - value.log10().floor()).max(0.0);
-            format!("{value:.*}", decimals as usize)
-        }
-        _ => format!("{value:.3e}"),
-    }
-}
-
-/// Largest energies of a run.
-struct Peaks {
-    kinetic: f64,
-    /// The largest magnitude of the potential energy.
-    potential: f64,
-}
-
-/// Runs a scene to its end.
-fn energy_of(
-    scene: &Scene,
-    limit: Duration,
-    mut motion: Option<&mut Motion>,
-) -> Result<Peaks, String> {
-    let started = Instant::now();
-    let mut simulation = Simulation::new(scene);
-    let mut peaks = Peaks { kinetic: 0.0, potential: 0.0 };
-    loop {
-        let state = simulation.state();
-        if let Some(motion) = &mut motion {
-            motion.add(scene, state);
-        }
-        let energies = simulation.energies().map_err(|error| error.to_string())?;
-        peaks.kinetic = peaks.kinetic.max(energies.kinetic);
-        peaks.potential = peaks.potential.max(energies.potential.abs());
-        if started.elapsed() > limit {
-            return Err(format!(
-                "step {} of {} is not reached within {} s\nhelp: shorten the scene, or set another limit with --seconds",
-                state.step + 1,
-                scene.n_steps(),
-                limit.as_secs_f64()
-            ));
-        }
-        if !simulation.advance().map_err(|error| error.to_string())? {
-            return Ok(peaks);
-        }
-    }
 }
 
 #[cfg(test)]

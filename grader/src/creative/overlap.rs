@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use simulator::scene::Scene;
 
 use super::motion::Motion;
-use super::short;
+use super::run::short;
 
 /// Circles that touch do not overlap: they may do so by rounding.
 const TOUCHING: f64 = 1.0 - 1e-9;
@@ -70,11 +70,14 @@ fn overlap(scene: &Scene, positions: &[f64]) -> Option<Overlap> {
                 z.saturating_add(offset[2]),
             ];
             for i in cells.get(&key).into_iter().flatten().copied() {
+                // Each list ascends, and a later pair counts if its first number is lower.
+                if found.is_some_and(|found| found.particles[0] <= i) {
+                    break;
+                }
                 let (a, b) = (point(i), point(j));
                 let squared: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
                 let distance = squared.sqrt();
-                let is_first = found.is_none_or(|found| [i, j] < found.particles);
-                if distance < TOUCHING * (radii[i] + radii[j]) && is_first {
+                if distance < TOUCHING * (radii[i] + radii[j]) {
                     found = Some(Overlap { particles: [i, j], distance });
                 }
             }

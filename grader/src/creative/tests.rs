@@ -3,6 +3,7 @@ use std::time::Duration;
 
 use test_support::root;
 
+use super::examine::examine;
 use super::*;
 
 /// The outcome of each check of a scene, and what was found.
@@ -12,9 +13,10 @@ fn checked(name: &str, scene: &str, film: &str) -> Vec<(Outcome, String)> {
     fs::write(&path, scene).unwrap();
     fs::write(path.with_extension("gif"), film).unwrap();
     let assignments = Assignment::list(&root().join("assets/assignments")).unwrap();
-    let limit = Duration::from_secs(60);
-    let rules = Rules { assignments: &assignments, assignment: None, limit };
-    let found = check(&path, rules).unwrap().checks;
+    let rules = Rules { assignments: &assignments, assignment: None };
+    let (examined, _) = examine(&path, Duration::from_secs(60));
+    let place = Place::open(folder.path(), Path::new(name)).unwrap();
+    let (_, found) = judge(&path, Ok(examined), film::check(&place, &path), rules);
     found.into_iter().map(|check| (check.outcome, check.found)).collect()
 }
 
@@ -84,10 +86,34 @@ fn a_run_that_takes_too_long_fails() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("ab_t1m2.xml");
     fs::write(&path, spring("symplectic-euler", 1e-8, 1.2)).unwrap();
-    let rules = Rules { assignments: &[], assignment: None, limit: Duration::from_millis(50) };
-    let found = check(&path, rules).unwrap();
-    let run = &found.checks[3];
-    assert!(run.outcome == Outcome::Failed && run.found.contains("within 0.05 s"), "{run:?}");
-    let (_, motion) = found.shown.unwrap();
+    let (examined, shown) = examine(&path, Duration::from_millis(50));
+    let Examined::Scene(Facts { run: Err(run), .. }) = examined else { panic!("{examined:?}") };
+    assert!(run.contains("within 0.05 s"), "{run:?}");
+    let (_, motion) = shown.unwrap();
     assert_eq!(motion.times[0], 0.0);
+}
+
+/// The rounds of a step have no end, or their tolerance cannot be met.
+#[test]
+fn a_step_that_takes_too_long_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ab_t1m2.xml");
+    for tolerance in ["0", "5e-324"] {
+        let scene = spring("fast-mass-spring", 0.01, 1.2);
+        let options = format!("iterations=\"1000000000000000\" tolerance=\"{tolerance}\" dt=");
+        fs::write(&path, scene.replace("dt=", &options)).unwrap();
+        let (examined, _) = examine(&path, Duration::from_millis(50));
+        let Examined::Scene(Facts { run: Err(run), .. }) = examined else { panic!("{examined:?}") };
+        assert!(run.contains("step 1 of 600 is not reached within 0.05 s"), "{run:?}");
+    }
+}
+
+#[test]
+fn a_scene_whose_check_was_ended_says_so() {
+    let rules = Rules { assignments: &[], assignment: None };
+    let ended = Err("its check was ended: out of memory".to_owned());
+    let (_, checks) = judge(Path::new("ab_t1m2.xml"), ended, Ok(String::new()), rules);
+    let found: Vec<_> = checks.into_iter().map(|check| (check.outcome, check.found)).collect();
+    assert_eq!(outcomes(&found), "-??-?+", "{found:#?}");
+    assert!(found[3].1.contains("out of memory"));
 }

@@ -11,6 +11,8 @@
 //! | length of an entry's path, relative to the hand-in | 1,000 bytes |
 //! | sum of all file sizes, sparse files at full length | 1 GiB |
 
+pub(crate) mod place;
+
 use std::ffi::{CStr, CString, OsStr};
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -89,6 +91,14 @@ pub enum HandInError {
         path: String,
         /// Why.
         error: DoorError,
+    },
+    /// A name leads out of the folder it is looked up in.
+    #[error(
+        "{path}: is not below its folder\n  help: name a file by its path from there, without \"..\""
+    )]
+    Outside {
+        /// The name.
+        path: String,
     },
     /// The copy cannot be written.
     #[error("{path}: cannot be copied: {source}")]
@@ -215,6 +225,13 @@ struct Level {
 impl HandIn {
     /// Opens a file or folder after checking its limits. Only metadata is read.
     pub(crate) fn open(path: &Path) -> Result<Self, HandInError> {
+        let hand_in = Self::unchecked(path)?;
+        hand_in.walk(&mut |_| Ok(()))?;
+        Ok(hand_in)
+    }
+
+    /// A file or folder whose limits a walk checks.
+    pub(crate) fn unchecked(path: &Path) -> Result<Self, HandInError> {
         let unreadable = |source| HandInError::Unreadable { path: shown(b""), source };
         let resolved;
         let path = match path.file_name() {
@@ -225,15 +242,22 @@ impl HandIn {
             }
         };
         let (parent, name) = parent_and_name(path).map_err(unreadable)?;
-        let hand_in = Self { parent, name };
-        hand_in.walk(&mut |_| Ok(()))?;
-        Ok(hand_in)
+        Ok(Self { parent, name })
     }
 
     /// Visits every entry once, the hand-in itself first.
     pub(crate) fn walk(
         &self,
         visit: &mut dyn FnMut(WalkStep<'_>) -> Result<(), HandInError>,
+    ) -> Result<(), HandInError> {
+        self.walk_past(&mut |_, step| visit(step?))
+    }
+
+    /// The same; each visit is given the path of the entry, relative to the hand-in. A visit may pass over an entry that
+    /// is refused, and what is in it.
+    pub(crate) fn walk_past(
+        &self,
+        visit: &mut dyn FnMut(&[u8], Result<WalkStep<'_>, HandInError>) -> Result<(), HandInError>,
     ) -> Result<(), HandInError> {
         let parent = self.parent.try_clone();
         let folder =
@@ -246,7 +270,7 @@ impl HandIn {
             let Some(name) = level.names.next() else {
                 levels.pop();
                 if !levels.is_empty() {
-                    visit(WalkStep::Leave)?;
+                    visit(&path, Ok(WalkStep::Leave))?;
                 }
                 continue;
             };
@@ -258,42 +282,51 @@ impl HandIn {
                 }
                 path.extend(name.to_bytes());
             }
-            if path.len() > MAX_PATH {
-                return Err(HandInError::LongPath { path: shown(&path) });
-            }
-            let stat = statat(folder, &name, AtFlags::SYMLINK_NOFOLLOW)
-                .map_err(|errno| unreadable(&path, errno))?;
-            let kind = FileType::from_raw_mode(stat.st_mode);
-            let node = HandInNode { folder, name: &name, path: &path, stat };
-            match kind {
-                FileType::RegularFile => {
-                    bytes = bytes.saturating_add(size(&stat));
-                    if bytes > MAX_SIZE.bytes() {
-                        return Err(HandInError::TooLarge { path: shown(&path) });
-                    }
-                    visit(WalkStep::File(node))?;
+            let mut look = || {
+                if path.len() > MAX_PATH {
+                    return Err(HandInError::LongPath { path: shown(&path) });
                 }
-                FileType::Symlink => visit(WalkStep::Link(node))?,
-                FileType::Directory => {
-                    if depth > MAX_DEPTH {
-                        return Err(HandInError::TooDeep { path: shown(&path) });
+                let stat = statat(folder, &name, AtFlags::SYMLINK_NOFOLLOW)
+                    .map_err(|errno| unreadable(&path, errno))?;
+                let node = HandInNode { folder, name: &name, path: &path, stat };
+                match FileType::from_raw_mode(stat.st_mode) {
+                    FileType::RegularFile => {
+                        bytes = bytes.saturating_add(size(&stat));
+                        if bytes > MAX_SIZE.bytes() {
+                            return Err(HandInError::TooLarge { path: shown(&path) });
+                        }
+                        Ok((WalkStep::File(node), None))
                     }
-                    let inner = openat(folder, &name, FOLDER, Mode::empty())
-                        .map_err(|errno| unreadable(&path, errno))?;
-                    let left = MAX_ENTRIES - entries;
-                    let found = names(&inner, left).map_err(|errno| unreadable(&path, errno))?;
-                    entries += found.len();
-                    if entries > MAX_ENTRIES {
-                        return Err(HandInError::TooMany { path: shown(&path) });
+                    FileType::Symlink => Ok((WalkStep::Link(node), None)),
+                    FileType::Directory => {
+                        if depth > MAX_DEPTH {
+                            return Err(HandInError::TooDeep { path: shown(&path) });
+                        }
+                        let inner = openat(folder, &name, FOLDER, Mode::empty())
+                            .map_err(|errno| unreadable(&path, errno))?;
+                        let left = MAX_ENTRIES - entries;
+                        let found =
+                            names(&inner, left).map_err(|errno| unreadable(&path, errno))?;
+                        if found.len() > left {
+                            return Err(HandInError::TooMany { path: shown(&path) });
+                        }
+                        entries += found.len();
+                        let names = found.into_iter();
+                        let level = Level { folder: inner, names, path: path.len() };
+                        Ok((WalkStep::Enter(node), Some(level)))
                     }
-                    visit(WalkStep::Enter(node))?;
-                    let names = found.into_iter();
-                    levels.push(Level { folder: inner, names, path: path.len() });
+                    special => {
+                        let error = DoorError::Special(door::word(special));
+                        Err(HandInError::of_door(&path, error))
+                    }
                 }
-                special => {
-                    let error = DoorError::Special(door::word(special));
-                    return Err(HandInError::of_door(&path, error));
+            };
+            match look() {
+                Ok((step, level)) => {
+                    visit(&path, Ok(step))?;
+                    levels.extend(level);
                 }
+                Err(error) => visit(&path, Err(error))?,
             }
         }
         Ok(())
@@ -345,6 +378,23 @@ fn copy_file(node: &HandInNode<'_>, folder: &OwnedFd, name: &CStr) -> Result<(),
         io::copy(&mut source, &mut File::from(target))
     };
     copy().map(drop).map_err(|source| not_copied(node, source))
+}
+
+/// The content of a regular file of at most `mebibytes` MiB.
+fn read_bounded(
+    folder: impl AsFd,
+    name: &CStr,
+    path: &[u8],
+    mebibytes: u64,
+) -> Result<Vec<u8>, HandInError> {
+    let failed = |source| HandInError::Unreadable { path: shown(path), source };
+    let file = open_regular(folder, name, path)?;
+    let mut bytes = Vec::new();
+    file.take((mebibytes << 20) + 1).read_to_end(&mut bytes).map_err(failed)?;
+    match bytes.len() as u64 > mebibytes << 20 {
+        true => Err(HandInError::of_door(path, DoorError::TooLarge(Limit::Mebibytes(mebibytes)))),
+        false => Ok(bytes),
+    }
 }
 
 /// Flags that open a folder without following links.

@@ -564,7 +564,7 @@ pub(crate) fn exit_status(detail: &Untrusted) -> Option<i32> {
 }
 
 /// The failure that the end of a run amounts to.
-pub(super) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) -> Failure {
+pub(crate) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) -> Failure {
     let said = complaint(outcome, sandbox);
     let limits = &job.limits;
     let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);

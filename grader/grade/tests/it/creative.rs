@@ -91,20 +91,172 @@ fn a_gallery_shows_every_scene_and_hides_names_on_request() {
     assert!(marks.contains(",t1m2,film,,,,,"), "{marks}");
 }
 
-/// All but their runs, which take minutes without optimisation.
+/// All but their runs and overlaps on the way, for which a second may be too short.
 #[test]
 fn our_creative_scenes_are_well_formed_and_have_their_films() {
-    let mut n_scenes = 0;
-    for path in simulator::scene::find_scene_files(&root().join("creative")).unwrap() {
-        let limit = std::time::Duration::ZERO;
-        let folder = root().join("assets/assignments");
-        let assignments = grader::assignment::Assignment::list(&folder).unwrap();
-        let rules = grader::creative::Rules { assignments: &assignments, assignment: None, limit };
-        for check in grader::creative::check(&path, rules).unwrap().checks {
-            let is_pass = check.outcome == grader::creative::Outcome::Passed;
-            assert!(is_pass || check.name == "run", "{}: {check:?}", path.display());
-        }
-        n_scenes += 1;
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = root().join("creative");
+    let arguments = ["gallery", scenes.to_str().unwrap(), "-o", "gallery", "--seconds", "1"];
+    let output = grade(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let marks = fs::read_to_string(folder.path().join("gallery/marks.csv")).unwrap();
+    assert_eq!(marks.lines().count(), 7, "{marks}");
+    for row in marks.lines().skip(1) {
+        let failed = row.split(',').nth(2).unwrap();
+        let is_of_run = |check| ["run", "overlap"].contains(&check);
+        assert!(failed.split_whitespace().all(is_of_run), "{row}");
     }
-    assert_eq!(n_scenes, 6);
+}
+
+/// A text that no page may show.
+const SECRET: &str = "machine example.org login ta password hunter2";
+
+/// The page of a gallery of the folder `class`, and its sheet for marks.
+fn gallery(folder: &Path, more: &[&str]) -> (String, String) {
+    let arguments = ["gallery", "class", "-o", "gallery", "--seconds", "2"];
+    let output = grade(folder, &[&arguments[..], more].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let read = |name: &str| fs::read_to_string(folder.join("gallery").join(name)).unwrap();
+    (read("index.html"), read("marks.csv"))
+}
+
+/// The text of the card of a scene.
+fn card<'p>(page: &'p str, name: &str) -> &'p str {
+    let mut cards = page.split("<section class=\"card\"");
+    cards.find(|card| card.contains(&format!(">{name}</h2>"))).expect(page)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn no_link_and_no_mesh_shows_a_file_of_somebody_else() {
+    use std::os::unix::fs::symlink;
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let secret = folder.join("netrc");
+    fs::write(&secret, SECRET).unwrap();
+    let eve = folder.join("class/eve");
+    write(&eve.join("mesh.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    symlink(&secret, eve.join("a_t1m2.xml")).unwrap();
+    symlink(&secret, eve.join("link.obj")).unwrap();
+    symlink(folder, eve.join("up")).unwrap();
+    let absolute = secret.to_str().unwrap();
+    for (name, mesh) in [
+        ("b_t1m2.json", absolute),
+        ("c_t1m2.json", "../../netrc"),
+        ("d_t1m2.json", "link.obj"),
+        ("e_t1m2.json", "up/netrc"),
+        ("f_t1m2.json", "mesh.obj"),
+        ("g_t1m2.json", "missing.obj"),
+    ] {
+        write(&eve.join(name), &format!("{{\"obj\": {mesh:?}, \"k\": 1, \"m\": 1}}"));
+    }
+    let (page, marks) = gallery(folder, &[]);
+    assert!(!page.contains("hunter2") && !page.contains("machine"), "{page}");
+    assert_eq!(marks.lines().count(), 8, "{marks}");
+    let outside = "which is not below the scene";
+    for (name, reason) in [
+        ("a_t1m2.xml", "is a link, not a regular file"),
+        ("b_t1m2.json", outside),
+        ("c_t1m2.json", outside),
+        ("d_t1m2.json", "the mesh link.obj: is a link"),
+        ("e_t1m2.json", "the mesh up/netrc: cannot be read"),
+        ("f_t1m2.json", "3 particles, 3 edges"),
+        ("g_t1m2.json", "g_t1m2.json:1:9: the mesh missing.obj: cannot be read"),
+    ] {
+        let card = card(&page, &format!("eve/{name}"));
+        assert!(card.contains(reason), "{name}: {card}");
+        assert_eq!(card.contains("data-motion"), name.starts_with('f'), "{card}");
+    }
+    for (name, line) in [("b_t1m2.json", "b_t1m2.json:1:9: "), ("c_t1m2.json", "c_t1m2.json:1:9: ")]
+    {
+        assert!(card(&page, &format!("eve/{name}")).contains(line));
+    }
+    let output = grade(&eve, &["creative", "a_t1m2.xml"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && said.contains("a_t1m2.xml: is a link"), "{said}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn no_entry_keeps_the_others_out_of_the_gallery() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let eve = folder.join("class/eve");
+    write(&folder.join("class/ada_t1m2.xml"), PAIR);
+    write(&folder.join("class/=HYPERLINK(1)_t1m2.xml"), PAIR);
+    write(&eve.join("locked/x.xml"), PAIR);
+    symlink("/nowhere", eve.join("dangling_t1m2.xml")).unwrap();
+    assert!(Command::new("mkfifo").arg(eve.join("pipe_t1m2.xml")).status().unwrap().success());
+    for number in 0..8 {
+        let file = fs::File::create(eve.join(format!("sparse{number}_t1m2.xml"))).unwrap();
+        file.set_len(100 << 20).unwrap();
+    }
+    write(&eve.join("empty_t1m2.xml"), "");
+    let deep: std::path::PathBuf = std::iter::repeat_n("d", 110).collect();
+    write(&eve.join(deep).join("x.xml"), PAIR);
+    fs::set_permissions(eve.join("locked"), fs::Permissions::from_mode(0)).unwrap();
+    let is_locked = fs::read_dir(eve.join("locked")).is_err();
+    let (page, marks) = gallery(folder, &["--hide-names", "key.csv"]);
+    fs::set_permissions(eve.join("locked"), fs::Permissions::from_mode(0o755)).unwrap();
+    assert_eq!(page.matches("data-motion").count(), 3 - usize::from(is_locked));
+    let (page, _) = gallery(folder, &[]);
+    assert!(card(&page, "ada_t1m2.xml").contains("data-motion"));
+    for (name, reason) in [
+        ("eve/dangling_t1m2.xml", "is a link"),
+        ("eve/pipe_t1m2.xml", "is a pipe"),
+        ("eve/sparse7_t1m2.xml", "is larger than 16 MiB"),
+        ("eve/empty_t1m2.xml", "the file is empty"),
+    ] {
+        assert!(card(&page, name).contains(reason), "{name}: {}", card(&page, name));
+    }
+    assert!(page.contains("folders are nested more than 100 deep"), "{page}");
+    // Scenes, refused ones among them, and the folder that is too deep.
+    assert_eq!(marks.lines().count(), 1 + 15, "{marks}");
+    let sheets = [marks, fs::read_to_string(folder.join("key.csv")).unwrap()];
+    let (_, open) = gallery(folder, &[]);
+    assert!(open.contains("\n'=HYPERLINK(1)_t1m2.xml,"), "{open}");
+    assert!(sheets.iter().all(|sheet| !sheet.contains("\n=")), "{sheets:?}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_scene_that_takes_too_much_ends_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let eve = folder.join("class/eve");
+    write(&folder.join("class/ada_t1m2.xml"), PAIR);
+    let corners: String = (1..=3000).map(|number| format!(" {number}")).collect();
+    let vertices: String =
+        (0..3000).map(|number| format!("v {number} {} 0\n", number * number)).collect();
+    write(&eve.join("face.obj"), &format!("{vertices}f{corners}\n"));
+    write(&eve.join("face_t1m2.json"), "{\"obj\": \"face.obj\", \"k\": 1, \"m\": 1}");
+    let endless = PAIR
+        .replace("\"symplectic-euler\"", "\"fast-mass-spring\" iterations=\"1000000000000000\"");
+    write(&eve.join("endless_t1m2.xml"), &endless);
+    let particle = "<particle m=\"1\" px=\"0\" py=\"0\" vx=\"0\" vy=\"0\" fixed=\"0\"/>";
+    let heap =
+        "<scene><duration time=\"0.02\"/><integrator type=\"symplectic-euler\" dt=\"0.01\"/>";
+    write(&eve.join("heap_t1m2.xml"), &format!("{heap}{}</scene>", particle.repeat(60_000)));
+    let (page, _) = gallery(folder, &["--limit", "memory=200M"]);
+    assert!(card(&page, "ada_t1m2.xml").contains("data-motion"));
+    assert!(card(&page, "eve/face_t1m2.json").contains("its check was ended"));
+    let endless = card(&page, "eve/endless_t1m2.xml");
+    assert!(endless.contains("step 1 of 50 is not reached within 2 s"), "{endless}");
+    let heap = card(&page, "eve/heap_t1m2.xml");
+    assert!(heap.contains("particles 0 and 1 are 0 m apart"), "{heap}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn unprotected_checks_say_so_and_unknown_limits_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(&folder.join("ada_t1m2.xml"), PAIR);
+    let output = grade(folder, &["creative", "ada_t1m2.xml", "--unprotected"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("warning: programs run unprotected, with all your rights"), "{said}");
+    assert_eq!(output.status.code(), Some(1), "no film: {said}");
+    let output = grade(folder, &["creative", "ada_t1m2.xml", "--limit", "colours=1"]);
+    assert_eq!(output.status.code(), Some(2));
 }

@@ -9,9 +9,8 @@
 use std::path::Path;
 
 use grader::creative::{CRITERIA, Creative, Motion, Outcome};
-use grader::printed::inert;
-use serde::Serialize;
-use sha2::{Digest, Sha256};
+use grader::printed::{self, InertCsv};
+use serde::{Deserialize, Serialize};
 use simulator::frames::Palette;
 use simulator::materials::Materials;
 use simulator::scene::Scene;
@@ -33,7 +32,7 @@ impl Gallery {
     /// says nothing about their names.
     pub fn new(mut scenes: Vec<Creative>, folder: &Path, hides_names: bool) -> Self {
         if hides_names {
-            scenes.sort_by_cached_key(|scene| (Sha256::digest(&scene.bytes), scene.path.clone()));
+            scenes.sort_by(|a, b| (a.hash, &a.path).cmp(&(b.hash, &b.path)));
         }
         let name = |(number, scene): (usize, &Creative)| match hides_names {
             true => format!("Scene {}", number + 1),
@@ -48,28 +47,25 @@ impl Gallery {
     /// # Errors
     /// Never in practice: the output is memory.
     pub fn key(&self) -> csv::Result<Vec<u8>> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(["scene", "file"])?;
+        let mut table = InertCsv::new(["scene", "file"])?;
         for (name, scene) in self.names.iter().zip(&self.scenes) {
-            writer.write_record([inert(name), inert(&scene.path.display().to_string())])?;
+            table.row([name, &scene.path.display().to_string()])?;
         }
-        writer.into_inner().map_err(|error| error.into_error().into())
+        table.bytes()
     }
 
     /// The sheet for marks, as CSV.
     fn marks(&self) -> csv::Result<Vec<u8>> {
-        let mut writer = csv::Writer::from_writer(Vec::new());
         let columns = CRITERIA.map(|criterion| criterion.column);
         let head = ["scene", "assignment", "failed checks"].into_iter().chain(columns);
-        writer.write_record(head.chain(["judge", "remarks"]))?;
+        let mut table = InertCsv::new(head.chain(["judge", "remarks"]))?;
         for (name, scene) in self.names.iter().zip(&self.scenes) {
             let failed = scene.checks.iter().filter(|check| check.outcome != Outcome::Passed);
             let failed: Vec<&str> = failed.map(|check| check.name).collect();
             let assignment = scene.assignment.as_deref().unwrap_or("");
-            let name = inert(name);
-            writer.write_record([&name, assignment, &failed.join(" "), "", "", "", "", ""])?;
+            table.row([name.as_str(), assignment, &failed.join(" "), "", "", "", "", ""])?;
         }
-        writer.into_inner().map_err(|error| error.into_error().into())
+        table.bytes()
     }
 }
 
@@ -90,9 +86,11 @@ pub fn write(gallery: &Gallery, sink: Sink<'_>) -> std::io::Result<()> {
     }
     html.markup("</ol><div class=\"gallery\">");
     for (number, (scene, name)) in gallery.scenes.iter().zip(&gallery.names).enumerate() {
-        card(&mut html, gallery, scene, (number, name));
-        if let Some((scene, motion)) = &scene.shown {
-            let data = serde_json::to_string(&MotionData::of(scene, motion))?;
+        let picture = scene.picture.as_ref().map(|picture| picture.read()).transpose()?;
+        let motion = picture.and_then(|bytes| MotionData::read(&bytes));
+        card(&mut html, gallery, scene, (number, name), motion.is_some());
+        if let Some(motion) = motion {
+            let data = serde_json::to_string(&motion)?;
             let script = format!("Report.motions[{number}] = {data};\n");
             sink(&format!("motions/{number}.js"), script.as_bytes())?;
         }
@@ -104,22 +102,26 @@ pub fn write(gallery: &Gallery, sink: Sink<'_>) -> std::io::Result<()> {
 }
 
 /// Adds a scene.
-fn card(html: &mut Html, gallery: &Gallery, scene: &Creative, (number, name): (usize, &str)) {
+fn card(
+    html: &mut Html,
+    gallery: &Gallery,
+    scene: &Creative,
+    (number, name): (usize, &str),
+    moves: bool,
+) {
+    let name = &printed::text(name);
     let id = format!("scene-{number}");
     html.open("section", &[("class", "card"), ("aria-labelledby", &id)]);
     html.element("h2", &[("id", &id)], name);
-    match &scene.shown {
-        Some((shown, _)) => {
-            let number = number.to_string();
-            html.open("div", &[("data-motion", &number), ("data-name", name)]).close("div");
-            // Descriptions may name their authors.
-            if let (Some(description), false) = (&shown.description, gallery.hides_names) {
-                html.element("p", &[("class", "said")], description);
-            }
-        }
-        None => {
-            html.markup("<p class=\"verdict bad\">The file is no scene.</p>");
-        }
+    if moves {
+        let number = number.to_string();
+        html.open("div", &[("data-motion", &number), ("data-name", name)]).close("div");
+    } else {
+        html.markup("<p class=\"verdict bad\">There is no motion to show.</p>");
+    }
+    // Descriptions may name their authors.
+    if let (Some(description), false) = (&scene.description, gallery.hides_names) {
+        html.element("p", &[("class", "said")], description);
     }
     html.markup("<ul class=\"checks\">");
     for check in &scene.checks {
@@ -138,9 +140,11 @@ fn card(html: &mut Html, gallery: &Gallery, scene: &Creative, (number, name): (u
     html.markup("</ul></section>");
 }
 
-/// A motion, for `gallery.js`. Positions are base64 of 16-bit numbers, in units from `low`.
-#[derive(Serialize)]
-struct MotionData {
+/// A motion, for `gallery.js`. Positions are base64 of 16-bit numbers, in units from `low`. It is written in the sandbox, and
+/// read as strictly as any output of an untrusted program.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionData {
     scene: Palette,
     times: Vec<f64>,
     low: Vec<f64>,
@@ -149,7 +153,8 @@ struct MotionData {
 }
 
 impl MotionData {
-    fn of(scene: &Scene, motion: &Motion) -> Self {
+    /// The data of a motion.
+    pub fn of(scene: &Scene, motion: &Motion) -> Self {
         let dimension = scene.dimension.count();
         let mut low = vec![f64::INFINITY; dimension];
         let mut high = vec![f64::NEG_INFINITY; dimension];
@@ -163,12 +168,57 @@ impl MotionData {
         let quantized: Vec<u16> = quantized
             .map(|(number, value)| ((value - low[number % dimension]) / unit).round() as u16)
             .collect();
+        // A scene without particles has no bounds.
+        low.iter_mut().filter(|low| low.is_infinite()).for_each(|low| *low = 0.0);
         Self {
             scene: Palette::without_covered_edges(scene, motion.bounds, &Materials::default()),
             times: motion.times.iter().map(|time| short(*time).unwrap_or(0.0)).collect(),
             low,
             unit,
             positions: base64(&quantized),
+        }
+    }
+
+    /// The motion in these bytes, if they hold one whose parts fit together.
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let data: Self = serde_json::from_slice(bytes).ok()?;
+        let size = data.scene.n_coordinates()?;
+        let n_bytes = size.checked_mul(data.times.len())?.checked_mul(2)?;
+        let digits = data.positions.trim_end_matches('=');
+        let fits = data.positions.len() == n_bytes.div_ceil(3).checked_mul(4)?
+            && data.positions.len() - digits.len() <= 2
+            && digits.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+/".contains(&byte))
+            && size.checked_rem(data.low.len()) == Some(0);
+        fits.then_some(data)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A particle in two states.
+    const MOTION: &str = r#"{"scene":{"dimension":2,"count":1,"radii":[0.1],"colors":["a54a00"],"edges":[],"edgeRadii":[],"edgeColors":[],"trails":[{"particle":0,"duration":1.0,"color":"ff0000"}],"background":"ffffff","center":[0.0,0.0,0.0],"extents":[1.0,1.0],"viewport":null},"times":[0.0,1.0],"low":[0.0,0.0],"unit":1.0,"positions":"AAAAAAAAAAA="}"#;
+
+    #[test]
+    fn a_motion_from_the_sandbox_is_what_it_was_or_nothing() {
+        let again = MotionData::read(MOTION.as_bytes()).unwrap();
+        assert_eq!(serde_json::to_string(&again).unwrap(), MOTION);
+        for (from, to) in [
+            ("\"a54a00\"", "\"</scri\""),
+            ("\"particle\":0", "\"particle\":1"),
+            ("\"edges\":[]", "\"edges\":[[0,1]]"),
+            ("\"count\":1", "\"count\":18446744073709551615"),
+            ("\"count\":1", "\"count\":2"),
+            ("\"dimension\":2", "\"dimension\":0"),
+            ("AAAAAAAAAAA=", "AAAAAAAAAA<="),
+            ("AAAAAAAAAAA=", "AAAA"),
+            ("\"unit\":1.0", "\"unit\":1e999"),
+            ("\"unit\":1.0", "\"unit\":1.0,\"more\":1"),
+            ("\"low\":[0.0,0.0]", "\"low\":[]"),
+        ] {
+            assert!(MOTION.contains(from), "{from}");
+            assert!(MotionData::read(MOTION.replace(from, to).as_bytes()).is_none(), "{to}");
         }
     }
 }

@@ -321,3 +321,43 @@ fn neither_file_of_the_scene_is_written_over() {
         assert_eq!(contents(folder.path()), before);
     }
 }
+
+/// A scene of somebody else names files by paths, through links and in its mesh.
+#[cfg(unix)]
+#[test]
+fn a_confined_scene_reads_no_file_outside_its_folder() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let inside = folder.path().join("inside");
+    fs::create_dir_all(inside.join("meshes")).unwrap();
+    fs::write(folder.path().join("mesh.obj"), OBJ).unwrap();
+    fs::write(inside.join("meshes/mesh.obj"), OBJ).unwrap();
+    std::os::unix::fs::symlink("../mesh.obj", inside.join("link.obj")).unwrap();
+    let absolute = folder.path().join("mesh.obj");
+    let read = |mesh: &str, png: &str, options: &[&str]| {
+        let scene = format!("{{\"k\": 1, \"m\": 1,\n \"obj\": {mesh:?}, \"png\": {png:?}}}");
+        fs::write(inside.join("scene.json"), scene).unwrap();
+        let call = ["scene.json", "-o", "trace.csv"];
+        let run = simulate(&inside, &[&call[..], options].concat());
+        (run.status.code(), stderr(&run).to_owned())
+    };
+    for mesh in [absolute.to_str().unwrap(), "../mesh.obj", "meshes/../../mesh.obj", "link.obj"] {
+        assert_eq!(read(mesh, "a.png", &[]).0, Some(0), "{mesh}");
+        let (code, message) = read(mesh, "a.png", &["--confined"]);
+        assert!(code == Some(2) && message.contains("scene.json:2:9: \"obj\" names"), "{message}");
+        assert!(message.contains("which is not below the scene's folder"), "{message}");
+    }
+    let (code, message) = read("meshes/mesh.obj", "../a.png", &["--confined"]);
+    assert!(code == Some(2) && message.contains("\"png\" names"), "{message}");
+    assert_eq!(read("meshes/mesh.obj", "a.png", &["--confined"]).0, Some(0));
+    // The mesh names a library, and the library a picture.
+    let with = |library: &str| format!("mtllib {library}\nusemtl red\n{OBJ}");
+    fs::write(folder.path().join("red.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
+    fs::write(inside.join("own.mtl"), "newmtl red\nmap_Kd ../red.png\n").unwrap();
+    for (library, notes) in [("../../red.mtl", 1), ("../own.mtl", 1)] {
+        fs::write(inside.join("meshes/mesh.obj"), with(library)).unwrap();
+        let (code, message) =
+            read("meshes/mesh.obj", "", &["--confined", "--frames", "frames", "--duration", "0"]);
+        let found = message.matches("it is not below the scene's folder").count();
+        assert_eq!((code, found), (Some(0), notes), "{library}: {message}");
+    }
+}

@@ -210,6 +210,9 @@ pub enum StoredError {
     },
 }
 
+/// Results by name.
+type Results = BTreeMap<Untrusted, Untrusted>;
+
 /// Names on one line; `None` without any.
 fn list(names: &[Untrusted]) -> Option<String> {
     let names: Vec<String> = names.iter().map(Untrusted::line).collect();
@@ -345,7 +348,7 @@ impl StoredReport {
                 differences.push(format!("{}: {}, now {}", what.line(), old.line(), new.line()));
             }
         };
-        let pairs: [fn(&Self) -> BTreeMap<Untrusted, Untrusted>; 2] =
+        let pairs: [fn(&Self) -> Results; 2] =
             [|report| report.verdicts().collect(), |report| report.points().collect()];
         for (of, absent) in pairs.into_iter().zip(["not graded", "none"]) {
             let (old, new, absent) = (of(self), of(new), absent.into());

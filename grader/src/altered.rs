@@ -361,10 +361,12 @@ impl<'a> Twin<'a> {
         let convergence = self.case.scene.integrator.convergence;
         let may_have_other_root = self.passed.other_root == OtherRoot::Pass
             && matches!(convergence, Convergence::Update(_));
-        match self.is_within(&got, 1.0, states.has_velocities()) {
-            true => Outcome::Right,
-            false if may_have_other_root => Outcome::Unjudged,
-            false => Outcome::Wrong(Failure::Differs.name()),
+        if self.is_within(&got, 1.0, states.has_velocities()) {
+            Outcome::Right
+        } else if may_have_other_root {
+            Outcome::Unjudged
+        } else {
+            Outcome::Wrong(Failure::Differs.name())
         }
     }
 }
@@ -533,9 +535,11 @@ impl Search<'_> {
     fn run_all(&mut self, chosen: &[usize]) {
         for some in chosen.chunks(AT_ONCE) {
             let is_over = self.n_exceeded >= MOST_EXCEEDED;
-            let run = |place: &usize| match is_over {
-                true => Outcome::Wrong(NOT_RUN),
-                false => self.twins[*place].run(self.run, self.folder),
+            let run = |place: &usize| {
+                if is_over {
+                    return Outcome::Wrong(NOT_RUN);
+                }
+                self.twins[*place].run(self.run, self.folder)
             };
             let outcomes: Vec<Outcome> = some.par_iter().map(run).collect();
             for (place, outcome) in some.iter().zip(outcomes) {

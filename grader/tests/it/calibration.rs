@@ -301,7 +301,7 @@ fn beyond_the_horizon_steps_of_correct_programs_pass_however_they_compute_and_pr
     let case = chaotic();
     let scene = &case.scene;
     for number in 0..16 {
-        let is = |bit: u32| number >> bit & 1 == 1;
+        let is = |bit: u32| (number >> bit) & 1 == 1;
         let arithmetic = Arithmetic { fused: is(0), reciprocal: is(1) };
         let (backwards, scaled_kick) = (is(2), is(3));
         let style = Style { arithmetic, backwards, scaled_kick, ..Style::default() };

@@ -84,7 +84,7 @@ fn find_in(folder: &Path, name: &OsStr) -> Vec<Entry> {
                     add(path, Some(reason.to_owned()));
                 }
                 Ok(_) => {}
-                Err(HandInError::Special { .. }) if !is_named => {}
+                Err(HandInError::Closed { .. }) if !is_named => {}
                 Err(HandInError::TooLarge { .. }) if path.is_empty() && !is_named => {}
                 Err(error @ (HandInError::TooLarge { .. } | HandInError::TooMany { .. })) => {
                     return Err(error);

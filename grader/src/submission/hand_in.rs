@@ -152,6 +152,10 @@ pub(crate) enum WalkStep<'a> {
     Link(HandInNode<'a>),
 }
 
+/// A visit of an entry's path and step, or of the reason why it is refused.
+pub(crate) type Visit<'v> =
+    dyn FnMut(&[u8], Result<WalkStep<'_>, HandInError>) -> Result<(), HandInError> + 'v;
+
 /// An entry of a hand-in.
 pub(crate) struct HandInNode<'a> {
     folder: &'a OwnedFd,
@@ -255,10 +259,7 @@ impl HandIn {
 
     /// The same; each visit is given the path of the entry, relative to the hand-in. A visit may pass over an entry that
     /// is refused, and what is in it.
-    pub(crate) fn walk_past(
-        &self,
-        visit: &mut dyn FnMut(&[u8], Result<WalkStep<'_>, HandInError>) -> Result<(), HandInError>,
-    ) -> Result<(), HandInError> {
+    pub(crate) fn walk_past(&self, visit: &mut Visit<'_>) -> Result<(), HandInError> {
         let parent = self.parent.try_clone();
         let folder =
             parent.map_err(|source| HandInError::Unreadable { path: shown(b""), source })?;

@@ -164,7 +164,10 @@ def workflow():
     steps = document["jobs"]["grade"]["steps"]
     checkouts = [step["with"] for step in steps if step.get("uses", "").startswith("actions/checkout@")]
     assert all(about["persist-credentials"] is False for about in checkouts) and len(checkouts) == 2
-    assert checkouts[1]["repository"] == "course/spring-oracle" and checkouts[1]["ref"] == "main"
+    assert checkouts[0]["repository"] == "course/spring-oracle" and checkouts[0]["ref"] == "main"
+    # No cargo in the folder of the submission, whose configuration it would obey.
+    built = [place for place, step in enumerate(steps) if "cargo" in step.get("run", "")]
+    assert max(built) < next(place for place, step in enumerate(steps) if step.get("with") == checkouts[1])
     graded = next(step for step in steps if step.get("id") == "grade")
     assert graded["env"] == {"ASSIGNMENT": "t1m3"} and "--report github" in graded["run"]
     reporter = steps[-1]

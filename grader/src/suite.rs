@@ -107,6 +107,21 @@ impl Case {
         if is_json { "json" } else { "xml" }
     }
 
+    /// The path of its scene file in reports: as given, or from the section's folder on, because students may read the report,
+    /// and an absolute path tells about the machine.
+    pub fn shown_path(&self) -> String {
+        let path = Path::new(&self.scene.name);
+        let kept = Path::new(&self.id).components().count() + 1;
+        match path.is_absolute() {
+            true => {
+                let parts: Vec<_> = path.components().collect();
+                let shown: PathBuf = parts[parts.len().saturating_sub(kept)..].iter().collect();
+                shown.display().to_string()
+            }
+            false => self.scene.name.clone(),
+        }
+    }
+
     /// Whether its files still have the content that was read.
     pub fn is_current(&self) -> bool {
         let mut hasher = Sha256::new();

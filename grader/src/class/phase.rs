@@ -18,6 +18,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 
+use super::seal::Seal;
 use crate::own_file::read_text;
 
 /// The record's file name.
@@ -58,9 +59,12 @@ pub struct FirstPhase {
 }
 
 impl FirstPhase {
-    /// Reads the record in the folder of a first phase; `None` if there is none.
-    pub fn read(folder: &Path) -> Option<Self> {
-        serde_json::from_str(&read_text(&folder.join(NAME), MAX_MEBIBYTES).ok()?).ok()
+    /// Reads the record in the folder of a first phase; `None` if there is none of this class.
+    ///
+    /// The record is signed with the names of the runs, which hold hashes of what is in them.
+    pub fn read(folder: &Path, seal: &Seal) -> Option<Self> {
+        let text = read_text(&folder.join(NAME), MAX_MEBIBYTES).ok()?;
+        serde_json::from_str(seal.unwrap(&signed_name(folder, folder).ok()?, &text)?).ok()
     }
 
     /// Puts the record into the folder of the runs, and the folder in its place. If another process was faster, its folder
@@ -68,10 +72,12 @@ impl FirstPhase {
     ///
     /// # Errors
     /// If that cannot be done.
-    pub fn publish(&self, runs: Unfinished, folder: &Path) -> io::Result<()> {
-        fs::write(runs.path().join(NAME), serde_json::to_string_pretty(self)? + "\n")?;
+    pub fn publish(&self, runs: Unfinished, folder: &Path, seal: &Seal) -> io::Result<()> {
+        let record = serde_json::to_string_pretty(self)?;
+        let record = seal.wrap(&signed_name(runs.path(), folder)?, &record);
+        fs::write(runs.path().join(NAME), record)?;
         let runs = runs.0.keep();
-        if Self::read(folder).is_none_or(|there| there.anew != self.anew) {
+        if Self::read(folder, seal).is_none_or(|there| there.anew != self.anew) {
             match fs::remove_dir_all(folder) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                 _ => {}
@@ -83,4 +89,16 @@ impl FirstPhase {
         }
         fs::remove_dir_all(runs)
     }
+}
+
+/// What a record is signed with: the name of the `folder` it is published as, and those of the `runs` beside it.
+fn signed_name(runs: &Path, folder: &Path) -> io::Result<String> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(runs)? {
+        names.push(entry?.file_name().to_string_lossy().into_owned());
+    }
+    names.retain(|name| name != NAME);
+    names.sort_unstable();
+    let folder = folder.file_name().unwrap_or_default().to_string_lossy();
+    Ok(format!("{folder} {}", names.join(" ")))
 }

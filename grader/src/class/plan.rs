@@ -19,7 +19,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::entry::{ClassEntry, PassedOver};
+use super::seal::{LINES_BEFORE, Seal};
 use crate::own_file::read_text;
+
+/// The name that plans are signed with: it differs from those of records, which have no space.
+const NAME: &str = "the plan";
 
 /// Version of the plan's format.
 const VERSION: u32 = 1;
@@ -113,17 +117,23 @@ impl Plan {
         Self { version, folder, arguments, inputs, submissions, anew, passed_over, shards }
     }
 
-    /// Reads a plan.
+    /// Reads a plan, which the class in its folder has signed: its arguments say what programs may do.
     ///
     /// # Errors
-    /// If it cannot be read, or is no plan of this version.
+    /// If it cannot be read, is no plan of this version, or was edited.
     pub fn read(path: &Path) -> Result<Self, PlanError> {
         let text = read_text(path, MAX_MEBIBYTES)
             .map_err(|error| PlanError::Unreadable { path: path.to_path_buf(), error })?;
         let invalid =
             |line, message| PlanError::Invalid { path: path.to_path_buf(), line, message };
-        let plan: Self = serde_json::from_str(&text)
-            .map_err(|error| invalid(error.line(), format!("not a plan of this grade: {error}")))?;
+        let unsigned =
+            || invalid(1, "not a plan of the class in this folder, or edited".to_owned());
+        let seal =
+            Seal::existing(path.parent().unwrap_or(Path::new(""))).map_err(|_| unsigned())?;
+        let record = seal.unwrap(NAME, &text).ok_or_else(unsigned)?;
+        let plan: Self = serde_json::from_str(record).map_err(|error| {
+            invalid(LINES_BEFORE + error.line(), format!("not a plan of this grade: {error}"))
+        })?;
         if plan.version != VERSION {
             return Err(invalid(1, format!("version {} instead of {VERSION}", plan.version)));
         }
@@ -134,12 +144,12 @@ impl Plan {
         Ok(plan)
     }
 
-    /// JSON text with a final newline.
+    /// Signed JSON text with a final newline.
     ///
     /// # Errors
     /// Never in practice.
-    pub fn render(&self) -> serde_json::Result<String> {
-        Ok(serde_json::to_string_pretty(self)? + "\n")
+    pub fn render(&self, seal: &Seal) -> serde_json::Result<String> {
+        Ok(seal.wrap(NAME, &serde_json::to_string_pretty(self)?))
     }
 
     /// The submissions of a shard, equal ones together, in the order of the plan.
@@ -250,11 +260,19 @@ mod tests {
     fn a_file_that_is_no_plan_is_refused_by_line() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("plan.json");
-        let text = plan(&["a"]).render().unwrap();
+        let seal = Seal::of(folder.path()).unwrap();
+        let text = plan(&["a"]).render(&seal).unwrap();
+        let signed = |from: &str, to: &str| {
+            seal.wrap(NAME, &seal.unwrap(NAME, &text).unwrap().replace(from, to))
+        };
+        let edited = text.replace("\"arguments\": []", "\"arguments\": [\"--unprotected\"]");
+        assert_ne!(edited, text);
         for (text, message) in [
-            (&text[..text.len() / 2], ": not a plan of this grade"),
-            (&text.replace("\"version\": 1", "\"version\": 2"), ":1: version 2 instead of 1"),
-            (&text.replace("\"shards\": []", "\"shards\": [[1]]"), "names submission 1 of 1"),
+            (&text[..text.len() / 2], ":1: not a plan of the class in this folder, or edited"),
+            (&edited, ":1: not a plan of the class in this folder, or edited"),
+            (&signed("\"shards\": []", "\"shards\": 1"), ": not a plan of this grade"),
+            (&signed("\"version\": 1", "\"version\": 2"), ":1: version 2 instead of 1"),
+            (&signed("\"shards\": []", "\"shards\": [[1]]"), "names submission 1 of 1"),
         ] {
             std::fs::write(&path, text).unwrap();
             let error = Plan::read(&path).unwrap_err().to_string();

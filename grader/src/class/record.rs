@@ -18,11 +18,6 @@ use crate::door::{Door, DoorError};
 use crate::printed::{RawUse, Untrusted};
 use crate::suite::hash_file;
 
-/// What stands around the signature and the record. The signature is of these very bytes of the record.
-const START: &str = "{\n\"hmac\": \"";
-const MIDDLE: &str = "\",\n\"record\": ";
-const END: &str = "\n}\n";
-
 /// A record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -63,12 +58,7 @@ impl Record {
     /// # Errors
     /// If it is not one that this class wrote.
     pub fn parse(text: &Untrusted, name: &str, seal: &Seal) -> Result<Self, Foreign> {
-        let text = text.raw(RawUse::Parsing);
-        let signed = text.strip_prefix(START).and_then(|text| text.strip_suffix(END));
-        let (signature, record) = signed.and_then(|text| text.split_once(MIDDLE)).ok_or(Foreign)?;
-        if seal.sign(name, record) != signature {
-            return Err(Foreign);
-        }
+        let record = seal.unwrap(name, text.raw(RawUse::Parsing)).ok_or(Foreign)?;
         serde_json::from_str(record).map_err(|_| Foreign)
     }
 
@@ -86,8 +76,7 @@ impl Record {
     /// # Errors
     /// Never in practice.
     pub fn render(&self, name: &str, seal: &Seal) -> serde_json::Result<String> {
-        let record = serde_json::to_string_pretty(self)?;
-        Ok(format!("{START}{}{MIDDLE}{record}{END}", seal.sign(name, &record)))
+        Ok(seal.wrap(name, &serde_json::to_string_pretty(self)?))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Seal of a class: signatures of records, so that none counts that was edited or comes from elsewhere.
+//! Seal of a class: signatures of its records and plans, so that none counts that was edited or comes from elsewhere.
 //!
 //! ```text
 //! H = SHA-256, K = key, 64 bytes with zeros at the end
@@ -18,6 +18,14 @@ use crate::suite::hexadecimal;
 
 /// Name of the key's file.
 const FILE: &str = "records.key";
+
+/// What stands around the signature and the record.
+const START: &str = "{\n\"hmac\": \"";
+const MIDDLE: &str = "\",\n\"record\": ";
+const END: &str = "\n}\n";
+
+/// Lines before the record.
+pub(super) const LINES_BEFORE: usize = 2;
 
 /// Bytes of a block of SHA-256.
 const BLOCK: usize = 64;
@@ -49,6 +57,14 @@ impl Seal {
         }
     }
 
+    /// The key in a folder of results, which has one.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn existing(results: &Path) -> io::Result<Self> {
+        Self::read(&results.join(FILE))
+    }
+
     fn read(path: &Path) -> io::Result<Self> {
         let file = open_regular(rustix::fs::CWD, path).map_err(|error| match error {
             DoorError::Unreadable(error) => error,
@@ -60,8 +76,19 @@ impl Seal {
         key.try_into().map(Self).map_err(|_| io::Error::other(damaged))
     }
 
-    /// Signature of the record of this name, in hexadecimal.
-    pub(super) fn sign(&self, name: &str, record: &str) -> String {
+    /// A JSON record with its signature, which is of this name and of the record's very bytes.
+    pub(super) fn wrap(&self, name: &str, record: &str) -> String {
+        format!("{START}{}{MIDDLE}{record}{END}", self.sign(name, record))
+    }
+
+    /// The record in a text that [`wrap`](Self::wrap) made for this name; `None` if the text is not such a one.
+    pub(super) fn unwrap<'a>(&self, name: &str, text: &'a str) -> Option<&'a str> {
+        let signed = text.strip_prefix(START).and_then(|text| text.strip_suffix(END));
+        let (signature, record) = signed.and_then(|text| text.split_once(MIDDLE))?;
+        (self.sign(name, record) == signature).then_some(record)
+    }
+
+    fn sign(&self, name: &str, record: &str) -> String {
         hexadecimal(&hmac(&self.0, &[name.as_bytes(), b"\0", record.as_bytes()]))
     }
 }

@@ -107,7 +107,7 @@ pub(super) fn of_case<'a>(
     }
     let result = SceneResult {
         id: case.id.clone(),
-        path: case.scene.name.clone(),
+        path: case.shown_path(),
         comparison,
         criteria,
         weight: rubric.weight(case),

@@ -117,7 +117,7 @@ pub struct FeatureResult {
 pub struct SceneResult {
     /// The scene's name.
     pub id: String,
-    /// The scene's path, as given.
+    /// The path of the scene's file ([`Case::shown_path`](crate::suite::Case::shown_path)).
     pub path: String,
     /// The criteria it was judged by.
     pub criteria: Criteria,

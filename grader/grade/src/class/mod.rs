@@ -103,7 +103,7 @@ fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
     class.roster(&entries.iter().map(|entry| &*entry.name).collect::<Vec<_>>())?;
     let plan = class.plan(entries, passed_over)?;
     let path = args.output.join(PLAN);
-    save(&path, plan.render().map_err(Stop::fault)?.as_bytes())?;
+    save(&path, plan.render(&class.seal).map_err(Stop::fault)?.as_bytes())?;
     match args.plan.on {
         On::Local => {
             for phase in class.phases() {

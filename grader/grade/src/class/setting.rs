@@ -143,7 +143,7 @@ impl<'a> Class<'a> {
 
     /// The first phase of a submission that still lacks its second one.
     pub(super) fn first_phase(&self, plan: &Plan, planned: &Planned) -> Option<FirstPhase> {
-        let found = FirstPhase::read(&self.phase_folder(planned))?;
+        let found = FirstPhase::read(&self.phase_folder(planned), &self.seal)?;
         (plan.anew.is_none() || plan.anew == found.anew).then_some(found)
     }
 

@@ -124,7 +124,7 @@ impl Class<'_> {
                 return Err(unwritable(&folder, &io::ErrorKind::StorageFull.into()));
             }
             let record = FirstPhase { anew: plan.anew.clone(), seconds, spent: budget.spent() };
-            let published = record.publish(unfinished, &folder);
+            let published = record.publish(unfinished, &folder, &self.seal);
             return published.map_err(|error| unwritable(&folder, &error));
         }
         // Another process may have completed it, and removed the first phase.

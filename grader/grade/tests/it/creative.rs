@@ -195,7 +195,7 @@ fn no_entry_keeps_the_others_out_of_the_gallery() {
     write(&eve.join("empty_t1m2.xml"), "");
     let deep: std::path::PathBuf = std::iter::repeat_n("d", 110).collect();
     write(&eve.join(deep).join("x.xml"), PAIR);
-    fs::set_permissions(eve.join("locked"), fs::Permissions::from_mode(0)).unwrap();
+    fs::set_permissions(eve.join("locked"), fs::Permissions::from_mode(0o0)).unwrap();
     let is_locked = fs::read_dir(eve.join("locked")).is_err();
     let (page, marks) = gallery(folder, &["--hide-names", "key.csv"]);
     fs::set_permissions(eve.join("locked"), fs::Permissions::from_mode(0o755)).unwrap();

@@ -71,7 +71,7 @@ fn plan(project: &Project, options: &[&str]) -> usize {
 
 fn shards(project: &Project) -> usize {
     let plan: Value = serde_json::from_str(&project.read("out/plan.json")).unwrap();
-    plan["shards"].as_array().unwrap().len()
+    plan["record"]["shards"].as_array().unwrap().len()
 }
 
 /// The results of one machine, in `whole`, and the project.

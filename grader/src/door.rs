@@ -40,6 +40,8 @@ pub enum Door {
     CreativeScene,
     /// The film of a creative scene.
     Film,
+    /// The result of the check of a creative scene, which ran in the sandbox.
+    Examined,
 }
 
 /// How much is read through a door.
@@ -106,7 +108,7 @@ impl Limit {
 
 impl Door {
     /// All doors.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::HandIn,
         Self::Manifest,
         Self::Trace,
@@ -118,6 +120,7 @@ impl Door {
         Self::Source,
         Self::CreativeScene,
         Self::Film,
+        Self::Examined,
     ];
 
     /// What comes through it, and how it is read.
@@ -178,8 +181,8 @@ impl Door {
                 &["tokens"],
             ),
             Self::CreativeScene => (
-                "a creative scene, and the mesh that it names",
-                Limit::Bytes(simulator::scene::MAX_FILE_SIZE),
+                "a creative scene, and the mesh that it names; parsed in the sandbox",
+                Limit::Mebibytes(16),
                 "simulator/src/scene/mod.rs",
                 &["scene-xml", "scene-json"],
             ),
@@ -187,6 +190,12 @@ impl Door {
                 "the start of the film of a creative scene",
                 Limit::Bytes(16),
                 "grader/src/creative/film.rs",
+                &[],
+            ),
+            Self::Examined => (
+                "what the check of a creative scene found and drew, in the sandbox",
+                Limit::Mebibytes(96),
+                "grader/src/creative/examiner.rs",
                 &[],
             ),
         };

@@ -22,9 +22,9 @@ use sandbox::{End, Job, Keep, Limits, Sandbox, SandboxError};
 use simulator::scene::Scene;
 use simulator::vocabulary;
 
-use super::MAX_MEBIBYTES;
 use super::examine::{Examined, Facts, examine};
 use super::motion::Motion;
+use crate::door::Door;
 use crate::printed;
 use crate::submission::hand_in::HandIn;
 use crate::submission::hand_in::place::Place;
@@ -69,7 +69,7 @@ pub fn limits(of_run: Duration) -> Limits {
         cpu: seconds,
         wall: seconds,
         memory: 1 << 30,
-        trace: 96 << 20,
+        trace: Door::Examined.facts().limit.bytes(),
         stdout: 1 << 16,
         stderr: 1 << 16,
         ..Limits::default()
@@ -100,8 +100,8 @@ impl Picture {
     /// # Errors
     /// If they cannot be read.
     pub fn read(&self) -> io::Result<Vec<u8>> {
-        let mut file = File::open(&self.path)?;
-        file.seek(SeekFrom::Start(self.start))?;
+        let mut file = Door::Examined.open(&self.path).map_err(io::Error::other)?;
+        file.get_mut().seek(SeekFrom::Start(self.start))?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes)?;
         Ok(bytes)
@@ -150,7 +150,7 @@ impl Examiner {
             return Ok(found);
         };
         let below = Path::new(mesh);
-        match place.beside(below).and_then(|file| file.read(MAX_MEBIBYTES)) {
+        match place.beside(below).and_then(|file| file.read(Door::CreativeScene)) {
             Ok(bytes) => put(below, &bytes).map_err(SandboxError::no_scratch)?,
             Err(error) => {
                 let error = format!("{mention}: the mesh {error}");
@@ -202,8 +202,8 @@ impl Examiner {
 
 /// Reads a result.
 fn read(path: &Path) -> io::Result<Result<(Examined, Option<Picture>), String>> {
-    let file = File::open(path)?;
-    let size = file.metadata()?.len();
+    let file = Door::Examined.open(path).map_err(io::Error::other)?;
+    let size = file.get_ref().metadata()?.len();
     let mut line = Vec::new();
     BufReader::new(file).take(MAX_LINE).read_until(b'\n', &mut line)?;
     let start = line.len() as u64;

@@ -34,6 +34,7 @@ use sandbox::SandboxError;
 use sha2::{Digest, Sha256};
 
 use crate::assignment::{Assignment, Scope};
+use crate::door::Door;
 use crate::printed;
 use crate::submission::hand_in::HandInError;
 use crate::submission::hand_in::place::Place;
@@ -44,9 +45,6 @@ pub use examiner::{Examiner, Picture, Wanted, limits, serve};
 pub use find::{Entry, find};
 pub use motion::Motion;
 pub(crate) use run::blows_up;
-
-/// The largest scene or mesh that is read, in MiB.
-const MAX_MEBIBYTES: u64 = 16;
 
 /// A creative scene with the results of its checks.
 #[derive(Debug)]
@@ -150,7 +148,7 @@ pub fn check(
     rules: Rules<'_>,
 ) -> Result<Option<Creative>, NotChecked> {
     let place = Place::open(base, below)?;
-    let bytes = place.read(MAX_MEBIBYTES)?;
+    let bytes = place.read(Door::CreativeScene)?;
     let name = Path::new(below.file_name().unwrap_or_default());
     let path = base.join(below);
     let found = examiner.examine(&place, (name, &bytes), wanted)?;

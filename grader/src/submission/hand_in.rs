@@ -381,19 +381,19 @@ fn copy_file(node: &HandInNode<'_>, folder: &OwnedFd, name: &CStr) -> Result<(),
     copy().map(drop).map_err(|source| not_copied(node, source))
 }
 
-/// The content of a regular file of at most `mebibytes` MiB.
+/// The content of a regular file, within a limit.
 fn read_bounded(
     folder: impl AsFd,
     name: &CStr,
     path: &[u8],
-    mebibytes: u64,
+    limit: Limit,
 ) -> Result<Vec<u8>, HandInError> {
     let failed = |source| HandInError::Unreadable { path: shown(path), source };
     let file = open_regular(folder, name, path)?;
     let mut bytes = Vec::new();
-    file.take((mebibytes << 20) + 1).read_to_end(&mut bytes).map_err(failed)?;
-    match bytes.len() as u64 > mebibytes << 20 {
-        true => Err(HandInError::of_door(path, DoorError::TooLarge(Limit::Mebibytes(mebibytes)))),
+    file.take(limit.bytes().saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
+    match bytes.len() as u64 > limit.bytes() {
+        true => Err(HandInError::of_door(path, DoorError::TooLarge(limit))),
         false => Ok(bytes),
     }
 }

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::own_file;
 use crate::printed::Untrusted;
 use crate::suite::{hash_bytes, hash_file};
 use crate::verdict::Failure;
@@ -136,7 +137,7 @@ impl KeptRuns {
             return None;
         }
         let end = match rest.ends_with(FAILURE) {
-            true => KeptEnd::Failed(failure(&fs::read(&path).ok()?)?),
+            true => KeptEnd::Failed(failure(&own_file::read(&path).ok()?)?),
             false => KeptEnd::Trace(path),
         };
         self.ends().get_mut(key)?.is_used = true;

@@ -11,6 +11,7 @@ use rustix::fs::{CWD, Mode, OFlags, openat};
 use super::{
     FOLDER, HandInError, MAX_ENTRIES, names, open_regular, read_bounded, shown, unreadable,
 };
+use crate::door::Door;
 
 /// The name of a file, in an open folder.
 #[derive(Debug)]
@@ -56,9 +57,9 @@ impl Place {
         Ok(Self { folder, name: last, path: path.to_vec() })
     }
 
-    /// The content, of at most `mebibytes` MiB.
-    pub(crate) fn read(&self, mebibytes: u64) -> Result<Vec<u8>, HandInError> {
-        read_bounded(&self.folder, &self.name, &self.path, mebibytes)
+    /// The content, as much as the door lets through.
+    pub(crate) fn read(&self, door: Door) -> Result<Vec<u8>, HandInError> {
+        read_bounded(&self.folder, &self.name, &self.path, door.facts().limit)
     }
 
     /// The names in its folder, sorted.
@@ -94,7 +95,9 @@ mod tests {
         fs::write(base.join("in/plain"), "text").unwrap();
         symlink("..", base.join("up")).unwrap();
         symlink("../secret", base.join("link")).unwrap();
-        let read = |below: &str| Place::open(&base, Path::new(below)).and_then(|it| it.read(1));
+        let read = |below: &str| {
+            Place::open(&base, Path::new(below)).and_then(|it| it.read(Door::CreativeScene))
+        };
         assert_eq!(read("in/plain").unwrap(), b"text");
         assert_eq!(read("./in/./plain").unwrap(), b"text");
         for below in ["../secret", "in/../../secret", "/etc/passwd", "up/secret", "link", "", "in"]
@@ -103,6 +106,9 @@ mod tests {
         }
         let place = Place::open(&base, Path::new("in/plain")).unwrap();
         assert!(place.beside(Path::new("../link")).is_err());
-        assert_eq!(place.beside(Path::new("plain")).unwrap().read(1).unwrap(), b"text");
+        assert_eq!(
+            place.beside(Path::new("plain")).unwrap().read(Door::CreativeScene).unwrap(),
+            b"text"
+        );
     }
 }

@@ -20,7 +20,7 @@
 //! scene of many by chance. What is not confirmed otherwise is reported, and costs nothing.
 //!
 //! Cost: one run for each integrator and dimension, or two, for a program that simulates. Others are stopped after
-//! [`MOST_EXCEEDED`] exceeded limits.
+//! `MOST_EXCEEDED` exceeded limits.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};

@@ -253,9 +253,16 @@ fn add_suite(
         add(hidden, "hidden", &is_part)?;
     }
     if let Some(path) = &inputs.rubric_path {
-        let bytes = own_file::read(path)
+        let mut text = own_file::text(path)
             .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
-        files.push(PackageFile::data(format!("{prefix}assets/rubric.toml"), bytes));
+        // The package has them in its own place, and its readers need no path of this machine.
+        if let Some(folder) = inputs.rubric.hidden().and_then(|hidden| hidden.folder.as_ref()) {
+            let folder = folder.display();
+            for written in [format!("\"{folder}\""), format!("'{folder}'")] {
+                text = text.replace(&written, "\"../hidden\"");
+            }
+        }
+        files.push(PackageFile::data(format!("{prefix}assets/rubric.toml"), text.into_bytes()));
     }
     Ok(())
 }

@@ -57,7 +57,9 @@ fn grade_and_report(
     platforms: &Platforms,
 ) -> Result<Exit, Stop> {
     let metadata = args.metadata.as_deref().map(read_metadata).transpose()?;
-    let of_submission = args.submission.as_deref().and_then(named_assignment);
+    // On a platform, nobody looks at what the submission chose.
+    let chooses = args.submission.as_deref().filter(|_| !args.is_handed_in());
+    let of_submission = chooses.and_then(named_assignment);
     let judging = Judging { of_submission: of_submission.as_deref(), ..args.judge.judging() };
     let mut inputs = args.suite.read_for(&judging)?;
     let path = args.submission.as_deref().or(args.traces.as_deref());

@@ -193,8 +193,8 @@ pub(super) struct Folders {
     pub(super) expected: PathBuf,
 }
 
-/// The assignment of a grading: that of the command line, else of the rubric, else of the submission, else that of
-/// every scene. `None` if nothing names one and the folder has none.
+/// The assignment of a grading: that of the command line, else of the rubric, else of the submission (not on a platform), else
+/// that of every scene. `None` if nothing names one and the folder has none.
 fn choose_assignment(
     folder: &Path,
     judging: &Judging<'_>,

@@ -98,6 +98,11 @@ pub(super) fn verify(args: &VerifyReportArgs) -> Result<Exit, Stop> {
             text += &format!("  and {} more\n", lines.len() - SHOWN);
         }
     }
+    let parts = old.different_parts(&new);
+    if results.is_empty() && !parts.is_empty() {
+        let parts = parts.join(", ");
+        text += &format!("Parts that differ, whose numbers may depend on the machine: {parts}\n");
+    }
     let same_inputs =
         if inputs.is_empty() { "from the same inputs" } else { "from changed inputs" };
     let path = path.display();

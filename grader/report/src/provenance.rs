@@ -107,7 +107,24 @@ pub struct StoredReport {
     creative: Option<StoredCreative>,
     features: Vec<StoredFeature>,
     provenance: Option<StoredProvenance>,
+    /// Everything in it, by its keys.
+    #[serde(skip)]
+    whole: serde_json::Map<String, serde_json::Value>,
 }
+
+/// Keys of a report's results that verdicts and points do not show.
+const OTHER_RESULTS: [&str; 7] =
+    ["required", "extra_credit", "unscored", "creative", "hidden", "copied", "repetition"];
+
+/// Keys of a report that are no results.
+const NO_RESULTS: [&str; 6] = [
+    "schema_version",
+    "grader_version",
+    "submission",
+    "protection",
+    "protection_missing",
+    "provenance",
+];
 
 /// What [`JsonProvenance`] writes.
 #[derive(Debug, Deserialize)]
@@ -264,7 +281,8 @@ impl StoredReport {
         if found != SCHEMA_VERSION {
             return Err(StoredError::OtherVersion { found });
         }
-        let report: Self = serde_json::from_str(text).map_err(invalid)?;
+        let mut report: Self = serde_json::from_str(text).map_err(invalid)?;
+        report.whole = serde_json::from_str(text).map_err(invalid)?;
         let mut names = BTreeSet::new();
         let results = report.verdicts().chain(report.points()).map(|(name, _)| name);
         if let Some(name) = results.into_iter().find(|name| !names.insert(name.clone())) {
@@ -358,7 +376,24 @@ impl StoredReport {
             }
         }
         add(&"outcome".into(), &self.outcome, &new.outcome);
+        if differences.is_empty() {
+            let others = OTHER_RESULTS.into_iter().filter(|key| self.has_other(key, new));
+            differences.extend(others.map(|key| format!("{key}: not the same counts or names")));
+        }
         differences
+    }
+
+    /// The other parts that are not the same in `new`. They hold numbers that may depend on the machine.
+    pub fn different_parts<'a>(&self, new: &'a Self) -> Vec<&'a str> {
+        let is_part = |key: &&String| {
+            !OTHER_RESULTS.contains(&key.as_str()) && !NO_RESULTS.contains(&key.as_str())
+        };
+        let parts = new.whole.keys().filter(is_part).filter(|key| self.has_other(key, new));
+        parts.map(String::as_str).collect()
+    }
+
+    fn has_other(&self, key: &str, new: &Self) -> bool {
+        self.whole.get(key) != new.whole.get(key)
     }
 
     /// Verdicts by scene, and those of hidden scenes by feature.

@@ -107,6 +107,27 @@ fn a_report_is_verified_and_names_what_changed() {
 }
 
 #[test]
+fn no_count_of_a_report_can_be_edited() {
+    let project = project();
+    let report: Value = serde_json::from_str(&project.read("report.json")).unwrap();
+    let edits: [(&str, &str, Value); 4] = [
+        ("/required/points_not_judged", "required: ", 1.into()),
+        ("/repetition/scenes", "repetition: ", 7.into()),
+        ("/copied", "copied: ", serde_json::json!({"passed": 3})),
+        ("/hidden", "hidden: ", serde_json::json!("none")),
+    ];
+    for (pointer, told, value) in edits {
+        let mut edited = report.clone();
+        let place = edited.pointer_mut(pointer).unwrap();
+        assert_ne!(*place, value, "{pointer}");
+        *place = value;
+        project.write("edited.json", &edited.to_string());
+        let run = verify(&project, "edited.json", "class/ada");
+        assert!(run.code == 1 && run.stdout.contains(told), "{pointer}: {}", run.stdout);
+    }
+}
+
+#[test]
 fn a_file_that_is_no_report_is_bad_input() {
     let project = Project::new();
     project.write("report.json", "{\"schema_version\": 1}");

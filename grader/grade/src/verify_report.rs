@@ -6,7 +6,7 @@
 use grader::assignment::ALL;
 use grader::door::Door;
 use grader::events::{Event, Observer, Task};
-use grader::grading::Checks;
+use grader::grading::{Checks, Hidden, NotRunReason};
 use grader::printed::RawUse;
 use report::provenance::StoredReport;
 
@@ -85,6 +85,9 @@ pub(super) fn verify(args: &VerifyReportArgs) -> Result<Exit, Stop> {
     let graded = inputs.suite.cases.len();
     let selected = if old.is_whole() { "" } else { ", the selection of the report" };
     text += &format!("  scenes: {graded} of {all}{selected}\n");
+    if let Hidden::NotRun { reason: NotRunReason::WithoutNamespaces, .. } = &grading.hidden {
+        text += "  hidden scenes: not run, for the system refuses programs their own namespaces\n";
+    }
     if marks.is_some() {
         text += "  marks of the creative scene: those of the report; compare them with the sheet\n";
     }

@@ -168,9 +168,8 @@ fn delegated() -> Option<PathBuf> {
     }
     let own = group.join(GRADER_GROUP);
     let moved = || -> io::Result<()> {
-        if !own.is_dir() {
-            fs::create_dir(&own)?;
-        }
+        // Another grader may make it at the same time.
+        fs::create_dir_all(&own)?;
         enter(&own)?;
         let offered = fs::read_to_string(group.join("cgroup.controllers"))?;
         for controller in offered.split_ascii_whitespace() {
@@ -220,8 +219,14 @@ pub(super) fn leave() {
         return;
     };
     let Some(group) = own.parent() else { return };
+    let processes = fs::read_to_string(own.join("cgroup.procs")).unwrap_or_default();
+    if processes.lines().count() > 1 {
+        // The limits of another grader's runs would go with the controllers.
+        let _ = enter(group);
+        return;
+    }
     for controller in CONTROLLERS {
-        // Fails for a controller that was not enabled, and for one that another grader uses.
+        // Fails for a controller that was not enabled.
         let _ = write(&group.join("cgroup.subtree_control"), &format!("-{controller}"));
     }
     let _ = enter(group);
@@ -360,7 +365,10 @@ impl ControlGroup {
                 }
             }
             false => {
-                self.limit("memory.max", memory)?;
+                // Without it, nothing limits the run.
+                if !self.is_limited("memory.max", memory) {
+                    write(&self.folder.join("memory.max"), &memory.to_string())?;
+                }
                 self.limit("memory.swap.max", 0)?;
                 self.limit("pids.max", limits.processes + KEEPER_THREADS)?;
             }

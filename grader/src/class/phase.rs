@@ -100,5 +100,6 @@ fn signed_name(runs: &Path, folder: &Path) -> io::Result<String> {
     names.retain(|name| name != NAME);
     names.sort_unstable();
     let folder = folder.file_name().unwrap_or_default().to_string_lossy();
-    Ok(format!("{folder} {}", names.join(" ")))
+    // No report has a line end in its name.
+    Ok(format!("phase\n{folder} {}", names.join(" ")))
 }

@@ -22,8 +22,8 @@ use super::entry::{ClassEntry, PassedOver};
 use super::seal::{LINES_BEFORE, Seal};
 use crate::own_file::read_text;
 
-/// The name that plans are signed with: it differs from those of records, which have no space.
-const NAME: &str = "the plan";
+/// The name that plans are signed with. No report has a line end in its name.
+const NAME: &str = "plan\n";
 
 /// Version of the plan's format.
 const VERSION: u32 = 1;

@@ -137,31 +137,33 @@ impl Examiner {
         (name, bytes): (&Path, &[u8]),
         wanted: Wanted,
     ) -> Result<Result<(Examined, Option<Picture>), String>, SandboxError> {
-        let work = scratch_folder().map_err(SandboxError::no_scratch)?;
-        let folder = work.path().join("scratch");
-        let put = |below: &Path, bytes: &[u8]| {
-            let path = folder.join(FOLDER).join(below);
-            fs::create_dir_all(path.parent().unwrap_or(&folder))?;
-            fs::write(path, bytes)
+        let run = |files: &[(&Path, &[u8])]| {
+            // A new folder for each run: what ran in an earlier one may have left links in it.
+            let work = scratch_folder().map_err(SandboxError::no_scratch)?;
+            let folder = work.path().join("scratch");
+            let put = |(below, bytes): &(&Path, &[u8])| {
+                let path = folder.join(FOLDER).join(below);
+                fs::create_dir_all(path.parent().unwrap_or(&folder))?;
+                fs::write(path, bytes)
+            };
+            files.iter().try_for_each(put).map_err(SandboxError::no_scratch)?;
+            self.run(&folder, name, wanted)
         };
-        put(name, bytes).map_err(SandboxError::no_scratch)?;
-        let found = self.run(&folder, name, wanted)?;
+        let found = run(&[(name, bytes)])?;
         let Ok((Examined::NeedsMesh { mesh, place: mention }, _)) = &found else {
             return Ok(found);
         };
         let below = Path::new(mesh);
         match place.beside(below).and_then(|file| file.read(Door::CreativeScene)) {
-            Ok(bytes) => put(below, &bytes).map_err(SandboxError::no_scratch)?,
+            Ok(mesh) => Ok(match run(&[(name, bytes), (below, &mesh)])? {
+                Ok((Examined::NeedsMesh { .. }, _)) => Err("its mesh was not found".to_owned()),
+                again => again,
+            }),
             Err(error) => {
                 let error = format!("{mention}: the mesh {error}");
-                return Ok(Ok((Examined::Malformed(error), None)));
+                Ok(Ok((Examined::Malformed(error), None)))
             }
         }
-        let again = self.run(&folder, name, wanted)?;
-        Ok(match again {
-            Ok((Examined::NeedsMesh { .. }, _)) => Err("its mesh was not found".to_owned()),
-            again => again,
-        })
     }
 
     fn run(

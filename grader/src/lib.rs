@@ -29,6 +29,7 @@
 //! - [`oracle`]: regeneration and verification of the stored traces.
 //! - [`init`]: skeletons of submissions.
 //! - [`door`]: files of students; [`own_file`]: all others; [`printed`]: text of students.
+//! - [`seal`]: signatures of what is stored between runs.
 
 pub mod assignment;
 pub mod selection;
@@ -65,3 +66,4 @@ pub mod door;
 pub mod oracle;
 pub mod own_file;
 pub mod printed;
+pub mod seal;

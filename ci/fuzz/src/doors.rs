@@ -8,8 +8,8 @@ use std::sync::LazyLock;
 
 use grader::class::record::Record;
 use grader::class::roster::Roster;
-use grader::class::seal::Seal;
 use grader::printed::{Untrusted, steers};
+use grader::seal::Seal;
 use grader::similar::Sources;
 use grader::submission::folder::SubmissionManifest;
 use platforms::gradescope::metadata::Metadata;

@@ -95,7 +95,7 @@ pub(super) fn gallery(args: &GalleryArgs) -> Result<Exit, Stop> {
                 known.check(&args.folder, below, Wanted::Motion).map_err(|error| error.to_string())
             }
         };
-        found.unwrap_or_else(|reason| Some(Creative::refused(args.folder.join(below), reason)))
+        found.unwrap_or_else(|reason| Some(Creative::refused((&args.folder, below), reason)))
     };
     let scenes: Vec<Creative> = entries.par_iter().filter_map(check).collect();
     if scenes.is_empty() {
@@ -104,7 +104,7 @@ pub(super) fn gallery(args: &GalleryArgs) -> Result<Exit, Stop> {
             args.folder.display()
         )));
     }
-    let gallery = Gallery::new(scenes, &args.folder, args.hide_names.is_some());
+    let gallery = Gallery::new(scenes, args.hide_names.is_some());
     if let Some(path) = &args.hide_names {
         let key = gallery.key().map_err(Stop::fault)?;
         write_bytes(path, &key).map_err(|error| unwritable(path, &error))?;

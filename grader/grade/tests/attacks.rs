@@ -333,6 +333,25 @@ fn a_killed_supervisor_leaves_nothing() {
     }
 }
 
+/// Children that live for 4 ms, and that nobody waits for, show no processor time. A control group counts it; elsewhere the
+/// limit of elapsed time ends them.
+#[test]
+fn the_time_of_short_lived_children_is_limited() {
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(programs) = programs() else { return };
+    let wanted = [main_setting(), Setting::Root];
+    for setting in settings().into_iter().filter(|setting| wanted.contains(setting)) {
+        let shared_stage = SharedStage::new(programs, setting);
+        let stage = shared_stage.stage();
+        let spins = stage.submission("spin_in_shorter_children", "", Target::Nothing);
+        let graded = stage.graded(&spins, &["cpu=1", "wall=3"]);
+        let report: serde_json::Value = serde_json::from_str(&graded.report).unwrap();
+        let is_counted = report["protection"].to_string().contains("memory");
+        let limit = if is_counted { "1 s of processor time" } else { "after 3 s" };
+        assert!(graded.report.contains(limit), "{}: {}", setting.name(), graded.report);
+    }
+}
+
 /// Where all runs have to share a user ID, none ends another, and none ends a process of the machine that has it.
 #[test]
 fn runs_that_share_a_user_do_not_end_each_other() {

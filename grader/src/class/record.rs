@@ -13,9 +13,9 @@ use sandbox::Protection;
 use serde::{Deserialize, Serialize};
 
 use super::Row;
-use super::seal::Seal;
 use crate::door::{Door, DoorError};
 use crate::printed::{RawUse, Untrusted};
+use crate::seal::Seal;
 use crate::suite::hash_file;
 
 /// A record.

@@ -10,9 +10,9 @@ use grader::class::marks::{Marks, MarksRules};
 use grader::class::phase::{FirstPhase, Unfinished};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
-use grader::class::seal::Seal;
 use grader::grading::provenance::Provenance;
 use grader::oracle::Oracle;
+use grader::seal::Seal;
 use grader::submission::folder;
 use grader::submission::hand_in::HandInError;
 use grader::submission::kept::KeptRuns;
@@ -169,7 +169,7 @@ impl<'a> Class<'a> {
         let name = Path::new("runs").join(program.finish());
         let folder = create_folder(&self.args.output, &name)
             .map_err(|error| unwritable(&self.args.output.join(&name), &error))?;
-        let kept = KeptRuns::open(folder.clone(), plan.anew.is_some());
+        let kept = KeptRuns::open(folder.clone(), &self.seal, plan.anew.is_some());
         Ok(Some(Arc::new(kept.map_err(|error| unwritable(&folder, &error))?)))
     }
 

@@ -86,8 +86,10 @@ impl Class<'_> {
             _ => None,
         };
         let runs = match (&begun, &unfinished) {
-            (Some(_), _) => Some(KeptRuns::second_phase(folder.clone())),
-            (_, Some(unfinished)) => Some(KeptRuns::first_phase(unfinished.path().to_path_buf())),
+            (Some(_), _) => Some(KeptRuns::second_phase(folder.clone(), &self.seal)),
+            (_, Some(unfinished)) => {
+                Some(KeptRuns::first_phase(unfinished.path().to_path_buf(), &self.seal))
+            }
             (None, None) => None,
         };
         let runs = runs.transpose().map_err(|error| unwritable(&folder, &error))?.map(Arc::new);

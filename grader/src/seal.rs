@@ -1,4 +1,5 @@
-//! Seal of a class: signatures of its records and plans, so that none counts that was edited or comes from elsewhere.
+//! Seal of a class: signatures of its records, plans and kept runs, so that none counts that was edited or comes from
+//! elsewhere.
 //!
 //! ```text
 //! H = SHA-256, K = key, 64 bytes with zeros at the end
@@ -25,7 +26,7 @@ const MIDDLE: &str = "\",\n\"record\": ";
 const END: &str = "\n}\n";
 
 /// Lines before the record.
-pub(super) const LINES_BEFORE: usize = 2;
+pub(crate) const LINES_BEFORE: usize = 2;
 
 /// Bytes of a block of SHA-256.
 const BLOCK: usize = 64;
@@ -77,18 +78,19 @@ impl Seal {
     }
 
     /// A JSON record with its signature, which is of this name and of the record's very bytes.
-    pub(super) fn wrap(&self, name: &str, record: &str) -> String {
+    pub(crate) fn wrap(&self, name: &str, record: &str) -> String {
         format!("{START}{}{MIDDLE}{record}{END}", self.sign(name, record))
     }
 
     /// The record in a text that [`wrap`](Self::wrap) made for this name; `None` if the text is not such a one.
-    pub(super) fn unwrap<'a>(&self, name: &str, text: &'a str) -> Option<&'a str> {
+    pub(crate) fn unwrap<'a>(&self, name: &str, text: &'a str) -> Option<&'a str> {
         let signed = text.strip_prefix(START).and_then(|text| text.strip_suffix(END));
         let (signature, record) = signed.and_then(|text| text.split_once(MIDDLE))?;
         (self.sign(name, record) == signature).then_some(record)
     }
 
-    fn sign(&self, name: &str, record: &str) -> String {
+    /// The signature of a record of this name, in hexadecimal. Names of different kinds have different first lines.
+    pub(crate) fn sign(&self, name: &str, record: &str) -> String {
         hexadecimal(&hmac(&self.0, &[name.as_bytes(), b"\0", record.as_bytes()]))
     }
 }

@@ -6,7 +6,7 @@ use crate::support::{bits, largest, largest_difference, parse, simulate, stderr}
 use simulator::force::{Block, Coupling, ForceKind, JacobianSink, REGISTRY as FORCES};
 use simulator::integrator::{BuildIntegrator, REGISTRY as INTEGRATORS, Step};
 use simulator::scene::Scene;
-use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions, IntegratorSchema};
+use simulator::scene::schema::{ForceSchema, IntegratorOptions, IntegratorSchema, Stencil};
 use simulator::scene::write::write;
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::solver::linear::LinearSolver;
@@ -99,13 +99,17 @@ const PAIRS: [(usize, usize); 6] = [(0, 1), (2, 0), (0, 3), (1, 2), (3, 1), (2, 
 fn random_elements(random: &mut fastrand::Rng, force: &ForceSchema, dimensions: usize) -> String {
     let mut text = String::new();
     for (edge, (i, j)) in PAIRS.into_iter().enumerate() {
-        let target = match force.acts_on {
-            ActsOn::EveryParticle if edge > 1 => break,
-            ActsOn::EveryParticle => String::new(),
-            ActsOn::Pair => format!(r#"i="{i}" j="{j}""#),
-            ActsOn::Edge => format!(r#"edge="{edge}""#),
-        };
-        text += &format!("<{} {target}", force.tag);
+        if force.stencil.is_field() && edge > 1 {
+            break;
+        }
+        text += &format!("<{}", force.tag);
+        // The particles of a larger stencil follow, in the order in which they come.
+        let others = (0..4).filter(|other| ![i, j].contains(other));
+        let particles: Vec<usize> = [i, j].into_iter().chain(others).collect();
+        for (number, attribute) in force.stencil.attributes().iter().enumerate() {
+            let value = if force.stencil == Stencil::Edge { edge } else { particles[number] };
+            text += &format!(r#" {attribute}="{value}""#);
+        }
         for parameter in force.parameters {
             if dimensions == 3 || !parameter.three_dimensional {
                 let value = uniform(random, parameter.typical);
@@ -361,7 +365,7 @@ fn the_rotation_of_a_vortex_in_three_dimensions_is_about_z_and_leaves_z_alone() 
 
 /// Forces between particles: what one feels, the other feels reversed.
 fn internal(schema: &ForceSchema) -> bool {
-    schema.acts_on != ActsOn::EveryParticle
+    !schema.stencil.is_field()
 }
 
 /// `Σ m v`, and `Σ m |v|` to compare it with.

@@ -12,7 +12,7 @@ use simulator::force::ForceKind;
 use simulator::integrator::IntegratorKind;
 use simulator::scene::ParseOptions;
 use simulator::scene::schema::{
-    ActsOn, ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText,
+    ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText,
 };
 use simulator::{force, integrator};
 
@@ -281,11 +281,7 @@ fn rows_of(name: &str, header: &str) -> Vec<String> {
 
 /// The attributes of a force: what it acts on and its required parameters, then the optional ones.
 fn attributes(schema: &ForceSchema) -> String {
-    let mut required: Vec<&str> = match schema.acts_on {
-        ActsOn::EveryParticle => Vec::new(),
-        ActsOn::Pair => vec!["i", "j"],
-        ActsOn::Edge => vec!["edge"],
-    };
+    let mut required = schema.stencil.attributes().to_vec();
     let mut optional = String::new();
     for parameter in schema.parameters {
         match parameter.default {

@@ -9,7 +9,7 @@ use simulator::simulation::Simulation;
 use tempfile::TempDir;
 
 #[test]
-fn the_command_warns_once_and_writes_the_same_trace() {
+fn doubtful_steps_are_warned_once_and_written() {
     let folder = tempfile::tempdir().unwrap();
     let text = compressed("linearized-implicit-euler", -10.0);
     fs::write(folder.path().join("flat.xml"), &text).unwrap();
@@ -35,7 +35,7 @@ fn the_command_warns_once_and_writes_the_same_trace() {
 }
 
 #[test]
-fn the_command_says_what_it_did() {
+fn fallbacks_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("flung.xml"), flung("0")).unwrap();
     fs::write(folder.path().join("onto.xml"), ONTO).unwrap();
@@ -60,7 +60,7 @@ fn the_command_says_what_it_did() {
 }
 
 #[test]
-fn steps_that_freeze_are_told_once_and_counted() {
+fn frozen_steps_are_counted_and_warned_once() {
     let folder = TempDir::new().unwrap();
     let text = r#"<scene><duration time="1"/><integrator type="projected-newton" dt="0.001"/>
         <particle m="1" px="0" py="0" vx="0" vy="0.025" fixed="0"/><simplegravity fx="0" fy="-9.81"/></scene>"#;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use scene::schema::{self, Convergence, Masses, Matrix, StepEquation};
+use scene::{ForceElement, Scene};
 use simulator::integrator::IntegratorKind;
-use simulator::scene::schema::{self, Convergence, Masses, Matrix, StepEquation};
-use simulator::scene::{ForceElement, Scene};
 use simulator::{force, integrator};
 
 use super::feature::{Family, Feature, Part};

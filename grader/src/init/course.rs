@@ -12,7 +12,7 @@
 
 use std::fmt::Write;
 
-use simulator::scene::schema::{ForceSchema, IntegratorSchema, Matrix, Stencil};
+use scene::schema::{ForceSchema, IntegratorSchema, Matrix, Stencil};
 use simulator::vocabulary;
 
 use super::{Language, tag};

@@ -8,12 +8,10 @@
 //! Coordinates are multiples of a power of two with spare digits, so that differences can take exact steps.
 
 use fastrand::Rng;
+use scene::schema::{Domain, ParameterSchema, Stencil};
+use scene::{Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Scene};
 use simulator::force::ForceKind;
 use simulator::integrator;
-use simulator::scene::schema::{Domain, ParameterSchema, Stencil};
-use simulator::scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Scene,
-};
 
 /// A state: the initial state of a scene, at a given time.
 #[derive(Debug, Clone, PartialEq)]

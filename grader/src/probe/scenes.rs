@@ -17,12 +17,12 @@ use std::sync::LazyLock;
 
 use fastrand::Rng;
 use nalgebra::DMatrix;
-use simulator::force;
-use simulator::integrator;
-use simulator::scene::schema::{ForceSchema, Masses, PartSchema, Stencil, StepEquation};
-use simulator::scene::{
+use scene::schema::{ForceSchema, Masses, PartSchema, Stencil, StepEquation};
+use scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Parameters, Particle, Scene,
 };
+use simulator::force;
+use simulator::integrator;
 
 /// The pairs of a chain; in two dimensions, the first two.
 const PAIRS: [[usize; 2]; 3] = [[0, 1], [2, 1], [2, 3]];

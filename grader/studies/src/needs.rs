@@ -13,9 +13,9 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use reference::laws::Laws;
+use scene::schema::Matrix;
+use scene::{Dimension, ForceElement, Scene};
 use simulator::force;
-use simulator::scene::schema::Matrix;
-use simulator::scene::{Dimension, ForceElement, Scene};
 use simulator::simulation::{Simulation, SimulationError};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;

@@ -9,8 +9,8 @@
 
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
-use crate::scene::Scene;
-use crate::scene::schema::{ForceSchema, Masses, Stencil};
+use scene::Scene;
+use scene::schema::{ForceSchema, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {

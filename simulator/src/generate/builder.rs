@@ -2,12 +2,12 @@
 
 use super::error::{GenerateErrorKind, check};
 use super::{MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
-use crate::scene::schema::{Domain, ForceSchema};
-use crate::scene::{
+use crate::vocabulary;
+use scene::schema::{Domain, ForceSchema};
+use scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Parameters, Particle, Particles, Scene,
     Viewport,
 };
-use crate::vocabulary;
 
 /// A scene under construction.
 pub(super) struct SceneBuilder {

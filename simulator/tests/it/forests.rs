@@ -5,10 +5,8 @@ mod forest;
 
 use std::path::{Path, PathBuf};
 
+use scene::{self, Dimension, ForceElement, ParseOptions, Particle, Scene, find_scene_files};
 use simulator::generate::{Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Timeline};
-use simulator::scene::{
-    self, Dimension, ForceElement, ParseOptions, Particle, Scene, find_scene_files,
-};
 use simulator::sizes::PARALLEL;
 use simulator::vocabulary;
 

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
-use simulator::scene::schema::StepEquation;
-use simulator::scene::{Dimension, Scene};
+use scene::schema::StepEquation;
+use scene::{Dimension, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
 use super::expression::{Expression, Function, Leaf};

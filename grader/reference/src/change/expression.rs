@@ -7,7 +7,7 @@
 use std::fmt;
 
 use nalgebra::{Matrix3, Vector3};
-use simulator::scene::Parameters;
+use scene::Parameters;
 
 /// A formula.
 #[derive(Debug, Clone, PartialEq)]

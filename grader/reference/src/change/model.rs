@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, LazyLock};
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use simulator::scene::schema::Convergence;
-use simulator::scene::{self, ForceElement, Parameters, Scene};
-use simulator::trace::State;
+use scene::schema::Convergence;
+use scene::trace::State;
+use scene::{self, ForceElement, Parameters, Scene};
 
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};

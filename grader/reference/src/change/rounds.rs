@@ -19,9 +19,9 @@ use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, Dyn, LU, Vector3};
-use simulator::scene::schema::StepEquation;
-use simulator::scene::{ForceElement, Parameters, Scene};
-use simulator::trace::State;
+use scene::schema::StepEquation;
+use scene::trace::State;
+use scene::{ForceElement, Parameters, Scene};
 
 use super::edit::{Edit, edits};
 use super::expression::{Expression, Inputs, Leaf};

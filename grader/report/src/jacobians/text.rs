@@ -11,7 +11,7 @@ use grader::jacobian::{
     BlockFinding, CheckState, Difference, Entry, Exhibit, JacobianCheck, JacobianReport,
     NewtonCheck, Taylor, Verdict,
 };
-use simulator::scene::schema::Stencil;
+use scene::schema::Stencil;
 
 /// Options of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -233,7 +233,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trace_is_used_if_it_was_signed_under_its_name() {
+    fn kept_traces_need_the_signature_of_their_name() {
         let folder = tempfile::tempdir().unwrap();
         let seal = Seal::of(folder.path()).unwrap();
         let [runs, trace, copy] = ["runs", "trace", "copy"].map(|name| folder.path().join(name));
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_phase_knows_every_end_of_the_first() {
+    fn second_phase_reads_every_outcome_of_the_first() {
         let folder = tempfile::tempdir().unwrap();
         let seal = Seal::of(folder.path()).unwrap();
         let (path, copy) = (folder.path().join("runs"), folder.path().join("copy"));

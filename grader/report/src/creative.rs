@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
+use grader::boundary::printed;
 use grader::creative::{Creative, Motion, Outcome, Wanted};
-use grader::printed;
 use picture::canvas::Canvas;
 use simulator::frames::Painter;
 use simulator::scene::Scene;

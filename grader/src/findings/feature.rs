@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use reference::change::Task;
+use diagnosis::change::Task;
 use simulator::force;
 use simulator::scene::ForceElement;
 use simulator::scene::schema::{Dependence, ForceSchema};

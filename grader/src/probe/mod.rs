@@ -33,7 +33,7 @@ mod session;
 use simulator::scene::Dimension;
 use simulator::trace::Shape;
 
-use crate::printed::Untrusted;
+use crate::boundary::printed::Untrusted;
 use crate::verdict::Failure;
 use differences::Offer;
 use session::Session;

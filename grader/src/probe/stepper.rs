@@ -4,7 +4,7 @@ use simulator::scene::{Scene, write};
 use simulator::simulation::Simulation;
 use simulator::trace::{Shape, State};
 
-use crate::printed::Untrusted;
+use crate::boundary::printed::Untrusted;
 use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
 use crate::verdict::{Failure, Place, Quantity, Verdict};

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use test_support::root;
 
-use grader::assignment::{self, Assignment};
 use grader::rubric::Rubric;
+use grader::suite::assignment::{self, Assignment};
 use grader::suite::{Feature, Section, Suite};
 use simulator::force::ForceKind;
 use simulator::integrator::IntegratorKind;

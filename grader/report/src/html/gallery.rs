@@ -8,8 +8,9 @@
 
 use std::path::Path;
 
-use grader::creative::{CRITERIA, Creative, Motion, Outcome};
-use grader::printed::{self, InertCsv};
+use grader::boundary::printed::{self, InertCsv};
+use grader::creative::{Creative, Motion, Outcome};
+use grader::rubric::creative::CRITERIA;
 use serde::{Deserialize, Serialize};
 use simulator::frames::Palette;
 use simulator::materials::Materials;

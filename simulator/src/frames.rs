@@ -667,7 +667,7 @@ mod tests {
     }
 
     #[test]
-    fn nearer_particles_cover_further_ones_and_are_larger() {
+    fn nearer_particles_are_larger_and_cover_farther_ones() {
         let scene = scene(
             r#"<particle m="1" px="0" py="0" pz="1" vx="0" vy="0" vz="0" fixed="0"/>
             <particle m="1" px="0" py="0" pz="-1" vx="0" vy="0" vz="0" fixed="0"/>"#,

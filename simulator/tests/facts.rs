@@ -76,7 +76,7 @@ fn derives(force: &dyn Force<2>, of: impl Fn(&[f64], &[f64]) -> f64, by_velocity
 }
 
 #[test]
-fn each_part_of_each_force_depends_on_what_it_says_and_derives_from_what_it_says() {
+fn force_parts_depend_on_and_derive_from_declared_facts() {
     for kind in FORCES {
         let schema = &kind.schema;
         let mut before = Dependence::NOTHING;

@@ -272,7 +272,7 @@ mod tests {
     use crate::boundary::printed::RawUse;
 
     #[test]
-    fn only_regular_files_of_limited_size_come_in() {
+    fn only_regular_files_within_the_size_limit_are_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         let read = |door: Door, name: &str| {

@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_trace_is_reduced_but_for_the_states_around_the_first_wrong_one() {
+    fn long_traces_are_thinned_except_around_the_first_wrong_state() {
         let recording = recorded(25_000, 12_345, 1.0);
         assert!(recording.frames.len() < 1_010, "{}", recording.frames.len());
         assert!(recording.residuals.len() <= 1_000 && recording.energies.len() <= 1_000);

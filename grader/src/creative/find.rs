@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_refused_hides_nothing_else() {
+    fn refused_scene_hides_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         for name in

@@ -408,7 +408,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_of_the_built_in_simulator_show_its_jacobians() {
+    fn jacobians_are_identified_from_built_in_steps() {
         for dimension in [Dimension::Two, Dimension::Three] {
             let offer = Offer {
                 stepper: &BuiltIn,

@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_costs_few_runs() {
+    fn probing_a_force_takes_few_runs() {
         let runs = |dimension| {
             let counting = Counting::default();
             probe(&counting, |force, of| force == "gravitationalforce" && of == dimension);

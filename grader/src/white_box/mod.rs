@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_parameter_shows_where_its_law_says_and_nowhere_else() {
+    fn parameters_show_only_where_their_law_says() {
         for kind in force::REGISTRY {
             let law = law::find(kind.schema.tag).unwrap();
             let mut shown = vec![[false; 2]; law.terms().len()];

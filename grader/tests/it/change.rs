@@ -102,7 +102,7 @@ fn distance(a: &State, b: &State) -> f64 {
 }
 
 #[test]
-fn steps_of_rounds_are_those_of_the_simulator() {
+fn second_stepper_matches_local_global_rounds() {
     let (mut pinned, mut eliminated, mut stopped) = (0, 0, 0);
     for case in suite().cases.iter().filter(|case| is_of_rounds(&case.scene)) {
         let scene = &case.scene;
@@ -136,7 +136,7 @@ fn steps_of_rounds_are_those_of_the_simulator() {
 }
 
 #[test]
-fn changes_of_a_task_that_show_at_all_differ_from_the_right_steps_of_some_scene() {
+fn visible_changes_of_a_task_differ_on_some_scene() {
     let scenes: Vec<Scene> = suite()
         .cases
         .iter()

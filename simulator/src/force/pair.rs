@@ -554,7 +554,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_between_two_particles_in_one_place_is_no_harm() {
+    fn missing_spring_between_coincident_particles_is_harmless() {
         let mut rng = fastrand::Rng::with_seed(7);
         let row =
             (0..PARTICLES - 1).filter(|first| first % 20 != 7).map(|first| [first, first + 1]);
@@ -572,7 +572,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_spring_without_a_direction_is_told() {
+    fn first_spring_without_a_direction_is_named() {
         let mut rng = fastrand::Rng::with_seed(5);
         let mut scene = scene(&mut rng, 2, 0.0, 0.0);
         let [i, j] = scene.forces[300].pair.unwrap();

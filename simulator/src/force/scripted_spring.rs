@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn at_each_time_it_is_the_spring_of_that_rest_length() {
+    fn scripted_spring_equals_spring_of_current_rest_length() {
         let scripted = chain(|i| {
             let k = 1 + i;
             format!(r#"<scriptedspringforce edge="{i}" k="{k}" l0="0.5" l1="2" t1="4"/>"#)

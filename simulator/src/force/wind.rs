@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn it_depends_on_time_and_on_where_a_particle_is() {
+    fn wind_depends_on_time_and_initial_position() {
         // The box at the start is 2 × 1 × 2, and its diagonal 3: where the particles are by now does not change it.
         let positions = [4.0, 9.0, 8.0, -0.5, 7.0, 1.0, 2.0, 2.0, 2.0];
         let force = force_at::<3>(SCENE, &positions, 0.75);
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_particle_feels_the_time_alone() {
+    fn wind_on_one_particle_depends_on_time_alone() {
         let single = r#"<scene><duration time="1"/><integrator type="implicit" dt="0.1"/>
             <particle m="1" px="4" py="0" pz="0" vx="0" vy="0" fixed="0"/>
             <windforce strength="1.5"/></scene>"#;

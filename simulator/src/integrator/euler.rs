@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn every_number_that_is_not_finite_is_seen() {
+    fn non_finite_numbers_are_detected() {
         for integrator in ["explicit-euler", "symplectic-euler"] {
             for far in 0..21 {
                 let expected =

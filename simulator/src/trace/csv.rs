@@ -374,7 +374,7 @@ mod tests {
     use super::Row;
 
     #[test]
-    fn numbers_are_those_of_the_standard_library() {
+    fn parsed_numbers_match_the_standard_library() {
         let mut random = Rng::with_seed(4);
         let mut texts: Vec<String> =
             ["1", "+1.5", ".5", "5.", "-0", "1e5", "1E-5", " 2 ", "inf", "-Infinity", "1e999"]

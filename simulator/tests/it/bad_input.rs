@@ -105,7 +105,7 @@ fn listing(folder: &Path) -> Vec<(String, u64)> {
 }
 
 #[test]
-fn the_scene_that_the_cases_spoil_is_good() {
+fn base_scene_of_the_cases_is_valid() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("scene.xml"), GOOD).unwrap();
     let run = simulate(folder.path(), &["scene.xml", "--strict", "-o", "trace.csv"]);
@@ -306,7 +306,7 @@ fn a_scene_without_particles_is_refused() {
 }
 
 #[test]
-fn what_names_another_element_names_one_that_is_there() {
+fn references_must_name_existing_elements() {
     refuse_each(
         r#"
         edge to nowhere | <edge i="0" j="1" | <edge i="0" ¶j="2" | <edge> j="2": there is no such particle | the scene has 2 of them: particles 0 to 1
@@ -326,7 +326,7 @@ fn what_names_another_element_names_one_that_is_there() {
 }
 
 #[test]
-fn a_force_has_parameters_that_make_sense() {
+fn invalid_force_parameters_are_refused() {
     refuse_each(
         r#"
         stiffness negative | k="10" | ¶k="-10" | k="-10" must be a finite number, 0 or more |
@@ -341,7 +341,7 @@ fn a_force_has_parameters_that_make_sense() {
 }
 
 #[test]
-fn physics_that_is_not_modelled_is_refused_by_its_name() {
+fn unmodelled_physics_is_refused_by_name() {
     for tag in [
         "collision",
         "Halfplane",
@@ -364,7 +364,7 @@ fn physics_that_is_not_modelled_is_refused_by_its_name() {
 }
 
 #[test]
-fn what_is_unknown_is_a_warning_and_under_strict_an_error() {
+fn unknown_markup_warns_and_is_an_error_under_strict() {
     let unknown = r#"
         element | <edge | ¶<sprinforce/><edge | unknown element <sprinforce> | did you mean <springforce>?
         strange element | <edge | ¶<zzz/><edge | unknown element <zzz> | remove it
@@ -418,7 +418,7 @@ fn entities_are_not_expanded() {
 }
 
 #[test]
-fn nesting_a_hundred_thousand_deep_is_refused_at_the_thirty_third() {
+fn nesting_beyond_32_levels_is_refused() {
     let nest = |depth: usize, mark: &str| {
         format!("{}{mark}{}", "<scene>".repeat(32), "<scene>".repeat(depth))
     };
@@ -428,7 +428,7 @@ fn nesting_a_hundred_thousand_deep_is_refused_at_the_thirty_third() {
 }
 
 #[test]
-fn a_gigabyte_is_refused_by_its_size() {
+fn gigabyte_scene_is_refused_by_size() {
     let folder = TempDir::new().unwrap();
     // The file is sparse: it takes no room, and would take minutes to read as a scene.
     let file = fs::File::create(folder.path().join("scene.xml")).unwrap();
@@ -465,7 +465,7 @@ const PAIR_FORCES: [(&str, &str); 4] = [
 ];
 
 #[test]
-fn a_force_between_particles_at_one_place_names_its_line_its_step_and_both() {
+fn coincident_particles_are_named_with_line_and_step() {
     for (tag, force) in PAIR_FORCES {
         let says =
             format!("step 1 (from t = 0 s): <{tag}> has no direction: particles 0 and 1 are");
@@ -563,7 +563,7 @@ fn a_step_of_implicit_euler_without_a_solution_is_refused() {
 }
 
 #[test]
-fn velocities_too_large_for_newtons_tolerance_are_told_as_such() {
+fn velocities_too_large_for_newtons_tolerance_are_reported() {
     let drag = r#"<dragdamping b="0.3"/>"#;
     let scene = pair(0.1, "implicit-euler", 1.0, 1e8, drag);
     let says = "its tolerance is below the rounding of velocities of size ";
@@ -580,7 +580,7 @@ fn a_failure_after_the_first_states_writes_none_of_them() {
 }
 
 #[test]
-fn a_wrong_call_is_refused_before_anything_is_written() {
+fn wrong_usage_is_refused_before_writing() {
     let calls: [(&str, &[&str], &str); 13] = [
         (
             "dt zero",
@@ -664,7 +664,7 @@ fn an_extension_that_names_no_format_is_refused() {
 
 #[cfg(unix)]
 #[test]
-fn a_scene_that_is_a_pipe_is_refused_and_not_waited_for() {
+fn pipe_as_scene_is_refused_without_blocking() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["scene.xml", "scene.json", "mesh.obj"] {
         let made = std::process::Command::new("mkfifo").arg(folder.path().join(name)).status();
@@ -680,7 +680,7 @@ fn a_scene_that_is_a_pipe_is_refused_and_not_waited_for() {
 }
 
 #[test]
-fn a_message_that_quotes_a_scene_steers_no_terminal() {
+fn quoted_scene_text_cannot_control_a_terminal() {
     let scene = GOOD.replace("<particlecolor", "<e\u{1b}]0;x\u{7}\u{202e}");
     let message = refuse("control", scene.as_bytes(), &["--strict"]);
     assert!(message.contains("<e\u{fffd}]0;x\u{fffd}\u{fffd}>"), "{message:?}");

@@ -123,7 +123,7 @@ fn both_formats_hold_the_same_bits() {
 }
 
 #[test]
-fn initial_numbers_come_out_as_they_went_in() {
+fn initial_numbers_round_trip() {
     let numbers =
         ["0.1", "1e-7", "5e-324", "1.7976931348623157e308", "0.30000000000000004", "-0.0"];
     for number in numbers {
@@ -134,7 +134,7 @@ fn initial_numbers_come_out_as_they_went_in() {
 }
 
 #[test]
-fn a_trace_has_a_state_for_the_start_and_one_for_each_step_begun() {
+fn trace_has_a_state_for_the_start_and_each_step() {
     for (duration, dt, states) in
         [("1", "0.25", 5), ("1", "0.3", 5), ("0", "1", 1), ("0.1", "1", 2), ("2.1", "0.3", 9)]
     {
@@ -161,7 +161,7 @@ fn fosssims_spelling_writes_binary_unless_the_file_is_a_csv() {
 }
 
 #[test]
-fn a_named_format_counts_more_than_the_extension() {
+fn format_option_overrides_the_extension() {
     let folder = folder_with(EXACT);
     run(folder.path(), &["scene.xml", "-o", "trace.bin"]);
     let binary = fs::read(folder.path().join("trace.bin")).unwrap();
@@ -178,7 +178,7 @@ fn a_named_format_counts_more_than_the_extension() {
 }
 
 #[test]
-fn options_replace_what_the_scene_says_as_if_the_scene_said_so() {
+fn options_override_the_scene() {
     let changes = [
         (
             "type=\"symplectic-euler\"",
@@ -198,7 +198,7 @@ fn options_replace_what_the_scene_says_as_if_the_scene_said_so() {
 }
 
 #[test]
-fn an_override_heals_a_scene_of_unknown_integrator_and_of_too_many_steps() {
+fn overrides_repair_unknown_integrators_and_excess_steps() {
     let scene = SCENE.replace("symplectic-euler", "adams");
     assert_eq!(csv_of(&scene, &["--integrator", "symplectic"]), csv_of(SCENE, &[]));
     let scene = SCENE.replace("time=\"1\"", "time=\"1e300\"");
@@ -322,14 +322,14 @@ fn statistics_are_rows_of_a_name_and_a_value() {
 }
 
 #[test]
-fn a_run_without_an_output_prints_and_writes_nothing() {
+fn run_without_output_is_silent() {
     let folder = folder_with(SCENE);
     assert_eq!(run(folder.path(), &["scene.xml"]), "");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[test]
-fn an_earlier_and_longer_file_is_replaced_whole() {
+fn longer_earlier_file_is_replaced_entirely() {
     let folder = folder_with(EXACT);
     for (output, option) in [("trace.csv", "-o"), ("energy.csv", "--energy")] {
         fs::write(folder.path().join(output), vec![b'x'; 100_000]).unwrap();
@@ -342,7 +342,7 @@ fn an_earlier_and_longer_file_is_replaced_whole() {
 }
 
 #[test]
-fn a_lone_hyphen_names_no_file() {
+fn lone_hyphen_is_not_a_file_name() {
     let folder = folder_with(EXACT);
     for options in [&["--format", "csv", "-o", "-"][..], &["--energy", "-"]] {
         let output = simulate(folder.path(), &[&["scene.xml"], options].concat());
@@ -385,7 +385,7 @@ fn a_device_is_written_to_and_stays_a_device() {
 
 #[cfg(unix)]
 #[test]
-fn a_link_to_what_is_not_there_yet_is_followed() {
+fn dangling_link_is_followed() {
     let folder = folder_with(EXACT);
     std::os::unix::fs::symlink("target.csv", folder.path().join("link.csv")).unwrap();
     run(folder.path(), &["scene.xml", "-o", "link.csv"]);
@@ -395,7 +395,7 @@ fn a_link_to_what_is_not_there_yet_is_followed() {
 
 #[cfg(unix)]
 #[test]
-fn a_file_that_may_not_be_written_is_kept_and_others_keep_their_permissions() {
+fn read_only_files_and_permissions_are_kept() {
     use std::os::unix::fs::PermissionsExt;
     let folder = folder_with(EXACT);
     let path = folder.path().join("old.csv");
@@ -411,7 +411,7 @@ fn a_file_that_may_not_be_written_is_kept_and_others_keep_their_permissions() {
 }
 
 #[test]
-fn energies_that_are_not_finite_are_an_error_and_no_file() {
+fn non_finite_energies_are_an_error_and_write_no_file() {
     let scene = r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.5"/>
         <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
         <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
@@ -453,7 +453,7 @@ fn a_new_file_has_the_permissions_of_any_new_file() {
 }
 
 #[test]
-fn help_and_version_are_no_failures() {
+fn help_and_version_succeed() {
     let folder = TempDir::new().unwrap();
     let help = run(folder.path(), &["--help"]);
     for kind in integrator::REGISTRY {
@@ -495,7 +495,7 @@ fn traces_are_read_as_other_programs_write_them() {
 }
 
 #[test]
-fn what_c_libraries_call_not_a_number_is_read_as_such() {
+fn c_spellings_of_nan_are_read() {
     for text in ["nan", "-nan", "NaN", "-nan(ind)", "1.#QNAN", "-1.#IND"] {
         let with = |trace: &str| {
             let (head, last) = trace.trim_end().rsplit_once(',').unwrap();

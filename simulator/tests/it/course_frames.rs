@@ -136,7 +136,7 @@ fn compare(scene: &Scene, frame: &Frame, states: &[Vec<[f64; 2]>], name: &str) {
 
 #[test]
 #[expect(clippy::print_stderr, reason = "a skipped test says why")]
-fn the_frames_of_the_course_show_what_its_scenes_ask_for() {
+fn course_frames_show_what_their_scenes_ask_for() {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/fosssim");
     let folder = std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from);
     if !folder.is_dir() {

@@ -81,7 +81,7 @@ fn a_step_through_a_nearly_singular_matrix_is_counted() {
 }
 
 #[test]
-fn a_nearly_singular_matrix_is_seen_where_no_force_finds_its_direction() {
+fn nearly_singular_matrix_is_detected_off_the_force_direction() {
     // Nothing pulls across the spring, and the solution is small.
     let (states, statistics) = run(&parse(&compressed("linearized-implicit-euler", 0.0)), WATCHED);
     assert_eq!(f64::from_bits(states[1][0][3]), 0.0);
@@ -153,7 +153,7 @@ fn pair(integrator: &str, h: f64, n_steps: u64, forces: &str) -> Scene {
 }
 
 #[test]
-fn a_run_that_explodes_is_seen() {
+fn exploding_run_is_detected() {
     for (integrator, name, h, n_steps, forces) in EXPLODING {
         let scene = pair(integrator, h, n_steps, forces);
         let (states, statistics) = run(&scene, WATCHED);
@@ -168,7 +168,7 @@ fn a_run_that_explodes_is_seen() {
 }
 
 #[test]
-fn energy_that_motion_converts_or_a_driven_scene_takes_up_is_no_growth() {
+fn converted_or_driven_energy_is_not_reported_as_growth() {
     let fall = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>"#;
     let apart = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>
         <particle m="1" px="1" py="0" vx="0" vy="0" fixed="0"/><edge i="0" j="1"/>"#;

@@ -65,7 +65,7 @@ fn frames_have_the_names_of_the_course_and_the_same_bytes_every_time() {
 }
 
 #[test]
-fn a_film_repeats_and_replaces_nothing_before_it_is_whole() {
+fn film_loops_and_replaces_a_file_only_when_complete() {
     let folder = folder();
     run(folder.path(), &["scene.xml", "--film", "film.gif", "--fps", "20", "--size", "80x40"]);
     let gif = fs::read(folder.path().join("film.gif")).unwrap();
@@ -76,7 +76,7 @@ fn a_film_repeats_and_replaces_nothing_before_it_is_whole() {
 }
 
 #[test]
-fn what_cannot_be_filmed_is_refused_with_a_remedy() {
+fn unfilmable_scene_is_refused_with_a_remedy() {
     let folder = folder();
     for (arguments, says) in [
         (["--film", "film.mov"], "name it .gif, .mp4, .webm or .avi"),
@@ -170,7 +170,7 @@ fn faces_have_the_colours_and_pictures_of_their_materials() {
 }
 
 #[test]
-fn materials_that_cannot_be_read_are_a_note_with_file_and_line() {
+fn unreadable_materials_are_noted_with_file_and_line() {
     let plain = MESH.replace("mtllib net.mtl\n", "").replace("usemtl", "#");
     let (expected, messages) = first_frame(meshed(&plain, None).path());
     assert_eq!(messages, "");

@@ -48,7 +48,7 @@ fn assert_same(found: Scene, expected: Scene, what: &str) {
 }
 
 #[test]
-fn every_shipped_scene_reads_back_as_it_was() {
+fn every_shipped_scene_round_trips() {
     let mut count = 0;
     for path in shipped_scenes() {
         let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
@@ -61,7 +61,7 @@ fn every_shipped_scene_reads_back_as_it_was() {
 }
 
 #[test]
-fn every_field_of_a_scene_reads_back() {
+fn every_field_of_a_scene_round_trips() {
     let color = |r| Color { r, g: 0.1, b: 1.0 };
     for dimension in [Dimension::Two, Dimension::Three] {
         let mut scene = Bodies { dimension, ..Bodies::default() }.scene().unwrap();
@@ -112,7 +112,7 @@ fn numbers_are_the_shortest_that_read_back() {
 }
 
 #[test]
-fn what_no_file_can_hold_is_refused_by_name() {
+fn unwritable_values_are_refused_by_name() {
     let sound = Ring::default().scene().unwrap();
     let refusal = |change: fn(&mut Scene)| {
         let mut scene = sound.clone();
@@ -132,7 +132,7 @@ fn what_no_file_can_hold_is_refused_by_name() {
 
 #[test]
 #[expect(clippy::print_stderr, reason = "a skipped test says so")]
-fn the_net_is_the_peers_number_for_number() {
+fn generated_net_equals_the_peers_net() {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/peers/gen_net.py");
     let python_runs = Command::new("python3").arg("--version").output().is_ok();
     if !script.is_file() || !python_runs {
@@ -208,7 +208,7 @@ fn particles_and_springs_are_as_many_as_the_formulas_say() {
 }
 
 #[test]
-fn springs_start_at_rest_but_in_the_stretched_net() {
+fn only_the_stretched_net_starts_under_tension() {
     for kind in REGISTRY.iter().filter(|kind| kind.name != "net") {
         let scene = (kind.default)().scene().unwrap();
         for force in scene.forces.iter().filter(|force| force.edge.is_some()) {
@@ -241,7 +241,7 @@ fn assert_calm(scene: &Scene) {
 }
 
 #[test]
-fn every_kind_as_it_comes_is_a_strict_scene_that_simulates_to_its_end() {
+fn default_scene_of_every_kind_is_strict_and_simulates() {
     for kind in REGISTRY {
         let text = generate(&[kind.name]);
         let default = (kind.default)();
@@ -286,7 +286,7 @@ fn the_time_step_is_shortened_for_larger_and_stiffer_scenes() {
 }
 
 #[test]
-fn as_many_steps_are_taken_as_are_asked_for() {
+fn generated_scene_has_the_requested_steps() {
     // 0.01 · 7 = 0.07, and 0.07 / 0.01 rounds to more than 7.
     assert_eq!((0.01_f64 * 7.0 / 0.01).ceil(), 8.0);
     for steps in ["0", "1", "7", "56", "100"] {
@@ -312,7 +312,7 @@ fn the_seed_determines_the_bytes() {
 }
 
 #[test]
-fn bodies_keep_their_distance_have_no_momentum_and_are_bound_as_asked() {
+fn bodies_are_spaced_momentum_free_and_bound() {
     for dimension in [Dimension::Two, Dimension::Three] {
         for (central_mass, virial) in [(0.0, 1.0), (50.0, 1.0), (50.0, 0.5)] {
             let bodies = Bodies {
@@ -461,7 +461,7 @@ fn the_net_of_the_lecture_is_the_shipped_scene() {
 /// The lecture's program draws blue lines of one pixel and blue discs of a tenth of a segment, 200 pixels a metre, on a white
 /// window of 900 by 900 pixels whose middle is the origin.
 #[test]
-fn the_net_of_the_lecture_looks_like_its_window() {
+fn lecture_net_matches_the_lecture_window() {
     let scene = parse(&generate(&["net", "--lecture"]));
     let painter = Painter::new(&scene, [900, 900], Bounds::default());
     let canvas = painter.draw(0.0, &scene.positions()).canvas();

@@ -37,7 +37,7 @@ fn end_of_first_step(rows: &[[f64; 6]]) -> [f64; 6] {
 }
 
 #[test]
-fn all_minimising_methods_reach_one_minimum() {
+fn minimising_methods_agree_on_the_minimum() {
     let scene = scene("ProjectedNewton/hookean-square.xml");
     let tolerance = ["--option", "tolerance=1e-8"];
     let methods: [&[&str]; 5] = [
@@ -138,7 +138,7 @@ fn the_diagram_of_convergence_shows_each_method_that_applies() {
 }
 
 #[test]
-fn what_cannot_be_recorded_is_refused_before_anything_is_written() {
+fn unrecordable_run_is_refused_before_writing() {
     let folder = tempfile::tempdir().unwrap();
     let [plot, record] = ["plot.svg", "record.csv"].map(|name| folder.path().join(name));
     let scene = scene("ProjectedNewton/hookean-square.xml");

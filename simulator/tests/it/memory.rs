@@ -50,7 +50,7 @@ fn exhaust<E>(reader: Result<impl TraceReader, E>, shape: Shape) {
 }
 
 #[test]
-fn what_hostile_input_makes_readers_hold_is_bounded() {
+fn reader_memory_is_bounded_on_hostile_input() {
     for shape in [
         Shape { dimension: Dimension::Two, n_particles: 1 },
         Shape { dimension: Dimension::Three, n_particles: 1000 },

@@ -80,7 +80,7 @@ const ORBIT: &str = r#"<scene>
 "#;
 
 #[test]
-fn orbits_side_by_side_spiral_outwards_close_and_spiral_inwards() {
+fn orbits_spiral_outwards_close_or_spiral_inwards() {
     let folder = folder();
     let folder = folder.path();
     fs::write(folder.join("orbit.xml"), ORBIT).unwrap();
@@ -125,7 +125,7 @@ fn orbits_side_by_side_spiral_outwards_close_and_spiral_inwards() {
 }
 
 #[test]
-fn a_path_that_goes_far_leaves_its_frame_and_only_some_of_many_are_shown() {
+fn far_paths_leave_the_frame_and_many_are_thinned() {
     let folder = folder();
     let folder = folder.path();
     fs::write(folder.join("orbit.xml"), ORBIT.replace("dt=\"0.02\"", "dt=\"0.5\"")).unwrap();

@@ -112,29 +112,29 @@ fn agrees_with_the_peer(segments: u64, law: SpringLaw, spring: &str) {
 }
 
 #[test]
-fn the_stretched_square_of_4_segments_moves_as_the_lectures_algorithm_moves_it() {
+fn stretched_square_of_4_matches_the_lecture() {
     agrees_with_the_peer(4, SpringLaw::Green, "green");
 }
 
 #[test]
-fn the_stretched_square_of_8_segments_moves_as_the_lectures_algorithm_moves_it() {
+fn stretched_square_of_8_matches_the_lecture() {
     agrees_with_the_peer(8, SpringLaw::Green, "green");
 }
 
 #[test]
-fn a_hookean_square_of_4_segments_moves_as_the_lectures_algorithm_moves_it() {
+fn hookean_square_of_4_matches_the_lecture() {
     agrees_with_the_peer(4, SpringLaw::Hooke, "hooke");
 }
 
 #[test]
 #[ignore = "the peer takes half a minute"]
-fn a_hookean_square_of_16_segments_moves_as_the_lectures_algorithm_moves_it() {
+fn hookean_square_of_16_matches_the_lecture() {
     agrees_with_the_peer(16, SpringLaw::Hooke, "hooke");
 }
 
 #[test]
 #[ignore = "the peer takes a minute"]
-fn the_stretched_square_of_16_segments_moves_as_the_lectures_algorithm_moves_it_until_it_buckles() {
+fn stretched_square_of_16_matches_the_lecture_until_it_buckles() {
     // In the ninth step this square stands at a saddle of the incremental potential, and rounding decides
     // to which side it buckles. What the algorithm itself does not agree on, nudged by a rounding error, is
     // nobody's to agree with.
@@ -196,7 +196,7 @@ fn a_minimum_is_a_solution_of_implicit_eulers_equation() {
 }
 
 #[test]
-fn the_last_step_of_newtons_method_is_not_taken() {
+fn last_newton_step_is_not_taken() {
     // One particle falls: Newton's first step is the solution, and a second one is nothing.
     let elements =
         r#"<particle m="2" px="1" py="2" vx="0" vy="0" fixed="0"/><simplegravity fx="0" fy="-8"/>"#;
@@ -234,7 +234,7 @@ fn the_norm_of_a_step_is_the_largest_sum_over_a_particle_or_the_largest_componen
 }
 
 #[test]
-fn a_motion_that_starts_slowly_starts() {
+fn slow_motion_starts() {
     let falling = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/><simplegravity fx="0" fy="-9.81"/>"#;
     let attracting = r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>
         <particle m="1" px="1" py="0" vx="0" vy="0" fixed="0"/><edge i="0" j="1"/>
@@ -271,7 +271,7 @@ fn a_spring_at_rest_up_to_rounding_is_not_frozen() {
 }
 
 #[test]
-fn steps_that_freeze_are_told_once_and_counted() {
+fn frozen_steps_are_counted_and_warned_once() {
     let folder = TempDir::new().unwrap();
     let text = r#"<scene><duration time="1"/><integrator type="projected-newton" dt="0.001"/>
         <particle m="1" px="0" py="0" vx="0" vy="0.025" fixed="0"/><simplegravity fx="0" fy="-9.81"/></scene>"#;
@@ -303,7 +303,7 @@ fn crumpled(law: SpringLaw, seed: u64) -> Scene {
 }
 
 #[test]
-fn where_plain_newton_overshoots_the_line_search_does_not() {
+fn line_search_prevents_overshoot() {
     let mut halved = 0;
     for law in [SpringLaw::Hooke, SpringLaw::Green] {
         let scene = crumpled(law, 5);
@@ -318,7 +318,7 @@ fn where_plain_newton_overshoots_the_line_search_does_not() {
 }
 
 #[test]
-fn a_hessian_that_is_not_projected_may_lead_uphill_and_that_is_told() {
+fn ascent_of_an_unprojected_hessian_is_reported() {
     let mut scene = crumpled(SpringLaw::Hooke, 1);
     scene.integrator_options.set("projection", "none").unwrap();
     let failure = run(&scene).unwrap_err();

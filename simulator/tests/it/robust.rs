@@ -72,7 +72,7 @@ fn run(scene: &Scene, config: SimulationOptions) -> Run {
 }
 
 #[test]
-fn runs_without_failures_are_the_same_bits() {
+fn fallbacks_do_not_change_successful_runs() {
     let mut count = 0;
     for path in shipped_scenes() {
         let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
@@ -132,7 +132,7 @@ fn forces(scene: &Scene, x: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn forces_without_an_energy_are_rescued_too() {
+fn fallbacks_rescue_forces_without_energy() {
     let scene = parse(&flung("3"));
     assert!(run(&scene, SimulationOptions::default()).2.is_some());
     let (_, statistics, failure) = run(&scene, ROBUST);
@@ -147,7 +147,7 @@ const ONTO: &str = r#"<scene><duration time="1"/><integrator type="linearized-im
     <edge i="0" j="1"/><springforce edge="0" k="1" l0="1"/></scene>"#;
 
 #[test]
-fn smaller_steps_are_the_method_at_that_step() {
+fn substeps_equal_the_method_at_the_smaller_step() {
     let scene = parse(ONTO);
     let (_, _, failure) = run(&scene, SimulationOptions::default());
     assert!(matches!(failure.unwrap().kind, FailureKind::Coincident { .. }));
@@ -160,7 +160,7 @@ fn smaller_steps_are_the_method_at_that_step() {
 }
 
 #[test]
-fn a_two_step_method_goes_on_from_whole_steps_after_smaller_ones() {
+fn two_step_method_resumes_from_whole_steps() {
     let mut scene = parse(&flung("3"));
     (scene.integrator, scene.duration) = (vocabulary().integrator("bdf2").unwrap(), 40.0);
     let mut robust = Simulation::with_options(&scene, ROBUST);
@@ -202,7 +202,7 @@ fn a_two_step_method_goes_on_from_whole_steps_after_smaller_ones() {
 }
 
 #[test]
-fn what_has_no_answer_at_any_step_fails_as_it_did() {
+fn unsolvable_steps_fail_as_without_fallbacks() {
     let text =
         ONTO.replace("linearized-implicit-euler", "explicit-euler").replace("0.5\" py", "0\" py");
     let scene = parse(&text);
@@ -211,7 +211,7 @@ fn what_has_no_answer_at_any_step_fails_as_it_did() {
 }
 
 #[test]
-fn the_command_says_what_it_did() {
+fn fallbacks_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("flung.xml"), flung("0")).unwrap();
     fs::write(folder.path().join("onto.xml"), ONTO).unwrap();

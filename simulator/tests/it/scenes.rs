@@ -54,7 +54,7 @@ fn content(mut scene: Scene) -> String {
 }
 
 #[test]
-fn every_element_and_attribute_arrives_in_the_model() {
+fn every_element_and_attribute_is_read() {
     let scene = parse(EVERYTHING);
     assert_eq!(scene.name, "scene.xml");
     assert_eq!(scene.description.as_deref(), Some("a <scene> of everything: grüße"));
@@ -109,7 +109,7 @@ fn every_element_and_attribute_arrives_in_the_model() {
 }
 
 #[test]
-fn every_force_arrives_with_its_particles_and_parameters() {
+fn every_force_is_read_with_particles_and_parameters() {
     type Row = (&'static str, Option<[usize; 2]>, Option<usize>, [f64; MAX_PARAMETERS], u32);
     let scene = parse(EVERYTHING);
     let found = scene.forces.iter().map(|force| -> Row {
@@ -129,7 +129,7 @@ fn every_force_arrives_with_its_particles_and_parameters() {
 }
 
 #[test]
-fn what_is_only_drawn_may_be_left_out() {
+fn drawing_elements_are_optional() {
     let scene = parse(
         r#"<scene><duration time="0"/><integrator type="implicit" dt="1"/>
            <particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/></scene>"#,
@@ -141,7 +141,7 @@ fn what_is_only_drawn_may_be_left_out() {
 }
 
 #[test]
-fn every_spelling_of_an_integrator_means_the_same_method() {
+fn integrator_spellings_are_equivalent() {
     let spellings = [
         ("explicit-euler", "explicit-euler"),
         ("symplectic-euler", "symplectic-euler"),
@@ -179,7 +179,7 @@ fn every_spelling_of_an_integrator_means_the_same_method() {
 }
 
 #[test]
-fn the_layout_of_the_file_is_nothing_to_the_model() {
+fn file_layout_does_not_change_the_model() {
     let plain = content(parse(EVERYTHING));
     let body = EVERYTHING.replace('\n', " ");
     let layouts = [
@@ -214,7 +214,7 @@ fn columns_count_characters_and_lines_survive_crlf() {
 }
 
 #[test]
-fn the_order_of_elements_of_different_kinds_is_nothing_to_the_trace() {
+fn element_order_does_not_change_the_trace() {
     // Numbers follow the order within a kind, and so do sums: that order is kept.
     let trace = |text: &str| {
         let folder = TempDir::new().unwrap();
@@ -301,7 +301,7 @@ fn the_examples_of_the_help_text_are_elements_of_the_schema() {
 }
 
 #[test]
-fn every_scene_of_the_project_is_read_without_a_remark() {
+fn every_shipped_scene_is_read_without_warnings() {
     let scenes = shipped_scenes();
     assert!(scenes.len() > 100, "{} scenes", scenes.len());
     for path in scenes {

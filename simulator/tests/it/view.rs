@@ -394,7 +394,7 @@ fn a_blow_up_is_reported_and_the_run_continues_after_a_reset() {
 }
 
 #[test]
-fn a_held_particle_is_where_the_page_holds_it() {
+fn held_particle_follows_the_page() {
     let viewer = Viewer::start(SCENE);
     let mut frame = step(&viewer.open());
     frame["hold"] = json!({"particle": 1, "position": [0.25, -1.5, 0.0]});
@@ -406,7 +406,7 @@ fn a_held_particle_is_where_the_page_holds_it() {
 }
 
 #[test]
-fn a_page_that_is_opened_later_takes_the_scene_over() {
+fn later_page_takes_over_the_scene() {
     let viewer = Viewer::start(SCENE);
     let first = step(&viewer.open());
     assert_eq!(viewer.frame(&first).0[0]["step"], 1);
@@ -424,7 +424,7 @@ fn endless() -> String {
 }
 
 #[test]
-fn a_step_that_takes_long_leaves_the_page_responsive() {
+fn long_step_leaves_the_page_responsive() {
     let viewer = Viewer::start(&endless());
     let opened = viewer.open();
     let mut frame = step(&opened);
@@ -458,7 +458,7 @@ fn a_step_that_takes_long_leaves_the_page_responsive() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn ctrl_c_ends_it() {
+fn ctrl_c_stops_the_viewer() {
     use std::os::unix::process::ExitStatusExt;
     const SIGINT: i32 = 2;
     let mut viewer = Viewer::start(&endless());

@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn a_review_goes_on_where_it_was_left_and_asks_again_what_changed_since() {
+    fn review_resumes_and_asks_again_about_later_changes() {
         let mut edited = Edited::new();
         let (ending, text) = edited.review("a\n");
         assert_eq!(ending, Ending::Left);

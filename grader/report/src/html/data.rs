@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_encoded_as_rfc_4648_says() {
+    fn base64_matches_rfc_4648() {
         let of = |text: &[u8; 4]| {
             let [a, b, c, d] = *text;
             base64(&[u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])])

@@ -202,7 +202,7 @@ mod tests {
     const MOTION: &str = r#"{"scene":{"dimension":2,"count":1,"radii":[0.1],"colors":["a54a00"],"edges":[],"edgeRadii":[],"edgeColors":[],"trails":[{"particle":0,"duration":1.0,"color":"ff0000"}],"background":"ffffff","center":[0.0,0.0,0.0],"extents":[1.0,1.0],"viewport":null},"times":[0.0,1.0],"low":[0.0,0.0],"unit":1.0,"positions":"AAAAAAAAAAA="}"#;
 
     #[test]
-    fn a_motion_from_the_sandbox_is_what_it_was_or_nothing() {
+    fn sandboxed_motion_round_trips_or_is_refused() {
         let again = MotionData::read(MOTION.as_bytes()).unwrap();
         assert_eq!(serde_json::to_string(&again).unwrap(), MOTION);
         for (from, to) in [

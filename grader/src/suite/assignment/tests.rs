@@ -14,7 +14,7 @@ fn message(text: &str) -> String {
 }
 
 #[test]
-fn words_that_name_nothing_are_errors_with_their_place() {
+fn unknown_names_are_errors_with_their_line() {
     assert_eq!(
         message("title = \"t\"\nforces = [\"spring\"]\nfeature = []").lines().next(),
         Some("springs.toml:2:11: unknown force \"spring\"")

@@ -6,7 +6,7 @@ use simulator::solver::linear::LinearSolver;
 use studies::needs::{self, Excess};
 
 #[test]
-fn no_shipped_scene_is_given_more_than_it_needs_and_the_general_path_gives_the_same() {
+fn shipped_scenes_use_no_excess_and_match_the_general_path() {
     let cases = suite().cases;
     assert!(cases.len() > 100);
     for case in &cases {
@@ -18,7 +18,7 @@ fn no_shipped_scene_is_given_more_than_it_needs_and_the_general_path_gives_the_s
 }
 
 #[test]
-fn more_than_is_needed_is_found() {
+fn excess_cost_is_detected() {
     let cases = suite().cases;
     let found = |wanted: Excess, of: &dyn Fn(&simulator::scene::Scene) -> Vec<Excess>| {
         cases.iter().any(|case| of(&case.scene).contains(&wanted))

@@ -557,7 +557,7 @@ mod tests {
     }
 
     #[test]
-    fn springs_of_another_energy_are_refused_and_nothing_else_is() {
+    fn only_springs_of_unsupported_energy_are_refused() {
         assert!(refusal(&OTHER_SPRING).is_some());
         for kind in REGISTRY {
             let other_spring = kind.schema.acts_on == ActsOn::Edge && kind.schema.tag != SPRING;

@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_triangle_is_shared_out_by_which_corner_is_nearest() {
+    fn triangle_area_is_split_by_nearest_corner() {
         let mut random = fastrand::Rng::with_seed(1);
         for _ in 0..20 {
             // Angles between 45 and 75 degrees on the unit circle around the origin, in a tilted plane.

@@ -85,7 +85,7 @@ mod tests {
         <particle px=\"3\" m=\"\"/><edge i='0' j='1'/>\n</scene>\n<!-- end -->";
 
     #[test]
-    fn what_is_not_replaced_keeps_its_bytes() {
+    fn unedited_text_keeps_its_bytes() {
         let mut seen = Vec::new();
         let note = |attribute: AttributeValue<'_>| {
             let AttributeValue { tag, number, name, value } = attribute;

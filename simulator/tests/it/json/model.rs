@@ -37,7 +37,7 @@ fn forces(scene: &Scene) -> Vec<Element<'_>> {
 }
 
 #[test]
-fn every_key_arrives_in_the_model() {
+fn every_key_is_read() {
     let scene = scene_of(JSON, OBJ);
     assert_eq!((scene.dimension, scene.n_steps()), (Dimension::Three, 30));
     assert_eq!((scene.duration, scene.time_step), (1.0, 1.0 / 30.0));
@@ -72,7 +72,7 @@ fn every_key_arrives_in_the_model() {
 }
 
 #[test]
-fn wind_and_pins_and_picture_may_be_left_out() {
+fn wind_pins_and_texture_are_optional() {
     for wind in ["", r#", "wind": false"#] {
         let json = format!(r#"{{"obj": "mesh.obj", "k": 0, "m": 1{wind}}}"#);
         let scene = scene_of(&json, OBJ);
@@ -158,7 +158,7 @@ fn masses_are_areas_where_none_is_given() {
 }
 
 #[test]
-fn a_spring_without_length_is_one_that_needs_no_direction() {
+fn zero_length_spring_needs_no_direction() {
     let folder =
         folder_of(r#"{"obj": "mesh.obj", "k": 5, "m": 1, "b": 1}"#, "v 1 0 0\nv 1 0 0\nf 1 2\n");
     let run = simulate(folder.path(), &["scene.json", "--integrator", INTEGRATOR, "-o", "t.csv"]);
@@ -168,7 +168,7 @@ fn a_spring_without_length_is_one_that_needs_no_direction() {
 }
 
 #[test]
-fn the_call_wins_over_the_scene() {
+fn arguments_override_the_scene() {
     let folder = folder_of(JSON, OBJ);
     let run = simulate(
         folder.path(),
@@ -191,7 +191,7 @@ fn the_call_wins_over_the_scene() {
 }
 
 #[test]
-fn the_method_is_the_assignments_where_there_is_one() {
+fn default_method_is_the_assignments() {
     let folder = folder_of(JSON, OBJ);
     let vocabulary = vocabulary();
     let path = folder.path().join("scene.json");
@@ -241,7 +241,7 @@ fn a_scene_written_as_xml_is_the_same_scene() {
 }
 
 #[test]
-fn json_that_is_no_scene_is_not_found_and_spoilt_scenes_are() {
+fn other_json_files_are_ignored_and_broken_scenes_are_not() {
     let folder = TempDir::new().unwrap();
     let files = [
         ("a.json", JSON, true),

@@ -179,7 +179,7 @@ fn a_wrong_mesh_is_named_at_its_place() {
 }
 
 #[test]
-fn a_mesh_that_is_none_is_refused() {
+fn invalid_mesh_is_refused() {
     let whole = |name: &str, obj: &[u8], place: &str, says: &str, help: &str| {
         let folder = folder_of(JSON, obj);
         assert_message(name, &refuse_in(folder.path(), name, &[]), place, says, help);
@@ -228,7 +228,7 @@ fn a_vertex_without_mass_is_named() {
 }
 
 #[test]
-fn what_is_odd_is_a_warning_and_under_strict_an_error() {
+fn doubtful_input_warns_and_is_an_error_under_strict() {
     let json = r#"
         key | "k" | ¶"zzz": [{}], "k" | unknown key "zzz" | remove it
         key in capitals | "png" | ¶"Wynd": 1, "png" | unknown key "Wynd" | remove it
@@ -266,7 +266,7 @@ fn what_is_odd_is_a_warning_and_under_strict_an_error() {
 }
 
 #[test]
-fn depth_and_size_are_no_way_to_exhaust_it() {
+fn deep_and_large_json_is_bounded() {
     let deep = format!("{{\"deep\": {}{}, ", "[".repeat(1 << 20), "]".repeat(1 << 20));
     let folder = folder_of(JSON.replacen('{', &deep, 1), OBJ);
     assert_eq!(load(&folder.path().join("scene.json"), false).unwrap().n_warnings, 1);

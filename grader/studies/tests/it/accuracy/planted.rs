@@ -155,7 +155,7 @@ fn every_planted_mistake_breaks_the_order() {
 }
 
 #[test]
-fn a_method_of_order_two_is_not_taken_for_one_of_order_one() {
+fn order_two_is_distinguished_from_order_one() {
     let verlet: StepRule = |h, a, x, v| {
         let force = a(x);
         add(v, 0.5 * h, &force);

@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_deadline_is_not_moved_by_bytes_that_come() {
+    fn arriving_bytes_do_not_extend_the_deadline() {
         let (ours, mut theirs) = pair();
         theirs.write_all(b"GET /").unwrap();
         let mut timed = Timed { stream: ours, deadline: Instant::now() + IDLE };
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oldest_stranger_makes_room_and_no_known_connection_does() {
+    fn oldest_unauthenticated_connection_is_dropped_first() {
         let connections = Connections::default();
         let pairs: Vec<_> = (0..MAX_STRANGERS + 3).map(|_| pair()).collect();
         let known = connections.admit(&pairs[0].0).unwrap();

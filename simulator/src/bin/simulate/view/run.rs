@@ -535,7 +535,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_that_cannot_be_simulated_stand_still_and_say_why() {
+    fn invalid_settings_stop_the_run_with_a_reason() {
         let scene = scene();
         let mut run = Run::new(&scene, BUDGET);
         let before = run.positions().to_vec();
@@ -580,7 +580,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_take_too_long_are_left_out() {
+    fn overlong_steps_are_skipped() {
         let scene = scene();
         let mut run = Run::new(&scene, Duration::ZERO);
         let status = advance(&mut run, Advance::Seconds(0.1));
@@ -592,7 +592,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_particle_is_where_it_is_held_and_moves_on_when_it_is_let_go() {
+    fn held_particle_stays_and_is_released() {
         let scene = scene();
         let mut run = Run::new(&scene, BUDGET);
         let held = |particle, position: [f64; 2]| {

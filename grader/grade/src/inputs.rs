@@ -9,7 +9,7 @@ use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::assignment::{self, ALL, Assignment, AssignmentError};
 use grader::suite::{Case, Section, Suite};
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 use crate::args::{Judging, SuiteArgs};
 use crate::stop::{Stop, complain};

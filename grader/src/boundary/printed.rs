@@ -4,9 +4,9 @@ use std::fmt;
 
 use sandbox::Printed;
 use sandbox::scratch::without_paths;
+use scene::printable;
+pub use scene::printable::steers;
 use serde::{Deserialize, Serialize, Serializer};
-use simulator::printable;
-pub use simulator::printable::steers;
 
 /// Maximum number of bytes shown, from the end: programs print their error last.
 const SHOWN: usize = 2_000;
@@ -20,21 +20,21 @@ const PATH: usize = 100;
 /// Text that a student wrote, or a program of a student: held as it came, and shown in an inert form only.
 ///
 /// ```
-/// let name = grader::printed::Untrusted::from("ada\u{1b}[2J");
+/// let name = grader::boundary::printed::Untrusted::from("ada\u{1b}[2J");
 /// assert_eq!(name.line(), "ada\u{fffd}[2J");
 /// ```
 ///
 /// It cannot be printed as it is:
 ///
 /// ```compile_fail,E0277
-/// let name = grader::printed::Untrusted::from("ada\u{1b}[2J");
+/// let name = grader::boundary::printed::Untrusted::from("ada\u{1b}[2J");
 /// println!("{name}");
 /// ```
 ///
 /// Nor is it a `&str` by itself:
 ///
 /// ```compile_fail,E0308
-/// let name = grader::printed::Untrusted::from("ada\u{1b}[2J");
+/// let name = grader::boundary::printed::Untrusted::from("ada\u{1b}[2J");
 /// let text: &str = &name;
 /// ```
 #[derive(Clone, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]

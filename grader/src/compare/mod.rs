@@ -16,9 +16,9 @@ pub mod stepping;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::trace::{Shape, State, TraceReader};
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::{Shape, State, TraceReader};
 
 use crate::submission::StateSource;
 use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, number, prefix};

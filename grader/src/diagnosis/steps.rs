@@ -5,9 +5,9 @@
 
 use diagnosis::change::Sample;
 use fastrand::Rng;
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::trace::State;
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::State;
 
 use crate::compare::calibration::Bound;
 use crate::compare::stepping::Stepper;

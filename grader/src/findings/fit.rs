@@ -3,7 +3,7 @@
 use diagnosis::change::candidates::{self, Numbered};
 use diagnosis::change::{Change, Model};
 use reference::method::{Method, OnePoint};
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::evidence::{LEFT, SceneEvidence};
 use super::search::simplest;

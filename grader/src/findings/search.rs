@@ -17,7 +17,7 @@ use diagnosis::change::candidates::{self, Numbered, NumberedForce};
 use diagnosis::change::rounds;
 use diagnosis::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Task, Term};
 use rayon::prelude::*;
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::evidence::{Agreement, LEFT, SceneEvidence};
 use super::fit;

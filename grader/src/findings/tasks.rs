@@ -4,7 +4,7 @@ use std::fmt;
 
 use diagnosis::change::Task;
 use diagnosis::change::rounds::is_of_rounds;
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::evidence::SceneEvidence;
 use super::{Feature, Finding, FindingKind, is_unexplained};

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 use super::events::{Event, Observer, Task};
 use super::judge::{Judged, judge_case};

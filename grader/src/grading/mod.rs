@@ -20,7 +20,7 @@ mod result;
 use std::collections::HashSet;
 
 use rayon::prelude::*;
-use simulator::trace::State;
+use scene::trace::State;
 
 use crate::boundary::printed::Untrusted;
 use crate::compare::{Comparison, Criteria};

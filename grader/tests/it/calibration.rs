@@ -13,11 +13,11 @@ use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
 use reference::second::arithmetic::Arithmetic;
 use reference::second::{Second, Style};
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::state::StateView;
+use scene::trace::fosssim::{FosssimReader, FosssimWriter};
+use scene::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
 use simulator::solver::linear::LinearSolver;
-use simulator::state::StateView;
-use simulator::trace::fosssim::{FosssimReader, FosssimWriter};
-use simulator::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
 
 /// The chaotic scene.
 fn chaotic() -> Case {
@@ -211,7 +211,7 @@ fn beyond_the_horizon_a_wrong_force_fails_at_its_first_step() {
     let case = chaotic();
     for damping in [0.5, -0.05, 1e-9] {
         let mut damped = case.scene.clone();
-        for element in damped.forces.iter_mut().filter(|element| element.pair.is_some()) {
+        for element in damped.forces.iter_mut().filter(|element| element.pair().is_some()) {
             element.parameters[2] = damping;
         }
         // The states agree up to the horizon and a while beyond.

@@ -6,10 +6,9 @@ use diagnosis::change::rounds::{is_of_rounds, of_rounds};
 use diagnosis::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use nalgebra::Vector3;
 use reference::method::Method;
-use simulator::scene::Scene;
-use simulator::scene::schema::MAX_PARAMETERS;
+use scene::Scene;
+use scene::trace::State;
 use simulator::simulation::Simulation;
-use simulator::trace::State;
 use test_support::suite;
 
 /// Whether the first step of the scene with a change satisfies its own equation; `None` where there is no such step.
@@ -54,7 +53,7 @@ fn a_step_with_another_number_satisfies_the_equation_with_that_number() {
 #[test]
 fn the_derivatives_of_formulas_with_numbers_are_their_differences() {
     let at = |d: Vector3<f64>| Inputs {
-        parameters: [0.7; MAX_PARAMETERS],
+        parameters: [0.7; 4].into(),
         masses: [1.5, 2.5],
         h: 0.01,
         d,

@@ -9,8 +9,8 @@ use grader::rubric::Rubric;
 use grader::submission::StateSource;
 use grader::suite::assignment::Assignment;
 use grader::verdict::{Failure, Verdict};
-use simulator::scene::Scene;
-use simulator::trace::State;
+use scene::Scene;
+use scene::trace::State;
 use test_support::{root, suite};
 
 /// Scenes of more particles are left out: a model solves dense systems.

@@ -20,9 +20,9 @@ use libm::{cos, sin};
 
 use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
 use super::{Vector, add_to};
-use crate::scene::Scene;
-use crate::scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+use scene::Scene;
+use scene::schema::{
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -30,7 +30,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "windforce",
         title: "wind",
         formula: "`strength (3 + 1.5 (1 + cos 5φ), 1 + cos(0.3 + φ), sin φ)` on every particle",
-        acts_on: ActsOn::EveryParticle,
+        stencil: Stencil::EveryParticle,
         parameters: &[ParameterSchema::new("strength", "strength", (0.5, 2.0), [0.75, 0.5, 1.25])
             .default_to(1.0)],
         parts: &[PartSchema {
@@ -135,9 +135,9 @@ impl<const D: usize> Force<D> for Wind {
 #[cfg(test)]
 mod tests {
     use crate::force::ForceKind;
-    use crate::scene::{ParseOptions, xml};
     use crate::system::{BuildForce, System};
     use crate::vocabulary;
+    use scene::{ParseOptions, xml};
 
     const SCENE: &str = r#"<scene>
         <duration time="1"/><integrator type="symplectic-euler" dt="0.1"/>
@@ -148,7 +148,7 @@ mod tests {
         <windforce strength="0.5"/>
     </scene>"#;
 
-    fn scene(text: &str) -> crate::scene::Scene {
+    fn scene(text: &str) -> scene::Scene {
         xml::parse(text, "wind.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
     }
 

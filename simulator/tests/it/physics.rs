@@ -1,20 +1,19 @@
 //! Physics against closed forms, finite differences and conservation laws, never against earlier output.
 
-use std::fs;
-
-use crate::support::{bits, largest, largest_difference, parse, simulate, stderr};
+use crate::support::shared::{bits, parse};
+use crate::support::{largest, largest_difference};
+use scene::Scene;
+use scene::schema::{ForceSchema, IntegratorOptions, IntegratorSchema, Stencil};
+use scene::trace::State;
+use scene::trace::TraceWriter;
+use scene::trace::fosssim::FosssimWriter;
 use simulator::force::{Block, Coupling, ForceKind, JacobianSink, REGISTRY as FORCES};
 use simulator::integrator::{BuildIntegrator, REGISTRY as INTEGRATORS, Step};
-use simulator::scene::Scene;
-use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions, IntegratorSchema};
-use simulator::scene::write::write;
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::{ControlStatistics, Statistics};
 use simulator::system::{BuildForce, System};
-use simulator::trace::State;
 use simulator::vocabulary;
-use tempfile::TempDir;
 
 /// A scene of these elements, by this integrator; without what the integrator refuses, and iterated to
 /// the end where it iterates.
@@ -99,13 +98,17 @@ const PAIRS: [(usize, usize); 6] = [(0, 1), (2, 0), (0, 3), (1, 2), (3, 1), (2, 
 fn random_elements(random: &mut fastrand::Rng, force: &ForceSchema, dimensions: usize) -> String {
     let mut text = String::new();
     for (edge, (i, j)) in PAIRS.into_iter().enumerate() {
-        let target = match force.acts_on {
-            ActsOn::EveryParticle if edge > 1 => break,
-            ActsOn::EveryParticle => String::new(),
-            ActsOn::Pair => format!(r#"i="{i}" j="{j}""#),
-            ActsOn::Edge => format!(r#"edge="{edge}""#),
-        };
-        text += &format!("<{} {target}", force.tag);
+        if force.stencil.is_field() && edge > 1 {
+            break;
+        }
+        text += &format!("<{}", force.tag);
+        // The particles of a larger stencil follow, in the order in which they come.
+        let others = (0..4).filter(|other| ![i, j].contains(other));
+        let particles: Vec<usize> = [i, j].into_iter().chain(others).collect();
+        for (number, attribute) in force.stencil.attributes().iter().enumerate() {
+            let value = if force.stencil == Stencil::Edge { edge } else { particles[number] };
+            text += &format!(r#" {attribute}="{value}""#);
+        }
         for parameter in force.parameters {
             if dimensions == 3 || !parameter.three_dimensional {
                 let value = uniform(random, parameter.typical);
@@ -361,7 +364,7 @@ fn vortex_in_3d_rotates_about_z() {
 
 /// Forces between particles: what one feels, the other feels reversed.
 fn internal(schema: &ForceSchema) -> bool {
-    schema.acts_on != ActsOn::EveryParticle
+    !schema.stencil.is_field()
 }
 
 /// `Σ m v`, and `Σ m |v|` to compare it with.
@@ -409,7 +412,7 @@ fn symplectic_euler_conserves_angular_momentum_under_central_forces() {
         let angular = |[x, v]: &[Vec<f64>; 2]| -> (Vec<f64>, f64) {
             let planes = if dimensions == 2 { vec![(0, 1)] } else { vec![(0, 1), (1, 2), (2, 0)] };
             let terms = |(a, b): (usize, usize)| {
-                let of_particle = move |(i, particle): (usize, &simulator::scene::Particle)| {
+                let of_particle = move |(i, particle): (usize, &scene::Particle)| {
                     let (x, v) = (&x[i * dimensions..], &v[i * dimensions..]);
                     [particle.mass * x[a] * v[b], -particle.mass * x[b] * v[a]]
                 };
@@ -742,7 +745,7 @@ fn fixed_particle_ignores_forces_and_keeps_its_velocity() {
 
 /// The scene with z = 0 everywhere, in three dimensions.
 fn embedded(scene: &Scene) -> Scene {
-    Scene { dimension: simulator::scene::Dimension::Three, ..scene.clone() }
+    Scene { dimension: scene::Dimension::Three, ..scene.clone() }
 }
 
 /// The largest difference between the scene in the plane and in space; 0 only if all bits are the same.
@@ -1058,14 +1061,16 @@ fn two_runs_write_the_same_bytes() {
         let elements = random_particles(&mut random, dimensions)
             + &random_forces(&mut random, dimensions, |schema| schema.tag != "windforce");
         for name in names() {
-            let folder = TempDir::new().unwrap();
-            let mut text = Vec::new();
-            write(&scene(name, 0.002, 0.1, &elements), &mut text).unwrap();
-            fs::write(folder.path().join("scene.xml"), text).unwrap();
-            let [first, second] = ["first.bin", "second.bin"].map(|trace| {
-                let run = simulate(folder.path(), &["scene.xml", "-o", trace]);
-                assert_eq!((run.status.code(), stderr(&run)), (Some(0), ""), "{name}");
-                fs::read(folder.path().join(trace)).unwrap()
+            let scene = scene(name, 0.002, 0.1, &elements);
+            let [first, second] = [(), ()].map(|()| {
+                let mut writer = FosssimWriter::new(Vec::new());
+                let mut simulation = Simulation::new(&scene);
+                loop {
+                    writer.write(simulation.state()).unwrap();
+                    if !simulation.advance().unwrap() {
+                        return writer.into_inner();
+                    }
+                }
             });
             assert_eq!(first.len(), 51 * 2 * 4 * dimensions * 8);
             assert!(first == second, "{name} in {dimensions} dimensions");

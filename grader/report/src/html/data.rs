@@ -5,8 +5,8 @@
 use grader::compare::recording::{Recording, Residual};
 use grader::grading::SceneResult;
 use grader::suite::Case;
+use scene::state::Energies;
 use serde::Serialize;
-use simulator::state::Energies;
 
 /// The digits of base64.
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -105,7 +105,7 @@ pub(super) fn render(
         radii,
         fixed: fixed.map(|(number, _)| number).collect(),
         edges: scene.edges.iter().map(|edge| edge.particles).collect(),
-        pairs: unseen.filter_map(|element| element.pair).collect(),
+        pairs: unseen.filter_map(|element| element.pair()).collect(),
         first_wrong: first_wrong
             .map(|first| FirstWrong { step: first.place.step, particle: first.place.particle }),
         horizon: horizon(result),

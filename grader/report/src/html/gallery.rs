@@ -8,13 +8,13 @@
 
 use std::path::Path;
 
+use frames::Palette;
+use frames::materials::Materials;
 use grader::boundary::printed::{self, InertCsv};
 use grader::creative::{Creative, Motion, Outcome};
 use grader::rubric::creative::CRITERIA;
+use scene::Scene;
 use serde::{Deserialize, Serialize};
-use simulator::frames::Palette;
-use simulator::materials::Materials;
-use simulator::scene::Scene;
 
 use super::Sink;
 use super::data::{base64, short};

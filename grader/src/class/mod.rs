@@ -20,6 +20,7 @@ pub mod plan;
 pub mod record;
 pub mod roster;
 pub mod sheet;
+pub mod similar;
 
 use serde::{Deserialize, Serialize};
 

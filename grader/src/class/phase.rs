@@ -18,8 +18,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 
-use crate::own_file::read_text;
-use crate::seal::Seal;
+use crate::boundary::own_file::read_text;
+use crate::boundary::seal::Seal;
 
 /// The record's file name.
 const NAME: &str = "phase.json";

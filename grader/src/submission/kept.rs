@@ -20,10 +20,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rustix::fs::CWD;
 
-use crate::door::open_regular;
-use crate::own_file;
-use crate::printed::Untrusted;
-use crate::seal::Seal;
+use crate::boundary::door::open_regular;
+use crate::boundary::own_file;
+use crate::boundary::printed::Untrusted;
+use crate::boundary::seal::Seal;
 use crate::suite::{hash_bytes, hash_file};
 use crate::verdict::Failure;
 

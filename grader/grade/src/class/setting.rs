@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use grader::boundary::seal::Seal;
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
 use grader::class::marks::{Marks, MarksRules};
@@ -12,7 +13,6 @@ use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
 use grader::grading::provenance::Provenance;
 use grader::oracle::Oracle;
-use grader::seal::Seal;
 use grader::submission::folder;
 use grader::submission::hand_in::HandInError;
 use grader::submission::kept::KeptRuns;

@@ -8,8 +8,9 @@
 
 use frames::Palette;
 use frames::materials::Materials;
-use grader::creative::{CRITERIA, Creative, Motion, Outcome};
-use grader::printed::{InertCsv, Untrusted};
+use grader::boundary::printed::{InertCsv, Untrusted};
+use grader::creative::{Creative, Motion, Outcome};
+use grader::rubric::creative::CRITERIA;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 

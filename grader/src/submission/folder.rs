@@ -23,8 +23,8 @@ use serde::Deserialize;
 
 use super::hand_in::{HandIn, HandInError};
 use super::program::{Program, Runner, failure_of_run};
-use crate::door::Door;
-use crate::printed::{RawUse, Untrusted};
+use crate::boundary::door::Door;
+use crate::boundary::printed::{RawUse, Untrusted};
 use crate::verdict::Failure;
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Job, Keep, Limits, SandboxError};

@@ -25,7 +25,7 @@ use super::folder::Copy;
 use super::hand_in::HandIn;
 use super::kept::{KeptEnd, KeptRuns};
 use super::{StateSource, failure_of};
-use crate::printed::{self, RawUse, Untrusted};
+use crate::boundary::printed::{self, RawUse, Untrusted};
 use crate::suite::{Case, SolverName, hash_bytes, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
 use sandbox::scratch::{Scratch, scratch_folder, without_paths};

@@ -2,8 +2,8 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use grader::compare::recording::{ExactState, Recording};
 use grader::grading::SceneResult;
-use grader::recording::{ExactState, Recording};
 use picture::canvas::Paint;
 use picture::drawing::{Drawing, Shape};
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use grader::findings::Findings;
+use diagnosis::findings::Findings;
 use grader::grading::Grading;
 use grader::grading::Hidden;
 use grader::probe;

@@ -3,12 +3,9 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use diagnosis::findings::{self, Findings, JudgedScene, Outcome};
-use diagnosis::roots;
-use scene::Scene;
-use scene::trace::State;
 
 use super::judge::Judged;
-use crate::compare::{Comparison, Criteria, Expectation};
+use crate::compare::Criteria;
 use crate::verdict::{Failure, Verdict};
 
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
@@ -86,12 +83,4 @@ fn outcome(verdict: &Verdict) -> Outcome {
         Failure::TooLong { .. } => Outcome::TooLong,
         Failure::Differs | Failure::Drifts { .. } => Outcome::Differs,
     }
-}
-
-/// The first state of a trace that differs from the oracle's, if every step of the trace solves its equation.
-pub(super) fn other_root(scene: &Scene, comparison: &Comparison, states: &[State]) -> Option<u64> {
-    let first = comparison.first_wrong.as_ref()?.place.step;
-    let is_complete = states.len() as u64 == Expectation::of(scene).n_states;
-    let differs = comparison.verdict == Verdict::Fail(Failure::Differs);
-    (differs && first > 0 && is_complete && roots::solve_all(scene, states)).then_some(first)
 }

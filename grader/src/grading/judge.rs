@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use scene::Scene;
 use scene::trace::{self, Shape, State};
 
-use super::diagnose::other_root;
 use super::refusal::refusal;
 use super::restart::restart;
 use super::result::SceneResult;
@@ -20,6 +19,7 @@ use crate::submission::{StateSource, Submission};
 use crate::suite::Case;
 use crate::verdict::{Failure, Fault, Verdict};
 use diagnosis::findings::{Diagnosis, is_recorded};
+use diagnosis::roots;
 
 /// Maximum number of scenes for which a program is restarted from the oracle's states.
 const RESTARTED: usize = 5;
@@ -199,6 +199,14 @@ fn fill_velocities(scene: &Scene, states: &mut [State]) {
             };
         }
     }
+}
+
+/// The first state of a trace that differs from the oracle's, if every step of the trace solves its equation.
+fn other_root(scene: &Scene, comparison: &Comparison, states: &[State]) -> Option<u64> {
+    let first = comparison.first_wrong.as_ref()?.place.step;
+    let is_complete = states.len() as u64 == Expectation::of(scene).n_states;
+    let differs = comparison.verdict == Verdict::Fail(Failure::Differs);
+    (differs && first > 0 && is_complete && roots::solve_all(scene, states)).then_some(first)
 }
 
 /// Restarts the program from the oracle's states in the first scenes that differ.

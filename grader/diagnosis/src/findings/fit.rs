@@ -6,7 +6,6 @@ use reference::method::{Method, OnePoint};
 use scene::Scene;
 
 use super::evidence::{LEFT, SceneEvidence};
-use super::search::simplest;
 use crate::steps::Evidence;
 
 /// A number counts as another one from this difference on.
@@ -192,4 +191,21 @@ pub(super) fn roots(of: &dyn Fn(f64) -> Option<f64>, arguments: &[f64]) -> Vec<f
         Some(0.5 * (low + high))
     };
     (1..values.len()).filter_map(|place| between(place - 1)).collect()
+}
+
+/// The simplest number near `exact` that fits.
+pub(super) fn simplest(exact: f64, fits: &dyn Fn(f64) -> bool) -> f64 {
+    for denominator in 1..=6 {
+        let fraction = (exact * f64::from(denominator)).round() / f64::from(denominator);
+        if (fraction - exact).abs() < 1e-6 * exact.abs().max(1.0) && fits(fraction) {
+            return fraction;
+        }
+    }
+    for digits in 1..=9 {
+        let rounded: f64 = format!("{exact:.digits$e}").parse().unwrap_or(exact);
+        if (rounded - exact).abs() < 1e-6 * exact.abs() && fits(rounded) {
+            return rounded;
+        }
+    }
+    exact
 }

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use scene::Scene;
 
 use super::evidence::{Agreement, LEFT, SceneEvidence};
-use super::fit;
+use super::fit::{self, simplest};
 use super::form::Kind;
 use crate::steps::Evidence;
 
@@ -1062,23 +1062,6 @@ impl<'a> Base<'a> {
         let is_other = (exact - 1.0).abs() >= 1e-4;
         (fits(exact) && is_other).then(|| simplest(exact, &fits))
     }
-}
-
-/// The simplest number near `exact` that fits.
-pub(super) fn simplest(exact: f64, fits: &dyn Fn(f64) -> bool) -> f64 {
-    for denominator in 1..=6 {
-        let fraction = (exact * f64::from(denominator)).round() / f64::from(denominator);
-        if (fraction - exact).abs() < 1e-6 * exact.abs().max(1.0) && fits(fraction) {
-            return fraction;
-        }
-    }
-    for digits in 1..=9 {
-        let rounded: f64 = format!("{exact:.digits$e}").parse().unwrap_or(exact);
-        if (rounded - exact).abs() < 1e-6 * exact.abs() && fits(rounded) {
-            return rounded;
-        }
-    }
-    exact
 }
 
 /// Jacobians that only the end of Newton's method shows: implicit Euler converges elsewhere with them.

@@ -10,9 +10,9 @@ use platforms::gradescope::score::Score;
 use platforms::prairielearn;
 
 use crate::actions::Actions;
-use crate::args::{GradeArgs, ReportArg, ReportKind};
+use crate::commands::grade::GradeArgs;
 use crate::output::put;
-use crate::reports::Shown;
+use crate::reports::{ReportArg, Shown};
 use crate::stop::{Exit, Stop, complain};
 
 /// What students read if the reason is not theirs.
@@ -20,6 +20,7 @@ const FAULT: &str = "Your submission was not graded: the autograder has a fault,
                      see the reason, and run it again.";
 
 /// The platforms that the results are for.
+#[derive(Default)]
 pub(super) struct Platforms {
     gradescope: Option<PathBuf>,
     prairielearn: Option<PathBuf>,
@@ -32,16 +33,16 @@ impl Platforms {
     /// # Errors
     /// If this is not the environment of one of them.
     pub(super) fn begin(args: &GradeArgs) -> Result<Self, Stop> {
-        let reports = args.reports();
-        let file = |kind| {
-            let mut files = reports.iter().filter(|report| report.kind == kind);
-            files.next().and_then(|ReportArg { file, .. }| file.clone())
-        };
-        let (gradescope, prairielearn) =
-            (file(ReportKind::Gradescope), file(ReportKind::Prairielearn));
-        let is_step = reports.iter().any(|report| report.kind == ReportKind::Github);
-        let actions = is_step.then(Actions::begin).transpose()?;
-        Ok(Self { gradescope, prairielearn, actions })
+        let mut platforms = Self::default();
+        for report in args.reports() {
+            match report {
+                ReportArg::Gradescope(file) => platforms.gradescope = Some(file),
+                ReportArg::Prairielearn(file) => platforms.prairielearn = Some(file),
+                ReportArg::Github => platforms.actions = Some(Actions::begin()?),
+                ReportArg::Plain(..) | ReportArg::Html(_) => {}
+            }
+        }
+        Ok(platforms)
     }
 
     /// Whether no platform's results are to be written.
@@ -106,10 +107,11 @@ fn score_of_earlier(args: &GradeArgs) -> Option<Score> {
 
 /// Reads the metadata of a submission.
 pub(super) fn read_metadata(path: &Path) -> Result<Metadata, Stop> {
-    let unusable = |error: &dyn std::fmt::Display| {
-        let path = path.display();
-        Stop::bad_input(format!("{path}: the metadata of the submission cannot be used: {error}"))
+    let read = || {
+        let text = Door::Metadata.text(path).map_err(|error| error.to_string())?;
+        Metadata::parse(text.raw(RawUse::Parsing)).map_err(|error| error.to_string())
     };
-    let text = Door::Metadata.text(path).map_err(|error| unusable(&error))?;
-    Metadata::parse(text.raw(RawUse::Parsing)).map_err(|error| unusable(&error))
+    read().map_err(|error| {
+        Stop::about(path)(format!("the metadata of the submission cannot be used: {error}"))
+    })
 }

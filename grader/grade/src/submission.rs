@@ -13,8 +13,10 @@ use sandbox::{self, Protection, Sandbox};
 use simulator::solver::linear::LinearSolver;
 use simulator::trace::TraceFormat;
 
-use crate::args::{GradeArgs, ReportKind, RunArgs};
+use crate::args::RunArgs;
+use crate::commands::grade::GradeArgs;
 use crate::inputs::Inputs;
+use crate::reports::ReportArg;
 use crate::stop::{Stop, complain};
 use crate::watch;
 
@@ -25,10 +27,7 @@ impl RunArgs {
         for (name, value) in &self.limit {
             limits.set(name, *value).map_err(Stop::bad_input)?;
         }
-        let absolute = |path: &PathBuf| {
-            let found = std::fs::canonicalize(path);
-            found.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
-        };
+        let absolute = |path: &PathBuf| std::fs::canonicalize(path).map_err(Stop::about(path));
         let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
         let sandbox = open_sandbox(self.unprotected, rubric)?;
         let protections = sandbox.protections().to_vec();
@@ -81,10 +80,10 @@ pub(super) fn open_submission(
     inputs: &Inputs,
 ) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
     if let Some(folder) = &args.traces {
-        return match folder.is_dir() {
-            true => open_traces(folder, inputs),
-            false => Err(Stop::bad_input(format!("{}: folder not found", folder.display()))),
-        };
+        if !folder.is_dir() {
+            return Err(Stop::about(folder)("folder not found"));
+        }
+        return open_traces(folder, inputs);
     }
     let Some(path) = &args.submission else {
         return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
@@ -92,9 +91,8 @@ pub(super) fn open_submission(
     if args.is_handed_in() {
         return open_handed_in(path, &args.run, inputs);
     }
-    let reports = args.reports();
-    let written = reports.iter().filter(|report| report.kind == ReportKind::Html);
-    let pages: Vec<PathBuf> = written.filter_map(|report| report.file.clone()).collect();
+    let folder = |report| if let ReportArg::Html(folder) = report { Some(folder) } else { None };
+    let pages: Vec<PathBuf> = args.reports().into_iter().filter_map(folder).collect();
     open_path(path, &args.run, inputs, &pages)
 }
 
@@ -233,6 +231,20 @@ pub(super) fn open_program(
         }
     };
     Ok((submission, protections))
+}
+
+/// The program at `path`, for a command that needs no suite and no rubric.
+///
+/// # Errors
+/// If it is no program, or cannot be built or run.
+pub(super) fn open_measured(path: &Path, run: &RunArgs) -> Result<Program, Stop> {
+    match open_program(path, run, &Rubric::default(), &[])? {
+        (Submission::Program(program), _) => Ok(program),
+        (Submission::Unusable { name, failure }, _) => {
+            Err(Stop::bad_input(format!("{}: {failure}", name.line())))
+        }
+        _ => Err(Stop::bad_input(format!("{}: not a program", path.display()))),
+    }
 }
 
 /// Checks that a submission, which may read the system's folders and these, can read no secret.

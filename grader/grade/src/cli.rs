@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use simulator::spelling::closest;
+use scene::spelling::closest;
 
 use crate::commands::accuracy::AccuracyArgs;
 use crate::commands::assignments::AssignmentsArgs;

@@ -12,10 +12,10 @@
 //! Random bits and orders have fixed seeds, so that the variants are deterministic.
 
 use fastrand::Rng;
-use simulator::scene::Scene;
-use simulator::scene::schema::{Convergence, Family, Matrix, OptionValue};
+use scene::Scene;
+use scene::schema::{Convergence, Family, Matrix, OptionValue};
+use scene::trace::State;
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::State;
 
 use crate::stepping::Stepper;
 use reference::second::arithmetic::Arithmetic;
@@ -213,7 +213,7 @@ fn renumber(scene: &Scene, order: &[usize]) -> Scene {
     let mut renumbered = scene.clone();
     renumbered.particles = order.iter().map(|&old| scene.particles[old].clone()).collect();
     for element in &mut renumbered.forces {
-        element.pair = element.pair.map(|pair| pair.map(|old| new_number[old]));
+        element.particles.iter_mut().for_each(|particle| *particle = new_number[*particle]);
     }
     for edge in &mut renumbered.edges {
         edge.particles = edge.particles.map(|old| new_number[old]);

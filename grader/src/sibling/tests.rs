@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 use super::*;
 use crate::suite::{Section, Suite};
@@ -31,7 +31,7 @@ fn drawn(case: &Case, seed: u64) -> Drawn {
 fn structure(scene: &Scene) -> impl PartialEq + std::fmt::Debug {
     let touches = |particle: usize| {
         let forces = scene.forces.iter();
-        forces.filter(|force| force.pair.is_some_and(|pair| pair.contains(&particle))).count()
+        forces.filter(|force| force.particles.contains(&particle)).count()
     };
     let particles =
         scene.particles.iter().enumerate().map(|(number, particle)| {
@@ -46,8 +46,8 @@ fn structure(scene: &Scene) -> impl PartialEq + std::fmt::Debug {
         .collect();
     forces.sort_unstable();
     let mut equal: BTreeMap<(&str, &str, u64), usize> = BTreeMap::new();
-    for force in scene.forces.iter().filter(|force| force.pair.is_some()) {
-        for (parameter, value) in force.schema.parameters.iter().zip(force.parameters) {
+    for force in scene.forces.iter().filter(|force| !force.particles.is_empty()) {
+        for (parameter, value) in force.schema.parameters.iter().zip(&force.parameters) {
             *equal.entry((force.schema.tag, parameter.name, value.to_bits())).or_default() += 1;
         }
     }
@@ -67,8 +67,9 @@ fn numbers(scene: &Scene) -> Vec<f64> {
         [[particle.mass, 0.0, 0.0], particle.position, particle.velocity].concat()
     });
     let forces = scene.forces.iter().flat_map(|force| {
-        let values = force.schema.parameters.iter().zip(force.parameters);
-        values.map(|(parameter, value)| if parameter.default == Some(value) { 0.0 } else { value })
+        let values = force.schema.parameters.iter().zip(&force.parameters);
+        values
+            .map(|(parameter, value)| if parameter.default == Some(*value) { 0.0 } else { *value })
     });
     states.chain(forces).chain([scene.time_step]).filter(|value| *value != 0.0).collect()
 }
@@ -131,7 +132,7 @@ fn fault(edit: fn(&mut Scene)) -> Option<Fault> {
 }
 
 #[test]
-fn a_scene_that_is_less_well_posed_is_no_sibling() {
+fn ill_posed_siblings_are_rejected() {
     assert_eq!(fault(|scene| scene.particles[0].mass = 0.7), None);
     let special = |text: &str| Some(Fault::Special(text.to_owned()));
     assert_eq!(fault(|scene| scene.particles[0].mass = 1.0), special("a mass is 1"));
@@ -144,7 +145,7 @@ fn a_scene_that_is_less_well_posed_is_no_sibling() {
 }
 
 #[test]
-fn particles_that_meet_and_chaos_are_no_sibling() {
+fn siblings_with_collisions_or_chaos_are_rejected() {
     let original = case("Gravitational/three-bodies-symplectic").scene;
     let mut near = original.clone();
     near.particles[1].position = near.particles[0].position.map(|value| value + 0.01);

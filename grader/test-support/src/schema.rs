@@ -134,7 +134,7 @@ fn list(value: &Value) -> &[Value] {
 }
 
 #[test]
-fn documents_that_do_not_fit_are_refused_by_place_and_keyword() {
+fn invalid_documents_are_refused_by_place_and_keyword() {
     let schema = serde_json::json!({
         "type": "object",
         "properties": {

@@ -178,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_colours_are_exact_and_many_are_near() {
+    fn few_colours_are_exact_and_many_approximate() {
         let few = [Some([1, 2, 3]), None, Some([9, 8, 7]), Some([1, 2, 3])];
         let Indexed { palette, buffer } = Indexed::of(&few);
         let shown = |palette: &[u8], number: u8| palette[3 * usize::from(number)..][..3].to_vec();

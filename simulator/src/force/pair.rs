@@ -17,7 +17,7 @@ use pulp::Simd;
 use super::batches::{Batches, Relative};
 use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
 use crate::parts::Parts;
-use crate::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 /// The law of one element.
 pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
@@ -161,7 +161,7 @@ impl<L> PairForce<L> {
         L: PairLaws<D>,
     {
         let with_pairs = elements.iter().filter_map(|&(element, description)| {
-            let [i, j] = description.pair?;
+            let [i, j] = description.pair()?;
             // No scene file holds 2³² of anything.
             let [i, j, element] = [i, j, element].map(|number| number as u32);
             Some(PairElement { i, j, element, slot: 0 })
@@ -328,9 +328,9 @@ mod tests {
     use super::super::REGISTRY;
     use super::super::spring::Springs;
     use super::*;
-    use crate::scene::{ParseOptions, xml};
     use crate::sizes::{BATCH, LANES, MAX_ADVANCE, MAX_PERIOD, MIN_REPEATS};
     use crate::vocabulary;
+    use scene::{ParseOptions, xml};
 
     const PARTICLES: usize = 200;
 
@@ -467,7 +467,7 @@ mod tests {
 
     fn coordinates<const D: usize>(
         scene: &Scene,
-        of: fn(&crate::scene::Particle) -> [f64; 3],
+        of: fn(&scene::Particle) -> [f64; 3],
     ) -> Vec<f64> {
         scene.particles.iter().flat_map(|particle| of(particle).into_iter().take(D)).collect()
     }
@@ -482,7 +482,7 @@ mod tests {
     fn pair_by_pair<const D: usize>(scene: &Scene, state: State<'_>) -> Vec<f64> {
         let mut sums = vec![0.0; state.positions.len()];
         for element in &scene.forces {
-            let [i, j] = element.pair.unwrap();
+            let [i, j] = element.pair().unwrap();
             let (d, w) = relative::<D>(state, [i as u32, j as u32]);
             let force = Springs::<D>::of_element(element, [i, j]).force(&d, &w).unwrap();
             for axis in 0..D {
@@ -554,7 +554,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_between_two_particles_in_one_place_is_no_harm() {
+    fn missing_spring_between_coincident_particles_is_harmless() {
         let mut rng = fastrand::Rng::with_seed(7);
         let row =
             (0..PARTICLES - 1).filter(|first| first % 20 != 7).map(|first| [first, first + 1]);
@@ -572,13 +572,13 @@ mod tests {
     }
 
     #[test]
-    fn the_first_spring_without_a_direction_is_told() {
+    fn first_spring_without_a_direction_is_named() {
         let mut rng = fastrand::Rng::with_seed(5);
         let mut scene = scene(&mut rng, 2, 0.0, 0.0);
-        let [i, j] = scene.forces[300].pair.unwrap();
+        let [i, j] = scene.forces[300].pair().unwrap();
         scene.particles[i].position = scene.particles[j].position;
         let first = scene.forces.iter().position(|element| {
-            let pair = element.pair.unwrap();
+            let pair = element.pair().unwrap();
             pair == [i, j] || pair == [j, i]
         });
         let positions = coordinates::<2>(&scene, |particle| particle.position);

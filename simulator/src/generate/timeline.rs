@@ -15,9 +15,9 @@
 use clap::Args;
 
 use super::error::{GenerateErrorKind, check};
-use crate::scene::schema::{Domain, Family, IntegratorOptions, IntegratorSchema, OptionError};
-use crate::scene::{MAX_STEPS, Scene, step_count};
 use crate::vocabulary;
+use scene::schema::{Domain, Family, IntegratorOptions, IntegratorSchema, OptionError};
+use scene::{MAX_STEPS, Scene, step_count};
 
 /// Integrator, time step and duration of a generated scene.
 #[derive(Debug, Clone, PartialEq, Args)]
@@ -128,7 +128,7 @@ fn longest_stable(scene: &Scene) -> f64 {
     // Stiffness and damping around each particle.
     let mut sums = vec![[0.0; 2]; scene.particles.len()];
     for force in &scene.forces {
-        if let (Some(pair), Some(_)) = (force.pair, force.edge) {
+        if let (Some(pair), Some(_)) = (force.pair(), force.edge) {
             let of =
                 |name| if force.schema.has_parameter(name) { force.parameter(name) } else { 0.0 };
             let (stiffness, damping) = (of("k"), of("b"));

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
+use scene::schema::IntegratorOptions;
+use scene::{ForceElement, Particle, Scene};
 use simulator::generate::{Chain, Generator};
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::IntegratorOptions;
-use simulator::scene::{ForceElement, Location, Particle, Scene};
 use simulator::simulation::Simulation;
 use simulator::sizes::{GROUP, MAX_DENSE_GLOBAL_ROWS, PARALLEL, SIZES, WIDEST};
 use simulator::vocabulary;
@@ -21,7 +21,7 @@ use crate::threads::run;
 const HEADING: &str = "## Sizes at which another code path begins\n";
 
 #[test]
-fn the_table_of_sizes_is_that_of_the_code() {
+fn table_of_sizes_matches_the_code() {
     let mut table =
         "\n| constant | value | counts | why | both sides |\n| --- | ---: | --- | --- | --- |\n"
             .to_owned();
@@ -67,7 +67,7 @@ fn grouped(value: u64) -> String {
 }
 
 #[test]
-fn every_size_has_its_test() {
+fn every_size_has_a_test() {
     let mut sources = String::new();
     let mut folders = ["src", "tests", "sparse/src"]
         .map(|folder| Path::new(env!("CARGO_MANIFEST_DIR")).join(folder))
@@ -114,13 +114,7 @@ fn threads_begin_at_a_number_of_force_elements() {
     let schema = vocabulary().force("constantforce").unwrap();
     let mut expected = None;
     for count in [PARALLEL - 1, PARALLEL, PARALLEL + 1] {
-        let zero = ForceElement {
-            schema,
-            pair: None,
-            edge: None,
-            parameters: [0.0; _],
-            location: Location::default(),
-        };
+        let zero = ForceElement::new(schema, &[], None, schema.values(&[]));
         scene.forces.resize(count, zero);
         for integrator in ["symplectic-euler", "linearized-implicit-euler"] {
             let scene = with(&scene, integrator, &[]);
@@ -158,7 +152,7 @@ fn the_global_matrix_is_dense_up_to_a_size() {
 }
 
 #[test]
-fn groups_and_panels_of_every_size_agree_with_the_assignment() {
+fn all_group_and_panel_sizes_match_the_assignment() {
     // As many springs as particles that are unknowns, and a dense factor of as many columns.
     assert_eq!(GROUP, WIDEST);
     for links in (1..=2 * GROUP as u64 + 1).chain([3 * GROUP as u64]) {
@@ -168,7 +162,7 @@ fn groups_and_panels_of_every_size_agree_with_the_assignment() {
         for (place, Particle { position, .. }) in scene.particles.iter_mut().enumerate() {
             position[1] += 0.02 * (place as f64).sin();
         }
-        let springs = scene.forces.iter_mut().filter(|force| force.pair.is_some());
+        let springs = scene.forces.iter_mut().filter(|force| force.pair().is_some());
         springs.for_each(|spring| *spring.parameter_mut("b") = 0.0);
         for matrix in ["dense", "sparse"] {
             assert!(scene.integrator_options.set("matrix", matrix).is_ok());

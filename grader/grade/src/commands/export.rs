@@ -12,7 +12,7 @@ use platforms::github;
 use platforms::gradescope::export::{self, GLIBC, Program, Settings};
 use platforms::package::{PackageFile, add_folder, check_portable};
 use platforms::prairielearn;
-use simulator::output::OutputFile;
+use scene::output::OutputFile;
 
 use crate::args::SuiteArgs;
 use crate::inputs::{Folders, Inputs, Judging, open_oracle};

@@ -23,7 +23,7 @@ fn without_times(csv: &str) -> Vec<String> {
 }
 
 #[test]
-fn what_was_measured_is_not_measured_again_and_a_spoilt_file_is() {
+fn stored_measurements_are_reused_and_damaged_files_remeasured() {
     let folder = tempfile::tempdir().unwrap();
     let arguments =
         ["--quick", "--rungs", "5", "--scene", "ellipse", "--results", "kept", "--format", "csv"];
@@ -59,7 +59,7 @@ fn errors_and_counts_are_the_same_every_time() {
 }
 
 #[test]
-fn blow_ups_are_told_and_drawn() {
+fn blow_ups_are_reported_and_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let arguments =
         ["--quick", "--rungs", "5", "--scene", "stiff-damped-spring", "--results", "kept"];
@@ -105,7 +105,7 @@ fn scenes_that_confirm_no_order_fail() {
 }
 
 #[test]
-fn what_cannot_be_measured_is_bad_input_with_a_remedy() {
+fn unmeasurable_input_is_refused_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("broken.xml"), "<scene>\n  <particle m=\"x\"/>\n</scene>")
         .unwrap();

@@ -153,7 +153,7 @@ fn xml_files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn scenes_that_a_program_looks_up_do_not_count() {
+fn looked_up_scenes_earn_no_credit() {
     let Some(project) = Project::new() else { return };
     let short = ["--no-jacobians", "--limit", "wall=2"];
     let by_bytes = |report: &Value| report["copied"]["bytes"].is_string();
@@ -200,7 +200,7 @@ fn scenes_that_a_program_looks_up_do_not_count() {
 }
 
 #[test]
-fn scenes_that_a_program_simulates_count_whatever_else_it_does() {
+fn simulated_scenes_count_even_if_others_are_looked_up() {
     let Some(project) = Project::new() else { return };
     for mode in ["honest", "wrong", "blind"] {
         project.submit(mode);

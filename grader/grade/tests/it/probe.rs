@@ -5,8 +5,8 @@ use std::process::{Command, Output};
 use test_support::{assert_document, root, schema};
 
 use grader::probe::{BuiltIn, probe};
+use scene::ParseOptions;
 use serde_json::Value;
-use simulator::scene::{self, ParseOptions};
 
 use crate::student;
 
@@ -22,7 +22,7 @@ fn text(bytes: &[u8]) -> &str {
 }
 
 #[test]
-fn the_documented_schema_is_the_one_in_force() {
+fn documented_schema_is_current() {
     let schema = report::probe::json::schema().unwrap();
     assert_document("probe.schema.json", &schema, "cargo test --release -p grade schema");
 }
@@ -36,7 +36,7 @@ fn the_report_of_the_built_in_simulator() {
 }
 
 #[test]
-fn every_format_tells_of_a_mistake_and_json_holds_the_scenes_that_show_it() {
+fn every_format_reports_a_mistake_and_json_its_scenes() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("probe");
     let programs =
         ["block (j, i) transposed", ""].map(|mistake| student::compile(&folder, mistake));
@@ -78,7 +78,7 @@ fn every_format_tells_of_a_mistake_and_json_holds_the_scenes_that_show_it() {
 }
 
 #[test]
-fn what_cannot_be_probed_is_bad_usage() {
+fn unprobeable_program_is_a_usage_error() {
     for (arguments, message) in [
         (&["no/such/program"][..], "no/such/program: file or folder not found"),
         (&["program", "--states", "5"], "--states"),

@@ -35,7 +35,7 @@ fn verify(project: &Project, report: &str, submission: &str) -> Run {
 }
 
 #[test]
-fn a_report_names_what_it_was_made_from() {
+fn report_names_its_inputs() {
     let project = project();
     let report: Value = serde_json::from_str(&project.read("report.json")).unwrap();
     let schema = fs::read_to_string(root().join("docs/report.schema.json")).unwrap();
@@ -144,7 +144,7 @@ fn a_file_that_is_no_report_is_bad_input() {
 
 /// What a report of a student may not do.
 #[test]
-fn a_report_gives_no_rights_and_steers_no_terminal() {
+fn report_contents_cannot_run_code_or_control_a_terminal() {
     let project = project();
     project.write("private.txt", "a secret of the teacher");
     let [private, leaked] = ["private.txt", "leaked"].map(|name| project.path(name));

@@ -13,9 +13,9 @@
 //! `O((n·D)³)` per solve, and one evaluation of the law per column.
 
 use nalgebra::{DMatrix, DVector};
-use simulator::scene::schema::Convergence;
-use simulator::scene::{ForceElement, Scene};
-use simulator::trace::State;
+use scene::schema::Convergence;
+use scene::trace::State;
+use scene::{ForceElement, Scene};
 
 pub mod arithmetic;
 
@@ -388,7 +388,7 @@ impl Second {
                 if axis < dimension { values[particle * dimension + axis] } else { 0.0 }
             })
         };
-        if let Some([i, j]) = element.pair {
+        if let Some([i, j]) = element.pair() {
             let difference = |values: &[f64]| {
                 let (a, b) = (vector(values, i), vector(values, j));
                 std::array::from_fn(|axis| a[axis] - b[axis])

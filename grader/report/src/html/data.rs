@@ -5,8 +5,8 @@
 use grader::grading::SceneResult;
 use grader::recording::{Recording, Residual};
 use grader::suite::Case;
+use scene::state::Energies;
 use serde::Serialize;
-use simulator::state::Energies;
 
 /// The digits of base64.
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -105,7 +105,7 @@ pub(super) fn render(
         radii,
         fixed: fixed.map(|(number, _)| number).collect(),
         edges: scene.edges.iter().map(|edge| edge.particles).collect(),
-        pairs: unseen.filter_map(|element| element.pair).collect(),
+        pairs: unseen.filter_map(|element| element.pair()).collect(),
         first_wrong: first_wrong
             .map(|first| FirstWrong { step: first.place.step, particle: first.place.particle }),
         horizon: horizon(result),
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_encoded_as_rfc_4648_says() {
+    fn base64_matches_rfc_4648() {
         let of = |text: &[u8; 4]| {
             let [a, b, c, d] = *text;
             base64(&[u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])])

@@ -24,7 +24,7 @@ fn inputs() -> (Suite, Oracle, Rubric) {
 
 /// Findings on drawn programs: some are unfinished, some have several mistakes.
 #[test]
-fn drawn_programs_are_judged_truly() {
+fn drawn_programs_are_judged_correctly() {
     let (suite, oracle, rubric) = inputs();
     let results = drawn::run(&suite, &oracle, &rubric, Plan { first: 0, count: 30, seed: 2 });
     let rates = report::drawn::rates(&results);
@@ -36,14 +36,14 @@ fn drawn_programs_are_judged_truly() {
 }
 
 #[test]
-fn the_schema_is_documented() {
+fn selftest_schema_is_documented() {
     let schema = report::json::schema().expect("a schema");
     assert_document("selftest.schema.json", &schema, "cargo test --release -p selftest schema");
 }
 
 /// A simulator with mistakes loses no scene that it passes.
 #[test]
-fn no_mistake_is_taken_for_a_copy() {
+fn mistakes_are_not_taken_for_copies() {
     let (suite, oracle, rubric) = inputs();
     let mistakes = mistake::possible(&suite, mistake::all());
     let mut wrongly = Vec::new();

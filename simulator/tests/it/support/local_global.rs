@@ -6,7 +6,7 @@
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, Dyn};
-use simulator::scene::Scene;
+use scene::Scene;
 
 /// The assignment's simulation of a scene of undamped springs, with the same force on particles of each mass.
 pub(crate) struct Assignment {
@@ -37,7 +37,7 @@ impl Assignment {
             scene.forces.iter().filter(|force| force.schema.tag == "springforce").collect();
         let mut incidence = DMatrix::zeros(springs.len(), n);
         for (row, spring) in springs.iter().enumerate() {
-            let [i, j] = spring.pair.unwrap();
+            let [i, j] = spring.pair().unwrap();
             incidence[(row, i)] = 1.0;
             incidence[(row, j)] = -1.0;
         }

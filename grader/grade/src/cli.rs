@@ -38,14 +38,14 @@ Exit codes: 0 all required features passed, 1 one failed, 2 bad usage or input, 
 standard output, 130 interrupted (Ctrl-C).")]
 pub(super) struct Cli {
     #[command(subcommand)]
-    pub(super) command: Option<Command>,
+    command: Option<Command>,
 
     #[command(flatten)]
     grade: GradeArgs,
 }
 
 #[derive(Subcommand)]
-pub(super) enum Command {
+enum Command {
     Class(ClassCommand),
     Assignments(AssignmentsArgs),
     Explain(ExplainArgs),

@@ -10,7 +10,6 @@ use platforms::gradescope::score::Score;
 use platforms::prairielearn;
 
 use crate::actions::Actions;
-use crate::commands::grade::GradeArgs;
 use crate::output::put;
 use crate::reports::{ReportArg, Shown};
 use crate::stop::{Exit, Stop, complain};
@@ -32,12 +31,12 @@ impl Platforms {
     ///
     /// # Errors
     /// If this is not the environment of one of them.
-    pub(super) fn begin(args: &GradeArgs) -> Result<Self, Stop> {
+    pub(super) fn begin(reports: &[ReportArg]) -> Result<Self, Stop> {
         let mut platforms = Self::default();
-        for report in args.reports() {
+        for report in reports {
             match report {
-                ReportArg::Gradescope(file) => platforms.gradescope = Some(file),
-                ReportArg::Prairielearn(file) => platforms.prairielearn = Some(file),
+                ReportArg::Gradescope(file) => platforms.gradescope = Some(file.clone()),
+                ReportArg::Prairielearn(file) => platforms.prairielearn = Some(file.clone()),
                 ReportArg::Github => platforms.actions = Some(Actions::begin()?),
                 ReportArg::Plain(..) | ReportArg::Html(_) => {}
             }
@@ -71,8 +70,12 @@ impl Platforms {
     }
 
     /// Writes results that say why nothing was graded. On Gradescope, students read whether time ran out, and only
-    /// instructors any other reason; an earlier submission counts as the rubric says, if that can be read.
-    pub(super) fn write_not_graded(&self, Stop(exit, reason): &Stop, args: &GradeArgs) {
+    /// instructors any other reason; `kept` are the points that earlier submissions keep there.
+    pub(super) fn write_not_graded(
+        &self,
+        Stop(exit, reason): &Stop,
+        kept: impl FnOnce() -> Option<Score>,
+    ) {
         let message = match exit {
             Exit::Interrupted => format!(
                 "Your submission was not graded to the end, because grading took too long ({reason}). It has no \
@@ -81,7 +84,7 @@ impl Platforms {
             _ => FAULT.to_owned(),
         };
         let gradescope = self.gradescope.as_ref().map(|file| {
-            let score = score_of_earlier(args).unwrap_or_default();
+            let score = kept().unwrap_or_default();
             let text = results::not_graded(&message, reason, score).map_err(Stop::fault)?;
             put(text.as_bytes(), Some(file))
         });
@@ -96,13 +99,6 @@ impl Platforms {
             }
         }
     }
-}
-
-/// The points that a submission keeps that was not graded.
-fn score_of_earlier(args: &GradeArgs) -> Option<Score> {
-    let metadata = read_metadata(args.metadata.as_deref()?).ok()?;
-    let inputs = args.suite.read_for(&args.judge.judging()).ok()?;
-    Some(Score::not_graded(inputs.rubric.platform(), &metadata))
 }
 
 /// Reads the metadata of a submission.

@@ -10,7 +10,6 @@ use report::SceneTimes;
 use report::text::TextOptions;
 
 use crate::args::{Format, parse_kind};
-use crate::commands::grade::GradeArgs;
 use crate::output::{put, written};
 use crate::pages::Pages;
 use crate::stop::Stop;
@@ -91,8 +90,7 @@ impl Reports {
     ///
     /// # Errors
     /// If two of them have the same destination, or a folder cannot be used.
-    pub(super) fn open(args: &GradeArgs) -> Result<Self, Stop> {
-        let asked = args.reports();
+    pub(super) fn open(asked: Vec<ReportArg>, details: usize) -> Result<Self, Stop> {
         let has_place = |report: &&ReportArg| **report != ReportArg::Github;
         let places: Vec<Option<&Path>> =
             asked.iter().filter(has_place).map(ReportArg::file).collect();
@@ -114,12 +112,8 @@ impl Reports {
                  as in --report json=FILE",
             ));
         }
-        let mut reports = Self {
-            plain: Vec::new(),
-            pages: Vec::new(),
-            has_pictures: false,
-            details: args.details.details,
-        };
+        let mut reports =
+            Self { plain: Vec::new(), pages: Vec::new(), has_pictures: false, details };
         for report in asked {
             match report {
                 ReportArg::Plain(format, file) => reports.plain.push((format, file)),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use grader::printed::Untrusted;
+use grader::printed::{RawUse, Untrusted};
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};
@@ -11,12 +11,9 @@ use grader::submission::program::{Identified, Program, Runner};
 use grader::verdict::Failure;
 use sandbox::{self, Protection, Sandbox};
 use scene::trace::TraceFormat;
-use simulator::solver::linear::LinearSolver;
 
 use crate::args::RunArgs;
-use crate::commands::grade::GradeArgs;
 use crate::inputs::Inputs;
-use crate::reports::ReportArg;
 use crate::stop::{Stop, complain};
 use crate::watch;
 
@@ -74,27 +71,8 @@ fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
     Ok(())
 }
 
-/// The submission to grade, and, if it is a program, the protections in force.
-pub(super) fn open_submission(
-    args: &GradeArgs,
-    inputs: &Inputs,
-) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
-    if let Some(folder) = &args.traces {
-        if !folder.is_dir() {
-            return Err(Stop::about(folder)("folder not found"));
-        }
-        return open_traces(folder, inputs);
-    }
-    let Some(path) = &args.submission else {
-        return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
-    };
-    if args.is_handed_in() {
-        return open_handed_in(path, &args.run, inputs);
-    }
-    let folder = |report| if let ReportArg::Html(folder) = report { Some(folder) } else { None };
-    let pages: Vec<PathBuf> = args.reports().into_iter().filter_map(folder).collect();
-    open_path(path, &args.run, inputs, &pages)
-}
+/// A submission, and, if it runs programs, the protections in force.
+type Opened = (Submission, Option<Vec<Protection>>);
 
 /// The submission at `path`, which must be able to read neither the oracle and hidden scenes nor the `further` paths.
 pub(super) fn open_path(
@@ -102,7 +80,7 @@ pub(super) fn open_path(
     run: &RunArgs,
     inputs: &Inputs,
     further: &[PathBuf],
-) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+) -> Result<Opened, Stop> {
     if path.is_dir() && !folder::is_submission(path) {
         return open_traces(path, inputs);
     }
@@ -117,11 +95,7 @@ pub(super) fn open_path(
 
 /// A folder that a platform received from a student: its defects become its verdict. Traces alone are not accepted,
 /// because nothing shows that a program made them.
-fn open_handed_in(
-    path: &Path,
-    run: &RunArgs,
-    inputs: &Inputs,
-) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Result<Opened, Stop> {
     if path.is_file() {
         return Err(Stop::bad_input(format!(
             "{}: is a file, and the reports of platforms are of folders that were handed in\n  help: name the folder \
@@ -154,10 +128,7 @@ fn open_handed_in(
 }
 
 /// A folder with at least one trace, of whatever scene.
-fn open_traces(
-    folder: &Path,
-    inputs: &Inputs,
-) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+pub(super) fn open_traces(folder: &Path, inputs: &Inputs) -> Result<Opened, Stop> {
     if watch::files(folder).iter().any(|(path, ..)| TraceFormat::of_path(path).is_some()) {
         return Ok((Submission::Traces(folder.to_path_buf()), None));
     }
@@ -306,4 +277,13 @@ pub(super) fn refused(name: Untrusted, error: &HandInError) -> Submission {
     } else {
         Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
     }
+}
+
+/// The assignment that the submission names; `None` if it names none, or cannot be read, which is reported when it is
+/// opened.
+pub(super) fn named_assignment(submission: &Path) -> Option<String> {
+    let is_folder = submission.is_dir() && folder::is_submission(submission);
+    let named = is_folder.then(|| folder::assignment_of(submission).ok().flatten()).flatten()?;
+    // It is looked up among the known names.
+    Some(named.raw(RawUse::Comparison).to_owned())
 }

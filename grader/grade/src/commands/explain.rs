@@ -8,7 +8,6 @@ use grader::selection::{self, Candidate};
 use grader::suite::{Case, Suite};
 use grader::verdict::Verdict;
 
-use super::grade::named_assignment;
 use crate::args::{JudgeArgs, RunArgs, SuiteArgs};
 use crate::inputs::{Judging, open_oracle};
 use crate::interrupt::Interrupt;
@@ -16,7 +15,7 @@ use crate::output::{print, written};
 use crate::progress::Progress;
 use crate::scenes::Scenes;
 use crate::stop::{Exit, Stop};
-use crate::submission::open_path;
+use crate::submission::{named_assignment, open_path};
 
 /// Explain one scene that failed: the findings, the first step that is wrong by itself, and its equation with the numbers put in
 #[derive(Args)]

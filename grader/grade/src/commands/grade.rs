@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use grader::events::{Event, Observer, Task};
 use grader::grading::{Checks, GradingOutcome};
-use grader::printed::RawUse;
-use grader::submission::folder;
+use grader::submission::Submission;
+use platforms::gradescope::score::Score;
+use sandbox::Protection;
+use simulator::solver::linear::LinearSolver;
 
 use crate::args::{DetailsArgs, Format, JudgeArgs, OnlyArgs, ReportArgs, RunArgs, SuiteArgs};
 use crate::inputs::{Inputs, Judging, open_oracle};
@@ -18,7 +20,7 @@ use crate::provenance::{options, provenance};
 use crate::reports::{ReportArg, Reports, Shown};
 use crate::scenes::{Scenes, slowest};
 use crate::stop::{Exit, Stop, complain};
-use crate::submission::open_submission;
+use crate::submission::{named_assignment, open_handed_in, open_path, open_traces};
 use crate::watch;
 
 #[derive(Args)]
@@ -26,14 +28,14 @@ pub(crate) struct GradeArgs {
     /// Submission to grade: a program (run as `PROGRAM -s SCENE -d 0 -o TRACE` or `PROGRAM SCENE -o TRACE`), a folder
     /// with submission.toml, or a folder of traces [default: the built-in simulator]
     #[arg(value_name = "SUBMISSION")]
-    pub(crate) submission: Option<PathBuf>,
+    submission: Option<PathBuf>,
 
     /// Grade the traces in this folder (GROUP/SCENE.csv or .bin); run no program
     #[arg(long, value_name = "DIR", conflicts_with = "submission")]
-    pub(crate) traces: Option<PathBuf>,
+    traces: Option<PathBuf>,
 
     #[command(flatten)]
-    pub(crate) run: RunArgs,
+    run: RunArgs,
 
     #[command(flatten)]
     only: OnlyArgs,
@@ -68,21 +70,21 @@ pub(crate) struct GradeArgs {
 
     /// Gradescope's submission_metadata.json: when the submission came in, its deadline, earlier points
     #[arg(long, value_name = "FILE", requires = "report")]
-    pub(crate) metadata: Option<PathBuf>,
+    metadata: Option<PathBuf>,
 
     #[command(flatten)]
-    pub(crate) judge: JudgeArgs,
+    judge: JudgeArgs,
 
     #[command(flatten)]
-    pub(crate) details: DetailsArgs,
+    details: DetailsArgs,
 
     #[command(flatten)]
-    pub(crate) suite: SuiteArgs,
+    suite: SuiteArgs,
 }
 
 impl GradeArgs {
     /// The reports to write; those of `--format`, `--output` and `--html` in their long form.
-    pub(crate) fn reports(&self) -> Vec<ReportArg> {
+    fn reports(&self) -> Vec<ReportArg> {
         let mut reports = self.report.clone();
         if reports.is_empty() {
             let ReportArgs { format, output } = &self.only_report;
@@ -93,7 +95,7 @@ impl GradeArgs {
     }
 
     /// Whether a platform hands the submission over: a defect of it is then a verdict, not wrong usage.
-    pub(crate) fn is_handed_in(&self) -> bool {
+    fn is_handed_in(&self) -> bool {
         let is_folder = self.submission.as_ref().is_some_and(|submission| submission.is_dir());
         self.report.iter().any(|report| match report {
             ReportArg::Gradescope(_) | ReportArg::Prairielearn(_) => true,
@@ -125,12 +127,19 @@ impl GradeArgs {
     }
 
     fn grade_once(&self, interrupt: &Interrupt) -> Result<Exit, Stop> {
-        let platforms = Platforms::begin(self)?;
+        let platforms = Platforms::begin(&self.reports())?;
         let graded = self.grade_and_report(interrupt, &platforms);
         if let Err(stop) = &graded {
-            platforms.write_not_graded(stop, self);
+            platforms.write_not_graded(stop, || self.kept_score());
         }
         graded
+    }
+
+    /// The points that a submission keeps that was not graded; `None` if an input for them cannot be read.
+    fn kept_score(&self) -> Option<Score> {
+        let metadata = read_metadata(self.metadata.as_deref()?).ok()?;
+        let inputs = self.suite.read_for(&self.judge.judging()).ok()?;
+        Some(Score::not_graded(inputs.rubric.platform(), &metadata))
     }
 
     fn grade_and_report(&self, interrupt: &Interrupt, platforms: &Platforms) -> Result<Exit, Stop> {
@@ -150,7 +159,7 @@ impl GradeArgs {
             complain("note", format!("{} of {total} scenes are graded", inputs.suite.cases.len()));
         }
         let oracle = open_oracle(&inputs.expected)?;
-        let reports = Reports::open(self)?;
+        let reports = Reports::open(self.reports(), self.details.details)?;
         if self.fail_fast.is_some() && !(reports.can_be_partial() && platforms.is_empty()) {
             return Err(Stop::bad_input(
                 "--fail-fast ends a run before it is complete\n  help: it works with text reports",
@@ -160,7 +169,7 @@ impl GradeArgs {
         progress.notice(Event::Task(Task::Opening));
         let provenance =
             provenance(&inputs, &oracle, options(&self.judge, &self.run, is_whole), path)?;
-        let opened = open_submission(self, &inputs);
+        let opened = self.open(&inputs);
         interrupt.check("the submission was still being built; no scene was graded")?;
         let (submission, protection) = opened?;
         // With --only, run nothing but the chosen scenes.
@@ -210,6 +219,25 @@ impl GradeArgs {
         })
     }
 
+    /// The submission, and, if it runs programs, the protections in force.
+    fn open(&self, inputs: &Inputs) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+        if let Some(folder) = &self.traces {
+            if !folder.is_dir() {
+                return Err(Stop::about(folder)("folder not found"));
+            }
+            return open_traces(folder, inputs);
+        }
+        let Some(path) = &self.submission else {
+            return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
+        };
+        if self.is_handed_in() {
+            return open_handed_in(path, &self.run, inputs);
+        }
+        let pages = |report| if let ReportArg::Html(folder) = report { Some(folder) } else { None };
+        let pages: Vec<PathBuf> = self.reports().into_iter().filter_map(pages).collect();
+        open_path(path, &self.run, inputs, &pages)
+    }
+
     /// The patterns of the scenes to grade; none for all scenes.
     fn choose(&self, inputs: &Inputs, record: Option<&Path>) -> Vec<String> {
         if !self.last_failed {
@@ -223,13 +251,4 @@ impl GradeArgs {
         }
         chosen
     }
-}
-
-/// The assignment that the submission names; `None` if it names none, or cannot be read, which is reported when it is
-/// opened.
-pub(super) fn named_assignment(submission: &Path) -> Option<String> {
-    let is_folder = submission.is_dir() && folder::is_submission(submission);
-    let named = is_folder.then(|| folder::assignment_of(submission).ok().flatten()).flatten()?;
-    // It is looked up among the known names.
-    Some(named.raw(RawUse::Comparison).to_owned())
 }

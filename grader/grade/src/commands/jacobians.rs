@@ -11,13 +11,12 @@ use grader::submission::Submission;
 use report::{SceneTimes, html};
 use simulator::solver::linear::LinearSolver;
 
-use super::grade::named_assignment;
 use crate::args::{Format, ReportArgs, RootArgs, RunArgs, parse_force};
 use crate::output::{put, write_file, written};
 use crate::pages::Pages;
 use crate::reports::render;
 use crate::stop::{Exit, Stop};
-use crate::submission::open_measured;
+use crate::submission::{named_assignment, open_measured};
 
 /// Check the Jacobians of each force, block by block: correct, wrong or inconclusive
 #[derive(Args)]

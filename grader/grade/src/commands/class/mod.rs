@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, FromArgMatches, Subcommand, ValueEnum};
 use grader::class::entry::{self, ClassEntry, PassedOver};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::{Foreign, Record};
@@ -34,7 +34,6 @@ use report::class::{ALTERED, Gap, Missing};
 use report::html::{self, ClassResult};
 
 use crate::args::{DetailsArgs, Format, JudgeArgs, RunArgs, SuiteArgs};
-use crate::cli::{Cli, Command};
 use crate::output::{print, replace_file};
 use crate::stop::{Exit, Stop, complain};
 use gradebook::GradebookArgs;
@@ -374,15 +373,15 @@ fn planned(
     let path = std::path::absolute(path).map_err(Stop::about(path))?;
     let plan = Plan::read(&path).map_err(Stop::bad_input)?;
     std::env::set_current_dir(&plan.folder).map_err(Stop::about(&plan.folder))?;
-    let command = Cli::try_parse_from(
-        std::iter::once("grade").chain(plan.arguments.iter().map(String::as_str)),
-    );
-    let command = command.ok().and_then(|cli| cli.command);
-    let Some(Command::Class(ClassCommand {
+    // The first argument is the name of the command.
+    let matches = ClassCommand::augment_args(clap::Command::new("class"));
+    let matches = matches.try_get_matches_from(&plan.arguments);
+    let command = matches.and_then(|matches| ClassCommand::from_arg_matches(&matches));
+    let Ok(ClassCommand {
         place: Some(ClassPlace { folder, output: Some(output), .. }),
         mut args,
         ..
-    })) = command
+    }) = command
     else {
         return Err(Stop::about(&path)("the arguments are not those of grade class"));
     };

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use grader::boundary::own_file;
 use grader::class::fingerprint::Fingerprint;
-use grader::own_file;
 use scene::ParseOptions;
 use sha2::{Digest, Sha256};
 use simulator::vocabulary;

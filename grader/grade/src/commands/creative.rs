@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use grader::assignment::Assignment;
 use grader::creative::{self, Creative, Entry, Examiner, NotChecked, Rules, Wanted};
 use grader::rubric::Rubric;
+use grader::suite::assignment::Assignment;
 use rayon::prelude::*;
 use report::html::gallery::{self, Gallery};
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use grader::grading::Checks;
-use grader::selection::{self, Candidate};
+use grader::suite::selection::{self, Candidate};
 use grader::suite::{Case, Suite};
 use grader::verdict::Verdict;
 

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use grader::own_file;
+use grader::boundary::own_file;
 use grader::suite::Section;
 use platforms::archive;
 use platforms::github;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use grader::events::{Event, Observer, Task};
+use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, GradingOutcome};
 use grader::submission::Submission;
 use platforms::gradescope::score::Score;

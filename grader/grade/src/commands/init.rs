@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use grader::init::{self, Language, Skeleton, Start};
+use grader::submission::init::{self, Language, Skeleton, Start};
 
 use crate::args::{RootArgs, parse_named};
 use crate::output::print;

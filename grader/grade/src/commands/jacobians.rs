@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use grader::assignment::{ALL, Assignment};
 use grader::grading::Grading;
-use grader::jacobian::{self, JacobianReport};
 use grader::probe;
 use grader::submission::Submission;
+use grader::suite::assignment::{ALL, Assignment};
+use grader::white_box::{self, JacobianReport};
 use report::{SceneTimes, html};
 use simulator::solver::linear::LinearSolver;
 
@@ -35,11 +35,11 @@ pub(crate) struct JacobianArgs {
     run: RunArgs,
 
     /// Number of random states per force and dimension, in addition to the hard ones
-    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = white_box::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     states: u32,
 
     /// Seed of the random states
-    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().seed)]
+    #[arg(long, value_name = "N", default_value_t = white_box::Config::default().seed)]
     seed: u64,
 
     /// Check only this force
@@ -79,13 +79,13 @@ impl JacobianArgs {
         if let Some(submission) = &self.submission {
             return self.probe(submission, pages);
         }
-        let config = jacobian::Config { states: self.states, seed: self.seed };
+        let config = white_box::Config { states: self.states, seed: self.seed };
         let jacobians = match &self.force {
             Some(tag) => JacobianReport {
-                forces: jacobian::check_forces(config, |force| force == tag),
+                forces: white_box::check_forces(config, |force| force == tag),
                 ..JacobianReport::default()
             },
-            None => jacobian::check_all(config),
+            None => white_box::check_all(config),
         };
         let submission = Submission::BuiltIn(LinearSolver::Auto).name();
         let grading = Grading { submission, is_own: true, jacobians, ..Grading::default() };
@@ -147,7 +147,7 @@ impl JacobianArgs {
 fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop> {
     std::fs::create_dir_all(folder).map_err(Stop::about(folder))?;
     for check in &jacobians.forces {
-        let Some(curves) = jacobian::curves(check) else { continue };
+        let Some(curves) = white_box::curves(check) else { continue };
         let svg = studies::report::jacobians::render(&curves).map_err(Stop::fault)?;
         let name = format!("{}-{}d.svg", check.tag, check.dimension.count());
         let path = folder.join(name);

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use grader::selection::{self, Candidate};
+use grader::suite::selection::{self, Candidate};
 use studies::report::stability as report;
 use studies::stability::cases::{self, Case};
 use studies::stability::expected::Expectations;

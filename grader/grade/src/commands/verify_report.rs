@@ -6,11 +6,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use grader::assignment::ALL;
-use grader::door::Door;
-use grader::events::{Event, Observer, Task};
+use grader::boundary::door::Door;
+use grader::boundary::printed::RawUse;
+use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, Hidden, NotRunReason};
-use grader::printed::RawUse;
+use grader::suite::assignment::ALL;
 use report::provenance::StoredReport;
 
 use crate::args::{JudgeArgs, RunArgs, SuiteArgs};

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use grader::boundary::printed;
 use grader::class::Row;
 use grader::class::plan::Plan;
 use grader::class::roster::{Matching, Roster, Student};
 use grader::grading::points;
-use grader::late::Lateness;
-use grader::printed;
+use grader::rubric::late::Lateness;
 use grader::submission::hand_in;
 use grader::time::Time;
 use platforms::gradebook::{Gradebook, GradebookKind};

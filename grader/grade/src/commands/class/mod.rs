@@ -27,7 +27,7 @@ use clap::{Args, FromArgMatches, Subcommand, ValueEnum};
 use grader::class::entry::{self, ClassEntry, PassedOver};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::{Foreign, Record};
-use grader::events::Observer;
+use grader::grading::events::Observer;
 use grader::suite::hash_bytes;
 use rayon::prelude::*;
 use report::class::{ALTERED, Gap, Missing};

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use grader::assignment::Assignment;
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
 use grader::class::marks::{Marks, MarksRules};
@@ -17,6 +16,7 @@ use grader::submission::folder;
 use grader::submission::hand_in::HandInError;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
+use grader::suite::assignment::Assignment;
 use report::html::SUBMISSIONS;
 use sandbox::Protection;
 

@@ -14,14 +14,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Instant;
 
+use grader::boundary::printed::RawUse;
 use grader::class::Row;
 use grader::class::phase::FirstPhase;
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
-use grader::events::{Event, Observer, Task};
+use grader::grading::events::{Event, Observer, Task};
 use grader::grading::provenance::Provenance;
 use grader::grading::{Checks, Grading, panic_message};
-use grader::printed::RawUse;
 use grader::submission::budget::Budget;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;

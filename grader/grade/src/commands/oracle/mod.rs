@@ -11,7 +11,7 @@ use clap::Subcommand;
 use grader::oracle::{
     self, Acceptance, Leftover, Origin, Regeneration, Staged, TraceChange, TraceDifference,
 };
-use grader::selection::{Candidate, choose};
+use grader::suite::selection::{Candidate, choose};
 use grader::verdict::Verdict;
 
 use crate::args::SuiteArgs;

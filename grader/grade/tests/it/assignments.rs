@@ -128,7 +128,8 @@ fn a_wrong_jacobian_costs_points_only_where_it_shows() {
     if !student(&submission, &METHODS, &["nothing"], mistake) {
         return;
     }
-    let (code, report) = grade(&submission, &["--assignment", "t1m3", "--no-jacobians"]);
+    // The case of a name is ignored.
+    let (code, report) = grade(&submission, &["--assignment", "T1M3", "--no-jacobians"]);
     assert_eq!(code, Some(1));
     let damped: BTreeSet<String> =
         ["Combined", "FixedParticles", "SpringDamping"].map(str::to_owned).into();

@@ -1,5 +1,8 @@
 //! Gradebooks of a class: whose submission it is, when it came in, and the points that count.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use grader::boundary::printed;
 use grader::class::Row;
 use grader::class::plan::Plan;
@@ -8,12 +11,68 @@ use grader::grading::points;
 use grader::rubric::late::Lateness;
 use grader::submission::hand_in;
 use grader::time::Time;
-use platforms::gradebook::Gradebook;
+use platforms::gradebook::{Gradebook, GradebookKind};
 
 use super::save;
 use super::setting::Class;
-use crate::args::GradebookArg;
+use crate::args::parse_kind;
 use crate::stop::{Stop, complain};
+
+/// A gradebook that `--gradebook` asks for.
+#[derive(Clone)]
+pub(super) struct GradebookArg {
+    kind: GradebookKind,
+    pub(super) file: PathBuf,
+}
+
+fn parse_gradebook(text: &str) -> Result<GradebookArg, String> {
+    let kinds = GradebookKind::ALL.map(|kind| (kind.name(), kind));
+    let (kind, file) = parse_kind(text, "gradebook", &kinds)?;
+    let file = file.ok_or_else(|| format!("a gradebook needs a file: {}=FILE.csv", kind.name()))?;
+    Ok(GradebookArg { kind, file })
+}
+
+/// Options for gradebooks.
+#[derive(Args)]
+pub(super) struct GradebookArgs {
+    /// Write the points as a gradebook to import (repeatable): canvas=FILE or moodle=FILE
+    #[arg(long, value_name = "KIND=FILE", value_parser = parse_gradebook, requires = "roster")]
+    pub(super) gradebook: Vec<GradebookArg>,
+
+    /// The students (CSV), by columns: name, id, login, email, section; folder and submitted of their submissions; due.
+    /// Exports of Canvas and Moodle work unchanged
+    #[arg(long, value_name = "FILE")]
+    pub(super) roster: Option<PathBuf>,
+
+    /// The deadline, for students without one in the roster, as in 2026-02-01T23:59:00-08:00
+    #[arg(long, value_name = "TIME", requires = "roster")]
+    due: Option<Time>,
+
+    /// Without a time in the roster, a submission came in when its newest file was last changed; students can set these
+    /// times back
+    #[arg(long, requires = "roster")]
+    folder_times: bool,
+
+    /// Name of the gradebook's column of points [default: the name of the assignment]
+    #[arg(long, value_name = "NAME", requires = "gradebook")]
+    column: Option<String>,
+}
+
+impl GradebookArgs {
+    /// The same options with absolute paths.
+    pub(super) fn absolute(&self) -> std::io::Result<Self> {
+        let gradebook = self.gradebook.iter().map(|GradebookArg { kind, file }| {
+            Ok(GradebookArg { kind: *kind, file: std::path::absolute(file)? })
+        });
+        Ok(Self {
+            gradebook: gradebook.collect::<std::io::Result<_>>()?,
+            roster: self.roster.as_deref().map(std::path::absolute).transpose()?,
+            due: self.due,
+            folder_times: self.folder_times,
+            column: self.column.clone(),
+        })
+    }
+}
 
 impl Class<'_> {
     /// The roster, and which of the submissions is whose; `None` without a roster.
@@ -46,7 +105,7 @@ impl Class<'_> {
         let names: Vec<&str> = plan.submissions.iter().map(|planned| &*planned.name).collect();
         let Some((roster, matching)) = self.roster(&names)? else { return Ok(Vec::new()) };
         let args = &self.args.gradebook;
-        let file = args.roster.as_deref().unwrap_or(&self.args.folder).display();
+        let file = args.roster.as_deref().unwrap_or(&self.folder).display();
         let mut remarks = remarks(&roster, &matching, &names);
         let missing = matching.submissions.iter().filter(|found| found.is_none()).count();
         let (unknown, ambiguous) = (matching.unknown.len(), matching.ambiguous.len());
@@ -136,7 +195,7 @@ impl Class<'_> {
 
     /// When the newest file of a submission was changed; `None` if it cannot be read, which is its verdict.
     fn folder_time(&self, name: &str) -> Option<Time> {
-        hand_in::last_changed(&self.args.folder.join(name)).ok().flatten()
+        hand_in::last_changed(&self.folder.join(name)).ok().flatten()
     }
 }
 

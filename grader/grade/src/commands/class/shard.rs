@@ -26,7 +26,6 @@ use grader::submission::budget::Budget;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
 use grader::submission::{Submission, folder};
-use grader::suite::assignment::ALL;
 use grader::suite::hash_bytes;
 use grader::verdict::Failure;
 use report::SceneTimes;
@@ -34,7 +33,7 @@ use report::html;
 use report::text::TextOptions;
 
 use super::setting::{Class, extension, pages_of};
-use super::{Phase, save, unwritable};
+use super::{Phase, save};
 use crate::args::Format;
 use crate::output::{plain, write_bytes};
 use crate::provenance::origin;
@@ -92,7 +91,7 @@ impl Class<'_> {
             }
             (None, None) => None,
         };
-        let runs = runs.transpose().map_err(|error| unwritable(&folder, &error))?.map(Arc::new);
+        let runs = runs.transpose().map_err(Stop::about(&folder))?.map(Arc::new);
         let spent = begun.as_ref().map_or(0.0, |begun| begun.spent);
         let budget = Budget::new(self.runner.limits.budget(), spent);
         let runner = Runner {
@@ -123,11 +122,11 @@ impl Class<'_> {
         if let Some(unfinished) = unfinished.filter(|_| !is_whole && !Row::of(&grading).is_fault())
         {
             if runs.is_some_and(|runs| runs.has_lost()) {
-                return Err(unwritable(&folder, &io::ErrorKind::StorageFull.into()));
+                return Err(Stop::about(&folder)(io::Error::from(io::ErrorKind::StorageFull)));
             }
             let record = FirstPhase { anew: plan.anew.clone(), seconds, spent: budget.spent() };
             let published = record.publish(unfinished, &folder, &self.seal);
-            return published.map_err(|error| unwritable(&folder, &error));
+            return published.map_err(Stop::about(&folder));
         }
         // Another process may have completed it, and removed the first phase.
         if begun.is_some() && self.is_done(plan, first) {
@@ -167,7 +166,7 @@ impl Class<'_> {
             let own = marks.of.get(&planned.name).map_or(&[][..], |own| own);
             grading.add_marks(self.inputs.rubric.creative(), own);
         }
-        let submission = Some(origin(&self.args.folder.join(&planned.name)));
+        let submission = Some(origin(&self.folder.join(&planned.name)));
         grading.provenance = Some(Provenance { submission, ..self.provenance.clone() });
     }
 
@@ -197,7 +196,7 @@ impl Class<'_> {
         }
         for (file, bytes) in reports {
             let path = self.reports.join(&file);
-            write_bytes(&path, &bytes).map_err(|error| unwritable(&path, &error))?;
+            write_bytes(&path, &bytes).map_err(Stop::about(&path))?;
             record.reports.insert(file, hash_bytes(&bytes));
         }
         let text = record.render(&planned.report, &self.seal).map_err(Stop::fault)?;
@@ -210,7 +209,7 @@ impl Class<'_> {
             return refused(name.into(), &error);
         }
         self.progress.notice(Event::Task(Task::Opening));
-        let path = self.args.folder.join(name);
+        let path = self.folder.join(name);
         if let Some(detail) = self.other_assignment(name) {
             let failure = Failure::BadHandIn { detail: detail.into() };
             return Submission::Unusable { name: name.into(), failure };
@@ -220,14 +219,13 @@ impl Class<'_> {
 
     /// A message, if a submission names another assignment than the class.
     fn other_assignment(&self, name: &str) -> Option<String> {
-        let submission = self.args.folder.join(name);
+        let submission = self.folder.join(name);
         if !submission.is_dir() || !folder::is_submission(&submission) {
             return None;
         }
         let own = folder::assignment_of(&submission).ok()??;
-        let of_class = self.inputs.assignment.as_ref();
-        let of_class = of_class.map_or(ALL, |assignment| &assignment.name);
-        (own.raw(RawUse::Comparison) != of_class).then(|| {
+        let of_class = self.inputs.assignment_name();
+        (!own.raw(RawUse::Comparison).eq_ignore_ascii_case(of_class)).then(|| {
             format!(
                 "submission.toml names the assignment {own:?}, but the class is graded as {of_class}\n  help: change it \
                  there, or grade the class with --assignment"
@@ -260,13 +258,13 @@ impl Class<'_> {
         let render = |format: &Format| {
             // Without times: equal results have equal reports.
             let bytes = render(*format, grading, &SceneTimes::new(), |out| {
-                let config = TextOptions { details: self.args.judge.details };
+                let config = TextOptions { details: self.args.details.details };
                 report::text::write(out, grading, config)
             });
             let bytes = bytes.map_err(|Stop(_, message)| message)?;
             Ok((format!("{}.{}", planned.report, extension(*format)), plain(&bytes)))
         };
-        unpanicked(|| self.args.format.iter().map(render).collect())
+        unpanicked(|| self.args.graded.format.iter().map(render).collect())
     }
 
     fn grade(&self, submission: &Submission, hidden: bool) -> Grading {

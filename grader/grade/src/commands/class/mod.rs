@@ -20,11 +20,10 @@ mod similar;
 mod slurm;
 
 use std::collections::BTreeMap;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use clap::Parser;
+use clap::{Args, FromArgMatches, Subcommand, ValueEnum};
 use grader::class::entry::{self, ClassEntry, PassedOver};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::{Foreign, Record};
@@ -34,9 +33,10 @@ use rayon::prelude::*;
 use report::class::{ALTERED, Gap, Missing};
 use report::html::{self, ClassResult};
 
-use crate::args::{ClassArgs, ClassCommand, ClassPart, Cli, Command, GradebookArgs, On};
+use crate::args::{DetailsArgs, Format, JudgeArgs, RunArgs, SuiteArgs};
 use crate::output::{print, replace_file};
 use crate::stop::{Exit, Stop, complain};
+use gradebook::GradebookArgs;
 use setting::Class;
 
 /// A pass over the submissions.
@@ -57,21 +57,210 @@ const SHARD_SECONDS: f64 = 60.0;
 /// Maximum number of shards by default: half of the jobs that a Slurm queues by default.
 const MAX_SHARDS: u32 = 5000;
 
-pub(super) fn run(command: &ClassCommand) -> Result<Exit, Stop> {
-    match command {
-        ClassCommand::Part(ClassPart::RunShard { plan, shard, hidden_scenes, threads }) => {
-            let phase = if *hidden_scenes { Phase::Hidden } else { Phase::Shipped };
-            run_shard(plan, *shard, phase, *threads)
+/// Grade every submission in a folder, here or on a cluster: one report each, and a summary table
+#[derive(Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "\
+Examples:
+  grade class hand-ins -o results
+  grade class hand-ins -o results --assignment t1m3 --html pages --resume
+  grade class hand-ins -o results --roster roster.csv --gradebook canvas=grades.csv
+  grade class hand-ins -o results --on slurm --at-once 50
+  grade class hand-ins --similar --starter starter-code
+
+Exit codes: 0 all graded, whatever their verdicts; 2 bad usage or input; 3 something could not be judged or written; 130 \
+some are not graded (Ctrl-C, or a result is missing); continue with --resume."
+)]
+pub(crate) struct ClassCommand {
+    #[command(subcommand)]
+    part: Option<ClassPart>,
+
+    #[command(flatten)]
+    place: Option<ClassPlace>,
+
+    #[command(flatten)]
+    args: ClassArgs,
+}
+
+/// A part of a plan. Parts can run anywhere, in any order, at the same time and more than once.
+#[derive(Subcommand)]
+enum ClassPart {
+    /// Grade the submissions of a shard that have no result yet
+    #[command(after_help = "\
+Examples:
+  grade class run-shard results/plan.json 0")]
+    RunShard {
+        /// The plan: plan.json in the folder of the results
+        #[arg(value_name = "PLAN")]
+        plan: PathBuf,
+
+        /// Number of the shard, from 0
+        #[arg(value_name = "K")]
+        shard: usize,
+
+        /// Run the hidden scenes, after the shards have run without this option
+        #[arg(long)]
+        hidden_scenes: bool,
+
+        /// Number of threads [default: as planned, else one per core]
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+        threads: Option<u16>,
+    },
+    /// Write the summary of a plan from the results that there are
+    #[command(after_help = "\
+Examples:
+  grade class merge results/plan.json")]
+    Merge {
+        /// The plan: plan.json in the folder of the results
+        #[arg(value_name = "PLAN")]
+        plan: PathBuf,
+
+        /// As for the whole class; without a roster, those of the plan
+        #[command(flatten)]
+        gradebook: GradebookArgs,
+    },
+}
+
+/// The folders of a class. Clap can tell that they are given only if no group of arguments is in them.
+#[derive(Args)]
+struct ClassPlace {
+    /// Folder of submissions: programs, folders with submission.toml; folders of traces if the rubric allows them
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+
+    /// Folder for the reports (reports/NAME.txt, …), summary.txt and summary.csv, created if missing
+    #[arg(short, long, value_name = "DIR", required_unless_present = "similar")]
+    output: Option<PathBuf>,
+
+    /// Do not grade: list pairs of hand-ins that share code, for people to judge; names, comments, layout and the order
+    /// of functions do not count. With --output, also as similar.txt and similar.csv
+    #[arg(long, conflicts_with_all = ["GradedArgs", "GradebookArgs", "PlanArgs", "RunArgs", "JudgeArgs", "DetailsArgs", "assets", "extra_credit", "expected", "rubric", "strict", "threads"])]
+    similar: bool,
+
+    /// Folder of starter code, which does not count as shared (repeatable); nor does what grade init writes
+    #[arg(long, value_name = "DIR", requires = "similar")]
+    starter: Vec<PathBuf>,
+}
+
+#[derive(Args)]
+struct ClassArgs {
+    #[command(flatten)]
+    graded: GradedArgs,
+
+    #[command(flatten)]
+    gradebook: GradebookArgs,
+
+    #[command(flatten)]
+    plan: PlanArgs,
+
+    #[command(flatten)]
+    run: RunArgs,
+
+    #[command(flatten)]
+    judge: JudgeArgs,
+
+    #[command(flatten)]
+    details: DetailsArgs,
+
+    #[command(flatten)]
+    suite: SuiteArgs,
+}
+
+/// Reports and results of a class.
+#[derive(Args)]
+struct GradedArgs {
+    /// Formats of the reports
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Format::Text, Format::Json])]
+    format: Vec<Format>,
+
+    /// Write pages to this folder too: one for the class, and those of each submission
+    #[arg(long, value_name = "DIR")]
+    html: Option<PathBuf>,
+
+    /// Reuse reports of an earlier run from the output folder if submission, suite and grader are unchanged
+    #[arg(long)]
+    resume: bool,
+
+    /// The marks of creative scenes, as extra credit: the marks.csv of `grade gallery`, filled in (repeatable: one for each
+    /// judge)
+    #[arg(long, value_name = "FILE")]
+    marks: Vec<PathBuf>,
+
+    /// Which scene of the marks is whose, if the gallery hides names: the file of its --hide-names
+    #[arg(long, value_name = "FILE", requires = "marks")]
+    key: Option<PathBuf>,
+
+    /// Keep the trace of every run in the output folder too (runs/); with --resume, programs then run only on scenes
+    /// that are new or changed
+    #[arg(long)]
+    keep_runs: bool,
+}
+
+/// Where a plan runs.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum On {
+    /// On this machine
+    Local,
+    /// As an array of jobs of the Slurm cluster that this machine belongs to
+    Slurm,
+    /// Nowhere: only write the plan
+    Nothing,
+}
+
+/// Options of a plan.
+#[derive(Args)]
+struct PlanArgs {
+    /// Where to grade
+    #[arg(long, value_enum, value_name = "WHERE", default_value_t = On::Local)]
+    on: On,
+
+    /// Number of shards, each a job of a cluster [default: 1 on this machine; else as many as take a minute each by
+    /// earlier results, at most 5000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    shards: Option<u32>,
+
+    /// Number of jobs of each array that run at the same time; Slurm limits arrays to 1000 jobs [default: no limit]
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
+    at_once: Option<u32>,
+
+    /// Option of sbatch for each job, as in --sbatch=--partition=short (repeatable)
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    sbatch: Vec<String>,
+
+    /// Show the progress of the jobs that an earlier command started, and the summary at their end
+    #[arg(long, conflicts_with_all = ["resume", "cancel"])]
+    attach: bool,
+
+    /// End the jobs that an earlier command started; their results stay
+    #[arg(long, conflicts_with = "resume")]
+    cancel: bool,
+}
+
+impl ClassCommand {
+    pub(crate) fn run(&self) -> Result<Exit, Stop> {
+        match (&self.part, &self.place) {
+            (Some(ClassPart::RunShard { plan, shard, hidden_scenes, threads }), _) => {
+                let phase = if *hidden_scenes { Phase::Hidden } else { Phase::Shipped };
+                run_shard(plan, *shard, phase, *threads)
+            }
+            (Some(ClassPart::Merge { plan, gradebook }), _) => {
+                planned(plan, with(gradebook)?, |class, plan| class.merge(plan))
+            }
+            (None, Some(ClassPlace { folder, output: Some(output), similar: false, .. })) => {
+                let args = &self.args;
+                if args.plan.attach {
+                    planned(&output.join(PLAN), with(&args.gradebook)?, slurm::follow)
+                } else if args.plan.cancel {
+                    slurm::cancel(output)
+                } else {
+                    grade(folder, output, args)
+                }
+            }
+            (None, Some(place)) => similar::list(place, &self.args.suite.root),
+            (None, None) => Err(Stop::bad_input("grade class: no folder of submissions is named")),
         }
-        ClassCommand::Part(ClassPart::Merge { plan, gradebook }) => {
-            planned(plan, with(gradebook)?, |class, plan| class.merge(plan))
-        }
-        ClassCommand::Similar(args) => similar::list(args),
-        ClassCommand::Whole(args) if args.plan.attach => {
-            planned(&args.output.join(PLAN), with(&args.gradebook)?, slurm::follow)
-        }
-        ClassCommand::Whole(args) if args.plan.cancel => slurm::cancel(&args.output),
-        ClassCommand::Whole(args) => grade(args),
     }
 }
 
@@ -86,23 +275,22 @@ fn with(gradebook: &GradebookArgs) -> Result<impl FnOnce(&mut ClassArgs), Stop> 
     })
 }
 
-fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
-    let unreadable = |error| Stop::bad_input(format!("{}: {error}", args.folder.display()));
-    let (entries, passed_over) = entry::list(&args.folder).map_err(unreadable)?;
+fn grade(folder: &Path, output: &Path, args: &ClassArgs) -> Result<Exit, Stop> {
+    let (entries, passed_over) = entry::list(folder).map_err(Stop::about(folder))?;
     if entries.is_empty() {
         return Err(Stop::bad_input(format!(
             "{}: no submissions found\n  help: put programs, or folders with submission.toml, there",
-            args.folder.display()
+            folder.display()
         )));
     }
     let most = match args.plan.on {
-        On::Slurm => slurm::ready(&args.output)?,
+        On::Slurm => slurm::ready(output)?,
         On::Local | On::Nothing => 0,
     };
-    let class = Class::open(args)?;
+    let class = Class::open(folder, output, args)?;
     class.roster(&entries.iter().map(|entry| &*entry.name).collect::<Vec<_>>())?;
     let plan = class.plan(entries, passed_over)?;
-    let path = args.output.join(PLAN);
+    let path = output.join(PLAN);
     save(&path, plan.render(&class.seal).map_err(Stop::fault)?.as_bytes())?;
     match args.plan.on {
         On::Local => {
@@ -114,11 +302,11 @@ fn grade(args: &ClassArgs) -> Result<Exit, Stop> {
             class.merge(&plan)
         }
         On::Slurm => {
-            let path = std::path::absolute(&path).map_err(|error| unwritable(&path, &error))?;
+            let path = std::path::absolute(&path).map_err(Stop::about(&path))?;
             if !plan.shards.is_empty() {
                 // Jobs of an incomplete submission would leave gaps.
                 slurm::submit(&class, &plan, &path, most).inspect_err(|_| {
-                    let _ = slurm::cancel(&args.output);
+                    let _ = slurm::cancel(output);
                 })?;
             }
             slurm::follow(&class, &plan)
@@ -182,19 +370,23 @@ fn planned(
     set: impl FnOnce(&mut ClassArgs),
     work: impl FnOnce(&Class<'_>, &Plan) -> Result<Exit, Stop>,
 ) -> Result<Exit, Stop> {
-    let path = std::path::absolute(path).map_err(|error| unwritable(path, &error))?;
+    let path = std::path::absolute(path).map_err(Stop::about(path))?;
     let plan = Plan::read(&path).map_err(Stop::bad_input)?;
-    std::env::set_current_dir(&plan.folder).map_err(|error| unwritable(&plan.folder, &error))?;
-    let command = Cli::try_parse_from(
-        std::iter::once("grade").chain(plan.arguments.iter().map(String::as_str)),
-    );
-    let command = command.ok().and_then(|cli| cli.command);
-    let Some(Command::Class(ClassCommand::Whole(mut args))) = command else {
-        let path = path.display();
-        return Err(Stop::bad_input(format!("{path}: the arguments are not those of grade class")));
+    std::env::set_current_dir(&plan.folder).map_err(Stop::about(&plan.folder))?;
+    // The first argument is the name of the command.
+    let matches = ClassCommand::augment_args(clap::Command::new("class"));
+    let matches = matches.try_get_matches_from(&plan.arguments);
+    let command = matches.and_then(|matches| ClassCommand::from_arg_matches(&matches));
+    let Ok(ClassCommand {
+        place: Some(ClassPlace { folder, output: Some(output), .. }),
+        mut args,
+        ..
+    }) = command
+    else {
+        return Err(Stop::about(&path)("the arguments are not those of grade class"));
     };
     set(&mut args);
-    let class = Class::open(&args)?;
+    let class = Class::open(&folder, &output, &args)?;
     if class.inputs_hash() != plan.inputs {
         return Err(Stop::bad_input(format!(
             "{}: the scenes, their traces, the rubric, the marks or grade changed after the plan was made\n  help: plan again \
@@ -239,7 +431,7 @@ impl Class<'_> {
         let submissions: Vec<Planned> =
             entries.into_par_iter().map(|entry| self.planned(entry)).collect();
         let mut plan = Plan::new((folder, arguments), self.inputs_hash(), submissions, passed_over);
-        if !self.args.resume {
+        if !self.args.graded.resume {
             let moment = format!("{:?} {}", SystemTime::now(), std::process::id());
             plan.anew = Some(hash_bytes(moment.as_bytes()));
         }
@@ -257,7 +449,7 @@ impl Class<'_> {
                     Err(Foreign) => {
                         let note = format!("{}: {ALTERED}; graded again", planned.name);
                         // Without --resume, no record counts.
-                        self.args.resume.then(|| complain("note", note))?;
+                        self.args.graded.resume.then(|| complain("note", note))?;
                         None
                     }
                 }
@@ -287,14 +479,10 @@ impl Class<'_> {
 }
 
 fn save(path: &Path, bytes: &[u8]) -> Result<(), Stop> {
-    replace_file(path, bytes).map_err(|error| unwritable(path, &error))
+    replace_file(path, bytes).map_err(Stop::about(path))
 }
 
-fn unwritable(path: &Path, error: &io::Error) -> Stop {
-    Stop::bad_input(format!("{}: {error}", path.display()))
-}
-
-/// The folder of the results, without links.
-fn real(output: &Path) -> Result<PathBuf, Stop> {
-    std::fs::canonicalize(output).map_err(|error| unwritable(output, &error))
+/// A path without links.
+fn real(path: &Path) -> Result<PathBuf, Stop> {
+    std::fs::canonicalize(path).map_err(Stop::about(path))
 }

@@ -27,7 +27,7 @@ use crate::terminal::terminal;
 const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 /// Reviews the changes of the oracle on the terminal.
-pub(crate) fn run(args: &SuiteArgs) -> Result<Exit, Stop> {
+pub(super) fn run(args: &SuiteArgs) -> Result<Exit, Stop> {
     if !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
         return Err(Stop::bad_input(
             "review needs a terminal\n  help: `grade oracle regenerate` lists the changes, and \

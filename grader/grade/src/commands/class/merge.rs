@@ -52,7 +52,7 @@ impl Class<'_> {
         let mut remarks = self.marks.as_ref().map_or_else(Vec::new, |marks| marks.remarks.clone());
         remarks.extend(self.write_gradebooks(plan, &rows)?);
         let csv = report::class::csv(&rows, &gaps).map_err(Stop::fault)?;
-        save(&self.args.output.join("summary.csv"), &csv)?;
+        save(&self.output.join("summary.csv"), &csv)?;
         let assignment = self.inputs.assignment.as_ref();
         let mut text = assignment.map_or_else(Vec::new, |assignment| {
             format!("Assignment {}: {}\n", assignment.name, assignment.title).into_bytes()
@@ -67,7 +67,7 @@ impl Class<'_> {
             remarks: &remarks,
         };
         report::class::write(&mut text, &summary).map_err(Stop::fault)?;
-        save(&self.args.output.join("summary.txt"), &text)?;
+        save(&self.output.join("summary.txt"), &text)?;
         self.progress.clear();
         print(&text)?;
         if let Some(pages) = &self.pages {
@@ -79,8 +79,7 @@ impl Class<'_> {
                 protections: &protections,
                 provenance: &self.provenance,
             };
-            pages.write("", |sink| html::class(&result, sink))?;
-            pages.announce();
+            pages.publish(|sink| html::class(&result, sink))?;
         }
         if !gaps.is_empty() {
             let (done, total) = (rows.len(), plan.submissions.len());
@@ -90,7 +89,7 @@ impl Class<'_> {
             ));
         }
         // What phases without a result left behind.
-        let _ = std::fs::remove_dir_all(self.args.output.join(FIRST_PHASE));
+        let _ = std::fs::remove_dir_all(self.output.join(FIRST_PHASE));
         let has_faults = !unjudged.is_empty() || rows.iter().any(Row::is_fault);
         Ok(if has_faults { Exit::GraderFault } else { Exit::Passed })
     }

@@ -3,31 +3,49 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
+use clap::Args;
 use grader::grading::points;
 use grader::suite::assignment::{ALL, Assignment};
 use grader::suite::{Feature, Section, Suite};
 use report::table::{self, BOLD, Cell, header};
 
-use crate::args::{Judging, SuiteArgs};
-use crate::inputs::Inputs;
+use crate::args::SuiteArgs;
+use crate::inputs::{Inputs, Judging};
 use crate::output::print;
 use crate::stop::{Exit, Stop};
 
-/// Lists all assignments, or shows the one of this name.
-pub(super) fn show(name: Option<&str>, suite: &SuiteArgs) -> Result<Exit, Stop> {
-    let mut text = Vec::new();
-    match name {
-        Some(name) => {
-            let inputs = read(suite, name)?;
-            let assignment =
-                Assignment::load(&inputs.assignments, name).map_err(Stop::bad_input)?;
-            write_one(&mut text, &assignment, &inputs)
+/// List the assignments with their features and points, or show one
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  grade assignments
+  grade assignments t1m3")]
+pub(crate) struct AssignmentsArgs {
+    /// Name of the assignment to show
+    #[arg(value_name = "NAME")]
+    name: Option<String>,
+
+    #[command(flatten)]
+    suite: SuiteArgs,
+}
+
+impl AssignmentsArgs {
+    /// Lists all assignments, or shows the one of this name.
+    pub(crate) fn run(&self) -> Result<Exit, Stop> {
+        let mut text = Vec::new();
+        match &self.name {
+            Some(name) => {
+                let inputs = read(&self.suite, name)?;
+                let assignment =
+                    Assignment::load(&inputs.assignments, name).map_err(Stop::bad_input)?;
+                write_one(&mut text, &assignment, &inputs)
+            }
+            None => write_list(&mut text, &self.suite)?,
         }
-        None => write_list(&mut text, suite)?,
+        .map_err(Stop::fault)?;
+        print(&text)?;
+        Ok(Exit::Passed)
     }
-    .map_err(Stop::fault)?;
-    print(&text)?;
-    Ok(Exit::Passed)
 }
 
 fn read(suite: &SuiteArgs, name: &str) -> Result<Inputs, Stop> {
@@ -104,11 +122,8 @@ fn write_one(text: &mut Vec<u8>, assignment: &Assignment, inputs: &Inputs) -> io
             row.extend(scored.then(|| Cell::right(points)));
             row
         };
-        let names: &[&str] = match scored {
-            true => &["group", "integrator", "scenes", "points"],
-            false => &["group", "integrator", "scenes"],
-        };
-        let mut rows = vec![header(names, 2..4)];
+        let names = ["group", "integrator", "scenes", "points"];
+        let mut rows = vec![header(if scored { &names } else { &names[..3] }, 2..4)];
         rows.extend(features.iter().map(row));
         table::write(text, &rows)?;
     }

@@ -1,37 +1,34 @@
 //! `grade class DIR --similar`: lists what the sources of hand-ins share. Runs nothing.
 
-use std::fmt::Display;
 use std::fs;
 
 use grader::class::entry::{self, ClassEntry};
 use grader::class::similar::{self, Config, Sources};
 use grader::submission::init::{Language, Skeleton};
-use grader::suite::assignment::{self, Assignment};
+use grader::suite::assignment::Assignment;
 use rayon::prelude::*;
 
 use super::setting::refuse_inside;
-use super::{save, unwritable};
-use crate::args::SimilarArgs;
-use crate::inputs::find_root;
+use super::{ClassPlace, real, save};
+use crate::args::RootArgs;
+
+use crate::inputs::assignments_below;
 use crate::output::print;
 use crate::stop::{Exit, Stop};
 
-pub(super) fn list(args: &SimilarArgs) -> Result<Exit, Stop> {
+pub(super) fn list(args: &ClassPlace, root: &RootArgs) -> Result<Exit, Stop> {
     if let Some(output) = &args.output {
         refuse_inside(output, &args.folder)?;
     }
-    let (entries, passed_over) =
-        entry::list(&args.folder).map_err(|error| unwritable(&args.folder, &error))?;
-    let mut starter = skeletons(args);
+    let (entries, passed_over) = entry::list(&args.folder).map_err(Stop::about(&args.folder))?;
+    let mut starter = skeletons(root);
     for folder in &args.starter {
-        let failed =
-            |error: &dyn Display| Stop::bad_input(format!("{}: {error}", folder.display()));
         // Links are followed in what the caller names, and in nothing that is in it.
-        let place = fs::canonicalize(folder).map_err(|error| failed(&error))?;
-        let sources = Sources::read("starter code", &place).map_err(|error| failed(&error))?;
+        let place = real(folder)?;
+        let sources = Sources::read("starter code", &place).map_err(Stop::about(folder))?;
         if sources.is_empty() {
             let help = "it has no sources in a known language\n  help: name the folder of the starter code";
-            return Err(failed(&help));
+            return Err(Stop::about(folder)(help));
         }
         starter.push(sources);
     }
@@ -51,7 +48,7 @@ pub(super) fn list(args: &SimilarArgs) -> Result<Exit, Stop> {
     let mut text = Vec::new();
     report::similar::write(&mut text, &similarity).map_err(Stop::fault)?;
     if let Some(output) = &args.output {
-        fs::create_dir_all(output).map_err(|error| unwritable(output, &error))?;
+        fs::create_dir_all(output).map_err(Stop::about(output))?;
         let csv = report::similar::csv(&similarity).map_err(Stop::fault)?;
         save(&output.join("similar.txt"), &text)?;
         save(&output.join("similar.csv"), &csv)?;
@@ -61,9 +58,8 @@ pub(super) fn list(args: &SimilarArgs) -> Result<Exit, Stop> {
 }
 
 /// What `grade init` writes, in every language, for every assignment that is there.
-fn skeletons(args: &SimilarArgs) -> Vec<Sources> {
-    let root = args.root.clone().or_else(|| find_root().ok());
-    let folder = root.map(|root| root.join("assets").join(assignment::FOLDER));
+fn skeletons(root: &RootArgs) -> Vec<Sources> {
+    let folder = root.find().ok().map(|root| assignments_below(&root));
     // Hand-ins can be compared without a suite.
     let assignments = folder.and_then(|folder| Assignment::list(&folder).ok()).unwrap_or_default();
     let choices = std::iter::once(None).chain(assignments.iter().map(Some));

@@ -1,6 +1,5 @@
 //! The settings and inputs that all submissions of a class share.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -17,11 +16,12 @@ use grader::submission::folder;
 use grader::submission::hand_in::HandInError;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
+use grader::suite::assignment::Assignment;
 use report::html::SUBMISSIONS;
 use sandbox::Protection;
 
-use super::{Phase, unwritable};
-use crate::args::{ClassArgs, Format};
+use super::{ClassArgs, Phase, real};
+use crate::args::Format;
 use crate::inputs::{Inputs, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::output::{create_folder, leads_into};
@@ -37,6 +37,10 @@ pub(super) const FIRST_PHASE: &str = "first-phase";
 /// A class that is graded.
 pub(super) struct Class<'a> {
     pub(super) args: &'a ClassArgs,
+    /// The folder of the submissions.
+    pub(super) folder: &'a Path,
+    /// The folder of the results.
+    pub(super) output: &'a Path,
     pub(super) inputs: Inputs,
     pub(super) oracle: Oracle,
     pub(super) runner: Runner,
@@ -58,32 +62,38 @@ pub(super) struct Class<'a> {
 }
 
 impl<'a> Class<'a> {
-    pub(super) fn open(args: &'a ClassArgs) -> Result<Self, Stop> {
+    /// Opens the class of these submissions, with its results in `output`.
+    pub(super) fn open(
+        submissions: &'a Path,
+        output: &'a Path,
+        args: &'a ClassArgs,
+    ) -> Result<Self, Stop> {
         let inputs = args.suite.read_for(&args.judge.judging())?;
         let oracle = open_oracle(&inputs.expected)?;
-        let gradebooks = args.gradebook.gradebook.iter().map(|gradebook| &gradebook.file);
-        for path in [&args.output].into_iter().chain(&args.html).chain(gradebooks) {
-            refuse_inside(path, &args.folder)?;
+        let gradebooks = args.gradebook.gradebook.iter().map(|gradebook| &*gradebook.file);
+        let html = args.graded.html.as_deref();
+        for path in [output].into_iter().chain(html).chain(gradebooks) {
+            refuse_inside(path, submissions)?;
         }
-        let folder = |name: &str| {
-            create_folder(&args.output, name)
-                .map_err(|error| unwritable(&args.output.join(name), &error))
-        };
+        let folder =
+            |name: &str| create_folder(&output, name).map_err(Stop::about(&output.join(name)));
         let (reports, records) = (folder("reports")?, folder("resume")?);
-        let seal = Seal::of(&args.output);
-        let seal = seal.map_err(|error| unwritable(&args.output.join("records.key"), &error))?;
-        let pages = args.html.as_deref().map(Pages::open).transpose()?;
-        keep_apart(args, &inputs)?;
+        let seal = Seal::of(&output);
+        let seal = seal.map_err(Stop::about(&output.join("records.key")))?;
+        let pages = args.graded.html.as_deref().map(Pages::open).transpose()?;
+        keep_apart(args, (submissions, output), &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
         let running = running(args, &runner).map_err(Stop::fault)?;
-        let fingerprint = fingerprint(args, &inputs, &oracle, running.clone());
+        let fingerprint = fingerprint(args, submissions, (&inputs, &oracle), running.clone());
         let fingerprint = fingerprint.map_err(Stop::fault)?;
         let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, true), None)?;
-        let marks = marks(args, &inputs)?;
+        let marks = marks(args, submissions, &inputs)?;
         let interrupt = Interrupt::listen()?;
         let progress = Progress::new(!args.judge.no_progress, interrupt);
         Ok(Self {
             args,
+            folder: submissions,
+            output,
             inputs,
             oracle,
             runner,
@@ -111,7 +121,7 @@ impl<'a> Class<'a> {
 
     /// The key of a submission, and why its files cannot be read, if so.
     pub(super) fn key(&self, name: &str) -> (String, Result<(), HandInError>) {
-        let path = self.args.folder.join(name);
+        let path = self.folder.join(name);
         let mut key = self.fingerprint.clone();
         let files = key.submission(&path);
         if let Err(error) = &files {
@@ -138,7 +148,7 @@ impl<'a> Class<'a> {
 
     /// The folder of a submission's first phase.
     pub(super) fn phase_folder(&self, planned: &Planned) -> PathBuf {
-        self.args.output.join(FIRST_PHASE).join(&planned.key)
+        self.output.join(FIRST_PHASE).join(&planned.key)
     }
 
     /// The first phase of a submission that still lacks its second one.
@@ -149,9 +159,9 @@ impl<'a> Class<'a> {
 
     /// An empty folder for the runs of a first phase.
     pub(super) fn new_phase_folder(&self) -> Result<Unfinished, Stop> {
-        let made = create_folder(&self.args.output, FIRST_PHASE);
+        let made = create_folder(&self.output, FIRST_PHASE);
         made.and_then(|folder| Unfinished::new(&folder))
-            .map_err(|error| unwritable(&self.args.output.join(FIRST_PHASE), &error))
+            .map_err(Stop::about(&self.output.join(FIRST_PHASE)))
     }
 
     /// The runs kept of a submission, if they are kept; those of earlier gradings are not used in a plan without
@@ -163,14 +173,14 @@ impl<'a> Class<'a> {
         let mut program = self.running.clone();
         program.part(format!("{:?}", self.protections).as_bytes());
         // What cannot be read is not run.
-        if !self.args.keep_runs || program.submission(&self.args.folder.join(name)).is_err() {
+        if !self.args.graded.keep_runs || program.submission(&self.folder.join(name)).is_err() {
             return Ok(None);
         }
         let name = Path::new("runs").join(program.finish());
-        let folder = create_folder(&self.args.output, &name)
-            .map_err(|error| unwritable(&self.args.output.join(&name), &error))?;
+        let folder =
+            create_folder(&self.output, &name).map_err(Stop::about(&self.output.join(&name)))?;
         let kept = KeptRuns::open(folder.clone(), &self.seal, plan.anew.is_some());
-        Ok(Some(Arc::new(kept.map_err(|error| unwritable(&folder, &error))?)))
+        Ok(Some(Arc::new(kept.map_err(Stop::about(&folder))?)))
     }
 
     /// A submission of the plan.
@@ -201,20 +211,21 @@ impl<'a> Class<'a> {
 }
 
 /// The marks of creative scenes, if there are any.
-fn marks(args: &ClassArgs, inputs: &Inputs) -> Result<Option<Marks>, Stop> {
-    if args.marks.is_empty() {
+fn marks(args: &ClassArgs, folder: &Path, inputs: &Inputs) -> Result<Option<Marks>, Stop> {
+    if args.graded.marks.is_empty() {
         return Ok(None);
     }
-    let (entries, _) =
-        entry::list(&args.folder).map_err(|error| unwritable(&args.folder, &error))?;
+    let (entries, _) = entry::list(folder).map_err(Stop::about(folder))?;
     let submissions: Vec<&str> = entries.iter().map(|entry| &*entry.name).collect();
     let rules = MarksRules {
         submissions: &submissions,
-        folder: &args.folder,
+        folder,
         assignment: inputs.assignment.as_ref().map(|assignment| &*assignment.name),
         rule: inputs.rubric.creative(),
     };
-    Marks::load(&args.marks, args.key.as_deref(), rules).map(Some).map_err(Stop::bad_input)
+    Marks::load(&args.graded.marks, args.graded.key.as_deref(), rules)
+        .map(Some)
+        .map_err(Stop::bad_input)
 }
 
 /// Refuses a path for results that is in the folder of submissions: a link in it would lead elsewhere.
@@ -226,27 +237,29 @@ pub(super) fn refuse_inside(path: &Path, submissions: &Path) -> Result<(), Stop>
             path.display(),
             submissions.display()
         ))),
-        Err(error) => Err(unwritable(submissions, &error)),
+        Err(error) => Err(Stop::about(submissions)(error)),
     }
 }
 
 /// Checks that no submission can read the oracle, the hidden scenes, the reports, or another submission.
-fn keep_apart(args: &ClassArgs, inputs: &Inputs) -> Result<(), Stop> {
-    let real = |path: &Path| {
-        fs::canonicalize(path)
-            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
-    };
+fn keep_apart(
+    args: &ClassArgs,
+    (folder, output): (&Path, &Path),
+    inputs: &Inputs,
+) -> Result<(), Stop> {
     let mut secrets = inputs.secrets();
     for secret in &secrets {
-        refuse_inside(secret, &args.folder)?;
+        refuse_inside(secret, folder)?;
     }
-    secrets.push(args.output.clone());
-    secrets.extend(args.html.clone());
+    secrets.push(output.to_path_buf());
+    secrets.extend(args.graded.html.clone());
     if args.run.unprotected {
         return Ok(());
     }
-    secrets.push(args.folder.clone());
-    secrets.extend(args.gradebook.roster.iter().chain(&args.marks).chain(&args.key).cloned());
+    secrets.push(folder.to_path_buf());
+    secrets.extend(
+        args.gradebook.roster.iter().chain(&args.graded.marks).chain(&args.graded.key).cloned(),
+    );
     let readable =
         args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
     check_secrets(&secrets, &readable)
@@ -263,31 +276,30 @@ fn running(args: &ClassArgs, runner: &Runner) -> std::io::Result<Fingerprint> {
 /// Hash of everything that the reports of this run depend on, except the submission.
 fn fingerprint(
     args: &ClassArgs,
-    inputs: &Inputs,
-    oracle: &Oracle,
+    folder: &Path,
+    (inputs, oracle): (&Inputs, &Oracle),
     mut fingerprint: Fingerprint,
 ) -> std::io::Result<Fingerprint> {
-    let mut formats = args.format.clone();
+    let mut formats = args.graded.format.clone();
     formats.sort_unstable();
     for format in formats {
         fingerprint.part(extension(format).as_bytes());
     }
     let how = format!(
         "{} {} {} {:?} {:?}",
-        args.folder.display(),
+        folder.display(),
         args.judge.no_jacobians,
-        args.judge.details,
+        args.details.details,
         args.judge.criteria,
-        args.html,
+        args.graded.html,
     );
     fingerprint.part(how.as_bytes());
-    match &inputs.assignment {
-        Some(assignment) => fingerprint.file(assignment.path())?,
-        None => fingerprint.part(b""),
-    }
-    match &inputs.rubric_path {
-        Some(path) => fingerprint.file(path)?,
-        None => fingerprint.part(b""),
+    let assignment = inputs.assignment.as_ref().map(Assignment::path);
+    for path in [assignment, inputs.rubric_path.as_deref()] {
+        match path {
+            Some(path) => fingerprint.file(path)?,
+            None => fingerprint.part(b""),
+        }
     }
     fingerprint.suite(&inputs.suite, oracle);
     match &inputs.hidden {

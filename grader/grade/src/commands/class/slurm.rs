@@ -16,7 +16,7 @@ use serde_json::Value;
 use grader::grading::events::Observer;
 
 use super::setting::Class;
-use super::{Phase, real, unwritable};
+use super::{Phase, real};
 use crate::output::create_folder;
 use crate::stop::{Exit, Stop, complain};
 
@@ -87,9 +87,8 @@ pub(super) fn ready(output: &Path) -> Result<u32, Stop> {
 
 /// Submits the shards, in arrays of at most `most` jobs, and the merge.
 pub(super) fn submit(class: &Class<'_>, plan: &Plan, path: &Path, most: u32) -> Result<(), Stop> {
-    let output = &class.args.output;
-    let logs = create_folder(&real(output)?, LOGS)
-        .map_err(|error| unwritable(&output.join(LOGS), &error))?;
+    let output = &class.output;
+    let logs = create_folder(&real(output)?, LOGS).map_err(Stop::about(&output.join(LOGS)))?;
     let grade = std::env::current_exe().map_err(Stop::fault)?;
     let [grade, plan_file] = [quoted(&grade)?, quoted(path)?];
     let at_once = class.args.plan.at_once.map_or_else(String::new, |count| format!("%{count}"));
@@ -137,7 +136,7 @@ pub(super) fn submit(class: &Class<'_>, plan: &Plan, path: &Path, most: u32) -> 
 /// # Errors
 /// If it is interrupted, Slurm does not answer, or the summary cannot be written.
 pub(super) fn follow(class: &Class<'_>, plan: &Plan) -> Result<Exit, Stop> {
-    let output = &class.args.output;
+    let output = &class.output;
     let total = plan.submissions.len();
     let mut missing: Vec<usize> = (0..total).collect();
     let mut ended: Option<Instant> = None;

@@ -1,12 +1,13 @@
 //! `grade oracle`: regenerates, reviews or verifies the stored traces, and draws hidden scenes.
 
 mod cause;
-pub(super) mod hidden;
-pub(super) mod review;
+mod hidden;
+mod review;
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use clap::Subcommand;
 use grader::oracle::{
     self, Acceptance, Leftover, Origin, Regeneration, Staged, TraceChange, TraceDifference,
 };
@@ -18,9 +19,59 @@ use crate::inputs::{Inputs, open_oracle};
 use crate::output::print;
 use crate::provenance;
 use crate::stop::{Exit, Stop, complain};
+use hidden::HiddenArgs;
+
+#[derive(Subcommand)]
+pub(crate) enum OracleCommand {
+    /// Regenerate all oracle traces with the built-in simulator; replace expected/ completely or not at all
+    #[command(after_help = "\
+Examples:
+  grade oracle regenerate
+  grade oracle regenerate --accept Spring/two-springs")]
+    Regenerate {
+        /// Also replace traces that changed beyond their tolerance, and remove traces without a scene: of these scenes,
+        /// by the patterns of --only, or of all; the others stay
+        #[arg(long, value_name = "SCENE", num_args = 0..)]
+        accept: Option<Vec<String>>,
+
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
+    /// Walk through the changes that have to be accepted, scene by scene, on a terminal: accept, reject, skip, undo
+    #[command(after_help = "\
+Examples:
+  grade oracle review
+
+Decisions are kept beside expected/ until they are written: run it again to continue. Exit codes: 0 nothing is left to \
+accept, 1 something is, 2 bad usage or input.")]
+    Review {
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
+    /// Check that expected/ matches its scenes and its manifest
+    #[command(after_help = "\
+Examples:
+  grade oracle verify")]
+    Verify {
+        #[command(flatten)]
+        suite: SuiteArgs,
+    },
+    GenerateHidden(HiddenArgs),
+}
+
+impl OracleCommand {
+    pub(crate) fn run(&self) -> Result<Exit, Stop> {
+        match self {
+            Self::Regenerate { accept, suite } => regenerate(accept.as_deref(), suite),
+            Self::Review { suite } => review::run(suite),
+            Self::Verify { suite } => verify(suite),
+            Self::GenerateHidden(args) => args.run(),
+        }
+    }
+}
 
 /// Regenerates the traces. `accept` holds patterns of the accepted changes; if it is empty, all are accepted.
-pub(super) fn regenerate(accept: Option<&[String]>, args: &SuiteArgs) -> Result<Exit, Stop> {
+fn regenerate(accept: Option<&[String]>, args: &SuiteArgs) -> Result<Exit, Stop> {
     let (staged, inputs) = stage(args, accept.is_some_and(<[String]>::is_empty))?;
     let names: BTreeSet<String> = match accept {
         None | Some([]) => BTreeSet::new(),
@@ -60,7 +111,7 @@ fn replace(staged: Staged, accept: Acceptance<'_>, expected: &Path) -> Result<Ex
             format!("{path}: cannot remove the old traces: {detail}; remove them by hand");
         complain("warning", message);
     }
-    Ok(if regeneration.refused() { Exit::Failed } else { Exit::Passed })
+    Ok(Exit::of(!regeneration.refused()))
 }
 
 /// This grader, as the origin of traces.
@@ -137,7 +188,7 @@ fn describe_difference(difference: &TraceDifference) -> String {
     format!("changed {extent}, position by {position:.1e}, velocity by {velocity:.1e}{place}")
 }
 
-pub(super) fn verify(args: &SuiteArgs) -> Result<Exit, Stop> {
+fn verify(args: &SuiteArgs) -> Result<Exit, Stop> {
     let Inputs { suite, expected, .. } = args.read()?;
     let oracle = open_oracle(&expected)?;
     let findings = oracle::verify(&suite, &oracle);
@@ -152,5 +203,5 @@ pub(super) fn verify(args: &SuiteArgs) -> Result<Exit, Stop> {
         n => format!("{folder}: {n} mismatches\n"),
     };
     print(text.as_bytes())?;
-    Ok(if findings.is_empty() { Exit::Passed } else { Exit::Failed })
+    Ok(Exit::of(findings.is_empty()))
 }

@@ -7,8 +7,6 @@ use super::altered::{Copied, Passed};
 use crate::boundary::printed::Untrusted;
 use crate::compare::recording::Recording;
 use crate::compare::{Comparison, Criteria};
-use crate::diagnosis::Diagnosis;
-use crate::findings::Findings;
 use crate::probe::Probing;
 use crate::rubric::creative::{CRITERIA, CreativeCredit, CreativeRule};
 use crate::rubric::{FaultPoints, OtherRoot, Rubric};
@@ -16,6 +14,8 @@ use crate::suite::assignment::Assignment;
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Fault, Verdict};
 use crate::white_box::JacobianReport;
+use diagnosis::findings::Diagnosis;
+use diagnosis::findings::Findings;
 use sandbox::Protection;
 
 use super::provenance::Provenance;

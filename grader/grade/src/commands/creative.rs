@@ -162,7 +162,7 @@ impl GalleryArgs {
                     .check(&self.folder, below, Wanted::Motion)
                     .map_err(|error| error.to_string()),
             };
-            found.unwrap_or_else(|reason| Some(Creative::refused(self.folder.join(below), reason)))
+            found.unwrap_or_else(|reason| Some(Creative::refused((&self.folder, below), reason)))
         };
         let scenes: Vec<Creative> = entries.par_iter().filter_map(check).collect();
         if scenes.is_empty() {
@@ -171,7 +171,7 @@ impl GalleryArgs {
                 self.folder.display()
             )));
         }
-        let gallery = Gallery::new(scenes, &self.folder, self.hide_names.is_some());
+        let gallery = Gallery::new(scenes, self.hide_names.is_some());
         if let Some(path) = &self.hide_names {
             let key = gallery.key().map_err(Stop::fault)?;
             write_bytes(path, &key).map_err(Stop::about(path))?;

@@ -17,7 +17,7 @@ mod evidence;
 mod feature;
 mod fit;
 mod form;
-mod refusal;
+mod judged;
 mod scope;
 mod search;
 mod tasks;
@@ -26,26 +26,24 @@ mod trace;
 use std::collections::BTreeSet;
 use std::fmt;
 
-use diagnosis::change::{Change, Place, Term, rounds};
+use crate::change::{Change, Place, Term, rounds};
 use rayon::prelude::*;
 use scene::schema::{Convergence, Matrix};
-use scene::trace::State;
 use scene::{ForceElement, Scene};
 use simulator::force;
 use simulator::integrator;
 
-use crate::compare::{Comparison, Criteria};
-use crate::diagnosis::{Diagnosis, Evidence, Explanation, Roots};
-use crate::suite::Case;
-use crate::verdict::{Failure, Verdict};
+use crate::explanation::Explanation;
+use crate::roots::Roots;
+use crate::steps::Evidence;
 
 use evidence::SceneEvidence;
 pub use feature::{Family, Feature, Part, Symptom};
 use form::Kind;
-pub use refusal::refusal;
+pub use judged::{ContextRow, Diagnosis, FirstWrong, Found, JudgedScene, Outcome, Restarts};
 use scope::Failing;
 use search::Cause;
-pub(crate) use tasks::of_passed as tasks_of_passed;
+pub use tasks::of_passed as tasks_of_passed;
 pub use tasks::{TaskFinding, TaskVerdict};
 pub use trace::is_recorded;
 
@@ -234,20 +232,6 @@ impl fmt::Display for Progress {
     }
 }
 
-/// A judged scene.
-pub struct JudgedScene<'a> {
-    /// The scene.
-    pub case: &'a Case,
-    /// The comparison of its trace with the oracle's. A scene that turns out to lack a feature gets that verdict.
-    pub comparison: &'a mut Comparison,
-    /// The criteria.
-    pub criteria: &'a Criteria,
-    /// The recorded states.
-    pub states: &'a [State],
-    /// Is set where the trace differs.
-    pub diagnosis: &'a mut Option<Diagnosis>,
-}
-
 impl From<Place> for Feature {
     fn from(place: Place) -> Self {
         let part = |term: Term| match term.part {
@@ -288,17 +272,13 @@ fn simplicity(scene: &Scene) -> [usize; 5] {
 }
 
 impl Findings {
-    /// Looks for what is wrong in a submission, from all its scenes together.
-    pub fn of(mut judged: Vec<JudgedScene<'_>>) -> Self {
-        let mut scenes: Vec<SceneEvidence<'_>> = judged
-            .par_iter()
-            .map(|scene| {
-                SceneEvidence::of(scene.case, scene.comparison, scene.criteria, scene.states)
-            })
-            .collect();
+    /// Looks for what is wrong in a submission, from all its scenes together. Returns the findings, and what is found in
+    /// each scene.
+    pub fn of(judged: &[JudgedScene<'_>]) -> (Self, Vec<Found>) {
+        let mut scenes: Vec<SceneEvidence<'_>> = judged.par_iter().map(SceneEvidence::of).collect();
         // A message of the compiler is in the report already.
         if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
-            return Self::default();
+            return (Self::default(), vec![Found::default(); judged.len()]);
         }
         let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
         let mut list = Vec::new();
@@ -318,7 +298,7 @@ impl Findings {
         list.extend(common(&scenes, &to_look_at));
         list.extend(to_look_at);
         list.extend(ends(&scenes));
-        let mut diagnoses = Vec::new();
+        let mut found = Vec::new();
         for (number, (scene, root)) in scenes.iter().zip(&roots).enumerate() {
             let lacks = causes.iter().find(|c| is_lack(c, &causes) && c.scenes.contains(&number));
             let lacks = lacks.map(|cause| cause.change().words.clone());
@@ -327,34 +307,26 @@ impl Findings {
                 let acting = causes
                     .iter()
                     .filter(|cause| cause.scenes.contains(&number) && scene.explained)
-                    .filter(|cause| cause.change().acts_in(&scene.case.scene));
+                    .filter(|cause| cause.change().acts_in(scene.judged.scene));
                 let changes: Vec<Change> = acting.map(|cause| cause.change().clone()).collect();
                 Diagnosis {
                     steps: scene.steps.clone(),
                     causes: changes.iter().map(|change| change.words.clone()).collect(),
                     other_root: *root,
                     restarts: None,
-                    explanation: Explanation::of(&scene.case.scene, &scene.evidence, &changes),
+                    explanation: Explanation::of(scene.judged.scene, &scene.evidence, &changes),
                 }
             });
-            diagnoses.push((diagnosis, lacks));
+            found.push(Found { diagnosis, lacks });
         }
         let unnamed = refused(&scenes, &mut list);
         let tasks = tasks::of(&scenes, &list);
-        drop(scenes);
-        for (scene, (diagnosis, lacks)) in judged.iter_mut().zip(diagnoses) {
-            *scene.diagnosis = diagnosis;
-            if let Some(words) = lacks {
-                scene.comparison.verdict =
-                    Verdict::Fail(Failure::NotImplemented { detail: words.into(), lacks: None });
-            }
-        }
         list.extend(unnamed);
         drop_lacking(&mut list);
         // Stable: causes keep the order in which they were found.
         list.sort_by_key(|finding| (finding.kind, finding.in_order_of_work()));
-        let progress = progress(&judged, &list);
-        Self { list, progress, tasks }
+        let progress = progress(judged, &found, &list);
+        (Self { list, progress, tasks }, found)
     }
 }
 
@@ -394,7 +366,7 @@ fn of_cause(cause: &Cause, is_lack: bool, scenes: &[SceneEvidence<'_>]) -> Findi
 }
 
 fn names<'a, 'b: 'a>(scenes: impl Iterator<Item = &'a SceneEvidence<'b>>) -> Vec<String> {
-    scenes.map(|scene| scene.case.id.clone()).collect()
+    scenes.map(|scene| scene.judged.name.to_owned()).collect()
 }
 
 /// The faults of the output; scenes that they spoil are explained.
@@ -438,7 +410,7 @@ fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
 
 /// The first wrong step of implicit Euler that satisfies its own equation, counted from 1.
 fn other_root(scene: &SceneEvidence<'_>) -> Option<u64> {
-    let roots = Roots::of(&scene.case.scene).filter(|_| scene.is_suspect())?;
+    let roots = Roots::of(scene.judged.scene).filter(|_| scene.is_suspect())?;
     let first = scene.evidence.iter().find(|evidence| evidence.is_wrong())?;
     let Evidence { sample, defect, .. } = first;
     let size = sample.after.velocities.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
@@ -452,8 +424,8 @@ fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Optio
     let mut feature = None;
     for (scene, _) in scenes.iter_mut().zip(roots).filter(|(_, root)| root.is_some()) {
         (scene.explained, scene.has_other_root) = (true, true);
-        feature = Some(Feature::Integrator(scene.case.scene.integrator.name));
-        found.push(scene.case.id.clone());
+        feature = Some(Feature::Integrator(scene.judged.scene.integrator.name));
+        found.push(scene.judged.name.to_owned());
     }
     let words = "Newton's method ends at another solution than from the old velocities";
     Some(Finding {
@@ -468,7 +440,7 @@ fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Optio
 
 /// Whether a step is one step of Newton's method.
 fn is_linearized(scene: &SceneEvidence<'_>) -> bool {
-    let integrator = scene.case.scene.integrator;
+    let integrator = scene.judged.scene.integrator;
     integrator.convergence == Convergence::Direct && integrator.matrix == Matrix::Jacobians
 }
 
@@ -482,13 +454,13 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
     };
     let failing = scenes.iter().filter(|scene| is_unexplained(scene));
     let failing: Vec<&SceneEvidence<'_>> =
-        failing.filter(|scene| !is_missing(scene.case.scene.integrator.name)).collect();
+        failing.filter(|scene| !is_missing(scene.judged.scene.integrator.name)).collect();
     let lacks =
         |number: usize| causes.iter().any(|c| is_lack(c, causes) && c.scenes.contains(&number));
     let right = scenes.iter().enumerate().filter(|(number, scene)| {
         scene.passed || (scene.explained && scene.steps.total > 0 && !lacks(*number))
     });
-    let right: Vec<&Scene> = right.map(|(_, scene)| &scene.case.scene).collect();
+    let right: Vec<&Scene> = right.map(|(_, scene)| scene.judged.scene).collect();
     let made: Vec<Change> = causes.iter().map(|cause| cause.change().clone()).collect();
     let wrong: Vec<Failing<'_>> = failing.par_iter().map(|scene| scene.failing(&made)).collect();
     let mut found = match scope::only(&wrong, &right, FEW) {
@@ -497,7 +469,7 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
         None => scope::eliminated(&wrong, &right, FEW),
     };
     // Rounds have formulas of springs of their own, which are tasks.
-    let is_of_rounds = failing.iter().all(|scene| rounds::is_of_rounds(&scene.case.scene));
+    let is_of_rounds = failing.iter().all(|scene| rounds::is_of_rounds(scene.judged.scene));
     let is_spring = |feature: &Feature| match feature {
         Feature::Force(part) | Feature::Jacobian(part) => part.tag() == "springforce",
         _ => false,
@@ -505,11 +477,11 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
     found.retain(|(feature, ..)| !(is_of_rounds && is_spring(feature)));
     // A wrong Jacobian leads Newton's method astray. One step of it, in a scene that passed, shows a right one.
     let passed = scenes.iter().filter(|scene| scene.passed && is_linearized(scene));
-    let known: BTreeSet<Term> = passed.flat_map(|scene| terms(&scene.case.scene)).collect();
+    let known: BTreeSet<Term> = passed.flat_map(|scene| terms(scene.judged.scene)).collect();
     found.retain(|(feature, _, numbers)| {
         let is_open = |number: &usize| {
             let scene = failing[*number];
-            scene.is_newton() && !terms(&scene.case.scene).is_subset(&known)
+            scene.is_newton() && !terms(scene.judged.scene).is_subset(&known)
         };
         !(matches!(feature, Feature::Integrator(_)) && numbers.iter().any(is_open))
     });
@@ -528,15 +500,16 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
 /// steps to be examined.
 fn is_unexplained(scene: &SceneEvidence<'_>) -> bool {
     let is_wrong =
-        scene.is_suspect() || scene.kind == Some(Kind::Wrong) && !is_recorded(scene.case);
+        scene.is_suspect() || scene.kind == Some(Kind::Wrong) && !is_recorded(scene.judged.scene);
     is_wrong && !scene.explained && !scene.open
 }
 
 /// What the scenes have in common that nothing explains and in which no feature stands out: forces, the integrator, fixed
 /// particles. `None` if most scenes that pass have it too.
 fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Option<Finding> {
-    let is_named =
-        |scene: &SceneEvidence<'_>| found.iter().any(|f| f.scenes.contains(&scene.case.id));
+    let is_named = |scene: &SceneEvidence<'_>| {
+        found.iter().any(|f| f.scenes.iter().any(|name| name == scene.judged.name))
+    };
     let failing: Vec<&SceneEvidence<'_>> =
         scenes.iter().filter(|scene| is_unexplained(scene) && !is_named(scene)).collect();
     if failing.len() < FEW {
@@ -544,7 +517,7 @@ fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Option<Finding> {
     }
     type Test = Box<dyn Fn(&Scene) -> bool>;
     let mut shared: Vec<(String, Test)> = Vec::new();
-    let in_all = |test: &Test| failing.iter().all(|scene| test(&scene.case.scene));
+    let in_all = |test: &Test| failing.iter().all(|scene| test(scene.judged.scene));
     for term in Term::all() {
         let test: Test = Box::new(move |scene| terms(scene).contains(&term));
         shared.extend(in_all(&test).then(|| (term.to_string(), test)));
@@ -558,7 +531,7 @@ fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Option<Finding> {
         shared.extend(in_all(&test).then(|| (format!("integrator {name}"), test)));
     }
     let passing: Vec<&Scene> =
-        scenes.iter().filter(|scene| scene.passed).map(|scene| &scene.case.scene).collect();
+        scenes.iter().filter(|scene| scene.passed).map(|scene| scene.judged.scene).collect();
     let count = |shared: &[(String, Test)]| {
         passing.iter().filter(|scene| shared.iter().all(|(_, test)| test(scene))).count()
     };
@@ -605,9 +578,9 @@ fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
             .iter()
             .filter(|scene| scene.kind.as_ref().is_some_and(|kind| kind.symptom() == symptom))
             .collect();
-        let ran = scenes.iter().filter(|scene| scene.passed || scene.states.len() > 1);
-        let right: Vec<&Scene> = ran.map(|scene| &scene.case.scene).collect();
-        let wrong = failing.iter().map(|scene| Failing::of(&scene.case.scene));
+        let ran = scenes.iter().filter(|scene| scene.passed || scene.judged.states.len() > 1);
+        let right: Vec<&Scene> = ran.map(|scene| scene.judged.scene).collect();
+        let wrong = failing.iter().map(|scene| Failing::of(scene.judged.scene));
         let wrong: Vec<Failing<'_>> = wrong.collect();
         let found = match scope::only(&wrong, &right, FEW) {
             Some(only) => vec![only],
@@ -630,11 +603,12 @@ fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
 fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
     let mut found: Vec<(Option<String>, Vec<&SceneEvidence<'_>>)> = Vec::new();
     for scene in scenes {
-        let Some(lacks) = &scene.refused else { continue };
+        let Outcome::Refused(lacks) = &scene.judged.outcome else { continue };
         // Without a name, it is that of the integrator if all its scenes are refused, and others are not.
-        let name = scene.case.scene.integrator.name;
-        let is_its = |other: &&SceneEvidence<'_>| other.case.scene.integrator.name == name;
-        let is_refused = |other: &SceneEvidence<'_>| other.refused.is_some();
+        let name = scene.judged.scene.integrator.name;
+        let is_its = |other: &&SceneEvidence<'_>| other.judged.scene.integrator.name == name;
+        let is_refused =
+            |other: &SceneEvidence<'_>| matches!(other.judged.outcome, Outcome::Refused(_));
         let is_integrator =
             || scenes.iter().filter(is_its).all(is_refused) && !scenes.iter().all(is_refused);
         let lacks = lacks.clone().or_else(|| is_integrator().then(|| name.to_owned()));
@@ -682,28 +656,27 @@ fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
 }
 
 /// What is implemented, and the simplest scene of what is not.
-fn progress(judged: &[JudgedScene<'_>], list: &[Finding]) -> Option<Progress> {
-    let lacking: Vec<&JudgedScene<'_>> = judged
-        .iter()
-        .filter(|scene| {
-            matches!(scene.comparison.verdict, Verdict::Fail(Failure::NotImplemented { .. }))
-        })
-        .collect();
+fn progress(judged: &[JudgedScene<'_>], found: &[Found], list: &[Finding]) -> Option<Progress> {
+    let is_lacking = |(scene, found): &(&JudgedScene<'_>, &Found)| {
+        found.lacks.is_some() || matches!(scene.outcome, Outcome::Refused(_))
+    };
+    let lacking: Vec<&JudgedScene<'_>> =
+        judged.iter().zip(found).filter(is_lacking).map(|(scene, _)| scene).collect();
     if lacking.is_empty() || !list.iter().any(|f| f.kind == FindingKind::NotImplemented) {
         return None;
     }
-    let passed = || judged.iter().filter(|scene| scene.comparison.verdict.is_pass());
+    let passed = || judged.iter().filter(|scene| scene.outcome == Outcome::Passed);
     // What a finding names is not said to be there.
     let named = || list.iter().flat_map(|finding| &finding.features);
     let mut implemented = Vec::new();
-    if passed().any(|scene| scene.case.scene.forces.is_empty()) {
+    if passed().any(|scene| scene.scene.forces.is_empty()) {
         implemented.push("free motion".to_owned());
     }
     for kind in force::REGISTRY {
         let has = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == kind.schema.tag);
         let tag = kind.schema.tag;
         let is_named = named().any(|f| matches!(f, Feature::Force(part) if part.tag() == tag));
-        if !is_named && passed().any(|scene| has(&scene.case.scene)) {
+        if !is_named && passed().any(|scene| has(scene.scene)) {
             implemented.push(kind.schema.title.to_owned());
         }
     }
@@ -711,12 +684,12 @@ fn progress(judged: &[JudgedScene<'_>], list: &[Finding]) -> Option<Progress> {
         let is_of =
             |scene: &Scene| scene.integrator.name == kind.schema.name && !scene.forces.is_empty();
         let is_named = named().any(|f| *f == Feature::Integrator(kind.schema.name));
-        if !is_named && passed().any(|scene| is_of(&scene.case.scene)) {
+        if !is_named && passed().any(|scene| is_of(scene.scene)) {
             implemented.push(kind.schema.name.to_owned());
         }
     }
-    let next = lacking.iter().min_by_key(|scene| simplicity(&scene.case.scene)).map(|scene| {
-        let inner = &scene.case.scene;
+    let next = lacking.iter().min_by_key(|scene| simplicity(scene.scene)).map(|scene| {
+        let inner = scene.scene;
         let mut titles: Vec<&str> = Vec::new();
         for element in &inner.forces {
             if !titles.contains(&element.schema.title) {
@@ -724,7 +697,7 @@ fn progress(judged: &[JudgedScene<'_>], list: &[Finding]) -> Option<Progress> {
             }
         }
         let what = if titles.is_empty() { "free motion".to_owned() } else { titles.join(" and ") };
-        (format!("{what} under {}", inner.integrator.name), scene.case.id.clone())
+        (format!("{what} under {}", inner.integrator.name), scene.name.to_owned())
     });
     if implemented.is_empty() {
         implemented.push("nothing yet".to_owned());

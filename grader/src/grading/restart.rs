@@ -8,40 +8,18 @@ use std::io;
 use scene::trace::{Shape, State, TraceReader};
 use scene::{Scene, write};
 
-use super::steps::{Before, Judge};
 use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
 use crate::suite::Case;
+use diagnosis::findings::Restarts;
+use diagnosis::steps::{Before, Judge};
 
 /// Maximum number of steps for a scene.
 const MOST: u64 = 8;
 
-/// The result of restarted steps.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Restarts {
-    /// The restarted steps, counted from 1.
-    pub made: Vec<u64>,
-    /// The steps among them that are wrong, or that failed.
-    pub wrong: Vec<u64>,
-}
-
-impl Restarts {
-    /// The description.
-    pub fn words(&self) -> String {
-        let list =
-            |steps: &[u64]| steps.iter().map(u64::to_string).collect::<Vec<String>>().join(", ");
-        let Self { made, wrong } = self;
-        match wrong.as_slice() {
-            [] => format!("steps {} are right", list(made)),
-            wrong if wrong.len() == made.len() => format!("steps {} are wrong", list(wrong)),
-            wrong => format!("of steps {}, these are wrong: {}", list(made), list(wrong)),
-        }
-    }
-}
-
 /// Redoes some steps of a scene from the states of `oracle`; `None` if its steps depend on more than the state, or the
 /// scenes cannot be written.
-pub fn restart(case: &Case, program: &Program, oracle: &mut dyn TraceReader) -> Option<Restarts> {
+pub(super) fn restart(case: &Case, program: &Program, oracle: &mut dyn TraceReader) -> Option<Restarts> {
     let scene = &case.scene;
     // Wind depends on the time and on the initial positions of the particles.
     let is_windy = scene.forces.iter().any(|element| element.schema.depends_on().time);

@@ -13,16 +13,16 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use diagnosis::change::candidates::{self, Numbered, NumberedForce};
-use diagnosis::change::rounds;
-use diagnosis::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Task, Term};
+use crate::change::candidates::{self, Numbered, NumberedForce};
+use crate::change::rounds;
+use crate::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Task, Term};
 use rayon::prelude::*;
 use scene::Scene;
 
 use super::evidence::{Agreement, LEFT, SceneEvidence};
 use super::fit;
 use super::form::Kind;
-use crate::diagnosis::Evidence;
+use crate::steps::Evidence;
 
 /// Maximum number of changes, omissions included.
 const ROUNDS: usize = 16;
@@ -756,7 +756,7 @@ fn prove(scenes: &[SceneEvidence<'_>], made: &[Change], weighed: Weighed) -> Opt
             let scene = &scenes[number];
             let is_explained = weighed.explained.contains(&number);
             let wanted = scene.is_settled() && must_act(&scene.scene) || is_explained;
-            wanted && scene.states.len() > 1
+            wanted && scene.judged.states.len() > 1
         })
         .collect();
     wanted.sort_by_key(|&number| scenes[number].simplicity());

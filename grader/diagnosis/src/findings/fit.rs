@@ -1,13 +1,13 @@
 //! Changes with numbers in them, found from the steps: the residual of a step is affine in most of them.
 
-use diagnosis::change::candidates::{self, Numbered};
-use diagnosis::change::{Change, Model};
+use crate::change::candidates::{self, Numbered};
+use crate::change::{Change, Model};
 use reference::method::{Method, OnePoint};
 use scene::Scene;
 
 use super::evidence::{LEFT, SceneEvidence};
 use super::search::simplest;
-use crate::diagnosis::Evidence;
+use crate::steps::Evidence;
 
 /// A number counts as another one from this difference on.
 const OTHER: f64 = 1e-4;

@@ -9,9 +9,7 @@ use std::fmt;
 use scene::Scene;
 
 use super::feature::{Family, Feature, Symptom};
-use crate::compare::{Comparison, ContextRow, FirstWrong};
-use crate::suite::Case;
-use crate::verdict::{Failure, Verdict};
+use super::judged::{ContextRow, FirstWrong, JudgedScene, Outcome};
 
 /// Numbers with at most this many digits count as rounded; an f64 has 15 to 17.
 const FEW_DIGITS: usize = 14;
@@ -139,71 +137,59 @@ impl Kind {
 
 impl Kind {
     /// How a scene failed; `None` if it passed, was not judged, or was not run.
-    pub(super) fn of(case: &Case, comparison: &Comparison) -> Option<Self> {
-        let Verdict::Fail(failure) = &comparison.verdict else { return None };
-        let first = comparison.first_wrong.as_ref();
-        let told = || first.and_then(|first| in_numbers(&case.scene, first));
-        Some(match failure {
-            Failure::NotRun { .. } => return None,
-            Failure::BuildFailed { .. } | Failure::BadHandIn { .. } => Self::NotBuilt,
-            Failure::NotImplemented { .. } => Self::Refused,
-            Failure::Missing { .. } => Self::Missing,
-            Failure::Crashed { .. } | Failure::TooManyProcesses { .. } => Self::Crash,
-            Failure::TimedOut { .. } => Self::TimeOut,
-            Failure::OutOfMemory { .. } => Self::Memory,
-            Failure::NoOutput { .. } => Self::NoTrace,
-            Failure::TooMuchOutput { .. } => Self::TooMuch,
-            Failure::Malformed { .. } => told().unwrap_or(Self::Malformed),
-            Failure::NotFinite { place, .. } => {
-                let at_last = first.is_none() && place.step == case.scene.n_steps();
-                told().unwrap_or(if at_last { Self::NotFiniteAtLast } else { Self::Wrong })
+    pub(super) fn of(judged: &JudgedScene<'_>) -> Option<Self> {
+        let JudgedScene { scene, first_wrong, .. } = judged;
+        let in_numbers = || first_wrong.as_ref().and_then(|first| in_numbers(scene, first));
+        let has_right_numbers = first_wrong.is_none();
+        Some(match &judged.outcome {
+            Outcome::Passed | Outcome::NotJudged => return None,
+            Outcome::NotBuilt => Self::NotBuilt,
+            Outcome::Refused(_) => Self::Refused,
+            Outcome::Missing => Self::Missing,
+            Outcome::Crashed => Self::Crash,
+            Outcome::TimedOut => Self::TimeOut,
+            Outcome::OutOfMemory => Self::Memory,
+            Outcome::NoTrace => Self::NoTrace,
+            Outcome::TooMuchOutput => Self::TooMuch,
+            Outcome::Malformed => in_numbers().unwrap_or(Self::Malformed),
+            Outcome::NotFinite(step) if has_right_numbers && *step == scene.n_steps() => {
+                Self::NotFiniteAtLast
             }
-            Failure::TooShort { .. } | Failure::TooLong { .. } => match (first, told()) {
-                (_, Some(kind)) => kind,
-                (Some(_), None) => Self::Wrong,
-                (None, None) => length(failure),
-            },
-            // Known after the findings.
-            Failure::FailsAltered { .. } => return None,
-            Failure::Differs | Failure::Drifts { .. } => told().unwrap_or(Self::Wrong),
+            Outcome::TooShort { states: 0, .. } if has_right_numbers => Self::NoTrace,
+            Outcome::TooShort { states, expected } if has_right_numbers => {
+                if states + 1 < *expected { Self::Duration } else { Self::StateTooFew }
+            }
+            Outcome::TooLong if has_right_numbers => Self::StateTooMany,
+            Outcome::NotFinite(_)
+            | Outcome::TooShort { .. }
+            | Outcome::TooLong
+            | Outcome::Differs => in_numbers().unwrap_or(Self::Wrong),
         })
     }
 }
 
-/// The kind of a trace that is right but has the wrong length.
-fn length(failure: &Failure) -> Kind {
-    match failure {
-        Failure::TooShort { states: 0, .. } => Kind::NoTrace,
-        Failure::TooShort { states, expected } if states + 1 < *expected => Kind::Duration,
-        Failure::TooShort { .. } => Kind::StateTooFew,
-        _ => Kind::StateTooMany,
-    }
-}
-
 /// The kind of failure if the first wrong numbers are right numbers in a wrong form.
-fn in_numbers(scene: &Scene, first: &FirstWrong) -> Option<Kind> {
+fn in_numbers(scene: &Scene, first: &FirstWrong<'_>) -> Option<Kind> {
     let row = |step: u64| first.context.iter().find(|row| row.step == step);
-    if first.place.step == 0 {
+    if first.step == 0 {
         let initial = row(0)?;
-        if let Some(kind) = in_order(scene, first.place.particle, initial, row(1)) {
+        if let Some(kind) = in_order(scene, first.particle, initial, row(1)) {
             return Some(kind);
         }
     }
-    if let Some(kind) = late(scene, &first.context) {
+    if let Some(kind) = late(scene, first.context) {
         return Some(kind);
     }
     // An initial state can differ by rounding alone, whatever the later ones do. Rounded numbers have few digits later too;
     // otherwise they are read so.
-    let rounded = match (first.place.step, row(0)) {
+    let rounded = match (first.step, row(0)) {
         (0, Some(initial)) => {
             let kind = in_digits(std::slice::from_ref(initial));
-            kind.map(
-                |kind| if is_kept(&kind, &first.context) { kind } else { Kind::InitialRounded },
-            )
+            kind.map(|kind| if is_kept(&kind, first.context) { kind } else { Kind::InitialRounded })
         }
-        _ => in_digits(&first.context),
+        _ => in_digits(first.context),
     };
-    if rounded.is_none() && first.place.step == 0 { Some(Kind::InitialState) } else { rounded }
+    if rounded.is_none() && first.step == 0 { Some(Kind::InitialState) } else { rounded }
 }
 
 /// Whether the states are those of the step before, or their velocities.

@@ -11,18 +11,16 @@
 
 use std::collections::BTreeSet;
 
-use ::diagnosis::change::{Change, Model, Place};
+use crate::change::{Change, Model, Place};
 use scene::schema::Convergence;
 use scene::trace::State;
 use scene::{Rendering, Scene};
 
 use super::form::Kind;
+use super::judged::{JudgedScene, Outcome};
 use super::scope::Failing;
-use crate::compare::calibration::Bound;
-use crate::compare::{Comparison, Criteria};
-use crate::diagnosis::{self, Evidence, Rounding, WrongSteps};
-use crate::suite::Case;
-use crate::verdict::{Failure, Verdict};
+use crate::bound::Bound;
+use crate::steps::{self, Evidence, Rounding, WrongSteps};
 
 /// Multiple of the noise that a single step may be off.
 pub(super) const LEFT: f64 = 3.0;
@@ -41,19 +39,14 @@ const FEWEST: usize = 3;
 
 /// A scene of a submission.
 pub(super) struct SceneEvidence<'a> {
-    pub(super) case: &'a Case,
+    pub(super) judged: &'a JudgedScene<'a>,
     /// The scene without what steps do not need.
     pub(super) scene: Scene,
     pub(super) passed: bool,
     /// How it failed; `None` if it passed.
     pub(super) kind: Option<Kind>,
-    /// The finite states of its trace; empty if they were not recorded.
-    pub(super) states: &'a [State],
     pub(super) steps: WrongSteps,
     pub(super) evidence: Vec<Evidence>,
-    criteria: &'a Criteria,
-    /// Whether its velocities are differences of its positions, as the trace has none.
-    has_positions_alone: bool,
     /// Relative error of the numbers of the trace.
     pub(super) rounding: f64,
     /// Whether a fault of the output, another root or the changes made so far explain it.
@@ -62,8 +55,6 @@ pub(super) struct SceneEvidence<'a> {
     pub(super) has_other_root: bool,
     /// Whether Newton's method converges slowly or not at all with the changes made so far: it shows nothing.
     pub(super) open: bool,
-    /// What the program says that it lacks, if it names it; `None` if it does not say so.
-    pub(super) refused: Option<Option<String>>,
 }
 
 /// Whether a change makes the trace's steps.
@@ -76,43 +67,31 @@ pub(super) enum Agreement {
 }
 
 impl<'a> SceneEvidence<'a> {
-    pub(super) fn of(
-        case: &'a Case,
-        comparison: &'a Comparison,
-        criteria: &'a Criteria,
-        states: &'a [State],
-    ) -> Self {
-        let passed = comparison.verdict.is_pass();
+    pub(super) fn of(judged: &'a JudgedScene<'a>) -> Self {
+        let JudgedScene { scene: inner, outcome, states, .. } = judged;
         let mut scene = Self {
-            case,
-            scene: stripped(&case.scene),
-            passed,
-            kind: Kind::of(case, comparison),
-            states,
+            judged,
+            scene: stripped(inner),
+            passed: *outcome == Outcome::Passed,
+            kind: Kind::of(judged),
             steps: WrongSteps::default(),
             evidence: Vec::new(),
-            criteria,
-            has_positions_alone: comparison.has_positions_alone,
             rounding: 0.0,
             explained: false,
-            has_other_root: comparison.other_root.is_some(),
+            has_other_root: judged.has_other_root,
             open: false,
-            refused: match &comparison.verdict {
-                Verdict::Fail(Failure::NotImplemented { lacks, .. }) => Some(lacks.clone()),
-                _ => None,
-            },
         };
         if states.len() < 2 {
             return scene;
         }
-        if passed {
-            scene.evidence = diagnosis::sampled(&case.scene, states);
-        } else if !matches!(comparison.verdict, Verdict::GraderFault(_)) {
-            if scene.kind.as_ref().is_some_and(|kind| !is_rounding(kind, comparison, states)) {
+        if scene.passed {
+            scene.evidence = steps::sampled(inner, states);
+        } else if *outcome != Outcome::NotJudged {
+            if scene.kind.as_ref().is_some_and(|kind| !is_rounding(kind, judged)) {
                 scene.kind = Some(Kind::Wrong);
             }
             scene.rounding = Rounding::of(states).unit();
-            (scene.steps, scene.evidence) = diagnosis::examine(&case.scene, states);
+            (scene.steps, scene.evidence) = steps::examine(inner, states);
         }
         scene
     }
@@ -139,7 +118,7 @@ impl<'a> SceneEvidence<'a> {
 
     /// Simplest first: what a student should do first.
     pub(super) fn simplicity(&self) -> [usize; 5] {
-        super::simplicity(&self.case.scene)
+        super::simplicity(self.judged.scene)
     }
 
     /// Whether `model` makes the sampled step.
@@ -151,8 +130,8 @@ impl<'a> SceneEvidence<'a> {
         let [x, v] = distances(&made.state, &sample.after);
         let [_, change] = distances(&sample.before, &sample.after);
         let solver = if change.is_finite() { SOLVER * change } else { 0.0 };
-        if x <= LEFT * noise[0] + self.case.scene.time_step * solver
-            && (self.has_positions_alone || v <= LEFT * noise[1] + solver)
+        if x <= LEFT * noise[0] + self.scene.time_step * solver
+            && (self.judged.has_positions_alone || v <= LEFT * noise[1] + solver)
         {
             return Agreement::Agrees;
         }
@@ -178,21 +157,21 @@ impl<'a> SceneEvidence<'a> {
         if !model.can_step() {
             return Agreement::Open;
         }
-        let Some(first) = self.states.first() else { return Agreement::Open };
+        let Some(first) = self.judged.states.first() else { return Agreement::Open };
         let start = model.start();
         let mut replay = Replay::new(&start);
         let Some(expected) = self.expected(&replay, &start, 0) else { return Agreement::Open };
         if !within(&start, first, expected) {
             return Agreement::Differs;
         }
-        for (step, got) in self.states.iter().enumerate().skip(1) {
+        for (step, got) in self.judged.states.iter().enumerate().skip(1) {
             let number = step as u64 - 1;
             match replay.advance(&model, number) {
                 Advance::Failed => return Agreement::Differs,
                 Advance::NotConverged => return self.single_steps(&model, step),
                 Advance::Made => {}
             }
-            let Some(tolerance) = self.expected(&replay, got, step as u64) else {
+            let Some(tolerance) = self.expected(&replay, got, step) else {
                 return self.single_steps(&model, step);
             };
             if !within(&replay.main, got, tolerance) {
@@ -203,17 +182,11 @@ impl<'a> SceneEvidence<'a> {
     }
 
     /// The tolerances at a state; `None` where replays of the same steps differ too much.
-    fn expected(&self, replay: &Replay, got: &State, step: u64) -> Option<[f64; 2]> {
-        let calibrated = match self.criteria {
-            Criteria::Calibrated(calibrated) => {
-                let at = calibrated.envelope.at(step);
-                [at.position, at.velocity]
-            }
-            Criteria::Fixed(_) => [0.0; 2],
-        };
+    fn expected(&self, replay: &Replay, got: &State, step: usize) -> Option<[f64; 2]> {
+        let calibrated = self.judged.envelope.get(step).copied().unwrap_or_default();
         let values = [&got.positions, &got.velocities];
         let mut tolerances = [f64::INFINITY; 2];
-        for kind in 0..2 - usize::from(self.has_positions_alone) {
+        for kind in 0..2 - usize::from(self.judged.has_positions_alone) {
             let size = replay.size[kind].max(largest(values[kind]));
             if replay.spread[kind] > CHAOTIC * size {
                 return None;
@@ -254,7 +227,7 @@ impl<'a> SceneEvidence<'a> {
                 .extend(momentum.filter(|(_, left)| left.abs() > bound).map(|(dof, _)| dof / axes));
         }
         let [moves_otherwise, moves_fixed] = shown;
-        Failing { scene: &self.case.scene, moves_otherwise, moves_fixed, wrong }
+        Failing { scene: self.judged.scene, moves_otherwise, moves_fixed, wrong }
     }
 
     /// Whether every step from this state on is made from the trace's own state before it.
@@ -281,9 +254,9 @@ fn stripped(scene: &Scene) -> Scene {
 }
 
 /// Whether rounding alone makes the trace differ; true for failures of another kind than rounding.
-fn is_rounding(kind: &Kind, comparison: &Comparison, states: &[State]) -> bool {
+fn is_rounding(kind: &Kind, judged: &JudgedScene<'_>) -> bool {
     let size = |of: fn(&State) -> &[f64]| {
-        states.iter().map(|state| largest(of(state))).fold(0.0, f64::max)
+        judged.states.iter().map(|state| largest(of(state))).fold(0.0, f64::max)
     };
     let sizes = [size(|state| &state.positions), size(|state| &state.velocities)];
     let allowed = match kind {
@@ -299,8 +272,8 @@ fn is_rounding(kind: &Kind, comparison: &Comparison, states: &[State]) -> bool {
         Kind::Single => sizes.map(|size| 1e-4 * size),
         _ => return true,
     };
-    comparison.position.largest <= 2.0 * allowed[0]
-        && comparison.velocity.largest <= 2.0 * allowed[1]
+    let [position, velocity] = judged.largest;
+    position <= 2.0 * allowed[0] && velocity <= 2.0 * allowed[1]
 }
 
 /// A replay with another one whose last bits differ.

@@ -9,9 +9,6 @@ use scene::Scene;
 use scene::schema::Convergence;
 use scene::trace::State;
 
-use crate::compare::{Comparison, Expectation};
-use crate::verdict::{Failure, Verdict};
-
 /// The equation of a scene's steps, if they are solved by Newton's method.
 pub(crate) struct Roots {
     equation: Equation,
@@ -44,19 +41,11 @@ impl Roots {
     }
 }
 
-/// The first state of a trace that differs from the oracle's, if every step of the trace solves its equation.
-pub(crate) fn other_root(scene: &Scene, comparison: &Comparison, states: &[State]) -> Option<u64> {
-    if comparison.verdict != Verdict::Fail(Failure::Differs)
-        || states.len() as u64 != Expectation::of(scene).n_states
-    {
-        return None;
-    }
-    let roots = Roots::of(scene)?;
-    let first = comparison.first_wrong.as_ref()?.place.step;
-    let mut steps = states.windows(2).enumerate();
-    let solves = |(step, pair): (usize, &[State])| {
+/// Whether every step of a trace solves its equation.
+pub fn solve_all(scene: &Scene, states: &[State]) -> bool {
+    let Some(roots) = Roots::of(scene) else { return false };
+    states.windows(2).enumerate().all(|(step, pair)| {
         let earlier = step.checked_sub(1).map(|earlier| &states[earlier]);
         roots.solves(step as u64, earlier, &pair[0], &pair[1])
-    };
-    (first > 0 && steps.all(solves)).then_some(first)
+    })
 }

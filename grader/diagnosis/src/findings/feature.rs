@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use diagnosis::change::Task;
+use crate::change::Task;
 use scene::ForceElement;
 use scene::schema::{Dependence, ForceSchema};
 use simulator::force;

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use diagnosis::change::Task;
-use diagnosis::change::rounds::is_of_rounds;
+use crate::change::Task;
+use crate::change::rounds::is_of_rounds;
 use scene::Scene;
 
 use super::evidence::SceneEvidence;
@@ -87,7 +87,7 @@ impl fmt::Display for TaskVerdict {
 /// The tasks, where all scenes are made by rounds; otherwise empty.
 pub(super) fn of(scenes: &[SceneEvidence<'_>], list: &[Finding]) -> Vec<TaskFinding> {
     let of_scenes = scenes.iter().map(|scene| Judged {
-        scene: &scene.case.scene,
+        scene: scene.judged.scene,
         is_right: scene.passed || scene.explained && scene.is_suspect(),
         is_unexplained: is_unexplained(scene),
     });
@@ -95,7 +95,7 @@ pub(super) fn of(scenes: &[SceneEvidence<'_>], list: &[Finding]) -> Vec<TaskFind
 }
 
 /// The same of scenes that all pass.
-pub(crate) fn of_passed<'a>(scenes: impl Iterator<Item = &'a Scene>) -> Vec<TaskFinding> {
+pub fn of_passed<'a>(scenes: impl Iterator<Item = &'a Scene>) -> Vec<TaskFinding> {
     let of = |scene| Judged { scene, is_right: true, is_unexplained: false };
     judged(&scenes.map(of).collect::<Vec<_>>(), &[])
 }

@@ -31,7 +31,7 @@ const REFUSALS: [&str; 14] = [
 ];
 
 /// The failure of a program that says that it lacks a feature of the scene, in the place of a crash or of no trace.
-pub fn refusal(case: &Case, failure: Failure) -> Failure {
+pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
     let (Failure::Crashed { detail } | Failure::NoOutput { detail }) = &failure else {
         return failure;
     };

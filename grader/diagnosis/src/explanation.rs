@@ -1,11 +1,11 @@
 //! One wrong step in full: the states around it, and the equation of the method with the numbers put in.
 
-use diagnosis::change::{Change, Model, Quantity, Term};
+use crate::change::{Change, Model, Quantity, Term};
 use reference::method::{Method, OnePoint};
 
 use scene::Scene;
 
-use super::Evidence;
+use crate::steps::Evidence;
 
 /// Multiple of a step's noise that its rule for positions may be off.
 const OFF: f64 = 3.0;

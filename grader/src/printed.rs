@@ -4,9 +4,9 @@ use std::fmt;
 
 use sandbox::Printed;
 use sandbox::scratch::without_paths;
+use scene::printable;
+pub use scene::printable::steers;
 use serde::{Deserialize, Serialize, Serializer};
-use simulator::printable;
-pub use simulator::printable::steers;
 
 /// Maximum number of bytes shown, from the end: programs print their error last.
 const SHOWN: usize = 2_000;

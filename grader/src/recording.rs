@@ -16,10 +16,10 @@
 
 use std::collections::VecDeque;
 
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::state::Energies;
+use scene::trace::{Shape, State};
 use simulator::solver::linear::LinearSolver;
-use simulator::state::Energies;
-use simulator::trace::{Shape, State};
 
 use crate::calibration::Bound;
 use crate::compare::Pair;
@@ -337,7 +337,7 @@ impl Recorder {
 
 #[cfg(test)]
 mod tests {
-    use simulator::scene::{ParseOptions, xml};
+    use scene::{ParseOptions, xml};
     use simulator::simulation::Simulation;
     use simulator::vocabulary;
 

@@ -4,8 +4,8 @@
 
 use std::ops::Range;
 
-use crate::scene::Scene;
 use crate::sizes::PARALLEL;
+use scene::Scene;
 
 /// Ranges of particles in ascending order, at least one.
 #[derive(Debug, Clone, PartialEq, Eq)]

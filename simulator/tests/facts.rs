@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use simulator::force::{Block, Force, JacobianSink, Numbered, REGISTRY as FORCES, State};
-use simulator::integrator::REGISTRY as INTEGRATORS;
-use simulator::scene::schema::{ActsOn, Dependence, ForceSchema, Masses, PartSchema, Potential};
-use simulator::scene::{
+use scene::schema::{ActsOn, Dependence, ForceSchema, Masses, PartSchema, Potential};
+use scene::{
     Dimension, ForceElement, Location, ParseOptions, Scene, find_scene_files, json, load, xml,
 };
+use simulator::force::{Block, Force, JacobianSink, Numbered, REGISTRY as FORCES, State};
+use simulator::integrator::REGISTRY as INTEGRATORS;
 use simulator::vocabulary;
 
 const MASSES: [f64; 2] = [1.5, 0.75];

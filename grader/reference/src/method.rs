@@ -20,7 +20,7 @@
 //! ([`Method::oscillator`]). A new [`StepEquation`] does not compile until this file states it.
 
 use nalgebra::DMatrix;
-use simulator::scene::schema::{Convergence, IntegratorSchema, StepEquation};
+use scene::schema::{Convergence, IntegratorSchema, StepEquation};
 
 /// How a step is made.
 #[derive(Debug, Clone, Copy, PartialEq)]

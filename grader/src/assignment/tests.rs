@@ -57,7 +57,7 @@ fn scenes_follow_from_the_scope_and_later_entries_override_earlier_ones() {
     scene("Inertia/e.xml", "explicit-euler", "");
     let mut suite = Suite::load(
         &[(Section::ExtraCredit, folder.path().to_path_buf())],
-        &simulator::scene::ParseOptions::default(),
+        &scene::ParseOptions::default(),
     )
     .unwrap();
     let text = "title = \"Drag\"\nforces = [\"dragdamping\"]\n\

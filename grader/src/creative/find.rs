@@ -8,7 +8,7 @@ use std::fs;
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
-use simulator::scene::json;
+use scene::json;
 
 use crate::printed;
 use crate::submission::hand_in::{HandIn, HandInError, WalkStep};

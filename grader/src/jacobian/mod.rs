@@ -25,8 +25,8 @@ mod verdict;
 use nalgebra::{DMatrix, SMatrix};
 use rayon::prelude::*;
 use reference::law;
+use scene::Dimension;
 use simulator::force::{self, ForceKind};
-use simulator::scene::Dimension;
 use simulator::solver::psd::Projection;
 
 pub use curves::{Curves, curves};
@@ -196,9 +196,9 @@ mod tests {
     use std::ops::Range;
 
     use super::*;
+    use scene::schema::{ForceSchema, Vocabulary};
+    use scene::{ParseOptions, Scene, xml};
     use simulator::force::{Degenerate, Force, JacobianSink, Numbered, State};
-    use simulator::scene::schema::{ForceSchema, Vocabulary};
-    use simulator::scene::{ParseOptions, Scene, xml};
     use simulator::system::BuildForce;
 
     /// The reason why a force cannot be checked, if there is one: it has no law, or its example between two particles

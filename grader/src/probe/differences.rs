@@ -7,8 +7,8 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use scene::{Dimension, Scene};
 use simulator::force::{Block, ForceKind, JacobianSink};
-use simulator::scene::{Dimension, Scene};
 use simulator::system::{BuildForce, System};
 
 use super::noise::{self, DIFFERENCE};

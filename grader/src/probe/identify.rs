@@ -401,7 +401,7 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
-    use simulator::scene::Dimension;
+    use scene::Dimension;
 
     use super::super::scenes::{Steps as Kind, parts, states};
     use super::super::stepper::BuiltIn;

@@ -21,7 +21,7 @@
 //! normally distributed noise a correct number exceeds the bound once in 10⁹ cases or less. The factor `CLEAR` allows
 //! for other noise, such as a solver's error that always has the same sign.
 
-use simulator::scene::Dimension;
+use scene::Dimension;
 
 use super::scenes::{State, chain};
 

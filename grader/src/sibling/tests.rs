@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 use super::*;
 use crate::suite::{Section, Suite};

@@ -5,7 +5,7 @@ pub mod schema;
 use std::path::{Path, PathBuf};
 
 use grader::suite::{Section, Suite};
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 /// The root of the repository.
 ///

@@ -13,11 +13,11 @@ use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
 use reference::second::arithmetic::Arithmetic;
 use reference::second::{Second, Style};
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::state::StateView;
+use scene::trace::fosssim::{FosssimReader, FosssimWriter};
+use scene::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
 use simulator::solver::linear::LinearSolver;
-use simulator::state::StateView;
-use simulator::trace::fosssim::{FosssimReader, FosssimWriter};
-use simulator::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
 
 /// The chaotic scene.
 fn chaotic() -> Case {

@@ -6,10 +6,10 @@ use reference::change::expression::{Direction, Inputs};
 use reference::change::rounds::{is_of_rounds, of_rounds};
 use reference::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use reference::method::Method;
-use simulator::scene::Scene;
-use simulator::scene::schema::MAX_PARAMETERS;
+use scene::Scene;
+use scene::schema::MAX_PARAMETERS;
+use scene::trace::State;
 use simulator::simulation::Simulation;
-use simulator::trace::State;
 use test_support::suite;
 
 /// Whether the first step of the scene with a change satisfies its own equation; `None` where there is no such step.

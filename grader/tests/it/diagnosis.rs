@@ -1,8 +1,8 @@
 //! Steps that are redone from the states of a trace.
 
 use grader::diagnosis;
+use scene::trace::State;
 use simulator::simulation::Simulation;
-use simulator::trace::State;
 use test_support::suite;
 
 /// Which steps of a scene's own trace are wrong, after a change of one of its states.

@@ -9,8 +9,8 @@ use grader::submission::StateSource;
 use grader::verdict::{Failure, Verdict};
 use reference::change::candidates;
 use reference::change::{Change, Model, Term};
-use simulator::scene::Scene;
-use simulator::trace::State;
+use scene::Scene;
+use scene::trace::State;
 use test_support::{root, suite};
 
 /// Scenes of more particles are left out: a model solves dense systems.

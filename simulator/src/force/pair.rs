@@ -17,7 +17,7 @@ use pulp::Simd;
 use super::batches::{Batches, Relative};
 use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
 use crate::parts::Parts;
-use crate::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 /// The law of one element.
 pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
@@ -328,9 +328,9 @@ mod tests {
     use super::super::REGISTRY;
     use super::super::spring::Springs;
     use super::*;
-    use crate::scene::{ParseOptions, xml};
     use crate::sizes::{BATCH, LANES, MAX_ADVANCE, MAX_PERIOD, MIN_REPEATS};
     use crate::vocabulary;
+    use scene::{ParseOptions, xml};
 
     const PARTICLES: usize = 200;
 
@@ -467,7 +467,7 @@ mod tests {
 
     fn coordinates<const D: usize>(
         scene: &Scene,
-        of: fn(&crate::scene::Particle) -> [f64; 3],
+        of: fn(&scene::Particle) -> [f64; 3],
     ) -> Vec<f64> {
         scene.particles.iter().flat_map(|particle| of(particle).into_iter().take(D)).collect()
     }

@@ -13,10 +13,10 @@
 use super::pair::{PairForce, PairLaw};
 use super::spring::Spring;
 use super::{Block, Force, ForceKind, Numbered, Vector};
-use crate::scene::schema::{
+use scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
 };
-use crate::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -108,8 +108,8 @@ impl<const D: usize> PairLaw<D> for ScriptedSpring {
 #[cfg(test)]
 mod tests {
     use crate::force::{Block, Force, JacobianSink, Numbered, REGISTRY, State};
-    use crate::scene::{ParseOptions, Scene, xml};
     use crate::vocabulary;
+    use scene::{ParseOptions, Scene, xml};
 
     /// A chain with springs of these elements, long enough for vectors.
     fn chain(spring: impl Fn(usize) -> String) -> Scene {

@@ -20,8 +20,8 @@ use libm::{cos, sin};
 
 use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
 use super::{Vector, add_to};
-use crate::scene::Scene;
-use crate::scene::schema::{
+use scene::Scene;
+use scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
 };
 
@@ -135,9 +135,9 @@ impl<const D: usize> Force<D> for Wind {
 #[cfg(test)]
 mod tests {
     use crate::force::ForceKind;
-    use crate::scene::{ParseOptions, xml};
     use crate::system::{BuildForce, System};
     use crate::vocabulary;
+    use scene::{ParseOptions, xml};
 
     const SCENE: &str = r#"<scene>
         <duration time="1"/><integrator type="symplectic-euler" dt="0.1"/>
@@ -148,7 +148,7 @@ mod tests {
         <windforce strength="0.5"/>
     </scene>"#;
 
-    fn scene(text: &str) -> crate::scene::Scene {
+    fn scene(text: &str) -> scene::Scene {
         xml::parse(text, "wind.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
     }
 

@@ -105,9 +105,9 @@ impl<const D: usize, const SYMPLECTIC: bool> Integrator<D> for Euler<SYMPLECTIC>
 mod tests {
     use std::fmt::Write;
 
-    use crate::scene::{ParseOptions, xml};
     use crate::simulation::{FailureKind, Simulation};
     use crate::vocabulary;
+    use scene::{ParseOptions, xml};
 
     /// The first number of an end that is not finite, where particle `far` flies off.
     fn not_finite(integrator: &str, far: usize) -> Option<FailureKind> {

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, MatrixXx3};
+use scene::{ParseOptions, load};
 use serde_json::Value;
-use simulator::scene::{ParseOptions, load};
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 

@@ -3,7 +3,7 @@
 
 use crate::support::largest_difference;
 use crate::support::local_global::Assignment;
-use simulator::scene::{Overrides, ParseOptions, Scene, xml};
+use scene::{Overrides, ParseOptions, Scene, xml};
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::statistics::Statistics;
 use simulator::vocabulary;
@@ -186,8 +186,7 @@ fn many_rounds_converge_to_implicit_euler() {
         let converged = scene(&elements, 0.01, 10, &options);
         let mut newton = converged.clone();
         newton.integrator = vocabulary().integrator("implicit-euler").unwrap();
-        newton.integrator_options =
-            simulator::scene::schema::IntegratorOptions::defaults(newton.integrator);
+        newton.integrator_options = scene::schema::IntegratorOptions::defaults(newton.integrator);
         let difference = largest_difference(&end(&converged), &end(&newton));
         assert!(difference < 1e-9, "{name}: {difference:e}");
     }

@@ -3,10 +3,10 @@
 use std::io::{self, Read};
 use std::path::Path;
 
-use simulator::scene::{Dimension, ParseOptions, parse_bytes};
-use simulator::trace::csv::{self, CsvReader};
-use simulator::trace::fosssim::FosssimReader;
-use simulator::trace::{Shape, State, TraceReader};
+use scene::trace::csv::{self, CsvReader};
+use scene::trace::fosssim::FosssimReader;
+use scene::trace::{Shape, State, TraceReader};
+use scene::{Dimension, ParseOptions, parse_bytes};
 use simulator::vocabulary;
 
 /// How long the hostile traces are, in bytes: much more than a reader may hold.

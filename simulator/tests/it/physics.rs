@@ -1,20 +1,19 @@
 //! Physics against closed forms, finite differences and conservation laws, never against earlier output.
 
-use std::fs;
-
-use crate::support::{bits, largest, largest_difference, parse, simulate, stderr};
+use crate::support::shared::{bits, parse};
+use crate::support::{largest, largest_difference};
+use scene::Scene;
+use scene::schema::{ActsOn, ForceSchema, IntegratorOptions, IntegratorSchema};
+use scene::trace::State;
+use scene::trace::TraceWriter;
+use scene::trace::fosssim::FosssimWriter;
 use simulator::force::{Block, Coupling, ForceKind, JacobianSink, REGISTRY as FORCES};
 use simulator::integrator::{BuildIntegrator, REGISTRY as INTEGRATORS, Step};
-use simulator::scene::Scene;
-use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorOptions, IntegratorSchema};
-use simulator::scene::write::write;
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::{ControlStatistics, Statistics};
 use simulator::system::{BuildForce, System};
-use simulator::trace::State;
 use simulator::vocabulary;
-use tempfile::TempDir;
 
 /// A scene of these elements, by this integrator; without what the integrator refuses, and iterated to
 /// the end where it iterates.
@@ -409,7 +408,7 @@ fn symplectic_euler_conserves_angular_momentum_under_central_forces() {
         let angular = |[x, v]: &[Vec<f64>; 2]| -> (Vec<f64>, f64) {
             let planes = if dimensions == 2 { vec![(0, 1)] } else { vec![(0, 1), (1, 2), (2, 0)] };
             let terms = |(a, b): (usize, usize)| {
-                let of_particle = move |(i, particle): (usize, &simulator::scene::Particle)| {
+                let of_particle = move |(i, particle): (usize, &scene::Particle)| {
                     let (x, v) = (&x[i * dimensions..], &v[i * dimensions..]);
                     [particle.mass * x[a] * v[b], -particle.mass * x[b] * v[a]]
                 };
@@ -742,7 +741,7 @@ fn fixed_particle_ignores_forces_and_keeps_its_velocity() {
 
 /// The scene with z = 0 everywhere, in three dimensions.
 fn embedded(scene: &Scene) -> Scene {
-    Scene { dimension: simulator::scene::Dimension::Three, ..scene.clone() }
+    Scene { dimension: scene::Dimension::Three, ..scene.clone() }
 }
 
 /// The largest difference between the scene in the plane and in space; 0 only if all bits are the same.
@@ -1058,14 +1057,16 @@ fn two_runs_write_the_same_bytes() {
         let elements = random_particles(&mut random, dimensions)
             + &random_forces(&mut random, dimensions, |schema| schema.tag != "windforce");
         for name in names() {
-            let folder = TempDir::new().unwrap();
-            let mut text = Vec::new();
-            write(&scene(name, 0.002, 0.1, &elements), &mut text).unwrap();
-            fs::write(folder.path().join("scene.xml"), text).unwrap();
-            let [first, second] = ["first.bin", "second.bin"].map(|trace| {
-                let run = simulate(folder.path(), &["scene.xml", "-o", trace]);
-                assert_eq!((run.status.code(), stderr(&run)), (Some(0), ""), "{name}");
-                fs::read(folder.path().join(trace)).unwrap()
+            let scene = scene(name, 0.002, 0.1, &elements);
+            let [first, second] = [(), ()].map(|()| {
+                let mut writer = FosssimWriter::new(Vec::new());
+                let mut simulation = Simulation::new(&scene);
+                loop {
+                    writer.write(simulation.state()).unwrap();
+                    if !simulation.advance().unwrap() {
+                        return writer.into_inner();
+                    }
+                }
             });
             assert_eq!(first.len(), 51 * 2 * 4 * dimensions * 8);
             assert!(first == second, "{name} in {dimensions} dimensions");

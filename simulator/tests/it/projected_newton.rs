@@ -4,9 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::support::{largest_difference, parse, simulate, stderr};
+use crate::support::largest_difference;
+use crate::support::shared::parse;
+use scene::{ParseOptions, Scene, xml};
 use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
-use simulator::scene::Scene;
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::statistics::{FrozenStatistics, Statistics};
 use simulator::vocabulary;
@@ -39,7 +40,7 @@ fn square(segments: u64, law: SpringLaw, steps: u64, options: &[(&str, &str)]) -
 /// The same scene by another integrator, with its defaults.
 fn by(scene: &Scene, integrator: &str) -> Scene {
     let schema = vocabulary().integrator(integrator).unwrap();
-    let integrator_options = simulator::scene::schema::IntegratorOptions::defaults(schema);
+    let integrator_options = scene::schema::IntegratorOptions::defaults(schema);
     Scene { integrator: schema, integrator_options, ..scene.clone() }
 }
 
@@ -270,23 +271,6 @@ fn a_spring_at_rest_up_to_rounding_is_not_frozen() {
     }
 }
 
-#[test]
-fn frozen_steps_are_counted_and_warned_once() {
-    let folder = TempDir::new().unwrap();
-    let text = r#"<scene><duration time="1"/><integrator type="projected-newton" dt="0.001"/>
-        <particle m="1" px="0" py="0" vx="0" vy="0.025" fixed="0"/><simplegravity fx="0" fy="-9.81"/></scene>"#;
-    fs::write(folder.path().join("scene.xml"), text).unwrap();
-    let run = simulate(folder.path(), &["scene.xml", "--stats", "--option", "min_iterations=0"]);
-    // The particle flies upwards; once its next velocity is below the tolerance of 0.01, it stops for good.
-    let expected = "warning: scene.xml: projected-newton left the particles where they were in 999 steps, first in step 2: the first Newton iteration was within the tolerance\n  help: set min_iterations to 1, or a smaller tolerance\n";
-    assert_eq!((run.status.code(), stderr(&run)), (Some(0), expected));
-    let said = String::from_utf8_lossy(&run.stdout).into_owned();
-    assert!(said.contains("frozen steps           999, first 2\n"), "{said}");
-    let run = simulate(folder.path(), &["scene.xml", "--stats"]);
-    assert_eq!((run.status.code(), stderr(&run)), (Some(0), ""));
-    assert!(!String::from_utf8_lossy(&run.stdout).contains("frozen"));
-}
-
 /// A square of 4 segments, crumpled: every particle somewhere within 0.3 of its place.
 fn crumpled(law: SpringLaw, seed: u64) -> Scene {
     let mut scene = square(4, law, 10, &[("tolerance", "1e-6")]);
@@ -342,16 +326,13 @@ fn a_force_without_a_potential_is_refused_by_name_and_place() {
         (r#"<springforce edge="0" k="1" l0="1" b="0.5"/>"#, "springforce"),
         (r#"<vortexforce i="0" j="1" kbs="1" kvc="1"/>"#, "vortexforce"),
     ] {
-        let folder = TempDir::new().unwrap();
         let text = format!(
             "<scene><duration time=\"1\"/><integrator type=\"projected-newton\" dt=\"0.1\"/>\n{particles}\n  {force}</scene>"
         );
-        fs::write(folder.path().join("scene.xml"), text).unwrap();
-        let run = simulate(folder.path(), &["scene.xml", "-o", "trace.csv"]);
+        let parsed = xml::parse(&text, "scene.xml", &vocabulary(), &ParseOptions::default());
         let expected = format!(
-            "error: scene.xml:5:3: projected-newton cannot simulate this <{tag}>, because it is the gradient of no energy and no dissipation function, and there is nothing to minimise\n  help: leave the force (or its damping) out, or use implicit-euler\n"
+            "scene.xml:5:3: projected-newton cannot simulate this <{tag}>, because it is the gradient of no energy and no dissipation function, and there is nothing to minimise\n  help: leave the force (or its damping) out, or use implicit-euler"
         );
-        assert_eq!((run.status.code(), stderr(&run)), (Some(2), expected.as_str()));
-        assert!(!folder.path().join("trace.csv").exists());
+        assert_eq!(parsed.unwrap_err().to_string(), expected);
     }
 }

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
+use scene::schema::IntegratorOptions;
+use scene::{ForceElement, Location, Particle, Scene};
 use simulator::generate::{Chain, Generator};
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::IntegratorOptions;
-use simulator::scene::{ForceElement, Location, Particle, Scene};
 use simulator::simulation::Simulation;
 use simulator::sizes::{GROUP, MAX_DENSE_GLOBAL_ROWS, PARALLEL, SIZES, WIDEST};
 use simulator::vocabulary;

@@ -288,7 +288,7 @@ mod tests {
     use grader::oracle::Origin;
     use grader::rubric::Rubric;
     use grader::suite::Section;
-    use simulator::scene::ParseOptions;
+    use scene::ParseOptions;
     use tempfile::TempDir;
 
     use super::*;

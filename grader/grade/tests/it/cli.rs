@@ -126,8 +126,7 @@ fn the_shipped_suite_passes_from_the_root_and_from_below_it() {
 
 #[test]
 fn the_shipped_suite_has_the_scenes_it_promises_and_small_traces() {
-    let count =
-        |folder: &str| simulator::scene::find_scene_files(&root().join(folder)).unwrap().len();
+    let count = |folder: &str| scene::find_scene_files(&root().join(folder)).unwrap().len();
     assert!(count("assets") >= 60 && count("extracreditassets") >= 20);
     let size: usize =
         files_below(&root().join("expected")).iter().map(|(_, bytes)| bytes.len()).sum();

@@ -8,12 +8,10 @@ use test_support::root;
 use grader::assignment::{self, Assignment};
 use grader::rubric::Rubric;
 use grader::suite::{Feature, Section, Suite};
+use scene::ParseOptions;
+use scene::schema::{ActsOn, ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText};
 use simulator::force::ForceKind;
 use simulator::integrator::IntegratorKind;
-use simulator::scene::ParseOptions;
-use simulator::scene::schema::{
-    ActsOn, ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText,
-};
 use simulator::{force, integrator};
 
 fn document(name: &str) -> String {

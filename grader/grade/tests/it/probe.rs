@@ -5,8 +5,8 @@ use std::process::{Command, Output};
 use test_support::{assert_document, root, schema};
 
 use grader::probe::{BuiltIn, probe};
+use scene::ParseOptions;
 use serde_json::Value;
-use simulator::scene::{self, ParseOptions};
 
 use crate::student;
 

@@ -5,8 +5,8 @@
 use grader::grading::SceneResult;
 use grader::recording::{Recording, Residual};
 use grader::suite::Case;
+use scene::state::Energies;
 use serde::Serialize;
-use simulator::state::Energies;
 
 /// The digits of base64.
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

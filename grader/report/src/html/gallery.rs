@@ -8,12 +8,12 @@
 
 use std::path::Path;
 
+use frames::Palette;
+use frames::materials::Materials;
 use grader::creative::{CRITERIA, Creative, Motion, Outcome};
 use grader::printed::{self, InertCsv};
+use scene::Scene;
 use serde::{Deserialize, Serialize};
-use simulator::frames::Palette;
-use simulator::materials::Materials;
-use simulator::scene::Scene;
 
 use super::Sink;
 use super::data::{base64, short};

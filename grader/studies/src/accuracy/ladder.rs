@@ -12,9 +12,9 @@
 //! The methods are those of the simulator's registry that support the scene. A method with an entry in `SETTINGS` is
 //! measured once per setting.
 
+use scene::Scene;
+use scene::schema::{IntegratorOptions, IntegratorSchema};
 use simulator::integrator::REGISTRY;
-use simulator::scene::Scene;
-use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
 
 /// Number of steps at the start of the ladder. Runs are compared with the reference after each of them.
 pub const STEPS: u64 = 8;

@@ -11,9 +11,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use scene::output::OutputFile;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use simulator::output::OutputFile;
 
 use super::{Cost, Errors, Point, RunOutcome, Timing, Work};
 

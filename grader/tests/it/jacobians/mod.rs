@@ -19,8 +19,8 @@ use grader::jacobian::{
     check_forces, simulated,
 };
 use rayon::prelude::*;
+use scene::{Dimension, Scene};
 use simulator::force::{self, ForceKind};
-use simulator::scene::{Dimension, Scene};
 
 use planted::{Planted, XD};
 

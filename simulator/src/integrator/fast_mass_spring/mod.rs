@@ -41,13 +41,13 @@ use super::backward::Point;
 use super::record::Recording;
 use super::{Integrator, IntegratorKind, Interrupt, IterationRecorder, Step, StepError};
 use crate::force::{Degenerate, ForceKind};
-use crate::scene::schema::{
+use crate::statistics::{RoundsEnd, Statistics};
+use crate::system::{BuildForce, System};
+use scene::schema::{
     AccuracySetting, ActsOn, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
     OptionSchema, OptionText, Order, Refusal, StepEquation,
 };
-use crate::scene::{ForceElement, Scene};
-use crate::statistics::{RoundsEnd, Statistics};
-use crate::system::{BuildForce, System};
+use scene::{ForceElement, Scene};
 
 mod global;
 mod lbfgs;
@@ -531,8 +531,8 @@ impl Rounds<'_> {
 mod tests {
     use super::*;
     use crate::force::REGISTRY;
-    use crate::scene::Location;
-    use crate::scene::schema::{ForceSchema, MAX_PARAMETERS, Masses};
+    use scene::Location;
+    use scene::schema::{ForceSchema, MAX_PARAMETERS, Masses};
 
     static OTHER_SPRING: ForceSchema = ForceSchema {
         tag: "otherspring",

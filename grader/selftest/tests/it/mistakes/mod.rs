@@ -22,9 +22,9 @@ use test_support::{assert_document, root, suite};
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
 use rayon::prelude::*;
+use scene::ParseOptions;
 use selftest::mistake;
 use selftest::student::{self, Student};
-use simulator::scene::ParseOptions;
 use simulator::solver::linear::LinearSolver;
 
 use judging::{Graded, compare_states, excess, states_of};

@@ -7,10 +7,10 @@ use grader::probe::{Probing, Stepper, Verdict, probe};
 use grader::submission::StateSource;
 use grader::verdict::Failure;
 use rayon::prelude::*;
+use scene::trace::{Shape, State};
+use scene::{Dimension, Scene};
 use selftest::mistake::{self, Area};
 use selftest::student::{self, Student};
-use simulator::scene::{Dimension, Scene};
-use simulator::trace::{Shape, State};
 
 /// A student as a single-step program.
 struct Steps(Student);

@@ -6,9 +6,9 @@ use grader::suite::{Case, Section};
 use grader::verdict::Failure;
 use rayon::prelude::*;
 use reference::change::Task;
+use scene::trace::State;
 use selftest::mistake::{self, Mistake};
 use selftest::student::Student;
-use simulator::trace::State;
 
 use super::findings::{Inputs, is_of};
 

@@ -11,10 +11,10 @@
 
 use ::reference::method::stable_steps;
 use nalgebra::{DMatrix, Schur};
-use simulator::scene::Scene;
-use simulator::scene::schema::{Convergence, IntegratorSchema};
+use scene::Scene;
+use scene::schema::{Convergence, IntegratorSchema};
+use scene::trace::State;
 use simulator::simulation::Simulation;
-use simulator::trace::State;
 
 use crate::stability::draft::Draft;
 

@@ -13,9 +13,9 @@
 //! ```
 
 use nalgebra::Complex;
+use scene::schema::{IntegratorOptions, IntegratorSchema};
+use scene::{ParseOptions, Scene, xml};
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
-use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 

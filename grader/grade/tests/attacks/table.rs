@@ -1,10 +1,7 @@
 //! Table of attacks, one row each.
 
 use super::setting::Setting;
-use super::setting::Setting::{
-    Container, Root, RootWithoutLandlock, RootlessContainer, User, UserWithoutLandlock,
-    UserWithoutNamespaces,
-};
+use super::setting::Setting::{Container, RootlessContainer, UserWithoutNamespaces};
 
 /// The target of an attack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -696,15 +693,4 @@ pub(crate) const ATTACKS: &[Attack] = &[
         .built_by("leave_shared_names"),
     Attack::new("honest: a build that locks a file", "hand_in", Nothing, PASS)
         .built_by("build_locks"),
-];
-
-/// All settings.
-pub(crate) const SETTINGS: [Setting; 7] = [
-    User,
-    Root,
-    UserWithoutNamespaces,
-    Container,
-    UserWithoutLandlock,
-    RootWithoutLandlock,
-    RootlessContainer,
 ];

@@ -2,8 +2,7 @@
 //!
 //! The programs are students of the self-test, reduced by a script to what the assignment asks for.
 
-#![expect(clippy::print_stderr, reason = "a test that is skipped says why")]
-
+use needs::needs;
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -16,33 +15,23 @@ use test_support::{root, write};
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
 
-/// Compiles a source to `folder/name`. False, with a printed reason, if there is no compiler.
-fn compile(source: &Path, folder: &Path, name: &str, flags: &[&str]) -> bool {
+/// Compiles a source to `folder/name`.
+fn compile(source: &Path, folder: &Path, name: &str, flags: &[&str]) {
     fs::create_dir_all(folder).unwrap();
     let mut compiler = Command::new("c++");
     compiler.args(["-O2", "-o"]).arg(folder.join(name)).args(flags).arg(source);
-    match compiler.output() {
-        Ok(output) => {
-            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            true
-        }
-        Err(error) => {
-            eprintln!("skipped: c++: {error}");
-            false
-        }
-    }
+    let output = compiler.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// A submission that reads these integrators and refuses these forces. Like the course's starter code, it passes over
-/// constant forces. False if there is no compiler.
-fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str) -> bool {
-    static COMPILED: LazyLock<bool> = LazyLock::new(|| {
+/// constant forces.
+fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str) {
+    static COMPILED: LazyLock<()> = LazyLock::new(|| {
         let source = root().join("grader/selftest/src/programs/student.cpp");
         compile(&source, Path::new(env!("CARGO_TARGET_TMPDIR")), "student", &[])
     });
-    if !*COMPILED {
-        return false;
-    }
+    LazyLock::force(&COMPILED);
     fs::create_dir_all(folder).unwrap();
     fs::copy(Path::new(env!("CARGO_TARGET_TMPDIR")).join("student"), folder.join("student"))
         .unwrap();
@@ -61,7 +50,6 @@ fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str)
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
     let run = r#"["./reduced", "{scene}", "{trace}", "{folder}/student"]"#;
     write(&folder.join("submission.toml"), &format!("run = {run}\nformat = \"fosssim\"\n"));
-    true
 }
 
 fn grade(submission: &Path, arguments: &[&str]) -> (Option<i32>, Value) {
@@ -92,6 +80,7 @@ const METHODS: [&str; 4] =
     ["explicit-euler", "symplectic-euler", "linearized-implicit-euler", "implicit-euler"];
 const PAIRS: [&str; 3] = ["springforce", "gravitationalforce", "dragdamping"];
 
+#[needs("command -v c++")]
 #[test]
 fn a_correct_program_of_a_milestone_earns_all_its_points() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,9 +93,7 @@ fn a_correct_program_of_a_milestone_earns_all_its_points() {
         ("t1m3", &METHODS[..], &["nothing"], true),
     ] {
         let submission = folder.path().join(format!("{name}-{}", integrators.len()));
-        if !student(&submission, integrators, refused, "") {
-            return;
-        }
+        student(&submission, integrators, refused, "");
         let (code, report) = grade(&submission, &["--assignment", name]);
         assert_eq!(code, Some(0), "{name}");
         assert_eq!(report["assignment"], name);
@@ -120,14 +107,13 @@ fn a_correct_program_of_a_milestone_earns_all_its_points() {
     }
 }
 
+#[needs("command -v c++")]
 #[test]
 fn a_wrong_jacobian_costs_points_only_where_it_shows() {
     let folder = tempfile::tempdir().unwrap();
     let submission = folder.path().join("submission");
     let mistake = "damping: dF/dx has the wrong sign";
-    if !student(&submission, &METHODS, &["nothing"], mistake) {
-        return;
-    }
+    student(&submission, &METHODS, &["nothing"], mistake);
     let (code, report) = grade(&submission, &["--assignment", "t1m3", "--no-jacobians"]);
     assert_eq!(code, Some(1));
     let damped: BTreeSet<String> =
@@ -162,6 +148,7 @@ fn explain(scene: &str, submission: &Path, assignment: &str) -> Output {
 }
 
 /// What a skeleton lacks is not wrong, and its report fits a screen. It says what to do first.
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn unfilled_skeleton_gets_its_first_task() {
     let folder = tempfile::tempdir().unwrap();
@@ -179,6 +166,7 @@ fn unfilled_skeleton_gets_its_first_task() {
     assert!(said.contains("; next: free motion under symplectic-euler, scene "), "{said}");
 }
 
+#[needs("command -v c++")]
 #[test]
 fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
     let folder = tempfile::tempdir().unwrap();
@@ -188,9 +176,7 @@ fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
         // The dense program is not called for large scenes.
         for (name, largest) in [("springs_dense", "20"), ("springs_sparse", "1000")] {
             let flags = [format!("-DREFUSES_WIND={refuses}"), format!("-DLARGEST={largest}")];
-            if !compile(&source, &submission, name, &flags.each_ref().map(String::as_str)) {
-                return;
-            }
+            compile(&source, &submission, name, &flags.each_ref().map(String::as_str));
         }
         let manifest = "run = [\"./springs_{solver}\", \"{scene}\", \"{trace}\"]\n\
                         assignment = \"fast-mass-spring\"\n";
@@ -202,13 +188,10 @@ fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
     }
 }
 
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn lecture_code_passes_its_assignment() {
     let interpreter = "/usr/bin/python3";
-    if !Path::new(interpreter).exists() {
-        eprintln!("skipped: the lecture's code: there is no {interpreter}");
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let source = root().join("grader/grade/tests/it/programs/elastodynamics.py");
     fs::copy(source, folder.path().join("elastodynamics.py")).unwrap();
@@ -221,6 +204,7 @@ fn lecture_code_passes_its_assignment() {
     assert_eq!((code, points(&report, "required")), (Some(0), (5.0, 5.0)));
 }
 
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn a_class_refuses_a_submission_of_another_assignment() {
     let folder = tempfile::tempdir().unwrap();
@@ -309,6 +293,7 @@ fn non_submission_gets_one_message() {
     }
 }
 
+#[needs("command -v c++")]
 #[test]
 fn unmeasurable_required_jacobians_fail() {
     let folder = tempfile::tempdir().unwrap();
@@ -319,16 +304,14 @@ fn unmeasurable_required_jacobians_fail() {
         (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
     };
     let submission = folder.path().join("explicit");
-    if !student(&submission, &METHODS[..1], &["dragdamping", "vortexforce"], "") {
-        return;
-    }
+    student(&submission, &METHODS[..1], &["dragdamping", "vortexforce"], "");
     let (code, text) = measure("explicit", &["--force", "springforce"]);
     assert!(code == Some(0), "{text}");
     let (code, text) = measure("explicit", &["--require", "springforce,dragdamping"]);
     assert!(code == Some(1) && text.contains("not offered: springforce, dragdamping."), "{text}");
     let (code, text) = measure("explicit", &["--force", "dragdamping"]);
     assert!(code == Some(1) && text.contains("Nothing could be measured."), "{text}");
-    assert!(student(&folder.path().join("whole"), &METHODS, &["vortexforce"], ""));
+    student(&folder.path().join("whole"), &METHODS, &["vortexforce"], "");
     let (code, text) = measure("whole", &["--assignment", "t1m3"]);
     assert!(code == Some(0), "{text}");
 }

@@ -1,5 +1,6 @@
 //! Command line of the `grade` binary, run in temporary folders.
 
+use needs::needs;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -392,8 +393,7 @@ fn changes_within_tolerance_need_no_review() {
 }
 
 #[test]
-#[expect(clippy::print_stderr, reason = "a test that is skipped says why")]
-fn changes_are_accepted_by_name_or_reviewed_on_a_terminal() {
+fn changes_are_accepted_by_name() {
     let project = Project::new();
     project.write("assets/Spring/pair.xml", &SPRING.replace("k=\"20\"", "k=\"21\""));
     fs::remove_file(project.path("assets/Fall/stone.xml")).unwrap();
@@ -408,11 +408,14 @@ fn changes_are_accepted_by_name_or_reviewed_on_a_terminal() {
     assert!(run.stdout.ends_with(end), "{}", run.stdout);
     assert!(project.path("expected/Fall/stone.csv").exists());
     assert_eq!(project.grade(&[]).code, 0);
+}
 
-    // A pseudo-terminal, from util-linux.
-    if !cfg!(target_os = "linux") {
-        return;
-    }
+/// `script` of util-linux makes the terminal.
+#[needs("script --version | grep util-linux")]
+#[test]
+fn changes_are_reviewed_on_a_terminal() {
+    let project = Project::new();
+    fs::remove_file(project.path("assets/Fall/stone.xml")).unwrap();
     let grade = format!("{} oracle review", env!("CARGO_BIN_EXE_grade"));
     let script = Command::new("script")
         .current_dir(project.path(""))
@@ -420,10 +423,7 @@ fn changes_are_accepted_by_name_or_reviewed_on_a_terminal() {
         .stdin(std::process::Stdio::piped())
         .stdout(std::process::Stdio::piped())
         .spawn();
-    let Ok(mut script) = script else {
-        eprintln!("skipped: there is no script");
-        return;
-    };
+    let mut script = script.unwrap();
     script.stdin.take().unwrap().write_all(b"a\nw\n").unwrap();
     let output = script.wait_with_output().unwrap();
     let shown = String::from_utf8_lossy(&output.stdout);

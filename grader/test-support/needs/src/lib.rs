@@ -1,11 +1,14 @@
 //! Ignores tests whose requirements this machine lacks.
 
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-use proc_macro::TokenStream;
+use proc_macro::{Ident, TokenStream, TokenTree};
 
-/// Marks a test as ignored if a shell command fails when the test is compiled: `#[needs("c++ --version")]` above
-/// `#[test]`. The command runs in the folder of the test's package. The test is listed as `ignored, needs c++ --version`.
+/// Marks a test as ignored if a shell command fails when the test is compiled: `#[needs("command -v c++")]` above
+/// `#[test]`. The command runs in the root of the workspace. The test is listed as `ignored, needs command -v c++`.
+///
+/// `ci/long.sh` runs ignored tests whose names begin with `long_`. Such a test loses this beginning.
 ///
 /// # Panics
 /// If the argument is not a string without escapes.
@@ -16,12 +19,26 @@ pub fn needs(command: TokenStream, test: TokenStream) -> TokenStream {
     let command = command.filter(|text| !text.contains('\\')).expect("a string without escapes");
     let mut shell = Command::new("sh");
     shell.args(["-c", command]).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let folder = std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo names the package's folder");
-    if shell.current_dir(folder).status().is_ok_and(|status| status.success()) {
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo names the package's folder");
+    let mut folders = Path::new(&package).ancestors();
+    let root = folders.find(|folder| folder.join("Cargo.lock").exists()).expect("a workspace");
+    if shell.current_dir(root).status().is_ok_and(|status| status.success()) {
         return test;
     }
     let mut ignored: TokenStream =
         format!("#[ignore = \"needs {command}\"]").parse().expect("an attribute");
-    ignored.extend(test);
+    let mut tokens = test.into_iter().peekable();
+    while let Some(token) = tokens.next() {
+        let is_ignore = |token: &TokenTree| token.to_string().starts_with("[ignore");
+        if tokens.peek().is_some_and(is_ignore) {
+            tokens.next();
+            continue;
+        }
+        let name = token.to_string();
+        ignored.extend([match name.strip_prefix("long_") {
+            Some(name) => Ident::new(name, token.span()).into(),
+            None => token,
+        }]);
+    }
     ignored
 }

@@ -13,8 +13,6 @@
 //! seconds. Time and memory are in proportion to the two files and the pairs of vertices. Source:
 //! *Computer Graphics – Mass-MeshSpring Systems*, the assignment's hand-out.
 
-pub mod problem;
-
 mod document;
 mod masses;
 mod obj;
@@ -23,7 +21,7 @@ mod springs;
 
 use std::path::Path;
 
-use super::error::{Problem, SceneError};
+use super::error::{JsonProblem, Problem, SceneError};
 use super::resolve::{refuse_force, set_options};
 use super::schema::{Domain, ForceSchema, IntegratorOptions, IntegratorSchema, Vocabulary};
 use super::{
@@ -33,7 +31,6 @@ use super::{
 };
 use document::{Document, NoDocument, parse_number, wrong_value};
 use obj::Mesh;
-use problem::JsonProblem;
 use source::{Source, Warnings, excerpt};
 
 /// The assignment's external force on each vertex, along y.

@@ -1,12 +1,14 @@
 //! Errors in scene files: the place, the problem and the remedy.
 
+mod json;
+
 use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 
 use super::Location;
-use super::json::problem::JsonProblem;
 use crate::printable;
+pub use json::JsonProblem;
 
 /// One thing wrong with (or odd about) a scene file.
 ///

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use harness::Harness;
-use scene::schema::{ActsOn, ForceSchema};
+use scene::schema::{ForceSchema, Stencil};
 use scene::state::StateView;
 use scene::trace::csv::{CsvReader, CsvWriter};
 use scene::trace::fosssim::{FosssimReader, FosssimWriter};
@@ -42,13 +42,12 @@ fn chain(n: usize, force: &ForceSchema) -> String {
     for j in 1..n {
         let _ = writeln!(text, r#"<edge i="{}" j="{j}"/>"#, j - 1);
     }
-    let elements = if force.acts_on == ActsOn::EveryParticle { 1 } else { n - 1 };
+    let elements = if force.stencil.is_field() { 1 } else { n + 1 - force.stencil.size() };
     for i in 0..elements {
-        let _ = match force.acts_on {
-            ActsOn::EveryParticle => write!(text, "<{}", force.tag),
-            ActsOn::Pair => write!(text, r#"<{} i="{i}" j="{}""#, force.tag, i + 1),
-            ActsOn::Edge => write!(text, r#"<{} edge="{i}""#, force.tag),
-        };
+        let _ = write!(text, "<{}", force.tag);
+        for (number, attribute) in force.stencil.attributes().iter().enumerate() {
+            let _ = write!(text, r#" {attribute}="{}""#, i + number);
+        }
         for parameter in force.parameters.iter().filter(|parameter| !parameter.three_dimensional) {
             let (low, high) = parameter.typical;
             let _ = write!(text, r#" {}="{}""#, parameter.name, 0.5 * (low + high) + 0.1);
@@ -92,7 +91,7 @@ fn steps(harness: &Harness) {
 
 /// The text of a scene in memory to its model; an element is a byte.
 fn parsing(harness: &Harness) {
-    let spring = force::REGISTRY.iter().find(|kind| kind.schema.acts_on == ActsOn::Edge);
+    let spring = force::REGISTRY.iter().find(|kind| kind.schema.stencil == Stencil::Edge);
     let spring = &spring.expect("some force acts on edges").schema;
     for n in [16, 1024] {
         let text = chain(n, spring);

@@ -213,7 +213,7 @@ fn renumber(scene: &Scene, order: &[usize]) -> Scene {
     let mut renumbered = scene.clone();
     renumbered.particles = order.iter().map(|&old| scene.particles[old].clone()).collect();
     for element in &mut renumbered.forces {
-        element.pair = element.pair.map(|pair| pair.map(|old| new_number[old]));
+        element.particles.iter_mut().for_each(|particle| *particle = new_number[*particle]);
     }
     for edge in &mut renumbered.edges {
         edge.particles = edge.particles.map(|old| new_number[old]);

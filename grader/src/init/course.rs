@@ -12,7 +12,7 @@
 
 use std::fmt::Write;
 
-use scene::schema::{ActsOn, ForceSchema, IntegratorSchema, Matrix};
+use scene::schema::{ForceSchema, IntegratorSchema, Matrix, Stencil};
 use simulator::vocabulary;
 
 use super::{Language, tag};
@@ -165,23 +165,22 @@ impl Course {
         }
         let mut forces = String::new();
         for schema in &self.forces {
-            let ends = match schema.acts_on {
-                ActsOn::EveryParticle => "",
-                ActsOn::Pair => {
-                    "static_cast<int>(element.number(\"i\")), static_cast<int>(element.number(\"j\"))"
+            let ends: Vec<String> = match schema.stencil {
+                Stencil::Edge => vec!["edge.first".to_owned(), "edge.second".to_owned()],
+                stencil => {
+                    let end = |name| format!("static_cast<int>(element.number(\"{name}\"))");
+                    stencil.attributes().iter().map(end).collect()
                 }
-                ActsOn::Edge => "edge.first, edge.second",
             };
             let number = |(name, default): (&str, Option<f64>)| match default {
                 Some(default) => format!("element.number(\"{name}\", {default:?})"),
                 None => format!("element.number(\"{name}\")"),
             };
             let numbers = parameters(schema).map(number);
-            let arguments: Vec<String> =
-                (!ends.is_empty()).then(|| ends.to_owned()).into_iter().chain(numbers).collect();
+            let arguments: Vec<String> = ends.into_iter().chain(numbers).collect();
             let (class, arguments) = (force_class(schema), arguments.join(", "));
             let _ = writeln!(forces, "        if (element.name == \"{}\") {{", schema.tag);
-            if schema.acts_on == ActsOn::Edge {
+            if schema.stencil == Stencil::Edge {
                 forces += "            const auto edge = edges.at(static_cast<std::size_t>(element.number(\"edge\")));\n";
             }
             let _ = writeln!(
@@ -214,18 +213,19 @@ impl Course {
         }
         let mut forces = String::new();
         for schema in &self.forces {
-            let ends = match schema.acts_on {
-                ActsOn::EveryParticle => "",
-                ActsOn::Pair => "int(number(\"i\")), int(number(\"j\"))",
-                ActsOn::Edge => "*edges[int(number(\"edge\"))]",
+            let ends: Vec<String> = match schema.stencil {
+                Stencil::Edge => vec!["*edges[int(number(\"edge\"))]".to_owned()],
+                stencil => {
+                    let end = |name| format!("int(number(\"{name}\"))");
+                    stencil.attributes().iter().map(end).collect()
+                }
             };
             let number = |(name, default): (&str, Option<f64>)| match default {
                 Some(default) => format!("number(\"{name}\", {default:?})"),
                 None => format!("number(\"{name}\")"),
             };
             let numbers = parameters(schema).map(number);
-            let arguments: Vec<String> =
-                (!ends.is_empty()).then(|| ends.to_owned()).into_iter().chain(numbers).collect();
+            let arguments: Vec<String> = ends.into_iter().chain(numbers).collect();
             let _ = writeln!(
                 forces,
                 "        if element.tag == \"{}\":\n            scene.forces.append({}({}))",
@@ -379,7 +379,10 @@ fn parameters(schema: &ForceSchema) -> impl Iterator<Item = (&'static str, Optio
 
 /// The members of a force: type and name.
 fn names(schema: &ForceSchema) -> impl Iterator<Item = (&'static str, &'static str)> {
-    let ends: &[&str] = if schema.acts_on == ActsOn::EveryParticle { &[] } else { &["i", "j"] };
+    let ends = match schema.stencil {
+        Stencil::Edge => &["i", "j"],
+        stencil => stencil.attributes(),
+    };
     let ends = ends.iter().map(|end| ("int", *end));
     ends.chain(parameters(schema).map(|(name, _)| ("scalar", name)))
 }

@@ -16,7 +16,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use scene::schema::{ActsOn, ForceSchema};
+use scene::schema::{ForceSchema, Stencil};
 use simulator::vocabulary;
 
 use crate::assignment::Assignment;
@@ -201,7 +201,7 @@ fn filled(text: &str, assignment: Option<&Assignment>) -> String {
     if let Some(tags) = scope.and_then(|scope| scope.forces.as_ref()) {
         let schemas: Vec<&ForceSchema> =
             tags.iter().filter_map(|tag| vocabulary.force(tag)).collect();
-        let has_edges = schemas.iter().any(|schema| schema.acts_on == ActsOn::Edge);
+        let has_edges = schemas.iter().any(|schema| schema.stencil == Stencil::Edge);
         let edge = has_edges.then(|| "<edge i j/>".to_owned());
         let all: Vec<String> =
             edge.into_iter().chain(schemas.iter().map(|schema| tag(schema))).collect();
@@ -224,14 +224,9 @@ fn filled(text: &str, assignment: Option<&Assignment>) -> String {
 
 /// An element of a force with the names of its attributes, as `<springforce edge k l0 b/>`.
 fn tag(schema: &ForceSchema) -> String {
-    let ends: &[&str] = match schema.acts_on {
-        ActsOn::EveryParticle => &[],
-        ActsOn::Pair => &["i", "j"],
-        ActsOn::Edge => &["edge"],
-    };
     let parameters = schema.parameters.iter().filter(|parameter| !parameter.three_dimensional);
     let names = parameters.map(|parameter| parameter.name);
-    let attributes: Vec<&str> = ends.iter().copied().chain(names).collect();
+    let attributes: Vec<&str> = schema.stencil.attributes().iter().copied().chain(names).collect();
     format!("<{} {}/>", schema.tag, attributes.join(" "))
 }
 

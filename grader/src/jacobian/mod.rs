@@ -310,7 +310,7 @@ mod tests {
             tag,
             example,
             title: spring.schema.title,
-            acts_on: spring.schema.acts_on,
+            stencil: spring.schema.stencil,
             parameters: spring.schema.parameters,
             formula: spring.schema.formula,
             parts: spring.schema.parts,

@@ -8,10 +8,8 @@
 //! Coordinates are multiples of a power of two with spare digits, so that differences can take exact steps.
 
 use fastrand::Rng;
-use scene::schema::{ActsOn, Domain, MAX_PARAMETERS, ParameterSchema};
-use scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
-};
+use scene::schema::{Domain, ParameterSchema, Stencil};
+use scene::{Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Scene};
 use simulator::force::ForceKind;
 use simulator::integrator;
 
@@ -161,7 +159,7 @@ pub fn states(
 
     // These are hard for differences of two positions. A field of the position itself is rounded with it: far from the origin,
     // or in a tiny box, nothing can be measured.
-    if kind.schema.acts_on == ActsOn::EveryParticle && kind.schema.depends_on().position {
+    if kind.schema.stencil.is_field() && kind.schema.depends_on().position {
         plans.retain(|(_, plan)| plan.far == 0.0 && matches!(plan.length, Length::Any));
     }
     let mut rng = Rng::with_seed(seed);
@@ -175,10 +173,10 @@ fn draw(
     plan: Plan,
     rng: &mut Rng,
 ) -> CheckState {
-    let acts_on = kind.schema.acts_on;
+    let stencil = kind.schema.stencil;
     let mut rest_length = 1.0;
     let elements = plan.arrangement.pairs().iter().enumerate().map(|(number, pair)| {
-        let mut parameters = [0.0; MAX_PARAMETERS];
+        let mut parameters = kind.schema.zeros();
         for (place, (value, parameter)) in
             parameters.iter_mut().zip(kind.schema.parameters).enumerate()
         {
@@ -189,13 +187,9 @@ fn draw(
                 rest_length = *value;
             }
         }
-        ForceElement {
-            schema: &kind.schema,
-            pair: (acts_on != ActsOn::EveryParticle).then_some(*pair),
-            edge: (acts_on == ActsOn::Edge).then_some(number),
-            parameters,
-            location: Location::default(),
-        }
+        let particles: &[usize] = if stencil.is_field() { &[] } else { pair };
+        let edge = (stencil == Stencil::Edge).then_some(number);
+        ForceElement::new(&kind.schema, particles, edge, parameters)
     });
     let elements = elements.collect();
     let (scene, time) = compose(elements, dimension, &plan, rest_length, rng);

@@ -211,7 +211,7 @@ fn beyond_the_horizon_a_wrong_force_fails_at_its_first_step() {
     let case = chaotic();
     for damping in [0.5, -0.05, 1e-9] {
         let mut damped = case.scene.clone();
-        for element in damped.forces.iter_mut().filter(|element| element.pair.is_some()) {
+        for element in damped.forces.iter_mut().filter(|element| element.pair().is_some()) {
             element.parameters[2] = damping;
         }
         // The states agree up to the horizon and a while beyond.

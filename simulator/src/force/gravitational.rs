@@ -13,7 +13,7 @@ use super::pair::{PairForce, PairLaw};
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -21,7 +21,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "gravitationalforce",
         title: "gravitation between two particles",
         formula: "`F_i = −G m_i m_j / l² n`, `F_j = −F_i`",
-        acts_on: ActsOn::Pair,
+        stencil: Stencil::Named(&["i", "j"]),
         parameters: &[ParameterSchema::new(
             "G",
             "gravitational constant",

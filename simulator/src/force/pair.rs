@@ -161,7 +161,7 @@ impl<L> PairForce<L> {
         L: PairLaws<D>,
     {
         let with_pairs = elements.iter().filter_map(|&(element, description)| {
-            let [i, j] = description.pair?;
+            let [i, j] = description.pair()?;
             // No scene file holds 2³² of anything.
             let [i, j, element] = [i, j, element].map(|number| number as u32);
             Some(PairElement { i, j, element, slot: 0 })
@@ -482,7 +482,7 @@ mod tests {
     fn pair_by_pair<const D: usize>(scene: &Scene, state: State<'_>) -> Vec<f64> {
         let mut sums = vec![0.0; state.positions.len()];
         for element in &scene.forces {
-            let [i, j] = element.pair.unwrap();
+            let [i, j] = element.pair().unwrap();
             let (d, w) = relative::<D>(state, [i as u32, j as u32]);
             let force = Springs::<D>::of_element(element, [i, j]).force(&d, &w).unwrap();
             for axis in 0..D {
@@ -575,10 +575,10 @@ mod tests {
     fn first_spring_without_a_direction_is_named() {
         let mut rng = fastrand::Rng::with_seed(5);
         let mut scene = scene(&mut rng, 2, 0.0, 0.0);
-        let [i, j] = scene.forces[300].pair.unwrap();
+        let [i, j] = scene.forces[300].pair().unwrap();
         scene.particles[i].position = scene.particles[j].position;
         let first = scene.forces.iter().position(|element| {
-            let pair = element.pair.unwrap();
+            let pair = element.pair().unwrap();
             pair == [i, j] || pair == [j, i]
         });
         let positions = coordinates::<2>(&scene, |particle| particle.position);

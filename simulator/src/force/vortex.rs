@@ -18,7 +18,7 @@ use super::pair::{PairForce, PairLaw};
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -26,7 +26,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "vortexforce",
         title: "vortex between two particles",
         formula: "`F_i = kvc/l² (kbs R n − w)`, `F_j = −F_i`",
-        acts_on: ActsOn::Pair,
+        stencil: Stencil::Named(&["i", "j"]),
         parameters: &[
             ParameterSchema::new(
                 "kbs",

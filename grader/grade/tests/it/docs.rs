@@ -9,7 +9,7 @@ use grader::assignment::{self, Assignment};
 use grader::rubric::Rubric;
 use grader::suite::{Feature, Section, Suite};
 use scene::ParseOptions;
-use scene::schema::{ActsOn, ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText};
+use scene::schema::{ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText};
 use simulator::force::ForceKind;
 use simulator::integrator::IntegratorKind;
 use simulator::{force, integrator};
@@ -279,11 +279,7 @@ fn rows_of(name: &str, header: &str) -> Vec<String> {
 
 /// The attributes of a force: what it acts on and its required parameters, then the optional ones.
 fn attributes(schema: &ForceSchema) -> String {
-    let mut required: Vec<&str> = match schema.acts_on {
-        ActsOn::EveryParticle => Vec::new(),
-        ActsOn::Pair => vec!["i", "j"],
-        ActsOn::Edge => vec!["edge"],
-    };
+    let mut required = schema.stencil.attributes().to_vec();
     let mut optional = String::new();
     for parameter in schema.parameters {
         match parameter.default {

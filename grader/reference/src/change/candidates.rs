@@ -331,8 +331,7 @@ fn all_of(term: Term) -> Vec<Change> {
         }
         all.extend(named_factors(term, quantities));
     }
-    let is_pair =
-        matches!(term.schema().acts_on, scene::schema::ActsOn::Pair | scene::schema::ActsOn::Edge);
+    let is_pair = term.schema().stencil.size() == 2;
     if let Some(forms) = forms_of(term) {
         all.extend(of_other_laws(term, forms));
         all.extend(of_formulas(term, forms));
@@ -370,7 +369,7 @@ fn scalars(term: Term) -> Vec<Expression> {
         .filter(|_| !is_vector)
         .map(|parameter| Leaf::Parameter(schema.parameter_idx(parameter.name), parameter.name))
         .collect();
-    if schema.acts_on == scene::schema::ActsOn::EveryParticle {
+    if schema.stencil.is_field() {
         if schema.depends_on().velocity {
             all.push(Leaf::Speed);
         }
@@ -426,7 +425,7 @@ fn of_other_laws(term: Term, forms: &Forms) -> Vec<Change> {
                 part.scaled_by.iter().chain(part.shaped_by).copied().collect()
             }
         };
-        let is_like = other.schema().acts_on == schema.acts_on
+        let is_like = other.schema().stencil == schema.stencil
             && !names(other).is_empty()
             && names(other).iter().all(|name| schema.has_parameter(name));
         let theirs = is_like.then(|| super::forms::of_parameters(other, schema)).flatten();
@@ -860,17 +859,17 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             }
             let words = format!("each {tag} has the parameters of the first");
             add(whole, SceneRule::FirstParameters(tag), 2, words);
-            if of_it().all(|element| element.pair.is_some()) {
+            if of_it().all(|element| element.pair().is_some()) {
                 let words = format!("each {tag} acts on the particles of the one before it");
                 add(whole, SceneRule::PairBefore(tag), 3, words);
             }
         }
-        if of_it().any(|element| element.pair.is_some()) {
+        if of_it().any(|element| element.pair().is_some()) {
             let words = format!("{tag} between a fixed and another particle is left out");
             add(whole, SceneRule::UnjoinedOf(tag), 1, words);
         }
         if scene.forces.len() > 1 {
-            let is_pair = of_it().any(|element| element.pair.is_some());
+            let is_pair = of_it().any(|element| element.pair().is_some());
             let ends: &[(Ends, &str)] = match is_pair {
                 true => &[
                     (Ends::Same, " on its two particles"),

@@ -7,7 +7,7 @@
 use std::fmt;
 
 use nalgebra::{Matrix3, Vector3};
-use scene::schema::MAX_PARAMETERS;
+use scene::Parameters;
 
 /// A formula.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,7 +86,7 @@ pub enum Function {
 #[derive(Debug, Clone)]
 pub struct Inputs {
     /// Parameters, in the order of the registry.
-    pub parameters: [f64; MAX_PARAMETERS],
+    pub parameters: Parameters,
     /// Masses of `i` and `j`.
     pub masses: [f64; 2],
     /// Time step.

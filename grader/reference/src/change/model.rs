@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, LazyLock};
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use scene::schema::{Convergence, MAX_PARAMETERS};
+use scene::schema::Convergence;
 use scene::trace::State;
-use scene::{ForceElement, Scene};
+use scene::{self, ForceElement, Parameters, Scene};
 
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
@@ -53,7 +53,7 @@ pub(super) struct Point {
 #[derive(Clone)]
 struct Element {
     pair: Option<[usize; 2]>,
-    parameters: [f64; MAX_PARAMETERS],
+    parameters: Parameters,
     /// The particles on which its force is overwritten by a later element's.
     lost: Vec<usize>,
 }
@@ -631,7 +631,7 @@ impl Model {
         let d = self.vector(&at.x, i) - self.vector(&at.x, j);
         let l = d.norm();
         Inputs {
-            parameters: element.parameters,
+            parameters: element.parameters.clone(),
             masses: [i, j].map(|particle| self.scene.particles[particle].mass),
             h: self.scene.time_step,
             d,
@@ -690,7 +690,7 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Vec<usize>> {
     for change in changes {
         let Effect::Scene(SceneRule::Overwrites(tag, ends)) = change.effect else { continue };
         let written = |element: &ForceElement| -> Vec<usize> {
-            match (element.pair, ends) {
+            match (element.pair(), ends) {
                 (None, _) => (0..scene.particles.len()).collect(),
                 (Some([i, _]), Ends::First) => vec![i],
                 (Some([_, j]), Ends::Second) => vec![j],
@@ -722,8 +722,8 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
         let elements = scene.forces.iter().zip(&lost);
         let elements = elements.filter(|(element, _)| element.schema.tag == term.tag);
         let elements = elements.map(|(element, lost)| Element {
-            pair: element.pair,
-            parameters: element.parameters,
+            pair: element.pair(),
+            parameters: element.parameters.clone(),
             lost: lost.clone(),
         });
         let forms = forms_of(term);
@@ -913,9 +913,9 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         }
         SceneRule::FirstParameters(tag) => {
             let first = scene.forces.iter().find(|element| of(tag)(element));
-            if let Some(parameters) = first.map(|first| first.parameters) {
+            if let Some(parameters) = first.map(|first| first.parameters.clone()) {
                 for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
-                    element.parameters = parameters;
+                    element.parameters.clone_from(&parameters);
                 }
             }
         }
@@ -923,23 +923,22 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             let count = scene.particles.len();
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 if let Some(edge) = element.edge.filter(|edge| edge + 1 < count) {
-                    element.pair = Some([edge, edge + 1]);
+                    element.particles = [edge, edge + 1].into();
                 }
             }
         }
         SceneRule::PairBefore(tag) => {
-            let pairs: Vec<Option<[usize; 2]>> =
-                scene.forces.iter().filter(|e| of(tag)(e)).map(|element| element.pair).collect();
-            let mut before = pairs.first().copied().into_iter().chain(pairs);
+            let mut before: Option<scene::Particles> = None;
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
-                element.pair = before.next().flatten();
+                let own = element.particles.clone();
+                element.particles = before.replace(own.clone()).unwrap_or(own);
             }
         }
         SceneRule::RunningEdge(tag) => {
             let Scene { edges, forces, .. } = scene;
             let of_it = forces.iter_mut().filter(|element| of(tag)(element));
             for (element, edge) in of_it.zip(edges) {
-                element.pair = Some(edge.particles);
+                element.particles = edge.particles.into();
             }
         }
         SceneRule::WithoutZero(tag, name) => {
@@ -947,8 +946,8 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         }
         SceneRule::UnjoinedOf(tag) => {
             let Scene { particles, forces, .. } = scene;
-            let is_free = |pair: [usize; 2]| pair.iter().all(|each| !particles[*each].fixed);
-            forces.retain(|element| !of(tag)(element) || element.pair.is_none_or(is_free));
+            let is_free = |each: &usize| !particles[*each].fixed;
+            forces.retain(|element| !of(tag)(element) || element.particles.iter().all(is_free));
         }
         SceneRule::Overwrites(..) => {}
         SceneRule::Unfixed => {
@@ -956,8 +955,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         }
         SceneRule::Unjoined => {
             let Scene { particles, forces, .. } = scene;
-            let is_free = |pair: [usize; 2]| pair.iter().all(|each| !particles[*each].fixed);
-            forces.retain(|element| element.pair.is_none_or(is_free));
+            forces.retain(|element| element.particles.iter().all(|each| !particles[*each].fixed));
         }
     }
 }

@@ -19,9 +19,9 @@ use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, Dyn, LU, Vector3};
-use scene::schema::{MAX_PARAMETERS, StepEquation};
+use scene::schema::StepEquation;
 use scene::trace::State;
-use scene::{ForceElement, Scene};
+use scene::{ForceElement, Parameters, Scene};
 
 use super::edit::{Edit, edits};
 use super::expression::{Expression, Inputs, Leaf};
@@ -104,7 +104,7 @@ fn is_elastic(scene: &Scene, element: &ForceElement) -> bool {
     let moves = |pair: [usize; 2]| pair.iter().any(|end| !scene.particles[*end].fixed);
     element.schema.tag == ELASTIC.tag
         && element.parameter("k") > 0.0
-        && element.pair.is_some_and(moves)
+        && element.pair().is_some_and(moves)
 }
 
 /// A summand of `Q` and `b`.
@@ -253,7 +253,7 @@ pub(super) struct Rounds {
 /// A row of `A`.
 struct Spring {
     ends: [usize; 2],
-    parameters: [f64; MAX_PARAMETERS],
+    parameters: Parameters,
 }
 
 /// `d = r v/|v|`, with the spring `v` as a formula's `d`.
@@ -377,7 +377,7 @@ impl Model {
         let elastic = self.scene.forces.iter().filter(is_row);
         let all: Vec<Spring> = elastic
             .filter_map(|element| {
-                Some(Spring { ends: element.pair?, parameters: element.parameters })
+                Some(Spring { ends: element.pair()?, parameters: element.parameters.clone() })
             })
             .collect();
         let kept = Particles::of(rounds.springs, all.len());
@@ -529,11 +529,11 @@ impl Model {
     fn local(
         &self,
         rounds: &Rounds,
-        parameters: &[f64; MAX_PARAMETERS],
+        parameters: &Parameters,
         v: Vector3<f64>,
         length_before: f64,
     ) -> Vector3<f64> {
-        let mut parameters = *parameters;
+        let mut parameters = parameters.clone();
         let rest = &mut parameters[ELASTIC.schema().parameter_idx("l0")];
         if rounds.lengths_before {
             *rest = length_before;

@@ -231,7 +231,7 @@ impl JsonState {
     fn of(state: &CheckState) -> Self {
         let forces = state.scene.forces.iter().map(|force| JsonForce {
             force: force.schema.tag,
-            pair: force.pair,
+            pair: force.pair(),
             parameters: force
                 .schema
                 .parameters

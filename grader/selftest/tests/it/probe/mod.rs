@@ -270,12 +270,12 @@ fn unusable_programs_are_refused_by_kind() {
 fn hanging_program_is_killed_with_its_children() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let alive = folder.join("alive");
-    let body = format!("(sleep 3; touch '{}') & sleep 600", alive.display());
+    let body = format!("(sleep 1; touch '{}') & sleep 600", alive.display());
     let _ = std::fs::remove_file(&alive);
     let endless = script("endless", &body);
     let refused = refused(&endless, 0.1);
     assert_eq!(refused.name(), "timed-out");
     assert!(refused.to_string().contains("still ran after 0.1 s"), "{refused}");
-    std::thread::sleep(std::time::Duration::from_secs(4));
+    std::thread::sleep(std::time::Duration::from_secs(2));
     assert!(!alive.exists(), "a process that it started lived on");
 }

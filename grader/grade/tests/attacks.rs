@@ -29,7 +29,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use needs::needs;
-use test_support::{assert_document, sample};
+use test_support::{assert_document, sample, seed};
 
 use sandbox::{End, Job, Keep, Limits, Sandbox};
 
@@ -269,10 +269,20 @@ fn assert_independent_of_umask(settings: &[Setting]) {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// The grader is killed at random moments of a run, sixty in each setting. Each time, no process and no mount remains, no file is partially
-/// written, and the next run is correct.
 #[test]
 fn killed_grader_leaves_no_process_mount_or_partial_file() {
+    kill_graders(16);
+}
+
+#[test]
+#[ignore = "long: a minute"]
+fn long_killed_grader_leaves_no_process_mount_or_partial_file() {
+    kill_graders(600);
+}
+
+/// Kills the grader at random moments of a run, so often in each setting. Each time, no process and no mount remains, no
+/// file is partially written, and the next run is correct.
+fn kill_graders(count: usize) {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let programs = Programs::get();
     for setting in [main_setting(), Setting::UserWithoutNamespaces] {
@@ -283,8 +293,8 @@ fn killed_grader_leaves_no_process_mount_or_partial_file() {
         let expected = stages[0].graded(&good, &[]).report;
         let machine = Machine::look();
         let files = stages.each_ref().map(|stage| stage.files());
-        let mut rng = fastrand::Rng::with_seed(1);
-        for moment in 0..60 {
+        let mut rng = fastrand::Rng::with_seed(seed());
+        for moment in 0..count {
             let (stage, submission) =
                 if moment % 2 == 0 { (&stages[0], &good) } else { (&stages[1], &slow) };
             let mut grader = stage.grade(submission, &[]).stderr(Stdio::null()).spawn().unwrap();
@@ -312,8 +322,8 @@ fn killed_grader_leaves_no_process_mount_or_partial_file() {
     }
 }
 
-/// A supervisor is killed twenty times while programs run that ignore every signal, without namespaces and without a control
-/// group. Each time, no process remains.
+/// A supervisor is killed while programs run that ignore every signal, without namespaces and without a control group. Each
+/// time, no process remains.
 #[test]
 fn killed_supervisor_leaves_no_process() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
@@ -322,8 +332,8 @@ fn killed_supervisor_leaves_no_process() {
         let shared_stage = SharedStage::new(programs, setting);
         let stage = shared_stage.stage();
         let slow = stage.submission("lasting_daemons", "", Target::Nothing);
-        let mut rng = fastrand::Rng::with_seed(3);
-        for moment in 0..20 {
+        let mut rng = fastrand::Rng::with_seed(seed());
+        for moment in 0..6 {
             let mut grader = stage.grade(&slow, &[]).stderr(Stdio::null()).spawn().unwrap();
             while stage.running().len() < 3 {
                 assert!(matches!(grader.try_wait(), Ok(None)), "moment {moment}");
@@ -360,7 +370,7 @@ fn runs_sharing_a_user_id_do_not_kill_each_other() {
             scope.spawn(|| {
                 let stage = shared_stage.stage();
                 let honest = stage.submission("honest_pause", "", Target::Nothing);
-                for _ in 0..5 {
+                for _ in 0..2 {
                     let graded = stage.graded(&honest, &[]);
                     if graded.verdict != "pass" {
                         failures.lock().unwrap().push(graded.report);
@@ -374,7 +384,7 @@ fn runs_sharing_a_user_id_do_not_kill_each_other() {
     let _ = bystander.wait();
     assert!(lives, "the bystander was killed");
     let failures = failures.into_inner().unwrap();
-    assert!(failures.is_empty(), "{} of {}: {}", failures.len(), 5 * AT_A_TIME, failures[0]);
+    assert!(failures.is_empty(), "{} of {}: {}", failures.len(), 2 * AT_A_TIME, failures[0]);
 }
 
 fn kill(process: u32) {
@@ -382,7 +392,7 @@ fn kill(process: u32) {
     rustix::process::kill_process(process, rustix::process::Signal::KILL).unwrap();
 }
 
-/// A submission is killed from outside at twenty moments of its run: its verdict is a crash, the report is complete,
+/// A submission is killed from outside at random moments of its run: its verdict is a crash, the report is complete,
 /// and another submission gets the same verdict as before.
 #[test]
 fn killed_submission_is_reported_as_crashed() {
@@ -393,8 +403,8 @@ fn killed_submission_is_reported_as_crashed() {
     let good = stages[0].submission("hand_in", "", Target::Nothing);
     let slow = stages[1].submission("sleep_long", "", Target::Nothing);
     let expected = stages[0].graded(&good, &[]).report;
-    let mut rng = fastrand::Rng::with_seed(2);
-    for moment in 0..20 {
+    let mut rng = fastrand::Rng::with_seed(seed());
+    for moment in 0..8 {
         let pause = Duration::from_micros(rng.u64(0..20_000));
         let done = AtomicBool::new(false);
         std::thread::scope(|scope| {
@@ -417,9 +427,19 @@ fn killed_submission_is_reported_as_crashed() {
     assert_eq!(stages[0].graded(&good, &[]).report, expected);
 }
 
-/// A thousand runs of a program that does nothing.
 #[test]
-fn thousand_runs_leave_no_process_or_file() {
+fn repeated_runs_leave_no_process_or_file() {
+    run_nothing(50);
+}
+
+#[test]
+#[ignore = "long: a quarter of a minute"]
+fn long_repeated_runs_leave_no_process_or_file() {
+    run_nothing(1_000);
+}
+
+/// Runs of a program that does nothing.
+fn run_nothing(count: usize) {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let nothing = Path::new("/bin/true");
     let folder = tempfile::tempdir().unwrap();
@@ -442,7 +462,7 @@ fn thousand_runs_leave_no_process_or_file() {
     };
     let descriptors = || fs::read_dir("/proc/self/fd").unwrap().count();
     let before = (Machine::look(), stage::children(), folders(), descriptors());
-    for number in 0..1_000 {
+    for number in 0..count {
         let outcome = sandbox.run(&job).unwrap();
         assert_eq!(outcome.end, End::Exited(0), "run {number}");
     }

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use fastrand::Rng;
 use serde_json::Value;
+use test_support::seed;
 
 use crate::class::{Project, RIGHT};
 
@@ -126,13 +127,13 @@ fn plan_runs_under_another_scheduler() {
     assert!(results(&project, "out") == whole);
 }
 
-/// Kills planners, shards and merges at random moments, until 12 were killed, or as many as `KILLS` says; each time, the
+/// Kills planners, shards and merges at random moments, until 5 were killed, or as many as `KILLS` says; each time, the
 /// rest of the work gives the same bytes.
 #[test]
 fn resume_completes_killed_runs() {
-    let wanted = std::env::var("KILLS").map_or(12, |text| text.parse().unwrap());
+    let wanted = std::env::var("KILLS").map_or(5, |text| text.parse().unwrap());
     let (project, whole) = with_whole();
-    let mut random = Rng::with_seed(18);
+    let mut random = Rng::with_seed(seed());
     let resume = ["class", "-o", "out", "--resume", "--shards", "3"];
     let whole_run = [&resume[..], &COMMON].concat();
     let planning = [&resume[..], &["--on", "nothing"], &COMMON].concat();

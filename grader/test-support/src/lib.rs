@@ -49,6 +49,8 @@ pub fn seed() -> u64 {
 
 /// `count` of the items, drawn by [`seed`]; all, if there are fewer.
 pub fn sample<T>(items: impl IntoIterator<Item = T>, count: usize) -> Vec<T> {
+    let items: Vec<T> = items.into_iter().collect();
+    let count = count.min(items.len());
     fastrand::Rng::with_seed(seed()).choose_multiple(items, count)
 }
 

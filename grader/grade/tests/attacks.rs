@@ -260,9 +260,9 @@ fn assert_independent_of_umask(settings: &[Setting]) {
             if output.status.code() != Some(0)
                 || protections[0] != protections[protections.len() - 1]
             {
-                let said = String::from_utf8_lossy(&output.stderr).into_owned();
+                let printed = String::from_utf8_lossy(&output.stderr).into_owned();
                 let protection = &report["protection"];
-                failures.push(format!("{}, mask {mask}: {protection} {said}", setting.name()));
+                failures.push(format!("{}, mask {mask}: {protection} {printed}", setting.name()));
             }
         }
     }
@@ -352,7 +352,7 @@ fn killed_supervisor_leaves_no_process() {
     }
 }
 
-/// Where all runs have to share a user ID, none ends another, and none ends a process of the machine that has it.
+/// Runs that share a user ID kill neither each other nor a process of the machine with the same ID.
 #[needs("test $(id -u) = 0")]
 #[test]
 fn runs_sharing_a_user_id_do_not_kill_each_other() {

@@ -33,7 +33,7 @@ fn dot(a: Point, b: Point) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What the assignment's program reads.
+/// Input of the assignment's program.
 struct Assignment {
     stiffness: f64,
     masses: Vec<f64>,

@@ -121,8 +121,7 @@ fn long_hookean_square_of_16_matches_the_lecture() {
 #[ignore = "long: the peer takes a minute"]
 fn long_stretched_square_of_16_matches_the_lecture_until_it_buckles() {
     // In the ninth step this square stands at a saddle of the incremental potential, and rounding decides
-    // to which side it buckles. What the algorithm itself does not agree on, nudged by a rounding error, is
-    // nobody's to agree with.
+    // to which side it buckles. States are compared while the peer agrees with itself after a nudge of a rounding error.
     const STEPS: u64 = 10;
     let (found, _) = run(&square(16, SpringLaw::Green, STEPS, &[("tolerance", "1e-9")])).unwrap();
     let found: Vec<&[f64]> = found.chunks(found.len() / (STEPS as usize + 1)).collect();

@@ -43,7 +43,7 @@ type Verdicts = &'static [&'static str];
 /// One attack.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Attack {
-    /// What it does.
+    /// Description in the document.
     pub(crate) what: &'static str,
     /// The mode of the hostile program.
     pub(crate) mode: &'static str,
@@ -53,7 +53,7 @@ pub(crate) struct Attack {
     pub(crate) expected: Verdicts,
     /// The mode of its build; empty if there is no build.
     pub(crate) build: &'static str,
-    /// The mode of an earlier run of the same submission; empty if there is none.
+    /// The mode of an earlier run of the same submission; or empty.
     pub(crate) earlier: &'static str,
     /// Limits that override the usual ones.
     pub(crate) limits: &'static [&'static str],

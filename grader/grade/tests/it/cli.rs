@@ -229,8 +229,8 @@ fn each_malformed_trace_has_a_named_fault() {
         let run = project.grade(&["--traces", "traces", "--format", "json"]);
         assert_eq!(run.code, 1, "{message}");
         assert_eq!(scene(&run.stdout, "Spring/pair")["verdict"], verdict, "{message}");
-        let told = scene(&run.stdout, "Spring/pair")["message"].to_string().replace('\\', "");
-        assert!(told.contains(message), "{told} does not contain {message}");
+        let shown = scene(&run.stdout, "Spring/pair")["message"].to_string().replace('\\', "");
+        assert!(shown.contains(message), "{shown} does not contain {message}");
         assert_eq!(scene(&run.stdout, "Fall/stone")["verdict"], "pass");
     }
 }
@@ -312,9 +312,9 @@ fn edited_scene_is_reported_and_costs_no_points() {
     project.write("assets/Spring/pair.xml", &SPRING.replace("k=\"20\"", "k=\"21\""));
     let run = project.grade(&["--format", "json"]);
     assert_eq!(run.code, 3);
-    let told = scene(&run.stdout, "Spring/pair");
-    assert_eq!(told["verdict"], "grader-fault");
-    assert!(told["message"].as_str().unwrap().starts_with("the scene was edited after"));
+    let shown = scene(&run.stdout, "Spring/pair");
+    assert_eq!(shown["verdict"], "grader-fault");
+    assert!(shown["message"].as_str().unwrap().starts_with("the scene was edited after"));
     let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     let required = &report["required"];
     assert_eq!((&required["points_earned"], &required["points"]), (&1.0.into(), &2.0.into()));
@@ -334,9 +334,9 @@ fn an_altered_or_missing_oracle_trace_is_a_fault_of_the_grader() {
     for (name, message) in
         [("Spring/pair", "does not match its manifest"), ("Fall/stone", "no oracle trace")]
     {
-        let told = scene(&run.stdout, name);
-        assert_eq!(told["verdict"], "grader-fault");
-        assert!(told["message"].as_str().unwrap().contains(message), "{told}");
+        let shown = scene(&run.stdout, name);
+        assert_eq!(shown["verdict"], "grader-fault");
+        assert!(shown["message"].as_str().unwrap().contains(message), "{shown}");
     }
     let verify = project.grade(&["oracle", "verify"]);
     assert_eq!(verify.code, 1);
@@ -627,9 +627,9 @@ fn simulator_failure_crashes_only_its_scene() {
     fs::remove_file(project.path("expected/manifest.toml")).unwrap();
     let run = project.grade(&["--format", "json"]);
     assert_eq!(run.code, 1);
-    let told = scene(&run.stdout, "Spring/pair");
-    assert_eq!(told["verdict"], "crashed");
-    assert!(told["message"].as_str().unwrap().contains("step 1"), "{told}");
+    let shown = scene(&run.stdout, "Spring/pair");
+    assert_eq!(shown["verdict"], "crashed");
+    assert!(shown["message"].as_str().unwrap().contains("step 1"), "{shown}");
     assert_eq!(scene(&run.stdout, "Fall/stone")["verdict"], "pass");
 }
 
@@ -943,17 +943,17 @@ fn two_traces_of_one_scene_cause_a_warning() {
     project.traces("Spring/pair", |_| ());
     project.write("traces/Spring/pair.bin", "");
     let run = project.grade(&["--traces", "traces", "--format", "json"]);
-    let told = scene(&run.stdout, "Spring/pair");
-    assert_eq!((run.code, &told["verdict"]), (1, &"no-output".into()));
+    let shown = scene(&run.stdout, "Spring/pair");
+    assert_eq!((run.code, &shown["verdict"]), (1, &"no-output".into()));
     let message = "both traces/Spring/pair.csv and traces/Spring/pair.bin exist; keep one";
-    assert!(told["message"].as_str().unwrap().contains(message), "{told}");
+    assert!(shown["message"].as_str().unwrap().contains(message), "{shown}");
 
     project.write("expected/Spring/pair.bin", "");
     let run = project.grade(&["--format", "json"]);
-    let told = scene(&run.stdout, "Spring/pair");
-    assert_eq!((run.code, &told["verdict"]), (3, &"grader-fault".into()));
+    let shown = scene(&run.stdout, "Spring/pair");
+    assert_eq!((run.code, &shown["verdict"]), (3, &"grader-fault".into()));
     let message = "both expected/Spring/pair.csv and expected/Spring/pair.bin exist; keep one";
-    assert!(told["message"].as_str().unwrap().contains(message), "{told}");
+    assert!(shown["message"].as_str().unwrap().contains(message), "{shown}");
     let run = project.grade(&["oracle", "verify"]);
     assert!(run.code == 1 && run.stdout.contains(message), "{}", run.stdout);
 
@@ -975,10 +975,13 @@ fn upper_case_extension_gets_a_hint() {
     let trace = |name: &str| project.path(&format!("traces/Spring/{name}"));
     fs::rename(trace("pair.csv"), trace("pair.CSV")).unwrap();
     let run = project.grade(&["--traces", "traces", "--format", "json"]);
-    let told = scene(&run.stdout, "Spring/pair");
-    assert_eq!(told["verdict"], "missing");
-    let message = told["message"].as_str().unwrap();
-    assert!(message.starts_with("there is no trace: neither traces/Spring/pair.csv nor"), "{told}");
+    let shown = scene(&run.stdout, "Spring/pair");
+    assert_eq!(shown["verdict"], "missing");
+    let message = shown["message"].as_str().unwrap();
+    assert!(
+        message.starts_with("there is no trace: neither traces/Spring/pair.csv nor"),
+        "{shown}"
+    );
     assert!(
         message
             .ends_with("help: traces/Spring/pair.CSV exists; change its extension to lower case")
@@ -1051,8 +1054,8 @@ fn uncompared_residuals_are_not_shown_as_zero() {
     let none = serde_json::json!({ "largest": null, "accumulated": null });
     let zero = serde_json::json!({ "largest": 0.0, "accumulated": 0.0 });
     for (name, residuals) in [("Spring/pair", none), ("Fall/stone", zero)] {
-        let told = scene(&report, name);
-        assert_eq!((&told["position"], &told["velocity"]), (&residuals, &residuals), "{name}");
+        let shown = scene(&report, name);
+        assert_eq!((&shown["position"], &shown["velocity"]), (&residuals, &residuals), "{name}");
     }
 }
 
@@ -1136,8 +1139,8 @@ fn folder_submissions_are_built_and_graded() {
     let run = project.grade(&["mine"]);
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(run.stdout.contains("Summary for mine"), "{}", run.stdout);
-    let said = "the build ended with exit status 7; it printed:\n  no luck\n  and the same for 2 more scenes";
-    assert!(run.stdout.contains(said), "{}", run.stdout);
+    let printed = "the build ended with exit status 7; it printed:\n  no luck\n  and the same for 2 more scenes";
+    assert!(run.stdout.contains(printed), "{}", run.stdout);
     assert!(!project.path("mine/x").exists());
 
     let run = project.grade(&["mine", "--format", "json"]);
@@ -1196,8 +1199,8 @@ fn other_root_of_a_step_passes_if_the_rubric_allows() {
     assert_eq!(scene(&passed)["verdict"], "pass", "{passed}");
     assert_eq!(scene(&passed)["other_root"], 1);
     let text = project.grade(&["mine", "--only", "Spring/through"]).stdout;
-    let told = "another solution of the same equations, as the rubric allows: Spring/through.";
-    assert!(text.contains(told), "{text}");
+    let shown = "another solution of the same equations, as the rubric allows: Spring/through.";
+    assert!(text.contains(shown), "{text}");
     // This step solves nothing.
     assert_eq!(scene(&report("-0.26", "-7.6"))["verdict"], "differs");
 }

@@ -287,9 +287,9 @@ fn a_submission_or_scene_that_changes_while_it_is_graded_has_no_result() {
         }
         project.write(name, &changed);
         let output = child.wait_with_output().unwrap();
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(told.contains("changed"), "{name}: {told}");
-        assert_ne!(output.status.code(), Some(0), "{told}");
+        let shown = String::from_utf8_lossy(&output.stderr);
+        assert!(shown.contains("changed"), "{name}: {shown}");
+        assert_ne!(output.status.code(), Some(0), "{shown}");
         assert!(!project.path("out/resume/ada.json").exists());
         project.write("assets/Free/far.xml", &old);
     }
@@ -341,13 +341,13 @@ fn resume_completes_after_a_full_disk() {
     let unmount = Unmount(&disk);
     let count = plan(&project, &["--shards", "3"]);
     let mut full = 0;
-    let mut said = String::new();
+    let mut printed = String::new();
     for number in 0..count {
         let run = project.grade(&["class", "run-shard", "out/plan.json", &number.to_string()]);
         full += usize::from(run.code == 2 && run.stderr.contains("No space left"));
-        said += &format!("{}: {}\n", run.code, run.stderr);
+        printed += &format!("{}: {}\n", run.code, run.stderr);
     }
-    assert!(full > 0, "the disk is too large for this test: {said}");
+    assert!(full > 0, "the disk is too large for this test: {printed}");
     let remount = |size: &str| {
         let option = format!("remount,size={size}");
         let status = Command::new("mount").args(["-o", &option]).arg(&disk).status();

@@ -12,7 +12,7 @@ use crate::student;
 
 fn grade(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    // The probed submissions are scripts that start a program beside them.
+    // The probed submissions are scripts that start a program in the same folder.
     command.arg("jacobians").args(["--readable", env!("CARGO_TARGET_TMPDIR")]).args(arguments);
     command.output().expect("grade can be run")
 }

@@ -158,9 +158,9 @@ impl Suite {
         let mut grade = Command::new(GRADE);
         grade.arg(folder).args(options).args(["--no-jacobians", "--root"]).arg(self.root.path());
         let graded = grade.output().unwrap();
-        let said = String::from_utf8_lossy(&graded.stdout).into_owned();
+        let printed = String::from_utf8_lossy(&graded.stdout).into_owned();
         let errors = String::from_utf8_lossy(&graded.stderr).into_owned();
-        assert_eq!(graded.status.code(), Some(0), "{name}:\n{said}\n{errors}");
+        assert_eq!(graded.status.code(), Some(0), "{name}:\n{printed}\n{errors}");
     }
 }
 

@@ -110,8 +110,8 @@ fn a_changed_outcome_fails_until_it_is_accepted() {
     let path = path.to_str().unwrap();
     let output = grade(&["--quick", "--only", "coincident", "--expected", path]);
     assert_eq!(output.status.code(), Some(1));
-    let said = "expected survived, got coincident in step 1";
-    assert!(text(&output.stdout).contains(said), "{}", text(&output.stdout));
+    let printed = "expected survived, got coincident in step 1";
+    assert!(text(&output.stdout).contains(printed), "{}", text(&output.stdout));
 
     // Accepting restores the row and leaves all others unchanged.
     let output = grade(&["--quick", "--only", "coincident", "--expected", path, "--accept"]);

@@ -19,7 +19,7 @@ use simulator::simulation::Simulation;
 use simulator::vocabulary;
 use tempfile::TempDir;
 
-/// What `simulate generate` with these options prints.
+/// Output of `simulate generate` with these options.
 fn generate(options: &[&str]) -> String {
     let folder = TempDir::new().unwrap();
     let run = simulate(folder.path(), &[&["generate"], options].concat());

@@ -1,4 +1,4 @@
-//! Tests that the scenes of each assignment, by themselves, catch every mistake that is possible in it.
+//! Tests that the scenes of each assignment alone catch every mistake that is possible in it.
 
 use std::collections::BTreeMap;
 

@@ -5,7 +5,7 @@
 //! results are the table `docs/mistakes.md`, which `UPDATE_DOCS=1 cargo test --release -p selftest mistakes -- --include-ignored` rewrites. Each run draws some mistakes
 //! anew; the tests of all mistakes are long.
 //!
-//! The course's own scenes and traces are used if present, beside the workspace in `../shared/fosssim`; they are not
+//! The course's own scenes and traces are used if `../shared/fosssim` has them; they are not
 //! part of the project.
 
 mod assignments;

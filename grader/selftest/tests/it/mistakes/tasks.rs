@@ -30,7 +30,7 @@ impl StateSource for Positions {
     }
 }
 
-/// What the findings say of a mistake.
+/// Result of the findings for a mistake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     /// A cause in its task alone.
@@ -52,7 +52,7 @@ fn mistakes(inputs: &Inputs) -> Vec<Mistake> {
     mistake::all().into_iter().filter(is_own).filter(is_possible).collect()
 }
 
-/// What is written of a student's states.
+/// Converts the states of a student to those in its trace.
 type Writing = fn(Box<dyn StateSource>) -> Box<dyn StateSource>;
 
 const WITH_VELOCITIES: Writing = |states| states;
@@ -72,18 +72,18 @@ fn outcomes(written: Writing, count: usize) -> Vec<(String, Outcome, Vec<String>
     let outcome = |mistake: &Mistake| {
         let found = inputs.grade_as(&mistake.student(), written).findings;
         let planted = mistake.feature();
-        let told: Vec<&Finding> =
+        let shown: Vec<&Finding> =
             found.list.iter().filter(|finding| finding.kind != FindingKind::Common).collect();
         let is_its = |task: &&TaskFinding| Feature::Task(task.task) == planted;
         let is_absolved = found.tasks.iter().filter(is_its).any(|t| is_consistent(&t.verdict));
         let is_alone = |finding: &&Finding| {
             finding.kind == FindingKind::Cause && finding.features.iter().all(|f| *f == planted)
         };
-        let outcome = if is_absolved || told.iter().any(|finding| !is_of(finding, planted)) {
+        let outcome = if is_absolved || shown.iter().any(|finding| !is_of(finding, planted)) {
             Outcome::Misnamed
-        } else if told.is_empty() {
+        } else if shown.is_empty() {
             Outcome::NoCause
-        } else if told.iter().any(is_alone) {
+        } else if shown.iter().any(is_alone) {
             Outcome::Named
         } else {
             Outcome::PointedAt

@@ -1,7 +1,7 @@
 //! Tests of the black-box probe on foreign programs.
 //!
 //! Three simulators in other languages (`src/programs/`) are built with and without mistakes. The probe must call each
-//! mistake wrong at its place and nowhere else, and no correct build wrong, whatever its compiler flags, precision,
+//! mistake wrong at its place and nowhere else, and no correct build wrong, for any compiler flags, precision,
 //! order of summation or solver. The results are the table `docs/probe.md`, which
 //! `UPDATE_DOCS=1 cargo test --release -p selftest probe -- --include-ignored` rewrites.
 

@@ -19,7 +19,11 @@ const MOST: u64 = 8;
 
 /// Redoes some steps of a scene from the states of `oracle`; `None` if its steps depend on more than the state, or the
 /// scenes cannot be written.
-pub(super) fn restart(case: &Case, program: &Program, oracle: &mut dyn TraceReader) -> Option<Restarts> {
+pub(super) fn restart(
+    case: &Case,
+    program: &Program,
+    oracle: &mut dyn TraceReader,
+) -> Option<Restarts> {
     let scene = &case.scene;
     // Wind depends on the time and on the initial positions of the particles.
     let is_windy = scene.forces.iter().any(|element| element.schema.depends_on().time);

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use harness::Harness;
-use scene::schema::{ForceSchema, Stencil};
+use scene::schema::{ForceSchema, IntegratorOptions, Stencil};
 use scene::state::StateView;
 use scene::trace::csv::{CsvReader, CsvWriter};
 use scene::trace::fosssim::{FosssimReader, FosssimWriter};
@@ -67,7 +67,13 @@ fn steps(harness: &Harness) {
     for force in force::REGISTRY {
         for integrator in integrator::REGISTRY {
             for n in [2, 16, 128] {
-                let scene = parse(&chain(n, &force.schema));
+                let mut scene = parse(&chain(n, &force.schema));
+                let schema = &integrator.schema;
+                if scene.forces.iter().any(|force| (schema.refuses)(force).is_some()) {
+                    continue;
+                }
+                scene.integrator = schema;
+                scene.integrator_options = IntegratorOptions::defaults(schema);
                 let system = System::<2>::new(&scene);
                 let start = Simulation::new(&scene);
                 let StateView { positions, velocities, .. } = start.state();
@@ -76,7 +82,7 @@ fn steps(harness: &Harness) {
                 let earlier = Some(&State { time: None, positions, velocities });
                 let mut method = integrator.build(&scene, &system, LinearSolver::Auto);
                 let mut statistics = Statistics::default();
-                let name = format!("step/{}/{}/{n}", force.schema.tag, integrator.schema.name);
+                let name = format!("step/{}/{}/{n}", force.schema.tag, schema.name);
                 let step = |(positions, velocities): &mut (Vec<f64>, Vec<f64>)| {
                     let statistics = &mut statistics;
                     let (size, time) = (TIME_STEP, 0.0);

@@ -26,8 +26,8 @@ mod trace;
 use std::collections::BTreeSet;
 use std::fmt;
 
+use diagnosis::change::{Change, Place, Term, rounds};
 use rayon::prelude::*;
-use reference::change::{Change, Place, Term, rounds};
 use scene::schema::{Convergence, Matrix};
 use scene::trace::State;
 use scene::{ForceElement, Scene};

@@ -17,7 +17,7 @@ use scene::trace::{Shape, State, TraceError, TraceReader};
 use simulator::solver::linear::LinearSolver;
 
 use super::Fault;
-use crate::calibration::{Bound, Envelope, calibrate};
+use crate::compare::calibration::{Bound, Envelope, calibrate};
 use crate::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
 use crate::creative;
 use crate::submission::{StateSource, builtin};

@@ -3,10 +3,10 @@
 use std::path::Path;
 use test_support::{root, suite};
 
-use grader::calibration::{Bound, Class, calibrate, calibrate_by};
+use grader::compare::calibration::{Bound, Class, calibrate, calibrate_by};
+use grader::compare::stepping::Stepper;
 use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
 use grader::oracle::Oracle;
-use grader::stepping::Stepper;
 use grader::submission::StateSource;
 use grader::suite::Case;
 use grader::verdict::{Failure, Verdict};

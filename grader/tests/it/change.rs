@@ -1,10 +1,10 @@
 //! Changes with numbers in them, which the search determines from steps; and steps by rounds of local and global steps.
 
+use diagnosis::change::candidates::Numbered;
+use diagnosis::change::expression::{Direction, Inputs};
+use diagnosis::change::rounds::{is_of_rounds, of_rounds};
+use diagnosis::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use nalgebra::Vector3;
-use reference::change::candidates::Numbered;
-use reference::change::expression::{Direction, Inputs};
-use reference::change::rounds::{is_of_rounds, of_rounds};
-use reference::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use reference::method::Method;
 use scene::Scene;
 use scene::trace::State;

@@ -9,7 +9,8 @@
 //! Source: hand-out of milestone 2, section 3.2; of milestone 3, section 8.5. Not defined where the two
 //! particles are in the same place.
 
-use super::pair::{PairForce, PairLaw};
+use super::law::PairLaw;
+use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{

@@ -10,7 +10,8 @@
 //! Hookean spring of the same `k`; it is defined everywhere, at length zero as well. Source: lecture on
 //! optimisation time integration, "Mass-Spring Elasticity Energy".
 
-use super::pair::{PairForce, PairLaw};
+use super::law::PairLaw;
+use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{

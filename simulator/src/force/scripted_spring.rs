@@ -10,7 +10,8 @@
 //! 3.1, which suggests it for an artistic effect and leaves the script open. Damping is that of a `<springforce>` of `k` = 0
 //! beside it.
 
-use super::pair::{PairForce, PairLaw};
+use super::law::PairLaw;
+use super::pair::PairForce;
 use super::spring::Spring;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{

@@ -16,8 +16,9 @@
 
 use pulp::Simd;
 
-use super::batches::{Relative, load, store};
-use super::pair::{PairForce, PairLaw, PairLaws, Undefined, one_by_one};
+use super::batches::{load, store};
+use super::law::{PairLaw, PairLaws, Relative, Undefined, one_by_one};
+use super::pair::PairForce;
 use super::reciprocal::reciprocal;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{

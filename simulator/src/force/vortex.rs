@@ -14,7 +14,8 @@
 //! Jacobians; these follow from `∂(1/rᵖ)/∂d = −p d/rᵖ⁺²`. Not defined where the two particles are in
 //! the same place.
 
-use super::pair::{PairForce, PairLaw};
+use super::law::PairLaw;
+use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{

@@ -2,8 +2,8 @@
 //!
 //! Arrays of 16-bit numbers are base64 of little-endian bytes. Series have four digits; exact states have all.
 
+use grader::compare::recording::{Recording, Residual};
 use grader::grading::SceneResult;
-use grader::recording::{Recording, Residual};
 use grader::suite::Case;
 use scene::state::Energies;
 use serde::Serialize;

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use grader::jacobian::{
+use grader::white_box::{
     BlockFinding, CheckState, Difference, Entry, Estimate, Exhibit, JacobianCheck, NewtonCheck,
     PropertyFinding, Taylor,
 };

@@ -7,7 +7,7 @@ use anstyle::Style;
 
 use super::{axis, measured, words};
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
-use grader::jacobian::{
+use grader::white_box::{
     BlockFinding, CheckState, Difference, Entry, Exhibit, JacobianCheck, JacobianReport,
     NewtonCheck, Taylor, Verdict,
 };

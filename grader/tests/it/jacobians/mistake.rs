@@ -1,6 +1,6 @@
 //! Mistakes in Jacobians, each with the blocks that it affects.
 
-use grader::jacobian::BlockKind;
+use grader::white_box::BlockKind;
 use nalgebra::DMatrix;
 use reference::law::Jacobians;
 use scene::schema::{Dependence, ForceSchema};
@@ -276,7 +276,7 @@ fn in_entries() -> Vec<Mistake> {
             j.by_velocity.apply(|entry| *entry = f64::from(*entry as f32));
         }),
         after(of, "by forward differences of step 1e-8", X, |moment, j| {
-            use grader::jacobian::simulated;
+            use grader::white_box::simulated;
             let subject = simulated(moment.scene);
             let size = moment.x.len();
             let mut forces = [vec![0.0; size], vec![0.0; size]];

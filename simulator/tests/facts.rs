@@ -4,7 +4,9 @@ use std::path::Path;
 
 use scene::schema::{Dependence, ForceSchema, Masses, PartSchema, Potential, Stencil};
 use scene::{Dimension, ForceElement, ParseOptions, Scene, find_scene_files, json, load, xml};
-use simulator::force::{Block, Force, JacobianSink, Numbered, REGISTRY as FORCES, State};
+use simulator::force::{
+    ElementJacobians, Force, JacobianSink, Numbered, REGISTRY as FORCES, State,
+};
 use simulator::integrator::REGISTRY as INTEGRATORS;
 use simulator::vocabulary;
 
@@ -231,9 +233,9 @@ fn every_force_and_every_integrator_has_a_scene() {
 fn jacobian_bits(force: &dyn Force<2>, state: State<'_>) -> Vec<u64> {
     struct Bits(Vec<u64>);
     impl JacobianSink<2> for Bits {
-        fn add(&mut self, _: usize, _: usize, by_position: &Block<2>, by_velocity: &Block<2>) {
-            let entries = by_position.iter().chain(by_velocity.iter());
-            self.0.extend(entries.map(|entry| entry.to_bits()));
+        fn add(&mut self, element: ElementJacobians<'_, 2>) {
+            let blocks = element.by_position.iter().chain(element.by_velocity);
+            self.0.extend(blocks.flat_map(|block| block.iter()).map(|entry| entry.to_bits()));
         }
     }
     let mut bits = Bits(Vec::new());

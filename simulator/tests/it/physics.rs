@@ -9,7 +9,7 @@ use scene::schema::{
 use scene::trace::State;
 use scene::trace::TraceWriter;
 use scene::trace::fosssim::FosssimWriter;
-use simulator::force::{Block, Coupling, ForceKind, JacobianSink, REGISTRY as FORCES};
+use simulator::force::{Coupling, ElementJacobians, ForceKind, JacobianSink, REGISTRY as FORCES};
 use simulator::integrator::{BuildIntegrator, REGISTRY as INTEGRATORS, Step};
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::solver::linear::LinearSolver;
@@ -177,10 +177,16 @@ impl Full {
 }
 
 impl<const D: usize> JacobianSink<D> for Full {
-    fn add(&mut self, row: usize, column: usize, by_position: &Block<D>, by_velocity: &Block<D>) {
-        for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
-            self.by_position[column * D + j][row * D + i] += by_position[(i, j)];
-            self.by_velocity[column * D + j][row * D + i] += by_velocity[(i, j)];
+    fn add(&mut self, element: ElementJacobians<'_, D>) {
+        let Self { by_position, by_velocity } = self;
+        for (matrix, blocks) in
+            [(by_position, element.by_position), (by_velocity, element.by_velocity)]
+        {
+            element.spread(blocks, |row, column, block| {
+                for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
+                    matrix[column * D + j][row * D + i] += block[(i, j)];
+                }
+            });
         }
     }
 }
@@ -282,9 +288,9 @@ where
             (vec![false; n * n], vec![false; n], true);
         system.couplings(&mut |coupling| match coupling {
             Coupling::Diagonal(particle) => on_diagonal[particle] = true,
-            Coupling::Pair { particles: [i, j], symmetric } => {
-                for (a, b) in [(i, i), (i, j), (j, i), (j, j)] {
-                    coupled[a * n + b] = true;
+            Coupling::Stencil { particles, symmetric } => {
+                for a in &particles {
+                    particles.iter().for_each(|b| coupled[a * n + b] = true);
                 }
                 all_symmetric &= symmetric;
             }

@@ -337,7 +337,7 @@ impl<const D: usize, const P: usize> FastMassSpring<D, P> {
     ) -> Result<(), Degenerate> {
         let External { system, elements } = &self.external;
         let evaluated = system.force(positions, velocities, time, &mut self.force);
-        evaluated.map_err(|Degenerate { element }| Degenerate { element: elements[element] })
+        evaluated.map_err(|error| Degenerate { element: elements[error.element], ..error })
     }
 
     /// Puts the start of the step into `objective`.

@@ -19,7 +19,6 @@ pub mod phase;
 pub mod plan;
 pub mod record;
 pub mod roster;
-pub mod seal;
 pub mod sheet;
 pub mod similar;
 

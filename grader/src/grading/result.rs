@@ -21,7 +21,7 @@ use sandbox::Protection;
 use super::provenance::Provenance;
 
 /// The content of a report.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grading {
     /// The submission's name.
     pub submission: Untrusted,
@@ -530,24 +530,7 @@ pub(super) fn gather(
         }
     }
     features.sort_by(|a, b| a.feature.cmp(&b.feature));
-    Grading {
-        submission,
-        assignment: None,
-        fitting: None,
-        is_own: false,
-        features,
-        protection: None,
-        repetition: None,
-        probing: None,
-        copied: None,
-        creative: None,
-        findings,
-        jacobians: JacobianReport::default(),
-        hidden: Hidden::None,
-        faults: rubric.fault_points(),
-        interrupted: None,
-        provenance: None,
-    }
+    Grading { submission, features, findings, faults: rubric.fault_points(), ..Grading::default() }
 }
 
 #[cfg(test)]

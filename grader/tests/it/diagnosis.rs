@@ -34,7 +34,7 @@ fn wrong_state_spoils_only_steps_that_use_it() {
     for scene in [one_step, two_step] {
         assert_eq!(wrong(scene, None), [[0; 2]; 0], "{scene}");
     }
-    // The step that ends there, and that which starts there; then that which uses it as the earlier state.
+    // The step that ends in the wrong state, the step that starts there, and a two-step method's next one.
     assert_eq!(wrong(one_step, Some(10)), [[10, 11]]);
     assert_eq!(wrong(two_step, Some(10)), [[10, 12]]);
     // The second step of a run is the first that uses an earlier state.

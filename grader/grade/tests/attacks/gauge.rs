@@ -45,7 +45,7 @@ impl Gauge {
         Self { done, watcher }
     }
 
-    /// What the machine had to give beyond the limits, if anything.
+    /// Describes memory or disk used beyond the limits.
     pub(crate) fn breach(self) -> Option<String> {
         self.done.store(true, Ordering::Relaxed);
         let [memory, disk] = self.watcher.join().unwrap();

@@ -60,7 +60,7 @@ impl Viewer {
         Self { host: host.to_owned(), token: token.to_owned(), child, folder }
     }
 
-    /// Sends bytes on a connection of their own, and reads to its end.
+    /// Sends bytes on a new connection, and reads to its end.
     fn send(&self, bytes: &[u8]) -> Answer {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(HANGS)).unwrap();
@@ -233,7 +233,7 @@ fn requests_without_the_token_or_from_elsewhere_are_refused() {
         assert_eq!(status("POST", &open, &headers), 403, "{other}");
         assert_eq!(status("OPTIONS", &open, &headers), 403, "{other}");
     }
-    // What changes something must say where it comes from.
+    // Requests that change something need an origin.
     assert_eq!(status("POST", &open, &[("Host", host)]), 403);
     assert_eq!(status("POST", &open, &[("Host", host), ("Origin", &origin)]), 200);
 
@@ -484,7 +484,6 @@ fn a_scene_that_cannot_be_read_is_an_error() {
     assert!(stderr(&run).contains("scene.xml"), "{}", stderr(&run));
 }
 
-/// Whoever opens connections and sends a byte now and then does not keep the page out.
 #[test]
 fn dripping_connections_delay_no_request() {
     let viewer = Viewer::start(SCENE);

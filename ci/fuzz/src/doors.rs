@@ -7,9 +7,9 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use grader::boundary::printed::{Untrusted, steers};
+use grader::boundary::seal::Seal;
 use grader::class::record::Record;
 use grader::class::roster::Roster;
-use grader::class::seal::Seal;
 use grader::class::similar::Sources;
 use grader::submission::folder::SubmissionManifest;
 use platforms::gradescope::metadata::Metadata;

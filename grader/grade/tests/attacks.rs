@@ -352,6 +352,31 @@ fn killed_supervisor_leaves_no_process() {
     }
 }
 
+#[test]
+fn time_of_short_lived_children_of_an_ordinary_user_is_limited() {
+    assert_time_is_limited(main_setting());
+}
+
+#[needs("test $(id -u) = 0")]
+#[test]
+fn time_of_short_lived_children_of_the_superuser_is_limited() {
+    assert_time_is_limited(Setting::Root);
+}
+
+/// Children that live for 4 ms and are not waited for show no processor time. A control group counts it; elsewhere the
+/// limit of elapsed time ends them.
+fn assert_time_is_limited(setting: Setting) {
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
+    let shared_stage = SharedStage::new(Programs::get(), setting);
+    let stage = shared_stage.stage();
+    let spins = stage.submission("spin_in_shorter_children", "", Target::Nothing);
+    let graded = stage.graded(&spins, &["cpu=1", "wall=3"]);
+    let report: serde_json::Value = serde_json::from_str(&graded.report).unwrap();
+    let is_counted = report["protection"].to_string().contains("memory");
+    let limit = if is_counted { "1 s of processor time" } else { "after 3 s" };
+    assert!(graded.report.contains(limit), "{}: {}", setting.name(), graded.report);
+}
+
 /// Runs that share a user ID kill neither each other nor a process of the machine with the same ID.
 #[needs("test $(id -u) = 0")]
 #[test]

@@ -1,6 +1,6 @@
 //! Steps that are redone from the states of a trace.
 
-use grader::diagnosis;
+use diagnosis::steps;
 use scene::trace::State;
 use simulator::simulation::Simulation;
 use test_support::suite;
@@ -22,7 +22,7 @@ fn wrong(scene: &str, changed: Option<usize>) -> Vec<[u64; 2]> {
     if let Some(number) = changed {
         states[number].velocities[0] += 1e-6;
     }
-    let (found, _) = diagnosis::examine(&case.scene, &states);
+    let (found, _) = steps::examine(&case.scene, &states);
     assert_eq!(found.total + 1, states.len() as u64);
     found.ranges
 }

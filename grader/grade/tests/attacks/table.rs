@@ -426,6 +426,16 @@ pub(crate) const ATTACKS: &[Attack] = &[
     )
     .measured(),
     Attack::new(
+        "huge pages of which a part is kept",
+        "parts_of_huge_pages",
+        Nothing,
+        REFUSED_OR_COUNTED,
+    )
+    .measured(),
+    Attack::new("pages in a chain of forks", "chain_of_pages", Nothing, OUT_OF_MEMORY),
+    Attack::new("mappings in a chain of forks", "chain_of_mappings", Nothing, REFUSED_OR_COUNTED)
+        .measured(),
+    Attack::new(
         "memory in unlinked files",
         "unlinked_mappings",
         Nothing,

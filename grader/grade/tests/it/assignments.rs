@@ -117,7 +117,8 @@ fn a_wrong_jacobian_costs_points_only_where_it_shows() {
     let submission = folder.path().join("submission");
     let mistake = "damping: dF/dx has the wrong sign";
     student(&submission, &METHODS, &["nothing"], mistake);
-    let (code, report) = grade(&submission, &["--assignment", "t1m3", "--no-jacobians"]);
+    // The case of a name is ignored.
+    let (code, report) = grade(&submission, &["--assignment", "T1M3", "--no-jacobians"]);
     assert_eq!(code, Some(1));
     let damped: BTreeSet<String> =
         ["Combined", "FixedParticles", "SpringDamping"].map(str::to_owned).into();

@@ -503,6 +503,25 @@ fn dripping_connections_delay_no_request() {
     drop(dripping);
 }
 
+/// Nor does whoever has the token and leaves connections open.
+#[test]
+fn idle_connections_with_the_token_delay_no_request() {
+    let viewer = Viewer::start(SCENE);
+    let mut idle = Vec::new();
+    for _ in 0..210 {
+        let mut stream = TcpStream::connect(&viewer.host).unwrap();
+        let head = format!("GET /{}/ HTTP/1.1\r\nHost: {}\r\n\r\n", viewer.token, viewer.host);
+        stream.write_all(head.as_bytes()).unwrap();
+        // The connection stays open after its response has begun.
+        assert_eq!(stream.read(&mut [0]).unwrap(), 1);
+        idle.push(stream);
+    }
+    assert_eq!(viewer.get("").status, 200);
+    let opened = viewer.open();
+    assert_eq!(viewer.frame(&step(&opened)).0[0]["step"], 1);
+    drop(idle);
+}
+
 #[test]
 fn a_scene_beyond_a_limit_is_refused_with_its_name_and_shown_if_it_is_raised() {
     let folder = TempDir::new().unwrap();

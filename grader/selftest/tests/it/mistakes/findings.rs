@@ -3,7 +3,7 @@
 //! No step of projected Newton is redone to find a cause, so that most mistakes in it leave no finding. No finding is false.
 
 use diagnosis::change::Task;
-use grader::findings::{Feature, Finding, FindingKind};
+use diagnosis::findings::{Feature, Finding, FindingKind};
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;

@@ -1,7 +1,7 @@
 //! Mistakes in the tasks of the assignment on fast mass-spring systems, graded with velocities and by positions alone.
 
 use diagnosis::change::Task;
-use grader::findings::{Feature, Finding, FindingKind, TaskFinding, TaskVerdict};
+use diagnosis::findings::{Feature, Finding, FindingKind, TaskFinding, TaskVerdict};
 use grader::submission::StateSource;
 use grader::suite::{Case, Section};
 use grader::verdict::Failure;

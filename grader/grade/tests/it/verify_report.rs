@@ -5,7 +5,8 @@ use std::fs;
 use serde_json::Value;
 use test_support::{root, schema};
 
-use crate::class::{Project, RIGHT, Run};
+use crate::class::{Project, RIGHT};
+use crate::folder::Run;
 
 /// Grades `class/ada` into `report.json`.
 fn project() -> Project {

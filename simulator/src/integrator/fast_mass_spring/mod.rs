@@ -531,7 +531,7 @@ impl Rounds<'_> {
 mod tests {
     use super::*;
     use crate::force::REGISTRY;
-    use scene::schema::{ForceSchema, Masses};
+    use scene::schema::{Conserves, ForceSchema, Masses};
     use scene::{Location, Particles};
 
     static OTHER_SPRING: ForceSchema = ForceSchema {
@@ -542,7 +542,7 @@ mod tests {
         parameters: &[],
         parts: &[],
         masses: Masses::None,
-        central: true,
+        conserves: Conserves::AngularMomentum,
         example: "<otherspring edge=\"0\"/>",
     };
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use scene::schema::{Conserves, Dependence, ForceSchema, Masses, PartSchema, Potential};
+use scene::schema::{Conserves, Dependence, ForceSchema, Masses, PartSchema, Potential, Stencil};
 use scene::{Dimension, ForceElement, ParseOptions, Particle, Scene, find_scene_files, json, load};
 use simulator::force::{
     ElementJacobians, Force, JacobianSink, Numbered, REGISTRY as FORCES, State,
@@ -59,7 +59,7 @@ fn moved(values: &[f64], place: usize, by: f64) -> Vec<f64> {
     moved
 }
 
-/// What the force of a scene is seen to depend on.
+/// Measured dependence of the force of a scene.
 fn seen(force: &dyn Force<2>) -> Dependence {
     let here = force_at(force, &POSITIONS, &VELOCITIES, 0.0);
     let changes = |x: &[f64], v: &[f64], time| force_at(force, x, v, time) != here;
@@ -186,6 +186,34 @@ fn forces_conserve_the_momenta_that_they_say() {
         };
         assert_eq!(found, schema.conserves, "{}", schema.tag);
     }
+}
+
+/// The local step projects on springs whose force is proportional to their extension, with a constant rest length.
+#[test]
+fn fast_mass_spring_refuses_the_forces_on_edges_that_are_not_hookean() {
+    let mut methods = INTEGRATORS.iter().map(|kind| &kind.schema);
+    let method = methods.find(|schema| schema.name == "fast-mass-spring").unwrap();
+    let mut found = Vec::new();
+    for kind in FORCES {
+        let scene = scene(&kind.schema, 0);
+        let is_refused = (method.refuses)(&scene.forces[0]).is_some();
+        if kind.schema.stencil != Stencil::Edge {
+            assert!(!is_refused, "{}", kind.schema.tag);
+            continue;
+        }
+        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+        let force = (kind.build_2d)(&scene, &elements);
+        let pull = |length: f64, time: f64| {
+            let mut positions = POSITIONS;
+            positions[..4].copy_from_slice(&[0.0, 0.0, length, 0.0]);
+            force_at(force.as_ref(), &positions, &[0.0; 2 * N], time)[0]
+        };
+        let [one, two, three] = [1.0, 2.0, 3.0].map(|length| pull(length, 0.0));
+        let is_hookean = (one - 2.0 * two + three).abs() < 1e-9 && pull(2.0, 0.5) == two;
+        assert_eq!(is_refused, !is_hookean, "{}", kind.schema.tag);
+        found.push(is_hookean);
+    }
+    assert!(found.contains(&true) && found.contains(&false), "{found:?}");
 }
 
 #[test]

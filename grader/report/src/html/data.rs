@@ -105,7 +105,10 @@ pub(super) fn render(
         radii,
         fixed: fixed.map(|(number, _)| number).collect(),
         edges: scene.edges.iter().map(|edge| edge.particles).collect(),
-        pairs: unseen.filter_map(|element| element.pair()).collect(),
+        pairs: unseen
+            .flat_map(|element| element.particles.windows(2))
+            .map(|pair| [pair[0], pair[1]])
+            .collect(),
         first_wrong: first_wrong
             .map(|first| FirstWrong { step: first.place.step, particle: first.place.particle }),
         horizon: horizon(result),

@@ -109,7 +109,9 @@ struct JsonState {
 #[derive(Serialize, JsonSchema)]
 struct JsonForce {
     force: &'static str,
-    /// The two particles that the force couples; null if it acts on every particle.
+    /// The particles that it acts on, in order; none if it acts on every particle.
+    particles: Vec<usize>,
+    /// The same if they are two; null otherwise.
     pair: Option<[usize; 2]>,
     parameters: Vec<JsonParameter>,
 }
@@ -231,6 +233,7 @@ impl JsonState {
     fn of(state: &CheckState) -> Self {
         let forces = state.scene.forces.iter().map(|force| JsonForce {
             force: force.schema.tag,
+            particles: force.particles.to_vec(),
             pair: force.pair(),
             parameters: force
                 .schema

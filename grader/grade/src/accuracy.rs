@@ -17,7 +17,7 @@ use studies::report::accuracy::{csv, html, json, plot, text};
 
 use crate::args::{AccuracyArgs, AccuracyFormat};
 use crate::inputs::find_root;
-use crate::output::{print, put, write_bytes, write_file};
+use crate::output::{print, put, write_file};
 use crate::pages::Pages;
 use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_program;
@@ -165,25 +165,15 @@ fn write_results(folder: &Path, study: &Study) -> Result<(), Stop> {
     ];
     for scene in &study.scenes {
         let name = accuracy::file_name(&scene.target.name);
-        let svg = match plot::svg(scene) {
-            Ok(svg) => svg,
-            Err(error) => {
-                complain("warning", format!("{name}: {error}"));
-                continue;
-            }
-        };
-        let png = plot::png(scene).map_err(Stop::fault)?;
-        files.push((format!("{name}.svg"), svg.into_bytes()));
-        files.push((format!("{name}.png"), png));
+        match plot::svg(scene) {
+            Ok(svg) => files.push((format!("{name}.svg"), svg.into_bytes())),
+            Err(error) => complain("warning", format!("{name}: {error}")),
+        }
     }
     for (name, bytes) in files {
         let path = folder.join(name);
-        let written = if path.extension().is_some_and(|extension| extension == "png") {
-            write_bytes(&path, &bytes)
-        } else {
-            write_file(&path, &bytes)
-        };
-        written.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
+        write_file(&path, &bytes)
+            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))?;
     }
     Ok(())
 }

@@ -827,7 +827,7 @@ pub(super) struct AccuracyArgs {
     pub(super) rungs: Option<u32>,
 
     /// Keep all results in this folder: measured points, so that an interrupted run can continue; the report as text,
-    /// CSV and JSON; and one diagram per scene as SVG and PNG
+    /// CSV and JSON; and one diagram per scene as SVG
     #[arg(long, value_name = "DIR")]
     pub(super) results: Option<PathBuf>,
 
@@ -891,7 +891,7 @@ pub(super) struct StabilityArgs {
     #[arg(long, value_name = "DIR")]
     pub(super) resume: Option<PathBuf>,
 
-    /// Write one map per method (SVG and PNG) to this folder: where it is stable, and how much it damps
+    /// Write one map per method (SVG) to this folder: where it is stable, and how much it damps
     #[arg(long, value_name = "DIR")]
     pub(super) plot: Option<PathBuf>,
 

@@ -110,11 +110,8 @@ fn plot(folder: &Path, maps: &[Map]) -> Result<(), Stop> {
     std::fs::create_dir_all(folder).map_err(|error| unusable(folder, &error))?;
     for map in maps {
         let svg = report::plot::svg(map).map_err(Stop::fault)?;
-        let png = report::plot::png(map).map_err(Stop::fault)?;
-        for (extension, bytes) in [("svg", svg.as_bytes()), ("png", &png)] {
-            let path = folder.join(format!("stability-{}.{extension}", map.method));
-            std::fs::write(&path, bytes).map_err(|error| unusable(&path, &error))?;
-        }
+        let path = folder.join(format!("stability-{}.svg", map.method));
+        std::fs::write(&path, svg).map_err(|error| unusable(&path, &error))?;
     }
     Ok(())
 }

@@ -43,10 +43,7 @@ fn what_was_measured_is_not_measured_again_and_a_spoilt_file_is() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    assert_eq!(
-        names,
-        ["ellipse.png", "ellipse.svg", "points", "points.csv", "report.json", "report.txt"]
-    );
+    assert_eq!(names, ["ellipse.svg", "points", "points.csv", "report.json", "report.txt"]);
 }
 
 #[test]
@@ -71,8 +68,6 @@ fn blow_ups_are_told_and_drawn() {
     for words in ["0.007812", "blew up or", "explicit-euler", "(m)", "time of a run (s"] {
         assert!(svg.contains(words), "{words}");
     }
-    let png = fs::read(folder.path().join("kept/stiff-damped-spring.png")).unwrap();
-    assert!(png.starts_with(b"\x89PNG\r\n") && png.len() > 20_000, "{}", png.len());
     let csv = fs::read_to_string(folder.path().join("kept/points.csv")).unwrap();
     assert!(csv.contains("blown-up") && !csv.contains("NaN") && !csv.contains("inf"));
 }

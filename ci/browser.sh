@@ -25,5 +25,5 @@ if [ ! -d "$tools/node_modules/axe-core" ] || [ ! -d "$tools/node_modules/playwr
 fi
 
 echo "+ cargo build --release --bin grade --bin simulate"
-cargo build --release --locked --quiet -p grade -p simulator --bin grade --bin simulate
+cargo build --release --locked --quiet -p grade -p simulate --bin grade --bin simulate
 NODE_PATH=$PWD/$tools/node_modules node ci/browser/check.cjs "$(command -v chromium)"

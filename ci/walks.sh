@@ -50,7 +50,8 @@ fresh_tree() {
         [ -f "$file" ] && echo "$file"
     done | tar -cf - -T - | tar -xf - -C "$work/next"
     mkdir -p "$work/next/.cargo"
-    sed -n 's/^name = "\(.*\)"/\1/p' "$work"/next/*/Cargo.toml "$work"/next/grader/*/Cargo.toml | sort -u \
+    sed -n 's/^name = "\(.*\)"/\1/p' "$work"/next/*/Cargo.toml "$work"/next/grader/*/Cargo.toml \
+        "$work"/next/simulator/{frames,scene,simulate}/Cargo.toml | sort -u \
         | sed 's/.*/[profile.release.package.&]\nopt-level = 1/' >"$work/next/.cargo/config.toml"
     # Files that are there and should not be.
     (cd "$tree" && find . -type f) | while read -r file; do
@@ -150,7 +151,7 @@ leave_out() {
 }
 
 # One set of packages, so that each command uses what the one before it has built.
-tests=(cargo test --release --locked -p grade -p simulator -p reference)
+tests=(cargo test --release --locked -p grade -p simulator -p simulate -p reference)
 
 walk() {
     echo "== $1"

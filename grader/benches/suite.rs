@@ -12,7 +12,7 @@ use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
 use harness::Harness;
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 use simulator::solver::linear::LinearSolver;
 
 fn workspace() -> &'static Path {

@@ -9,11 +9,11 @@ use std::time::Instant;
 use fastrand::Rng;
 use grader::compare::{Expectation, Tolerances, compare};
 use grader::verdict::Verdict;
-use simulator::scene::Dimension;
-use simulator::state::StateView;
-use simulator::trace::csv::CsvWriter;
-use simulator::trace::fosssim::FosssimWriter;
-use simulator::trace::{self, Shape, TraceFormat, TraceWriter};
+use scene::Dimension;
+use scene::state::StateView;
+use scene::trace::csv::CsvWriter;
+use scene::trace::fosssim::FosssimWriter;
+use scene::trace::{self, Shape, TraceFormat, TraceWriter};
 
 /// 2.1 million numbers a trace: some 40 MB of text.
 const SHAPE: Shape = Shape { dimension: Dimension::Two, n_particles: 500 };

@@ -31,12 +31,12 @@ use std::path::Path;
 use fastrand::Rng;
 use rayon::prelude::*;
 use sandbox::scratch::scratch_folder;
+use scene::schema::Convergence;
+use scene::trace::{Shape, State};
+use scene::xml::edit::{self, AttributeValue};
+use scene::{ParseOptions, Scene};
 use serde_json::{Map, Value};
-use simulator::scene::schema::Convergence;
-use simulator::scene::xml::edit::{self, AttributeValue};
-use simulator::scene::{self, ParseOptions, Scene};
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::{Shape, State};
 use simulator::vocabulary;
 use tempfile::TempDir;
 

@@ -31,9 +31,9 @@ mod tests;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use scene::Dimension;
+use scene::schema::StepEquation;
 use serde::Deserialize;
-use simulator::scene::Dimension;
-use simulator::scene::schema::StepEquation;
 use simulator::vocabulary;
 use toml::Spanned;
 

@@ -12,9 +12,9 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::trace::{Shape, State, TraceReader};
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::{Shape, State, TraceReader};
 
 use crate::calibration::{self, Bound, Envelope, Horizon, SingleStep, SingleSteps, WrongStep};
 use crate::stepping::Stepper;

@@ -141,7 +141,7 @@ impl Door {
             Self::Trace => (
                 "the trace of a program, or in a folder of traces",
                 Limit::Stream,
-                "simulator/src/trace/mod.rs",
+                "simulator/scene/src/trace/mod.rs",
                 &["trace-csv", "trace-fosssim"],
             ),
             Self::Printed => (
@@ -183,7 +183,7 @@ impl Door {
             Self::CreativeScene => (
                 "a creative scene, and the mesh that it names; parsed in the sandbox",
                 Limit::Mebibytes(16),
-                "simulator/src/scene/mod.rs",
+                "simulator/scene/src/lib.rs",
                 &["scene-xml", "scene-json"],
             ),
             Self::Film => (
@@ -272,7 +272,7 @@ mod tests {
     use crate::printed::RawUse;
 
     #[test]
-    fn only_regular_files_of_limited_size_come_in() {
+    fn only_regular_files_within_the_size_limit_are_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         let read = |door: Door, name: &str| {

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn days_begun_count_from_the_deadline_and_grace_only_forgives() {
+    fn late_days_count_from_the_deadline_after_grace() {
         let rule = LateRule { penalty: Percent(20.0), cap: Percent(50.0), grace: Minutes(15.0) };
         let percent = |seconds| rule.lateness(seconds).map(|late| (late.days, late.percent));
         assert_eq!(percent(-1.0), None);

@@ -4,9 +4,9 @@ use std::fmt;
 
 use sandbox::Printed;
 use sandbox::scratch::without_paths;
+use scene::printable;
+pub use scene::printable::steers;
 use serde::{Deserialize, Serialize, Serializer};
-use simulator::printable;
-pub use simulator::printable::steers;
 
 /// Maximum number of bytes shown, from the end: programs print their error last.
 const SHOWN: usize = 2_000;
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn no_terminal_control_is_left() {
+    fn terminal_control_is_removed() {
         assert_eq!(shown(b"plain\n\n  text \n"), "plain\n  text");
         assert_eq!(shown(b"\x1b[2J\x1b[1;1Hwiped"), "wiped");
         assert_eq!(shown(b"\x1b]0;title\x07after"), "after");
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn text_keeps_its_lines_and_nothing_else() {
+    fn text_keeps_line_breaks_and_no_other_control() {
         assert_eq!(text("a\tb\nc\u{1b}[2J\u{ffff}\u{b}\r"), "a b\nc�[2J���");
         assert_eq!(path(b"src/a\xff\n.c"), "src/a��.c");
         assert_eq!(path("ab".repeat(500).as_bytes()).chars().count(), 1 + PATH);
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_stays_one() {
+    fn line_contains_no_line_break() {
         assert_eq!(line("Ada\n\u{1b}[2J\u{202e}"), "Ada��[2J�");
         assert_eq!(line(&"x".repeat(1000)).len(), LINE);
     }
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_is_shown() {
+    fn end_of_long_output_is_shown() {
         let long = "line\n".repeat(10_000) + "the last";
         let text = shown(long.as_bytes());
         assert!(text.ends_with("the last") && text.len() <= SHOWN);

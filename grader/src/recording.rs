@@ -16,10 +16,10 @@
 
 use std::collections::VecDeque;
 
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::state::Energies;
+use scene::trace::{Shape, State};
 use simulator::solver::linear::LinearSolver;
-use simulator::state::Energies;
-use simulator::trace::{Shape, State};
 
 use crate::calibration::Bound;
 use crate::compare::Pair;
@@ -337,7 +337,7 @@ impl Recorder {
 
 #[cfg(test)]
 mod tests {
-    use simulator::scene::{ParseOptions, xml};
+    use scene::{ParseOptions, xml};
     use simulator::simulation::Simulation;
     use simulator::vocabulary;
 
@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_trace_is_reduced_but_for_the_states_around_the_first_wrong_one() {
+    fn long_traces_are_thinned_except_around_the_first_wrong_state() {
         let recording = recorded(25_000, 12_345, 1.0);
         assert!(recording.frames.len() < 1_010, "{}", recording.frames.len());
         assert!(recording.residuals.len() <= 1_000 && recording.energies.len() <= 1_000);

@@ -730,7 +730,7 @@ mod tests {
     }
 
     #[test]
-    fn a_budget_is_of_all_runs() {
+    fn budget_covers_all_runs() {
         let budget = |text: &str| parse(text).unwrap().limits().budget();
         assert_eq!((budget(""), budget("[limits]\nwall = 120")), (1200.0, 2400.0));
         assert_eq!((budget("[limits]\nwall = 1"), budget("[limits]\nbudget = 5")), (1200.0, 5.0));

@@ -11,7 +11,7 @@
 //! | with `/` | the scenes whose name starts with it |
 //! | any other text | the scenes whose name contains it |
 
-use simulator::spelling::{SIMILAR, similarity};
+use scene::spelling::{SIMILAR, similarity};
 
 use crate::suite::{Case, Suite};
 

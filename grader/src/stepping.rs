@@ -2,11 +2,11 @@
 //!
 //! Shapes: positions and velocities hold `n·D` numbers, particle-major. Cost: one step of the scene's integrator.
 
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::state::{Energies, StateView};
+use scene::trace::State;
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
-use simulator::state::{Energies, StateView};
-use simulator::trace::State;
 
 /// The physics and the integrator of a scene.
 pub struct Stepper {

@@ -9,13 +9,13 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use rayon::prelude::*;
+use scene::error::SceneError;
+use scene::input;
+use scene::json::is_json;
+use scene::trace::TraceFormat;
+use scene::{ParseOptions, Scene};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
-use simulator::input;
-use simulator::scene::error::SceneError;
-use simulator::scene::json::is_json;
-use simulator::scene::{self, ParseOptions, Scene};
-use simulator::trace::TraceFormat;
 use simulator::vocabulary;
 
 /// Whether a scene is required or earns extra credit.

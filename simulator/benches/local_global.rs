@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use scene::schema::{IntegratorOptions, OptionKind};
+use scene::{Dimension, Scene};
 use simulator::force::ForceKind;
 use simulator::generate::{Chain, Cloth, Generator, Net, SpringLaw, Springs};
 use simulator::integrator::{self, BuildIntegrator, IntegratorKind, Step};
-use simulator::scene::schema::{IntegratorOptions, OptionKind};
-use simulator::scene::{Dimension, Scene};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::system::{BuildForce, System};

@@ -10,17 +10,17 @@ use std::path::Path;
 use std::time::Duration;
 
 use harness::Harness;
+use scene::schema::{ActsOn, ForceSchema};
+use scene::state::StateView;
+use scene::trace::csv::{CsvReader, CsvWriter};
+use scene::trace::fosssim::{FosssimReader, FosssimWriter};
+use scene::trace::{Shape, State, TraceReader, TraceWriter};
+use scene::{ParseOptions, Scene, xml};
 use simulator::integrator::{BuildIntegrator, Step};
-use simulator::scene::schema::{ActsOn, ForceSchema};
-use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
-use simulator::state::StateView;
 use simulator::statistics::Statistics;
 use simulator::system::System;
-use simulator::trace::csv::{CsvReader, CsvWriter};
-use simulator::trace::fosssim::{FosssimReader, FosssimWriter};
-use simulator::trace::{Shape, State, TraceReader, TraceWriter};
 use simulator::{force, integrator, vocabulary};
 
 const TIME_STEP: f64 = 1e-3;

@@ -16,7 +16,7 @@
 //!
 //! Cost: `K` at each look. `U` and `F` are evaluated at the first state, and again only where `K > 100 R`.
 
-use crate::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 /// Growth of the energy of a closed scene that is reported.
 const CLOSED_GROWTH: f64 = 100.0;

@@ -1,10 +1,9 @@
-//! A mass-spring simulator: reads a scene file and produces a stream of states.
+//! A mass-spring simulator: steps a scene and produces a stream of states. The crate `scene` reads scenes and writes traces.
 //!
 //! ```text
 //! scene file -> Scene -> System<D> -> Integrator -> Trace
 //! ```
 //!
-//! - [`scene`]: the scene model and its parsers.
 //! - [`force`]: energies, forces and Jacobians, one force per file, and their registry.
 //! - [`parts`]: the particles of a large scene, divided among threads.
 //! - [`sizes`]: sizes at which another code path begins.
@@ -13,15 +12,13 @@
 //! - [`integrator`]: time integrators, one per file, and their registry.
 //! - [`fallback`]: optional fallbacks for steps that fail.
 //! - [`simulation`]: runs a scene step by step.
-//! - [`trace`]: reads and writes traces.
-//! - [`printable`]: text of a file, inert on a terminal.
-//! - [`frames`]: pictures of a motion.
 //! - [`generate`]: procedural scenes of any size.
 //!
 //! # Example
 //!
 //! ```
-//! use simulator::{scene::{ParseOptions, xml}, simulation::Simulation, vocabulary};
+//! use scene::{ParseOptions, xml};
+//! use simulator::{simulation::Simulation, vocabulary};
 //!
 //! let text = r#"<scene>
 //!     <duration time="1"/> <integrator type="symplectic-euler" dt="0.25"/>
@@ -35,8 +32,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod scene;
-
 pub mod parts;
 pub mod sizes;
 
@@ -49,18 +44,9 @@ pub mod fallback;
 pub mod growth;
 pub mod integrator;
 pub mod simulation;
-pub mod state;
 pub mod statistics;
 
-pub mod input;
-pub mod output;
-pub mod printable;
-pub mod spelling;
-pub mod trace;
-
-pub mod frames;
 pub mod generate;
-pub mod materials;
 
 use scene::schema::Vocabulary;
 

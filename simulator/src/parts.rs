@@ -4,8 +4,8 @@
 
 use std::ops::Range;
 
-use crate::scene::Scene;
 use crate::sizes::PARALLEL;
+use scene::Scene;
 
 /// Ranges of particles in ascending order, at least one.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_range_has_its_share_of_the_numbers() {
+    fn ranges_split_numbers_evenly() {
         for n_parts in [1, 2, 3, 7, 20] {
             let parts = Parts::new(11, n_parts);
             let (mut a, mut b) = ([0.0; 22], [0.0; 22]);

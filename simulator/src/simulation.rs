@@ -14,11 +14,11 @@ use crate::integrator::{
     StepError,
 };
 use crate::parts::Parts;
-use crate::scene::{Dimension, Location, Scene};
-use crate::state::{Energies, StateView};
 use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};
-use crate::trace::State;
+use scene::state::{Energies, StateView};
+use scene::trace::State;
+use scene::{Dimension, Location, Scene};
 
 /// Options of a simulation that are not part of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -23,10 +23,10 @@ sparse::define_sizes! {
     MAX_DENSE_GLOBAL_ROWS: usize = 8, Rounding, "the_global_matrix_is_dense_up_to_a_size",
         "rows up to which fast-mass-spring factorises a dense matrix",
         "it is one panel, with nothing to analyse; from 9 rows on a sparse one is as quick, on chains and nets alike";
-    GROUP: usize = 8, Rounding, "groups_and_panels_of_every_size_agree_with_the_assignment",
+    GROUP: usize = 8, Rounding, "all_group_and_panel_sizes_match_the_assignment",
         "springs of a local step that are projected together; the last group is filled up",
         "the longest vectors hold 8 numbers";
-    WIDEST: usize = 8, Rounding, "groups_and_panels_of_every_size_agree_with_the_assignment",
+    WIDEST: usize = 8, Rounding, "all_group_and_panel_sizes_match_the_assignment",
         "most columns of a panel in the substitutions of fast-mass-spring",
         "8 columns of 4 coordinates are 8 registers of AVX2, and leave 8 for the rows";
 }

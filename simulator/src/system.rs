@@ -10,7 +10,7 @@ use crate::force::{
     Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, REGISTRY, State,
 };
 use crate::parts::Parts;
-use crate::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 /// The forces of a kind, in `D` dimensions.
 pub trait BuildForce<const D: usize> {

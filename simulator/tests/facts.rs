@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use simulator::force::{Block, Force, JacobianSink, Numbered, REGISTRY as FORCES, State};
-use simulator::integrator::REGISTRY as INTEGRATORS;
-use simulator::scene::schema::{ActsOn, Dependence, ForceSchema, Masses, PartSchema, Potential};
-use simulator::scene::{
+use scene::schema::{ActsOn, Dependence, ForceSchema, Masses, PartSchema, Potential};
+use scene::{
     Dimension, ForceElement, Location, ParseOptions, Scene, find_scene_files, json, load, xml,
 };
+use simulator::force::{Block, Force, JacobianSink, Numbered, REGISTRY as FORCES, State};
+use simulator::integrator::REGISTRY as INTEGRATORS;
 use simulator::vocabulary;
 
 const MASSES: [f64; 2] = [1.5, 0.75];
@@ -76,7 +76,7 @@ fn derives(force: &dyn Force<2>, of: impl Fn(&[f64], &[f64]) -> f64, by_velocity
 }
 
 #[test]
-fn each_part_of_each_force_depends_on_what_it_says_and_derives_from_what_it_says() {
+fn force_parts_depend_on_and_derive_from_declared_facts() {
     for kind in FORCES {
         let schema = &kind.schema;
         let mut before = Dependence::NOTHING;

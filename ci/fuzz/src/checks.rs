@@ -5,13 +5,13 @@
 use std::io::{self, Read};
 use std::path::Path;
 
-use simulator::scene::schema::OptionValue;
-use simulator::scene::{Dimension, ParseOptions, Scene, parse_bytes, write};
+use scene::schema::OptionValue;
+use scene::state::StateView;
+use scene::trace::csv::{CsvReader, CsvWriter};
+use scene::trace::fosssim::{FosssimReader, FosssimWriter};
+use scene::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
+use scene::{Dimension, ParseOptions, Scene, parse_bytes, write};
 use simulator::simulation::Simulation;
-use simulator::state::StateView;
-use simulator::trace::csv::{CsvReader, CsvWriter};
-use simulator::trace::fosssim::{FosssimReader, FosssimWriter};
-use simulator::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
 use simulator::vocabulary;
 use tempfile::TempDir;
 

@@ -97,7 +97,7 @@ fn measure(count: usize, mixed: bool, options: &[String]) -> Cost {
     let simulate = grade.with_file_name("simulate");
     assert!(
         simulate.is_file(),
-        "{} is missing; build it with `cargo build --release -p simulator`",
+        "{} is missing; build it with `cargo build --release -p simulate`",
         simulate.display()
     );
     let folder = tempfile::tempdir().expect("a folder");

@@ -12,7 +12,7 @@ use platforms::github;
 use platforms::gradescope::export::{self, GLIBC, Program, Settings};
 use platforms::package::{PackageFile, add_folder, check_portable};
 use platforms::prairielearn;
-use simulator::output::OutputFile;
+use scene::output::OutputFile;
 
 use crate::args::{ContentArgs, GithubArgs, GradescopeArgs, Judging, PrairielearnArgs, SuiteArgs};
 use crate::inputs::{Folders, Inputs, open_oracle};

@@ -9,7 +9,7 @@ use grader::grading::{AssignmentName, Checks, Grader, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Case, Section, Suite};
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 use crate::args::{Judging, SuiteArgs};
 use crate::stop::{Stop, complain};

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use simulator::output::OutputFile;
+use scene::output::OutputFile;
 
 use crate::stop::Stop;
 use crate::terminal::terminal;

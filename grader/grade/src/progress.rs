@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_line_says_what_runs_and_names_no_hidden_scene() {
+    fn progress_line_names_running_scenes_but_no_hidden_scene() {
         let mut state = ProgressState::default();
         let mut line = |event| {
             state.take(event);

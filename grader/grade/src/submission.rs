@@ -10,8 +10,8 @@ use grader::submission::hand_in::HandInError;
 use grader::submission::program::{Identified, Program, Runner};
 use grader::verdict::Failure;
 use sandbox::{self, Protection, Sandbox};
+use scene::trace::TraceFormat;
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::TraceFormat;
 
 use crate::args::{GradeArgs, ReportKind, RunArgs};
 use crate::inputs::Inputs;

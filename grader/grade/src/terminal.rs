@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_terminal_gets_styles_and_no_other_control() {
+    fn terminal_output_keeps_styles_and_no_other_control() {
         for style in [BAD, BOLD, DIM, GOOD, ODD] {
             let styled = format!("{style}a{style:#}\n");
             assert_eq!(inert(&styled), styled);

@@ -200,14 +200,14 @@ fn assert_refused(is_wanted: fn(usize, usize, usize) -> bool) {
 }
 
 #[test]
-fn the_table_has_enough_rows() {
+fn table_has_enough_attacks() {
     assert!(ATTACKS.len() >= 120, "{}", ATTACKS.len());
     let described: BTreeSet<&str> = ATTACKS.iter().map(|attack| attack.what).collect();
     assert_eq!(described.len(), ATTACKS.len(), "two rows say the same");
 }
 
 #[test]
-fn the_document_is_the_table() {
+fn attacks_page_matches_the_table() {
     let mut table = String::from("| attack | verdict | elsewhere |\n| --- | --- | --- |\n");
     for attack in ATTACKS {
         let differs = attack
@@ -234,7 +234,7 @@ fn the_document_is_the_table() {
 
 /// The umask is inherited from the parent of the grader; it must not open scratch folders.
 #[test]
-fn a_mask_of_new_files_changes_nothing() {
+fn results_do_not_depend_on_umask() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
     let mut failures = Vec::new();
@@ -263,7 +263,7 @@ fn a_mask_of_new_files_changes_nothing() {
 /// The grader is killed at random moments of a run, sixty in each setting. Each time, no process and no mount remains, no file is partially
 /// written, and the next run is correct.
 #[test]
-fn a_killed_grader_leaves_nothing() {
+fn killed_grader_leaves_no_process_mount_or_partial_file() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
     for setting in [main_setting(), Setting::UserWithoutNamespaces] {
@@ -306,7 +306,7 @@ fn a_killed_grader_leaves_nothing() {
 /// A supervisor is killed twenty times while programs run that ignore every signal, without namespaces and without a control
 /// group. Each time, no process remains.
 #[test]
-fn a_killed_supervisor_leaves_nothing() {
+fn killed_supervisor_leaves_no_process() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
     for setting in [main_setting(), Setting::UserWithoutNamespaces] {
@@ -335,7 +335,7 @@ fn a_killed_supervisor_leaves_nothing() {
 
 /// Where all runs have to share a user ID, none ends another, and none ends a process of the machine that has it.
 #[test]
-fn runs_that_share_a_user_do_not_end_each_other() {
+fn runs_sharing_a_user_id_do_not_kill_each_other() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
     for setting in settings().into_iter().filter(|it| *it == Setting::RootlessContainer) {
@@ -376,7 +376,7 @@ fn kill(process: u32) {
 /// A submission is killed from outside at twenty moments of its run: its verdict is a crash, the report is complete,
 /// and another submission gets the same verdict as before.
 #[test]
-fn a_killed_submission_has_crashed() {
+fn killed_submission_is_reported_as_crashed() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(programs) = programs() else { return };
     let shared_stage = SharedStage::new(programs, main_setting());
@@ -410,7 +410,7 @@ fn a_killed_submission_has_crashed() {
 
 /// A thousand runs of a program that does nothing.
 #[test]
-fn a_thousand_runs_leave_nothing() {
+fn thousand_runs_leave_no_process_or_file() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let nothing = Path::new("/bin/true");
     if !nothing.exists() {

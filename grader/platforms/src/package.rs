@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_library_that_a_program_names_decides() {
+    fn newest_required_library_decides_portability() {
         let program = |machine: u8, names: &str| {
             let mut bytes = b"\x7fELF\x02\x01".to_vec();
             bytes.resize(18, 0);

@@ -9,7 +9,7 @@
 //! Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.10.
 
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ODE};
-use simulator::scene::Scene;
+use scene::Scene;
 
 use crate::laws::Laws;
 

@@ -38,8 +38,8 @@
 //! A method with a fixed number of rounds solves no equation, so only `x' = x + h v'` is checked. Cost: two or three
 //! evaluations of the force per step.
 
-use simulator::scene::Scene;
-use simulator::scene::schema::Convergence;
+use scene::Scene;
+use scene::schema::Convergence;
 
 use crate::laws::{Laws, Magnitude};
 use crate::method::{Arithmetic, Method, Pair, Substep, Tableau};

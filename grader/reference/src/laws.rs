@@ -1,7 +1,7 @@
 //! The forces of a whole scene by the laws, and their derivatives.
 
 use nalgebra::DVector;
-use simulator::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 use crate::law::{self, Expectation, Jacobians, Law, Scale};
 

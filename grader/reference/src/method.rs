@@ -20,7 +20,7 @@
 //! ([`Method::oscillator`]). A new [`StepEquation`] does not compile until this file states it.
 
 use nalgebra::DMatrix;
-use simulator::scene::schema::{Convergence, IntegratorSchema, StepEquation};
+use scene::schema::{Convergence, IntegratorSchema, StepEquation};
 
 /// How a step is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -525,7 +525,7 @@ mod tests {
     }
 
     #[test]
-    fn the_methods_fulfil_the_conditions_of_their_order_and_not_of_the_next() {
+    fn methods_satisfy_exactly_their_order_conditions() {
         let order_of = |tableau: &Tableau| {
             let failed = conditions(tableau).into_iter().find(|(_, found, value)| {
                 let is_met = (found - value).abs() < 1e-14;
@@ -546,7 +546,7 @@ mod tests {
     }
 
     #[test]
-    fn the_limits_of_undamped_and_overdamped_steps_are_known_numbers() {
+    fn limits_of_undamped_and_overdamped_steps_are_known() {
         let limit = |equation, zeta| stable_steps(equation, zeta)[0];
         assert_eq!(limit(StepEquation::VelocityVerlet, 0.0), 2.0);
         let found = limit(StepEquation::RungeKutta4, 0.0);

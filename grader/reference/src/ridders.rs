@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kink_is_distinguished_from_a_bend() {
+    fn kink_is_distinguished_from_curvature() {
         let noise = 4.0 * f64::EPSILON;
         assert_eq!(derivative(|x| (x - 1.0).max(0.0), 1.0, 0.25, noise), Difference::Kink);
         assert_eq!(derivative(|x| (x - 1.0).abs() + x * x, 1.0, 0.25, noise), Difference::Kink);
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_exact_or_not_taken() {
+    fn inexact_difference_steps_are_rejected() {
         // At 1e8 + 1/8 the steps are multiples of 2⁻²⁶.
         assert!(exact_steps(1e8 + 0.125, 2.0_f64.powi(-26)).is_some());
         assert!(exact_steps(1e8 + 0.125, 2.0_f64.powi(-27)).is_none());

@@ -1,8 +1,8 @@
 //! Each registered force has a law, and each law a registered force.
 
 use reference::law;
+use scene::schema::ActsOn;
 use simulator::force::REGISTRY;
-use simulator::scene::schema::ActsOn;
 
 #[test]
 fn every_registered_force_has_a_law_of_its_parameters() {

@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn no_cell_is_a_formula_whatever_separates_them() {
+    fn cells_are_never_formulas_for_any_separator() {
         let names = [
             "=1",
             "+1",

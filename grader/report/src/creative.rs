@@ -2,11 +2,11 @@
 
 use std::io::{self, Write};
 
+use frames::Painter;
 use grader::creative::{Creative, Motion, Outcome, Wanted};
 use grader::printed;
 use picture::canvas::Canvas;
-use simulator::frames::Painter;
-use simulator::scene::Scene;
+use scene::Scene;
 
 use crate::html::gallery::MotionData;
 use crate::table::{BAD, BOLD, GOOD, ODD};

@@ -133,14 +133,14 @@ mod tests {
     }
 
     #[test]
-    fn a_digit_that_only_one_number_has_differs() {
+    fn extra_digit_counts_as_different() {
         assert_eq!(common_prefix(&full(0.15), &full(0.15 + 1e-16)), "+0.15".len());
         assert_eq!(common_prefix(&full(1.0), &full(1.5)), "+1".len());
         assert_eq!(common_prefix(&full(1e-7), &full(1.5e-7)), "+1".len());
     }
 
     #[test]
-    fn numbers_of_different_magnitude_share_nothing() {
+    fn numbers_of_different_magnitude_share_no_prefix() {
         for (a, b) in [(1.5, 15.0), (9.5, 10.5), (1e-7, 1e-6), (1e-4, 1e-6), (1.0, -1.0)] {
             assert_eq!(common_prefix(&full(a), &full(b)), 0, "{a} {b}");
         }

@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn any_two_of_many_curves_look_different() {
+    fn curve_styles_are_distinguishable() {
         for (curves, least) in [(35, 2), (315, 1)] {
             for one in 0..curves {
                 for other in 0..one {

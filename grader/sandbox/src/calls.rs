@@ -472,7 +472,7 @@ mod tests {
     }
 
     #[test]
-    fn the_search_finds_every_answer_and_no_other() {
+    fn filter_search_finds_exactly_the_listed_calls() {
         let (allow, kill) = (SeccompAction::Allow, SeccompAction::KillProcess);
         let mut answers = Answers::new();
         for (call, answer) in [(0, &allow), (1, &allow), (2, &kill), (7, &kill), (8, &allow)] {

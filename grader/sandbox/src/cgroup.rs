@@ -449,7 +449,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_exceeded_is_read_from_the_group() {
+    fn exceeded_limits_are_read_from_the_control_group() {
         let folder = tempfile::tempdir().unwrap();
         let limits = Limits { cpu: 2.0, ..Limits::default() };
         let write = |file: &str, text: &str| fs::write(folder.path().join(file), text).unwrap();

@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_nobody_holds_is_swept() {
+    fn only_abandoned_scratch_folders_are_removed() {
         let place = tempfile::tempdir().unwrap();
         let held = scratch_folder_in(place.path()).unwrap();
         assert_eq!(fs::metadata(held.path()).unwrap().mode() & 0o777, 0o700);
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn folders_are_made_while_others_sweep() {
+    fn scratch_folders_survive_concurrent_sweeps() {
         let place = tempfile::tempdir().unwrap();
         std::thread::scope(|scope| {
             let makers: Vec<_> = (0..2)
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_is_removed_however_deep_and_whatever_its_modes() {
+    fn deep_trees_of_any_mode_are_removed() {
         let scratch = scratch_folder().unwrap();
         let victim = tempfile::tempdir().unwrap();
         fs::write(victim.path().join("kept"), "").unwrap();

@@ -388,7 +388,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_output_keeps_its_end() {
+    fn truncated_output_keeps_its_end() {
         let mut output = Output::default();
         output.push(&[b'a'; 5000]);
         output.push(b"end");

@@ -228,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_child_is_below_and_counts() {
+    fn usage_includes_child_processes() {
         let mut child = Command::new("sleep").arg("60").stdout(Stdio::null()).spawn().unwrap();
         let own = std::process::id().cast_signed();
         let below = std::cell::RefCell::new(Vec::new());
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_ended_still_counts() {
+    fn usage_includes_ended_processes() {
         let mut meter = Meter::default();
         meter.seen.insert(i32::MAX, Seen { cpu: 3.0, written: 7 });
         let root = std::process::id().cast_signed();
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_found_by_name() {
+    fn proc_fields_are_summed_by_name() {
         let text = "Name:\tx\nVmPTE:\t      40 kB\nVmSwap:\t 2 kB\nPss_Anon: 7 kB\n";
         assert_eq!(sum_of(text, &["VmPTE:", "VmSwap:"]), 42);
         assert_eq!(sum_of(text, &["Pss:"]), 0);

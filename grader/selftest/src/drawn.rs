@@ -22,8 +22,8 @@ use grader::submission::StateSource;
 use grader::suite::{Case, Suite};
 use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
-use simulator::scene::Scene;
-use simulator::trace::State;
+use scene::Scene;
+use scene::trace::State;
 
 use crate::mistake::{self, Mistake};
 use crate::student::{Run, Student};
@@ -351,7 +351,7 @@ fn first_states(student: &Student, scene: &Scene) -> Vec<State> {
     const STEPS: usize = 12;
     let mut run = student.simulate(scene);
     let mut states = Vec::new();
-    let mut state = State::zeros(simulator::trace::Shape::of(scene));
+    let mut state = State::zeros(scene::trace::Shape::of(scene));
     while states.len() <= STEPS && matches!(run.read(&mut state), Ok(true)) {
         states.push(state.clone());
     }

@@ -13,8 +13,8 @@ use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Case, Suite};
-use simulator::scene::schema::Family;
-use simulator::trace::State;
+use scene::schema::Family;
+use scene::trace::State;
 
 /// Rows of the correct student and of every mistake, or of those with this subject; `suite` must contain only scenes that
 /// the student supports.

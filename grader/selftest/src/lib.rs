@@ -286,28 +286,28 @@ mod tests {
     }
 
     #[test]
-    fn all_is_met_where_all_is_right() {
+    fn targets_are_met_if_all_rows_are_right() {
         assert!(with([]).is_met());
         // One of twenty-one may be blamed on the wrong feature; of two named features, the first counts.
         assert!(with([mistake(1, &[OUTPUT, DAMPING])]).is_met());
     }
 
     #[test]
-    fn a_correct_variant_that_is_wrong_is_told() {
+    fn failed_correct_variant_fails_selftest() {
         let selftest = with([correct(1)]);
         assert!(!selftest.is_met());
         assert_eq!(selftest.passed(), Rate { right: 1, all: 2 });
     }
 
     #[test]
-    fn a_mistake_that_is_none_is_told() {
+    fn uncaught_mistake_fails_selftest() {
         let selftest = with([mistake(0, &[])]);
         assert!(!selftest.is_met());
         assert_eq!(selftest.caught(), Rate { right: 20, all: 21 });
     }
 
     #[test]
-    fn blame_that_is_wrong_too_often_is_told() {
+    fn frequent_wrong_blame_fails_selftest() {
         assert!(!with([mistake(1, &[OUTPUT]), mistake(1, &[])]).is_met());
         let crash = (Symptom::Crash, DAMPING.1);
         let selftest = with([mistake(1, &[crash]), mistake(1, &[OUTPUT])]);
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_run_is_not_counted_and_shows_nothing() {
+    fn skipped_rows_are_not_counted() {
         let result = Outcome::Skipped("there is no c++".to_owned());
         let skipped = Row { result, ..mistake(0, &[]) };
         let selftest = with([skipped.clone()]);

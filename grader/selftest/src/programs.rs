@@ -8,8 +8,8 @@ use std::fs;
 use std::path::Path;
 
 use rayon::prelude::*;
-use simulator::scene::{Dimension, Scene};
-use simulator::trace::TraceFormat;
+use scene::trace::TraceFormat;
+use scene::{Dimension, Scene};
 
 use super::library::{self, Build, Planned};
 use super::{Graded, Outcome, Row};

@@ -27,9 +27,9 @@ use std::ops::Index;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2, Vector3};
 use reference::laws::Laws;
 use reference::method::{Method, Substep, Tableau};
-use simulator::scene::schema::{Family, StepEquation};
-use simulator::scene::{Dimension, ForceElement, Particle, Scene};
-use simulator::trace::State;
+use scene::schema::{Family, StepEquation};
+use scene::trace::State;
+use scene::{Dimension, ForceElement, Particle, Scene};
 
 use grader::submission::StateSource;
 use grader::verdict::Failure;

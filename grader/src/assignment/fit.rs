@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use simulator::scene::schema::Matrix;
+use scene::schema::Matrix;
 use simulator::vocabulary;
 
 use super::Assignment;

@@ -14,7 +14,7 @@ fn message(text: &str) -> String {
 }
 
 #[test]
-fn words_that_name_nothing_are_errors_with_their_place() {
+fn unknown_names_are_errors_with_their_line() {
     assert_eq!(
         message("title = \"t\"\nforces = [\"spring\"]\nfeature = []").lines().next(),
         Some("springs.toml:2:11: unknown force \"spring\"")
@@ -57,7 +57,7 @@ fn scenes_follow_from_the_scope_and_later_entries_override_earlier_ones() {
     scene("Inertia/e.xml", "explicit-euler", "");
     let mut suite = Suite::load(
         &[(Section::ExtraCredit, folder.path().to_path_buf())],
-        &simulator::scene::ParseOptions::default(),
+        &scene::ParseOptions::default(),
     )
     .unwrap();
     let text = "title = \"Drag\"\nforces = [\"dragdamping\"]\n\

@@ -27,7 +27,7 @@ mod envelope;
 mod single;
 mod variant;
 
-use simulator::scene::Scene;
+use scene::Scene;
 use simulator::solver::linear::LinearSolver;
 
 pub use envelope::{Bound, Bounds, Envelope, Horizon, StoredEnvelope};

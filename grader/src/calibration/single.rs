@@ -11,8 +11,8 @@
 //! Cost: one step of ours for each step judged. The variants are stepped only where the tolerance so far is exceeded.
 
 use fastrand::Rng;
-use simulator::scene::Scene;
-use simulator::trace::State;
+use scene::Scene;
+use scene::trace::State;
 
 use super::variant::{Variant, variants};
 use super::{Bound, Bounds, largest};

@@ -12,10 +12,10 @@
 //! Random bits and orders have fixed seeds, so that the variants are deterministic.
 
 use fastrand::Rng;
-use simulator::scene::Scene;
-use simulator::scene::schema::{Convergence, Family, Matrix, OptionValue};
+use scene::Scene;
+use scene::schema::{Convergence, Family, Matrix, OptionValue};
+use scene::trace::State;
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::State;
 
 use crate::stepping::Stepper;
 use reference::second::arithmetic::Arithmetic;

@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_belongs_to_the_submission_that_its_scene_is_in() {
+    fn marks_belong_to_the_submission_of_their_scene() {
         let marks = read(
             &[
                 "ada/Creative/ada_t1m2.xml,t1m2,film,7,8.5,9,,\nada b,,,0,0,10,,\n",
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_says_which_numbered_scene_is_whose() {
+    fn key_maps_numbered_scenes_to_submissions() {
         let key = "scene,file\nScene 1,hand-ins/ada b/Creative/x_t1m2.xml\nScene 2,./hand-ins/=bob/y.xml\n";
         let rows = "Scene 1,t1m2,,1,2,3,,\nScene 2,t1m2,,4,5,6,,\n";
         let marks = read(&[rows], Some(key)).unwrap();

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_go_first_to_the_least_loaded_shard() {
+    fn longest_submissions_go_first_to_the_least_loaded_shard() {
         let mut plan = plan(&["a", "b", "c", "d", "e", "f"]);
         let seconds = BTreeMap::from([(0, 2.0), (1, 7.0), (2, 4.0), (3, 3.0)]);
         // Submissions 4 and 5 count as the mean, 4. In order: 1 | 2, 4 | 5 beside 1 | 3, which makes 11 each | 0.

@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn submissions_are_recognised_by_what_platforms_call_them() {
+    fn submissions_match_platform_names() {
         let roster = "name,id,canvas id,login,email,folder\n\
                       \"Lovelace, Ada\",,,,,\nBob B,42,,,,\nCleo,,4711,,,\nDot,,,dot9,,\nEve,,,,eve.e@x.edu,\n\
                       Fay,,,,,team 1\nGus,,,,,team 1\nHal,,,,hal@x.edu,nowhere\n";
@@ -419,7 +419,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ambiguous_submission_is_nobodys_and_the_folder_column_decides() {
+    fn ambiguous_submission_needs_the_folder_column() {
         let told = |text: &str, names: &[&str]| {
             let roster = parse(text).unwrap();
             let found = roster.find_submissions(names);

@@ -113,7 +113,7 @@ mod tests {
 
     /// The first two cases of RFC 4231.
     #[test]
-    fn signatures_are_those_of_the_standard() {
+    fn signatures_match_the_standards_test_vectors() {
         for (key, message, expected) in [
             (
                 &[0x0b; 20][..],

@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_best_marks_earn_the_cap_and_no_mark_earns_nothing() {
+    fn best_marks_earn_the_cap_and_no_marks_earn_zero() {
         let rule = CreativeRule::default();
         let earned = |marks: &[[f64; 3]]| rule.credit(marks, 40.0).earned();
         assert_eq!(earned(&[[10.0; 3]]), Some(6.0));

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::time::Duration;
 
+use scene::error::{Problem, SceneError};
+use scene::json::problem::JsonProblem;
+use scene::{ParseOptions, Scene, json};
 use serde::{Deserialize, Serialize};
-use simulator::scene::error::{Problem, SceneError};
-use simulator::scene::json::problem::JsonProblem;
-use simulator::scene::{self, ParseOptions, Scene, json};
 use simulator::vocabulary;
 
 use super::motion::Motion;

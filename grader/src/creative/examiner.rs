@@ -19,7 +19,7 @@ use std::time::Duration;
 
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Job, Keep, Limits, Sandbox, SandboxError};
-use simulator::scene::Scene;
+use scene::Scene;
 use simulator::vocabulary;
 
 use super::examine::{Examined, Facts, examine};

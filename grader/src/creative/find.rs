@@ -8,7 +8,7 @@ use std::fs;
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
-use simulator::scene::json;
+use scene::json;
 
 use crate::printed;
 use crate::submission::hand_in::{HandIn, HandInError, WalkStep};
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_refused_hides_nothing_else() {
+    fn refused_scene_hides_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         for name in

@@ -1,8 +1,8 @@
 //! A motion reduced to the states that a film shows.
 
-use simulator::frames::Bounds;
-use simulator::scene::Scene;
-use simulator::state::StateView;
+use frames::Bounds;
+use scene::Scene;
+use scene::state::StateView;
 
 /// Frames a second of simulated time.
 const RATE: f64 = 24.0;

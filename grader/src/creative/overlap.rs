@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::motion::Motion;
 use super::run::short;

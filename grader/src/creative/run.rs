@@ -8,8 +8,8 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use scene::Scene;
 use simulator::integrator::Interrupt;
-use simulator::scene::Scene;
 use simulator::simulation::Simulation;
 
 use super::motion::Motion;

@@ -66,7 +66,7 @@ fn each_check_can_fail() {
 
 /// ω = 20 / s: the longest stable step of symplectic Euler is 0.1 s, and explicit Euler grows by ω² h² / 2 in each step.
 #[test]
-fn a_run_that_blows_up_is_told_from_one_that_drifts_or_damps() {
+fn blow_up_drift_and_damping_are_distinguished() {
     for (integrator, dt, is_stable) in [
         ("symplectic-euler", 0.09, true),
         ("symplectic-euler", 0.11, false),
@@ -109,7 +109,7 @@ fn a_step_that_takes_too_long_fails() {
 }
 
 #[test]
-fn a_scene_whose_check_was_ended_says_so() {
+fn interrupted_check_is_reported() {
     let rules = Rules { assignments: &[], assignment: None };
     let ended = Err("its check was ended: out of memory".to_owned());
     let (_, checks) = judge(Path::new("ab_t1m2.xml"), ended, Ok(String::new()), rules);

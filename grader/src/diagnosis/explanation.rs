@@ -3,7 +3,7 @@
 use reference::change::{Change, Model, Quantity, Term};
 use reference::method::{Method, OnePoint};
 
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::Evidence;
 
@@ -82,7 +82,7 @@ impl Explanation {
         let particles = 0..scene.particles.len();
         let particle = particles.max_by(|a, b| of_particle(*a).total_cmp(&of_particle(*b)))?;
         let at = |values: &[f64]| values[particle * axes..(particle + 1) * axes].to_vec();
-        let state = |state: &simulator::trace::State| [at(&state.positions), at(&state.velocities)];
+        let state = |state: &scene::trace::State| [at(&state.positions), at(&state.velocities)];
         let changed = (!mistakes.is_empty()).then(|| Model::new(scene, mistakes));
         let balance =
             residual.zip(Method::one_point(scene.integrator)).map(|(residual, method)| {

@@ -5,8 +5,8 @@
 
 use std::io;
 
-use simulator::scene::{Scene, write};
-use simulator::trace::{Shape, State, TraceReader};
+use scene::trace::{Shape, State, TraceReader};
+use scene::{Scene, write};
 
 use super::steps::{Before, Judge};
 use crate::submission::StateSource;

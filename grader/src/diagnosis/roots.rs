@@ -5,9 +5,9 @@
 //! ```
 
 use reference::equation::{self, Equation};
-use simulator::scene::Scene;
-use simulator::scene::schema::Convergence;
-use simulator::trace::State;
+use scene::Scene;
+use scene::schema::Convergence;
+use scene::trace::State;
 
 use crate::compare::{Comparison, Expectation};
 use crate::verdict::{Failure, Verdict};

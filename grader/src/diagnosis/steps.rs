@@ -5,9 +5,9 @@
 
 use fastrand::Rng;
 use reference::change::Sample;
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::trace::State;
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::State;
 
 use crate::calibration::Bound;
 use crate::stepping::Stepper;

@@ -12,9 +12,9 @@
 use std::collections::BTreeSet;
 
 use reference::change::{Change, Model, Place};
-use simulator::scene::schema::Convergence;
-use simulator::scene::{Rendering, Scene};
-use simulator::trace::State;
+use scene::schema::Convergence;
+use scene::trace::State;
+use scene::{Rendering, Scene};
 
 use super::form::Kind;
 use super::scope::Failing;

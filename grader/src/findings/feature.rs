@@ -3,9 +3,9 @@
 use std::fmt;
 
 use reference::change::Task;
+use scene::ForceElement;
+use scene::schema::{Dependence, ForceSchema};
 use simulator::force;
-use simulator::scene::ForceElement;
-use simulator::scene::schema::{Dependence, ForceSchema};
 
 /// A part of a simulator that may be wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -164,7 +164,7 @@ pub enum Family {
 impl Family {
     /// The family of an integrator, by its name.
     pub(super) fn of(integrator: &str) -> Self {
-        use simulator::scene::schema::Matrix;
+        use scene::schema::Matrix;
         let mut kinds = simulator::integrator::REGISTRY.iter();
         let kind = kinds.find(|kind| kind.schema.name == integrator);
         match kind.map(|kind| kind.schema.matrix) {

@@ -3,7 +3,7 @@
 use reference::change::candidates::{self, Numbered};
 use reference::change::{Change, Model};
 use reference::method::{Method, OnePoint};
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::evidence::{LEFT, SceneEvidence};
 use super::search::simplest;

@@ -6,7 +6,7 @@
 
 use std::fmt;
 
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::feature::{Family, Feature, Symptom};
 use crate::compare::{Comparison, ContextRow, FirstWrong};
@@ -241,7 +241,7 @@ fn in_order(
     if same(&swapped, expected) {
         return Some(Kind::ByteOrder);
     }
-    let of_all = |of: fn(&simulator::scene::Particle) -> &[f64; 3]| {
+    let of_all = |of: fn(&scene::Particle) -> &[f64; 3]| {
         scene.particles.iter().flat_map(move |particle| of(particle)[..axes].to_vec())
     };
     let state: Vec<f64> = of_all(|particle| &particle.position)

@@ -28,11 +28,11 @@ use std::fmt;
 
 use rayon::prelude::*;
 use reference::change::{Change, Place, Term, rounds};
+use scene::schema::{ActsOn, Convergence, Matrix};
+use scene::trace::State;
+use scene::{ForceElement, Scene};
 use simulator::force;
 use simulator::integrator;
-use simulator::scene::schema::{ActsOn, Convergence, Matrix};
-use simulator::scene::{ForceElement, Scene};
-use simulator::trace::State;
 
 use crate::compare::{Comparison, Criteria};
 use crate::diagnosis::{Diagnosis, Evidence, Explanation, Roots};

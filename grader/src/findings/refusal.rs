@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_stands_by_itself() {
+    fn force_names_match_whole_words() {
         for (line, is_there) in [
             ("unknown force springforce", true),
             ("keyerror: 'springforce'", true),

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use scene::Scene;
+use scene::schema::{self, ActsOn, Convergence, Masses, Matrix, StepEquation};
 use simulator::integrator::IntegratorKind;
-use simulator::scene::Scene;
-use simulator::scene::schema::{self, ActsOn, Convergence, Masses, Matrix, StepEquation};
 use simulator::{force, integrator};
 
 use super::feature::{Family, Feature, Part};

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use reference::change::candidates::{self, Numbered, NumberedForce};
 use reference::change::rounds;
 use reference::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Task, Term};
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::evidence::{Agreement, LEFT, SceneEvidence};
 use super::fit;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use reference::change::Task;
 use reference::change::rounds::is_of_rounds;
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::evidence::SceneEvidence;
 use super::{Feature, Finding, FindingKind, is_unexplained};

@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_feature_ends_after_time_outs_and_after_equal_crashes() {
+    fn feature_stops_after_repeated_time_outs_or_equal_crashes() {
         let breaker = Breaker { timeouts: 2, crashes: 3 };
         let next = |verdicts: &[Failure]| failures(verdicts).next(breaker).map(|f| f.name());
         assert_eq!(next(&[timeout()]), None);

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 use super::judge::{Judged, judge_case};
 use super::result::{FeatureResult, Grading, Hidden, HiddenTally, SceneResult};

@@ -4,8 +4,8 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rayon::prelude::*;
-use simulator::scene::Scene;
-use simulator::trace::{self, Shape, State};
+use scene::Scene;
+use scene::trace::{self, Shape, State};
 
 use super::result::SceneResult;
 use crate::compare::{Comparison, Criteria, Expectation, Pair, compare_watched};
@@ -253,7 +253,7 @@ fn open_oracle(
 
 #[cfg(test)]
 mod tests {
-    use simulator::scene::ParseOptions;
+    use scene::ParseOptions;
     use simulator::solver::linear::LinearSolver;
 
     use super::*;

@@ -18,7 +18,7 @@ mod result;
 use std::collections::HashSet;
 
 use rayon::prelude::*;
-use simulator::trace::State;
+use scene::trace::State;
 
 use crate::altered;
 use crate::assignment::Assignment;

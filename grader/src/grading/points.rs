@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_part_is_never_rounded_to_all_or_nothing() {
+    fn partial_credit_never_rounds_to_zero_or_full() {
         let of =
             |earned, points| of(&Credit { points, earned, unjudged: 0.0 }, FaultPoints::Withheld);
         assert_eq!(of(2.0 / 3.0, 1.0), "0.67/1");

@@ -12,7 +12,7 @@
 
 use std::fmt::Write;
 
-use simulator::scene::schema::{ActsOn, ForceSchema, IntegratorSchema, Matrix};
+use scene::schema::{ActsOn, ForceSchema, IntegratorSchema, Matrix};
 use simulator::vocabulary;
 
 use super::{Language, tag};

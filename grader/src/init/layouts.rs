@@ -1,6 +1,6 @@
 //! Skeletons in the layout of a document's own code.
 
-use simulator::scene::schema::OptionKind;
+use scene::schema::OptionKind;
 use simulator::vocabulary;
 
 use crate::assignment::Assignment;

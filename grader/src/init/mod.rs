@@ -16,7 +16,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use simulator::scene::schema::{ActsOn, ForceSchema};
+use scene::schema::{ActsOn, ForceSchema};
 use simulator::vocabulary;
 
 use crate::assignment::Assignment;

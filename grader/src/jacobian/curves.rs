@@ -127,7 +127,7 @@ mod tests {
     use crate::jacobian::check_forces;
 
     #[test]
-    fn both_slopes_show_and_the_central_difference_has_a_valley() {
+    fn curves_show_both_slopes_and_the_central_difference_minimum() {
         let checks = check_forces(Config { states: 1, seed: 1 }, |_| true);
         let curved: Vec<Curves> = checks.iter().filter_map(curves).collect();
         // Three kinds of springs, gravitation, drag, vortex and wind, in two dimensions and three.

@@ -25,8 +25,8 @@ mod verdict;
 use nalgebra::{DMatrix, SMatrix};
 use rayon::prelude::*;
 use reference::law;
+use scene::Dimension;
 use simulator::force::{self, ForceKind};
-use simulator::scene::Dimension;
 use simulator::solver::psd::Projection;
 
 pub use curves::{Curves, curves};
@@ -196,9 +196,9 @@ mod tests {
     use std::ops::Range;
 
     use super::*;
+    use scene::schema::{ForceSchema, Vocabulary};
+    use scene::{ParseOptions, Scene, xml};
     use simulator::force::{Degenerate, Force, JacobianSink, Numbered, State};
-    use simulator::scene::schema::{ForceSchema, Vocabulary};
-    use simulator::scene::{ParseOptions, Scene, xml};
     use simulator::system::BuildForce;
 
     /// The reason why a force cannot be checked, if there is one: it has no law, or its example between two particles
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_parameter_shows_where_its_law_says_and_nowhere_else() {
+    fn parameters_show_only_where_their_law_says() {
         for kind in force::REGISTRY {
             let law = law::find(kind.schema.tag).unwrap();
             let mut shown = vec![[false; 2]; law.terms().len()];

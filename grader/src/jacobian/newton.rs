@@ -15,14 +15,14 @@ use std::sync::mpsc;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use scene::schema::Matrix;
+use scene::trace::State;
+use scene::{Dimension, Overrides, ParseOptions, Scene, xml};
 use simulator::force::ForceKind;
 use simulator::integrator::{BuildIntegrator, IntegratorKind, NewtonSystem, REGISTRY, Step};
-use simulator::scene::schema::Matrix;
-use simulator::scene::{Dimension, Overrides, ParseOptions, Scene, xml};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
 use simulator::system::{BuildForce, System};
-use simulator::trace::State;
 use simulator::vocabulary;
 
 use super::check::{ROUNDING, largest};

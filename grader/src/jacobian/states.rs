@@ -8,12 +8,12 @@
 //! Coordinates are multiples of a power of two with spare digits, so that differences can take exact steps.
 
 use fastrand::Rng;
-use simulator::force::ForceKind;
-use simulator::integrator;
-use simulator::scene::schema::{ActsOn, Domain, MAX_PARAMETERS, ParameterSchema};
-use simulator::scene::{
+use scene::schema::{ActsOn, Domain, MAX_PARAMETERS, ParameterSchema};
+use scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
 };
+use simulator::force::ForceKind;
+use simulator::integrator;
 
 /// A state: the initial state of a scene, at a given time.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,8 +14,8 @@
 //! Tolerances are the rounding errors of the terms, times a factor of the operation; a violation exceeds eight of them.
 
 use nalgebra::DMatrix;
+use scene::ForceElement;
 use simulator::force::Coupling;
-use simulator::scene::ForceElement;
 
 use super::check::{ROUNDING, first_step, largest};
 use super::states::CheckState;

@@ -8,10 +8,10 @@
 //! rows (of the force) and columns (of the position or velocity).
 
 use reference::law::Jacobians;
+use scene::{Dimension, Scene};
 use simulator::force::{
     self, Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State,
 };
-use simulator::scene::{Dimension, Scene};
 use simulator::system::{BuildForce, System};
 
 /// A force with its Jacobians, of a system with one kind of force and no fixed particle.

@@ -361,7 +361,7 @@ mod tests {
     const WINDOW: Window = Window { slope: 1.0, steps: (1e-8, 1e-4), count: 12 };
 
     #[test]
-    fn wrong_takes_two_estimates_that_agree() {
+    fn wrong_needs_two_agreeing_estimates() {
         let smooth = |value| Difference::Smooth(estimate(value, 1e-12));
         let dual = |value| Some(estimate(value, 1e-15));
         let right = Taylor::Consistent(Window { slope: 2.0, ..WINDOW });

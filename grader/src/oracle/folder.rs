@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::{fs, io};
 
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 use super::regenerate::{FolderLocation, at, stage};
 use super::{Acceptance, Origin, RegenerateError, Staged};

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use envelopes::Envelopes;
 use manifest::Manifest;
-use simulator::trace::TraceFormat;
+use scene::trace::TraceFormat;
 
 pub use regenerate::{
     Acceptance, Leftover, NumberDifference, Origin, RegenerateError, Regeneration, Staged,

@@ -16,9 +16,9 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use scene::trace::csv::CsvWriter;
+use scene::trace::{self, Shape, State, TraceError, TraceFault, TraceFormat, TraceWriter};
 use simulator::simulation::{Simulation, SimulationError};
-use simulator::trace::csv::CsvWriter;
-use simulator::trace::{self, Shape, State, TraceError, TraceFault, TraceFormat, TraceWriter};
 use tempfile::TempDir;
 
 use super::manifest::{FILE_NAME, FORMAT, Manifest, ManifestEntry, SIMULATOR, VERSION};

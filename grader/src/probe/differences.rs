@@ -7,8 +7,8 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use scene::{Dimension, Scene};
 use simulator::force::{Block, ForceKind, JacobianSink};
-use simulator::scene::{Dimension, Scene};
 use simulator::system::{BuildForce, System};
 
 use super::noise::{self, DIFFERENCE};
@@ -312,7 +312,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn differences_of_every_force_are_within_their_bounds_and_narrow() {
+    fn finite_differences_are_within_narrow_bounds() {
         for dimension in [Dimension::Two, Dimension::Three] {
             let offer =
                 Offer { stepper: &BuiltIn, dimension, explicit: "explicit-euler", implicit: None };

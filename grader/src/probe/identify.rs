@@ -401,14 +401,14 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
-    use simulator::scene::Dimension;
+    use scene::Dimension;
 
     use super::super::scenes::{Steps as Kind, parts, states};
     use super::super::stepper::BuiltIn;
     use super::*;
 
     #[test]
-    fn steps_of_the_built_in_simulator_show_its_jacobians() {
+    fn jacobians_are_identified_from_built_in_steps() {
         for dimension in [Dimension::Two, Dimension::Three] {
             let offer = Offer {
                 stepper: &BuiltIn,

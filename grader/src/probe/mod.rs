@@ -30,8 +30,8 @@ mod verdict;
 
 mod session;
 
-use simulator::scene::Dimension;
-use simulator::trace::Shape;
+use scene::Dimension;
+use scene::trace::Shape;
 
 use crate::printed::Untrusted;
 use crate::verdict::Failure;
@@ -183,8 +183,8 @@ pub fn state(dimension: Dimension, number: usize) -> Option<(Vec<f64>, Vec<f64>)
 mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
+    use scene::Scene;
     use simulator::force::REGISTRY;
-    use simulator::scene::Scene;
 
     use super::*;
 
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_costs_few_runs() {
+    fn probing_a_force_takes_few_runs() {
         let runs = |dimension| {
             let counting = Counting::default();
             probe(&counting, |force, of| force == "gravitationalforce" && of == dimension);

@@ -21,7 +21,7 @@
 //! normally distributed noise a correct number exceeds the bound once in 10⁹ cases or less. The factor `CLEAR` allows
 //! for other noise, such as a solver's error that always has the same sign.
 
-use simulator::scene::Dimension;
+use scene::Dimension;
 
 use super::scenes::{State, chain};
 
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_noise_of_single_precision_is_seen_in_a_smooth_function() {
+    fn single_precision_noise_is_detected() {
         let samples = |round: fn(f64) -> f64| -> Vec<Vec<f64>> {
             let smooth = |i: usize| (1.25 + i as f64 * SPACING).powi(-2);
             (0..LINE).map(|i| vec![round(smooth(i))]).collect()

@@ -17,14 +17,12 @@ use std::sync::LazyLock;
 
 use fastrand::Rng;
 use nalgebra::DMatrix;
-use simulator::force;
-use simulator::integrator;
-use simulator::scene::schema::{
-    ActsOn, ForceSchema, MAX_PARAMETERS, Masses, PartSchema, StepEquation,
-};
-use simulator::scene::{
+use scene::schema::{ActsOn, ForceSchema, MAX_PARAMETERS, Masses, PartSchema, StepEquation};
+use scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
 };
+use simulator::force;
+use simulator::integrator;
 
 /// The pairs of a chain; in two dimensions, the first two.
 const PAIRS: [[usize; 2]; 3] = [[0, 1], [2, 1], [2, 3]];

@@ -1,8 +1,8 @@
 //! A simulator that takes one step of a scene: a program, or the built-in one.
 
-use simulator::scene::{Scene, write};
+use scene::trace::{Shape, State};
+use scene::{Scene, write};
 use simulator::simulation::Simulation;
-use simulator::trace::{Shape, State};
 
 use crate::printed::Untrusted;
 use crate::submission::StateSource;

@@ -8,7 +8,7 @@
 //!
 //! over all entries of a block. One clearly wrong entry makes the block wrong.
 
-use simulator::scene::Dimension;
+use scene::Dimension;
 
 use super::noise::{CLEAR, TOO_WIDE};
 

@@ -13,8 +13,8 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use fastrand::Rng;
-use simulator::scene::schema::{ActsOn, ForceSchema, ParameterSchema, Potential};
-use simulator::scene::{ForceElement, Scene, Viewport};
+use scene::schema::{ActsOn, ForceSchema, ParameterSchema, Potential};
+use scene::{ForceElement, Scene, Viewport};
 
 /// Logarithm of the largest factor of a mass, of a velocity, or of a parameter: from 0.78 to 1.28. A method that is stable
 /// with a third to spare stays so.

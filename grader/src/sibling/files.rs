@@ -9,9 +9,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use fastrand::Rng;
+use scene::xml::edit::{self, AttributeValue};
+use scene::{ParseOptions, Scene, load, write};
 use serde_json::Value;
-use simulator::scene::xml::edit::{self, AttributeValue};
-use simulator::scene::{ParseOptions, Scene, load, write};
 use simulator::vocabulary;
 
 use super::Fault;

@@ -19,7 +19,7 @@ mod reference;
 use std::io;
 
 use fastrand::Rng;
-use simulator::scene::Scene;
+use scene::Scene;
 
 pub use files::Files;
 pub use reference::Reference;

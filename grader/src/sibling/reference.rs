@@ -12,9 +12,9 @@
 
 use std::slice::Iter;
 
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::trace::{Shape, State, TraceError, TraceReader};
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::{Shape, State, TraceError, TraceReader};
 
 use super::Fault;
 use crate::calibration::{Bound, Envelope, calibrate};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 use super::*;
 use crate::suite::{Section, Suite};
@@ -131,7 +131,7 @@ fn fault(edit: fn(&mut Scene)) -> Option<Fault> {
 }
 
 #[test]
-fn a_scene_that_is_less_well_posed_is_no_sibling() {
+fn ill_posed_siblings_are_rejected() {
     assert_eq!(fault(|scene| scene.particles[0].mass = 0.7), None);
     let special = |text: &str| Some(Fault::Special(text.to_owned()));
     assert_eq!(fault(|scene| scene.particles[0].mass = 1.0), special("a mass is 1"));
@@ -144,7 +144,7 @@ fn a_scene_that_is_less_well_posed_is_no_sibling() {
 }
 
 #[test]
-fn particles_that_meet_and_chaos_are_no_sibling() {
+fn siblings_with_collisions_or_chaos_are_rejected() {
     let original = case("Gravitational/three-bodies-symplectic").scene;
     let mut near = original.clone();
     near.particles[1].position = near.particles[0].position.map(|value| value + 0.01);

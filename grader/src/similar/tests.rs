@@ -76,7 +76,7 @@ fn a_disguised_copy_is_found_and_independent_programs_are_not() {
 }
 
 #[test]
-fn independent_programs_share_next_to_nothing() {
+fn independent_programs_share_almost_no_code() {
     let class = INDEPENDENT.iter().map(|(name, text)| Sources::of(name, [(*name, *text)]));
     let config = Config { listed_from: 0.0, ..Config::default() };
     let found = compare(class.collect(), &[], config);
@@ -109,7 +109,7 @@ fn starter_code_is_subtracted() {
 }
 
 #[test]
-fn what_many_have_is_common_and_a_group_is_not() {
+fn widely_shared_code_is_ignored_and_group_copies_are_not() {
     let shared = INDEPENDENT[3].1;
     // Expressions of some operators that no two hand-ins share.
     let own = |seed: u64| {
@@ -161,7 +161,7 @@ fn runs_name_the_lines_of_both_sides() {
 }
 
 #[test]
-fn the_order_of_the_class_and_of_threads_changes_nothing() {
+fn similarity_does_not_depend_on_order_or_threads() {
     let class = || {
         let mut class: Vec<Sources> =
             INDEPENDENT.iter().map(|(name, text)| Sources::of(name, [(*name, *text)])).collect();

@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn every_text_ends() {
+    fn unterminated_tokens_end_with_the_text() {
         for text in [
             "/*",
             "\"",

@@ -1,9 +1,9 @@
 //! The built-in simulator as a submission.
 
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::trace::State;
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::State;
 
 use super::StateSource;
 use crate::verdict::Failure;

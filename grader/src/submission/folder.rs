@@ -18,8 +18,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use scene::trace::TraceFormat;
 use serde::Deserialize;
-use simulator::trace::TraceFormat;
 
 use super::hand_in::{HandIn, HandInError};
 use super::program::{Program, Runner, failure_of_run};

@@ -526,7 +526,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copy_has_plain_modes_and_shares_nothing() {
+    fn copied_hand_in_has_plain_modes_and_no_shared_inodes() {
         let folder = tempfile::tempdir().unwrap();
         let (from, to) = (folder.path().join("from"), folder.path().join("to"));
         fs::create_dir_all(from.join("b")).unwrap();

@@ -212,7 +212,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trace_is_used_by_its_content_alone() {
+    fn kept_traces_are_found_by_content() {
         let folder = tempfile::tempdir().unwrap();
         let (runs, trace) = (folder.path().join("runs"), folder.path().join("trace"));
         fs::write(&trace, "t,x\n0,1\n").unwrap();
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_phase_knows_every_end_of_the_first() {
+    fn second_phase_reads_every_outcome_of_the_first() {
         let folder = tempfile::tempdir().unwrap();
         let path = || folder.path().join("runs");
         let first = KeptRuns::first_phase(path()).unwrap();

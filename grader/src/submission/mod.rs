@@ -11,8 +11,8 @@ mod traces;
 
 use std::path::PathBuf;
 
+use scene::trace::{Shape, State, TraceError, TraceReader};
 use simulator::solver::linear::LinearSolver;
-use simulator::trace::{Shape, State, TraceError, TraceReader};
 
 use crate::printed::Untrusted;
 use crate::suite::Case;

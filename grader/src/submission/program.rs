@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use simulator::scene::Dimension;
-use simulator::trace::{self, Shape, State, TraceFormat, TraceReader};
+use scene::Dimension;
+use scene::trace::{self, Shape, State, TraceFormat, TraceReader};
 
 use super::budget::Budget;
 use super::folder::Copy;

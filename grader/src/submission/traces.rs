@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use simulator::trace::{self, State, TraceFormat, TraceReader};
+use scene::trace::{self, State, TraceFormat, TraceReader};
 
 use super::{StateSource, failure_of};
 use crate::suite::{Case, NoTrace, find_trace};

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use grader::suite::{Section, Suite};
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 use simulator::simulation::Simulation;
 use studies::needs;
 

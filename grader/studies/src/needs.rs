@@ -13,9 +13,9 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use reference::laws::Laws;
+use scene::schema::{ActsOn, MAX_PARAMETERS, Matrix};
+use scene::{Dimension, ForceElement, Location, Scene};
 use simulator::force;
-use simulator::scene::schema::{ActsOn, MAX_PARAMETERS, Matrix};
-use simulator::scene::{Dimension, ForceElement, Location, Scene};
 use simulator::simulation::{Simulation, SimulationError};
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;

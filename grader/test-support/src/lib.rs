@@ -1,11 +1,11 @@
 //! Shared support of integration tests: the repository's folders and scenes, and generated documents.
 
-pub mod schema;
+mod schema;
 
 use std::path::Path;
 
 use grader::suite::{Section, Suite};
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 
 /// The root of the repository.
 ///
@@ -64,6 +64,18 @@ pub fn assert_document(name: &str, text: &str, command: &str) {
         "docs/{name} is out of date; first differing line: {differing:?}\n\
          help: review and accept it with `UPDATE_DOCS=1 {command}`"
     );
+}
+
+/// Asserts that a report fits its schema, `docs/NAME`.
+///
+/// # Panics
+/// If it does not; the message names the place and the reason.
+pub fn assert_fits(name: &str, report: &serde_json::Value) {
+    let text = std::fs::read_to_string(root().join("docs").join(name)).expect("a schema");
+    let schema = serde_json::from_str(&text).expect("JSON");
+    if let Err(reason) = schema::validate(&schema, report) {
+        panic!("docs/{name}: {reason}");
+    }
 }
 
 /// A JUnit report without the times, which no two runs have in common.

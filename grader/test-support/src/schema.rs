@@ -5,7 +5,7 @@
 use serde_json::Value;
 
 /// Validates `instance`; the error names the first place that does not fit `schema`, and the reason.
-pub fn validate(schema: &Value, instance: &Value) -> Result<(), String> {
+pub(super) fn validate(schema: &Value, instance: &Value) -> Result<(), String> {
     if let Some(keyword) = unknown_keyword(schema) {
         return Err(format!("the schema has the unknown keyword {keyword}"));
     }
@@ -134,7 +134,7 @@ fn list(value: &Value) -> &[Value] {
 }
 
 #[test]
-fn documents_that_do_not_fit_are_refused_by_place_and_keyword() {
+fn invalid_documents_are_refused_by_place_and_keyword() {
     let schema = serde_json::json!({
         "type": "object",
         "properties": {

@@ -13,11 +13,11 @@ use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
 use reference::second::arithmetic::Arithmetic;
 use reference::second::{Second, Style};
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::state::StateView;
+use scene::trace::fosssim::{FosssimReader, FosssimWriter};
+use scene::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
 use simulator::solver::linear::LinearSolver;
-use simulator::state::StateView;
-use simulator::trace::fosssim::{FosssimReader, FosssimWriter};
-use simulator::trace::{Shape, State, TraceError, TraceReader, TraceWriter};
 
 /// The chaotic scene.
 fn chaotic() -> Case {
@@ -121,7 +121,7 @@ fn judge(case: &Case, mut run: impl StateSource) -> Comparison {
 }
 
 #[test]
-fn a_kind_of_difference_that_was_not_measured_is_within_the_tolerance_of_the_others() {
+fn unmeasured_difference_classes_stay_within_the_tolerance() {
     let escapes = |case: &Case| {
         let n_steps = case.scene.n_steps();
         let mut found = Vec::new();
@@ -224,7 +224,7 @@ fn beyond_the_horizon_a_wrong_force_fails_at_its_first_step() {
 }
 
 #[test]
-fn beyond_the_horizon_a_motion_that_is_no_simulation_fails_at_its_first_step() {
+fn beyond_the_horizon_a_fabricated_motion_fails_at_its_first_step() {
     let case = chaotic();
     let frozen = |last: &State, _: &State| last.clone();
     let mirrored =
@@ -263,7 +263,7 @@ fn beyond_the_horizon_a_motion_that_is_no_simulation_fails_at_its_first_step() {
 }
 
 #[test]
-fn without_velocities_energy_that_is_gained_beyond_the_horizon_fails() {
+fn without_velocities_energy_gain_beyond_the_horizon_fails() {
     let case = chaotic();
     let faster = |_: &State, right: &State| each(right, |_, value| 1.5 * value);
     let run = Replaced { has_velocities: false, ..Replaced::new(&case.scene, 1900, faster) };
@@ -297,7 +297,7 @@ impl StateSource for Styled {
 }
 
 #[test]
-fn beyond_the_horizon_steps_of_correct_programs_pass_however_they_compute_and_print() {
+fn beyond_the_horizon_every_correct_program_passes() {
     let case = chaotic();
     let scene = &case.scene;
     for number in 0..16 {

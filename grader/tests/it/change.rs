@@ -6,10 +6,10 @@ use reference::change::expression::{Direction, Inputs};
 use reference::change::rounds::{is_of_rounds, of_rounds};
 use reference::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use reference::method::Method;
-use simulator::scene::Scene;
-use simulator::scene::schema::MAX_PARAMETERS;
+use scene::Scene;
+use scene::schema::MAX_PARAMETERS;
+use scene::trace::State;
 use simulator::simulation::Simulation;
-use simulator::trace::State;
 use test_support::suite;
 
 /// Whether the first step of the scene with a change satisfies its own equation; `None` where there is no such step.
@@ -102,7 +102,7 @@ fn distance(a: &State, b: &State) -> f64 {
 }
 
 #[test]
-fn steps_of_rounds_are_those_of_the_simulator() {
+fn second_stepper_matches_local_global_rounds() {
     let (mut pinned, mut eliminated, mut stopped) = (0, 0, 0);
     for case in suite().cases.iter().filter(|case| is_of_rounds(&case.scene)) {
         let scene = &case.scene;
@@ -136,7 +136,7 @@ fn steps_of_rounds_are_those_of_the_simulator() {
 }
 
 #[test]
-fn changes_of_a_task_that_show_at_all_differ_from_the_right_steps_of_some_scene() {
+fn visible_changes_of_a_task_differ_on_some_scene() {
     let scenes: Vec<Scene> = suite()
         .cases
         .iter()

@@ -8,7 +8,7 @@ use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
-use simulator::scene::ParseOptions;
+use scene::ParseOptions;
 use simulator::solver::linear::LinearSolver;
 
 /// The folder of the course's data, if it is available.

@@ -1,8 +1,8 @@
 //! Steps that are redone from the states of a trace.
 
 use grader::diagnosis;
+use scene::trace::State;
 use simulator::simulation::Simulation;
-use simulator::trace::State;
 use test_support::suite;
 
 /// Which steps of a scene's own trace are wrong, after a change of one of its states.
@@ -28,7 +28,7 @@ fn wrong(scene: &str, changed: Option<usize>) -> Vec<[u64; 2]> {
 }
 
 #[test]
-fn a_wrong_state_makes_those_steps_wrong_that_use_it() {
+fn wrong_state_spoils_only_steps_that_use_it() {
     let [one_step, two_step] =
         ["HigherOrder/swinging-triangle-midpoint", "HigherOrder/swinging-triangle-bdf2"];
     for scene in [one_step, two_step] {

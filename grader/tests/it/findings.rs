@@ -9,8 +9,8 @@ use grader::submission::StateSource;
 use grader::verdict::{Failure, Verdict};
 use reference::change::candidates;
 use reference::change::{Change, Model, Term};
-use simulator::scene::Scene;
-use simulator::trace::State;
+use scene::Scene;
+use scene::trace::State;
 use test_support::{root, suite};
 
 /// Scenes of more particles are left out: a model solves dense systems.
@@ -129,7 +129,7 @@ fn states_that_are_written_late_are_a_fault_of_the_output() {
 }
 
 #[test]
-fn scenes_in_which_two_mistakes_act_are_evidence_of_both() {
+fn scenes_with_two_mistakes_count_as_evidence_for_both() {
     let words = ["dragdamping is multiplied by the mass", "simplegravity has the wrong sign"];
     let found = findings(&words.map(candidate), |states| states);
     let suite = suite();
@@ -147,7 +147,7 @@ fn scenes_in_which_two_mistakes_act_are_evidence_of_both() {
 }
 
 #[test]
-fn numbers_that_are_read_in_single_precision_are_not_those_of_the_output() {
+fn single_precision_input_is_distinguished_from_rounded_output() {
     let read_so = |states: Vec<State>| {
         let mut read = states.clone();
         let State { positions, velocities, .. } = &mut read[0];

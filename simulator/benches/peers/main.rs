@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
-use simulator::output::OutputFile;
+use scene::output::OutputFile;
 
 use crate::limits::Limits;
 use crate::method::METHODS;

@@ -4,9 +4,9 @@ use std::env;
 use std::process::Command;
 use std::time::Instant;
 
+use scene::Scene;
 use simulator::force::{Block, Coupling, Degenerate, JacobianSink};
 use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
-use simulator::scene::Scene;
 use simulator::simulation::Simulation;
 use simulator::sizes::PARALLEL;
 use simulator::statistics::Statistics;

@@ -5,8 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use simulator::scene::Scene;
-use simulator::trace::{self, Shape, State, TraceError, TraceFormat};
+use scene::Scene;
+use scene::trace::{self, Shape, State, TraceError, TraceFormat};
 use tempfile::TempDir;
 
 use crate::method::{

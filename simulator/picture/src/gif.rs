@@ -8,9 +8,6 @@ use std::ops::Range;
 
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
-/// Samples of NeuQuant: every pixel (1) to every thirtieth.
-const SPEED: i32 = 1;
-
 /// Writes an animation, frame by frame.
 pub struct GifWriter<W: Write> {
     encoder: Encoder<W>,
@@ -65,7 +62,7 @@ impl<W: Write> GifWriter<W> {
             top: short(rows.start),
             delay: u16::try_from(delay).unwrap_or(u16::MAX),
             dispose: DisposalMethod::Keep,
-            ..Frame::from_rgba_speed(part_width, part_height, &mut part, SPEED)
+            ..Frame::from_rgba(part_width, part_height, &mut part)
         };
         self.last.clear();
         self.last.extend_from_slice(pixels);

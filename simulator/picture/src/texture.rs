@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_no_picture_are_an_error() {
+    fn non_picture_bytes_are_refused() {
         let mut file = Canvas::new(3, 3, [9; 3]).png().unwrap();
         assert!(Texture::from_png(b"flag.png").is_err());
         file.truncate(file.len() - 20);

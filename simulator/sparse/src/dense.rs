@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn an_indefinite_matrix_is_told_and_solved() {
+    fn indefinite_matrix_is_reported_and_solved() {
         let (error, statistics) = solve_chain(10, 0.5, DenseMethod::Cholesky);
         assert!(error < 1e-13, "{error}");
         assert_eq!((statistics.factorisations, statistics.indefinite), (2, 1));
@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unsymmetric_matrix_is_not_taken_for_its_transpose() {
+    fn unsymmetric_matrix_is_not_transposed() {
         for method in [DenseMethod::CompletePivoting, DenseMethod::Lu] {
             let (x, _) = solve(&[&[0.0, 2.0], &[1.0, 1.0]], method, &[4.0, 3.0]);
             assert_eq!(x.unwrap(), [1.0, 2.0]);
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_refused() {
+    fn non_finite_matrix_is_refused() {
         let (x, _) = solve(&[&[f64::NAN]], DenseMethod::Cholesky, &[1.0]);
         assert_eq!(x, Err(LinearError::NotFinite { size: 1 }));
     }

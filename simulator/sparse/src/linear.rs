@@ -499,7 +499,7 @@ mod tests {
     }
 
     #[test]
-    fn each_part_gets_what_it_needs() {
+    fn each_component_gets_the_cheapest_solver() {
         let one_sided = Link { blocks: [5, 6], symmetric: false };
         let mut links = vec![link(1, 2), link(3, 3), one_sided, link(6, 7), link(7, 4)];
         links.extend((8..11).map(|block| link(block, block + 1)));
@@ -519,7 +519,7 @@ mod tests {
     }
 
     #[test]
-    fn the_solution_lands_where_the_blocks_are() {
+    fn solution_is_scattered_to_its_blocks() {
         // Blocks 0 and 2 coupled, block 1 alone.
         let mut matrix = BlockMatrix::<2>::new(3, &[link(0, 2)], LinearSolver::Auto);
         for block in 0..3 {
@@ -537,7 +537,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_lands_by_its_slot_where_four_blocks_land_by_looking_up() {
+    fn pair_slots_equal_block_lookup() {
         let mut links: Vec<Link> = (0..9).map(|block| link(block, block + 1)).collect();
         links.extend([link(0, 5), link(2, 9), link(10, 11)]);
         for (symmetric, choice) in [true, false].into_iter().flat_map(|symmetric| {
@@ -610,7 +610,7 @@ mod tests {
     }
 
     #[test]
-    fn every_storage_shows_the_same_matrix() {
+    fn every_storage_holds_the_same_matrix() {
         for symmetric in [true, false] {
             let mut links: Vec<Link> = (0..5).map(|block| link(block, block + 1)).collect();
             links.iter_mut().for_each(|link| link.symmetric = symmetric);

@@ -59,7 +59,7 @@ define_sizes! {
     MAX_DENSE_BLOCKS: usize = 16, Rounding, "dense_gives_way_to_sparse_by_size",
         "particles up to which an unsymmetric component is solved by dense LU",
         "pivoting by rows costs little there: a damped chain of 16 takes 0.03 ms a step, and 0.01 by the sparse factor, which does not pivot";
-    MAX_DENSE_ROWS: usize = 2_000, Rounding, "what_no_sparse_factor_solves_is_dense_up_to_a_size",
+    MAX_DENSE_ROWS: usize = 2_000, Rounding, "dense_fallback_ends_at_a_size",
         "rows up to which a matrix is solved as a dense one where its sparse factor is not accurate enough",
         "it takes 64 MB with its factor, and 5 billion operations; a larger one is an error";
     MAX_UNORDERED_BLOCKS: usize = 4, Rounding, "small_matrices_keep_the_order_of_the_file",
@@ -92,7 +92,7 @@ define_sizes! {
     BLOCK: usize = 3, Bits, "fronts_of_every_small_size_have_the_same_bits",
         "chunks of rows that a panel is eliminated from at a time",
         "3 by 8 vectors of sums fill 24 of the 32 registers of AVX-512";
-    WORTHWHILE: u64 = 4, Rounding, "the_old_factor_is_tried_from_a_cost_on",
+    WORTHWHILE: u64 = 4, Rounding, "lagged_factor_is_tried_above_a_cost",
         "iterations for the cost of a factorisation from which on an old factor is tried as a preconditioner",
         "a solution takes one to three: below four there is nothing to gain";
 }

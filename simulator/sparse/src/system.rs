@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_with_zeros_on_their_diagonals_are_no_harm() {
+    fn zero_diagonals_within_blocks_are_solved() {
         // Every diagonal block is (0 1; 1 0), and no scalar can be eliminated first.
         let couplings = net(4);
         let mut both = Both::<2>::new(16, &couplings, true);
@@ -401,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn tiny_diagonal_blocks_are_told_and_given_to_a_method_that_pivots() {
+    fn tiny_diagonal_blocks_are_reported_and_pivoted() {
         let couplings = net(5);
         for tiny in [0.0, 1e-13] {
             let mut both = Both::<2>::new(25, &couplings, true);
@@ -433,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn another_right_hand_side_needs_no_other_factorisation() {
+    fn further_right_hand_sides_reuse_the_factorisation() {
         for (symmetric, weight) in [(true, 5.0), (true, 0.5), (false, 3.0)] {
             let mut both = Both::<3>::random(6, symmetric, weight, 9);
             let (_, mut statistics) = both.compare();
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unsymmetric_system_is_not_taken_for_a_symmetric_one() {
+    fn unsymmetric_system_is_not_solved_as_symmetric() {
         let (difference, statistics) = Both::<2>::random(7, false, 3.0, 3).compare();
         assert!(difference < 1e-12, "{difference}");
         assert_eq!((statistics.factorisations, statistics.indefinite), (1, 0));
@@ -505,7 +505,7 @@ mod tests {
     }
 
     #[test]
-    fn an_old_factor_gives_what_a_new_one_would() {
+    fn lagged_factor_reaches_the_same_solution() {
         const SIDE: usize = 64;
         let mut system = SparseSystem::<2>::new(SIDE * SIDE, &net(SIDE), true);
         let mut statistics = LinearStatistics::default();
@@ -525,7 +525,7 @@ mod tests {
     }
 
     #[test]
-    fn the_old_factor_is_tried_from_a_cost_on() {
+    fn lagged_factor_is_tried_above_a_cost() {
         let budget = |side| {
             let system = SparseSystem::<2>::new(side * side, &net(side), true);
             Direct::new(&system.matrix).unwrap().lagged.budget()
@@ -551,7 +551,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_sparse_factor_solves_is_dense_up_to_a_size() {
+    fn dense_fallback_ends_at_a_size() {
         // A chain without diagonal blocks has no first pivot. Of an even number of blocks, it is regular.
         let solve = |n_blocks: usize| {
             let couplings: Vec<[usize; 2]> = (1..n_blocks).map(|i| [i - 1, i]).collect();
@@ -571,7 +571,7 @@ mod tests {
     }
 
     #[test]
-    fn an_old_factor_that_does_not_serve_is_left_alone() {
+    fn useless_lagged_factor_is_abandoned() {
         const SIDE: usize = 64;
         let mut system = SparseSystem::<2>::new(SIDE * SIDE, &net(SIDE), true);
         let mut statistics = LinearStatistics::default();
@@ -598,7 +598,7 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_system_is_an_error_and_not_an_answer() {
+    fn singular_system_is_an_error() {
         let mut system = SparseSystem::<2>::new(49, &net(7), true);
         for block in 1..49 {
             system.add_diagonal(block, 2.0);

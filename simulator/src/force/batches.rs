@@ -461,7 +461,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nets_are_runs() {
+    fn nets_are_batched_into_runs() {
         // Rows, columns and both diagonals of a net of 30 by 30 particles.
         let particle = |row: u32, column: u32| row * 30 + column;
         let mut pairs = Vec::new();
@@ -490,7 +490,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_begin_and_end_at_their_sizes() {
+    fn runs_respect_minimum_and_maximum_sizes() {
         // So many repeats of a pattern, in rows of 20 between which particles are skipped.
         let batches = |repeats: u32, period: u32, advance: u32| {
             let first = |repeat: u32| repeat + repeat / 20 * (advance - 1);

@@ -11,8 +11,8 @@ use std::ops::Range;
 
 use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
 use super::{add_to, vector_of};
-use crate::scene::Scene;
-use crate::scene::schema::{
+use scene::Scene;
+use scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
 };
 

@@ -28,8 +28,8 @@ use std::ops::Range;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::scene::schema::ForceSchema;
-use crate::scene::{ForceElement, Scene};
+use scene::schema::ForceSchema;
+use scene::{ForceElement, Scene};
 
 mod batches;
 mod pair;

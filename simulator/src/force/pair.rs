@@ -17,7 +17,7 @@ use pulp::Simd;
 use super::batches::{Batches, Relative};
 use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
 use crate::parts::Parts;
-use crate::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 /// The law of one element.
 pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
@@ -328,9 +328,9 @@ mod tests {
     use super::super::REGISTRY;
     use super::super::spring::Springs;
     use super::*;
-    use crate::scene::{ParseOptions, xml};
     use crate::sizes::{BATCH, LANES, MAX_ADVANCE, MAX_PERIOD, MIN_REPEATS};
     use crate::vocabulary;
+    use scene::{ParseOptions, xml};
 
     const PARTICLES: usize = 200;
 
@@ -467,7 +467,7 @@ mod tests {
 
     fn coordinates<const D: usize>(
         scene: &Scene,
-        of: fn(&crate::scene::Particle) -> [f64; 3],
+        of: fn(&scene::Particle) -> [f64; 3],
     ) -> Vec<f64> {
         scene.particles.iter().flat_map(|particle| of(particle).into_iter().take(D)).collect()
     }
@@ -554,7 +554,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_between_two_particles_in_one_place_is_no_harm() {
+    fn missing_spring_between_coincident_particles_is_harmless() {
         let mut rng = fastrand::Rng::with_seed(7);
         let row =
             (0..PARTICLES - 1).filter(|first| first % 20 != 7).map(|first| [first, first + 1]);
@@ -572,7 +572,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_spring_without_a_direction_is_told() {
+    fn first_spring_without_a_direction_is_named() {
         let mut rng = fastrand::Rng::with_seed(5);
         let mut scene = scene(&mut rng, 2, 0.0, 0.0);
         let [i, j] = scene.forces[300].pair.unwrap();

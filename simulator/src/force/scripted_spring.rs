@@ -13,10 +13,10 @@
 use super::pair::{PairForce, PairLaw};
 use super::spring::Spring;
 use super::{Block, Force, ForceKind, Numbered, Vector};
-use crate::scene::schema::{
+use scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
 };
-use crate::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -108,8 +108,8 @@ impl<const D: usize> PairLaw<D> for ScriptedSpring {
 #[cfg(test)]
 mod tests {
     use crate::force::{Block, Force, JacobianSink, Numbered, REGISTRY, State};
-    use crate::scene::{ParseOptions, Scene, xml};
     use crate::vocabulary;
+    use scene::{ParseOptions, Scene, xml};
 
     /// A chain with springs of these elements, long enough for vectors.
     fn chain(spring: impl Fn(usize) -> String) -> Scene {
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn at_each_time_it_is_the_spring_of_that_rest_length() {
+    fn scripted_spring_equals_spring_of_current_rest_length() {
         let scripted = chain(|i| {
             let k = 1 + i;
             format!(r#"<scriptedspringforce edge="{i}" k="{k}" l0="0.5" l1="2" t1="4"/>"#)

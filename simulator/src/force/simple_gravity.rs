@@ -9,8 +9,8 @@
 
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
-use crate::scene::Scene;
-use crate::scene::schema::{ActsOn, ForceSchema, Masses};
+use scene::Scene;
+use scene::schema::{ActsOn, ForceSchema, Masses};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {

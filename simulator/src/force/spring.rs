@@ -20,10 +20,10 @@ use super::batches::{Relative, load, store};
 use super::pair::{PairForce, PairLaw, PairLaws, Undefined, one_by_one};
 use super::reciprocal::reciprocal;
 use super::{Block, Force, ForceKind, Numbered, Vector};
-use crate::scene::schema::{
+use scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
 };
-use crate::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::{Degenerate, Force, Numbered, State, Vector, add_to, vector_of};
-use crate::scene::schema::{Dependence, ParameterSchema, PartSchema, Potential};
+use scene::schema::{Dependence, ParameterSchema, PartSchema, Potential};
 
 /// What the vector of a uniform force is multiplied by on each particle.
 #[derive(Clone, Copy)]

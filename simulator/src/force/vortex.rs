@@ -16,8 +16,8 @@
 
 use super::pair::{PairForce, PairLaw};
 use super::{Block, Force, ForceKind, Numbered, Vector};
-use crate::scene::Scene;
-use crate::scene::schema::{
+use scene::Scene;
+use scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
 };
 

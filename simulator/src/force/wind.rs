@@ -20,8 +20,8 @@ use libm::{cos, sin};
 
 use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
 use super::{Vector, add_to};
-use crate::scene::Scene;
-use crate::scene::schema::{
+use scene::Scene;
+use scene::schema::{
     ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
 };
 
@@ -135,9 +135,9 @@ impl<const D: usize> Force<D> for Wind {
 #[cfg(test)]
 mod tests {
     use crate::force::ForceKind;
-    use crate::scene::{ParseOptions, xml};
     use crate::system::{BuildForce, System};
     use crate::vocabulary;
+    use scene::{ParseOptions, xml};
 
     const SCENE: &str = r#"<scene>
         <duration time="1"/><integrator type="symplectic-euler" dt="0.1"/>
@@ -148,7 +148,7 @@ mod tests {
         <windforce strength="0.5"/>
     </scene>"#;
 
-    fn scene(text: &str) -> crate::scene::Scene {
+    fn scene(text: &str) -> scene::Scene {
         xml::parse(text, "wind.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
     }
 
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn it_depends_on_time_and_on_where_a_particle_is() {
+    fn wind_depends_on_time_and_initial_position() {
         // The box at the start is 2 × 1 × 2, and its diagonal 3: where the particles are by now does not change it.
         let positions = [4.0, 9.0, 8.0, -0.5, 7.0, 1.0, 2.0, 2.0, 2.0];
         let force = force_at::<3>(SCENE, &positions, 0.75);
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_particle_feels_the_time_alone() {
+    fn wind_on_one_particle_depends_on_time_alone() {
         let single = r#"<scene><duration time="1"/><integrator type="implicit" dt="0.1"/>
             <particle m="1" px="4" py="0" pz="0" vx="0" vy="0" fixed="0"/>
             <windforce strength="1.5"/></scene>"#;

@@ -19,8 +19,8 @@ use clap::Args;
 use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
-use crate::scene::schema::Domain;
-use crate::scene::{Dimension, Scene};
+use scene::schema::Domain;
+use scene::{Dimension, Scene};
 
 /// A clamped beam, in three dimensions.
 #[derive(Debug, Clone, PartialEq, Args)]

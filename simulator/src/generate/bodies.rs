@@ -30,8 +30,8 @@ use super::error::{GenerateErrorKind, check, count};
 use super::random::Random;
 use super::timeline::round_down;
 use super::{GenerateError, Generator, Size, Springs, Timeline};
-use crate::scene::schema::Domain;
-use crate::scene::{Dimension, Particle, Scene};
+use scene::schema::Domain;
+use scene::{Dimension, Particle, Scene};
 
 /// Random bodies that attract each other.
 #[derive(Debug, Clone, PartialEq, Args)]

@@ -2,11 +2,9 @@
 
 use super::error::{GenerateErrorKind, check};
 use super::{MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
-use crate::scene::schema::{Domain, ForceSchema, MAX_PARAMETERS};
-use crate::scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Scene, Viewport,
-};
 use crate::vocabulary;
+use scene::schema::{Domain, ForceSchema, MAX_PARAMETERS};
+use scene::{Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Scene, Viewport};
 
 /// A scene under construction.
 pub(super) struct SceneBuilder {

@@ -21,8 +21,8 @@ use clap::Args;
 use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
-use crate::scene::schema::Domain;
-use crate::scene::{Dimension, Scene};
+use scene::schema::Domain;
+use scene::{Dimension, Scene};
 
 /// A hanging cloth.
 #[derive(Debug, Clone, PartialEq, Args)]

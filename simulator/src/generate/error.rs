@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::{MAX_PAIRS, MAX_PARTICLES};
-use crate::scene::MAX_STEPS;
-use crate::scene::schema::{Domain, Refusal};
+use scene::MAX_STEPS;
+use scene::schema::{Domain, Refusal};
 
 /// Invalid options of a generator.
 ///

@@ -51,7 +51,7 @@ pub use net::Net;
 pub use ring::Ring;
 pub use timeline::{Timeline, parse_integrator, parse_option};
 
-use crate::scene::Scene;
+use scene::Scene;
 
 /// The most particles a generated scene has.
 pub const MAX_PARTICLES: u64 = 1 << 20;

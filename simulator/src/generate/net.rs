@@ -19,8 +19,8 @@ use clap::Args;
 use super::builder::{SceneBuilder, particle};
 use super::error::{check, count};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
-use crate::scene::schema::Domain;
-use crate::scene::{Color, Dimension, Scene, Viewport};
+use scene::schema::Domain;
+use scene::{Color, Dimension, Scene, Viewport};
 
 /// A square net.
 #[derive(Debug, Clone, PartialEq, Args)]

@@ -18,8 +18,8 @@ use clap::Args;
 use super::builder::{SceneBuilder, particle, round_decimals};
 use super::error::{check, count};
 use super::{GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
-use crate::scene::schema::Domain;
-use crate::scene::{Dimension, Scene};
+use scene::schema::Domain;
+use scene::{Dimension, Scene};
 
 /// A ring, or a wheel.
 #[derive(Debug, Clone, PartialEq, Args)]

@@ -15,9 +15,9 @@
 use clap::Args;
 
 use super::error::{GenerateErrorKind, check};
-use crate::scene::schema::{Domain, Family, IntegratorOptions, IntegratorSchema, OptionError};
-use crate::scene::{MAX_STEPS, Scene, step_count};
 use crate::vocabulary;
+use scene::schema::{Domain, Family, IntegratorOptions, IntegratorSchema, OptionError};
+use scene::{MAX_STEPS, Scene, step_count};
 
 /// Integrator, time step and duration of a generated scene.
 #[derive(Debug, Clone, PartialEq, Args)]

@@ -20,11 +20,11 @@ use sparse::linear::LinearSolver;
 
 use super::implicit_euler::{ImplicitEuler, NEWTON};
 use super::{Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError};
-use crate::scene::Scene;
-use crate::scene::schema::{
+use crate::system::System;
+use scene::Scene;
+use scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {

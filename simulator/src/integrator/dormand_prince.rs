@@ -18,12 +18,12 @@
 use sparse::linear::LinearSolver;
 
 use super::{Integrator, IntegratorKind, Interrupt, Step, StepError, drift, kick};
-use crate::scene::Scene;
-use crate::scene::schema::{
+use crate::system::System;
+use scene::Scene;
+use scene::schema::{
     AccuracySetting, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
     OptionSchema, OptionText, Order, StepEquation, refuses_nothing,
 };
-use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {

@@ -105,9 +105,9 @@ impl<const D: usize, const SYMPLECTIC: bool> Integrator<D> for Euler<SYMPLECTIC>
 mod tests {
     use std::fmt::Write;
 
-    use crate::scene::{ParseOptions, xml};
     use crate::simulation::{FailureKind, Simulation};
     use crate::vocabulary;
+    use scene::{ParseOptions, xml};
 
     /// The first number of an end that is not finite, where particle `far` flies off.
     fn not_finite(integrator: &str, far: usize) -> Option<FailureKind> {
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn every_number_that_is_not_finite_is_seen() {
+    fn non_finite_numbers_are_detected() {
         for integrator in ["explicit-euler", "symplectic-euler"] {
             for far in 0..21 {
                 let expected =

@@ -19,15 +19,15 @@ use super::record::Recording;
 use super::{
     Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError, drift,
 };
-use crate::scene::Scene;
-use crate::scene::schema::{
-    Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
-};
 use crate::solver::line_search::backtrack_residual;
 use crate::solver::newton::{Equations, NewtonError, NewtonOptions, newton};
 use crate::solver::psd::Projection;
 use crate::statistics::Statistics;
 use crate::system::System;
+use scene::Scene;
+use scene::schema::{
+    Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
+};
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {

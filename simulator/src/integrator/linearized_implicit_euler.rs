@@ -10,11 +10,11 @@ use sparse::linear::LinearSolver;
 
 use super::backward::{Linearisation, Point};
 use super::{Integrator, IntegratorKind, Observer, Step, StepError, drift};
-use crate::scene::Scene;
-use crate::scene::schema::{
+use crate::system::System;
+use scene::Scene;
+use scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {

@@ -6,18 +6,18 @@
 //! # Adding an integrator
 //!
 //! docs/adding-an-integrator.md walks through an example: a new file with an [`IntegratorKind`], a line in
-//! [`REGISTRY`], its [`StepEquation`](crate::scene::schema::StepEquation), that equation a second time in the grader's
+//! [`REGISTRY`], its [`StepEquation`](scene::schema::StepEquation), that equation a second time in the grader's
 //! `reference` crate, and a scene. All else derives from the facts of its [`IntegratorSchema`].
 
 use sparse::LinearError;
 use sparse::linear::LinearSolver;
 
 use crate::force::Degenerate;
-use crate::scene::Scene;
-use crate::scene::schema::IntegratorSchema;
 use crate::statistics::Statistics;
 use crate::system::System;
-use crate::trace::State;
+use scene::Scene;
+use scene::schema::IntegratorSchema;
+use scene::trace::State;
 
 mod backward;
 mod euler;

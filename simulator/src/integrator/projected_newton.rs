@@ -38,14 +38,14 @@ use super::{
     Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError, drift,
 };
 use crate::force::Degenerate;
-use crate::scene::schema::{
-    AccuracySetting, Convergence, Domain, Family, IntegratorOptions, IntegratorSchema, Matrix,
-    OptionKind, OptionSchema, OptionText, Order, Refusal, StepEquation,
-};
-use crate::scene::{ForceElement, Scene};
 use crate::solver::line_search::{Objective, backtrack};
 use crate::solver::psd::Projection;
 use crate::system::System;
+use scene::schema::{
+    AccuracySetting, Convergence, Domain, Family, IntegratorOptions, IntegratorSchema, Matrix,
+    OptionKind, OptionSchema, OptionText, Order, Refusal, StepEquation,
+};
+use scene::{ForceElement, Scene};
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {

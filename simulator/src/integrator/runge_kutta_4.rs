@@ -16,11 +16,11 @@
 use sparse::linear::LinearSolver;
 
 use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
-use crate::scene::Scene;
-use crate::scene::schema::{
+use crate::system::System;
+use scene::Scene;
+use scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::system::System;
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {

@@ -17,11 +17,11 @@
 use sparse::linear::LinearSolver;
 
 use super::{Integrator, IntegratorKind, Step, StepError, drift, kick};
-use crate::scene::schema::{
+use crate::system::System;
+use scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
-use crate::scene::{ForceElement, Scene};
-use crate::system::System;
+use scene::{ForceElement, Scene};
 
 pub(super) static KIND: IntegratorKind = IntegratorKind {
     schema: IntegratorSchema {

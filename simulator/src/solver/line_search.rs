@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_value_is_rounding_the_slope_decides() {
+    fn slope_decides_if_values_differ_by_rounding() {
         // 1e16 swallows the parabola, and the step overshoots the minimum by a little.
         let offset = 1e16;
         let mut objective = Parabola { x: 0.0, p: 1.5, offset, slopes: 0 };
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_that_ascends_is_told() {
+    fn ascent_direction_is_reported() {
         let objective = Parabola { x: 0.0, p: -1.0, offset: 0.0, slopes: 0 };
         assert_eq!(search(objective).0, None);
     }

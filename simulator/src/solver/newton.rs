@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn says_that_it_did_not_converge() {
+    fn newton_reports_lack_of_convergence() {
         let mut walk = |_: &[f64], delta: &mut [f64]| {
             delta[0] = 0.5;
             Ok::<(), ()>(())
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_at_once_where_the_update_is_not_finite() {
+    fn newton_stops_at_a_non_finite_update() {
         let mut fall = |_: &[f64], delta: &mut [f64]| {
             delta[0] = f64::INFINITY;
             Ok::<(), ()>(())
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn says_that_rounding_is_in_the_way() {
+    fn newton_reports_stagnation_by_rounding() {
         // A root near 1e8 cannot be approached by steps of less than 1e-8.
         let mut sign = 1.0;
         let mut tremble = |_: &[f64], delta: &mut [f64]| {

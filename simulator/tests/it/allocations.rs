@@ -3,12 +3,12 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use scene::Scene;
+use scene::schema::IntegratorOptions;
 use simulator::generate::{
     Beam, Bodies, Chain, Cloth, Generator, Net, Ring, SpringLaw, Springs, Timeline,
 };
 use simulator::integrator::REGISTRY;
-use simulator::scene::Scene;
-use simulator::scene::schema::IntegratorOptions;
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 

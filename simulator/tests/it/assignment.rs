@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, MatrixXx3};
+use scene::{ParseOptions, load};
 use serde_json::Value;
-use simulator::scene::{ParseOptions, load};
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 
@@ -206,7 +206,7 @@ fn voronoi_areas(vertices: &[Point], faces: &[Vec<usize>]) -> Vec<f64> {
     clippy::print_stderr,
     reason = "a skipped test says why, and a passed one how far it is from failing"
 )]
-fn the_assignments_scenes_move_as_the_assignments_algorithm_moves_them() {
+fn assignment_scenes_match_the_assignments_algorithm() {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/jacobson");
     let folder = std::env::var_os("SPRING_ORACLE_JACOBSON").map_or(beside, PathBuf::from);
     let Ok(entries) = fs::read_dir(&folder) else {

@@ -3,7 +3,7 @@
 
 use crate::support::largest_difference;
 use crate::support::local_global::Assignment;
-use simulator::scene::{Overrides, ParseOptions, Scene, xml};
+use scene::{Overrides, ParseOptions, Scene, xml};
 use simulator::simulation::{FailureKind, Simulation};
 use simulator::statistics::Statistics;
 use simulator::vocabulary;
@@ -105,7 +105,7 @@ fn failure(scene: &Scene) -> FailureKind {
 }
 
 #[test]
-fn it_is_the_assignment_dense_and_sparse() {
+fn fast_mass_spring_matches_the_assignment_dense_and_sparse() {
     for (name, elements) in problems() {
         for matrix in ["dense", "sparse"] {
             let options = [("pins", "penalty"), ("matrix", matrix)];
@@ -124,7 +124,7 @@ fn it_is_the_assignment_dense_and_sparse() {
 }
 
 #[test]
-fn a_few_rounds_are_the_same_few_rounds() {
+fn few_rounds_match_the_assignment() {
     for (name, elements) in problems() {
         for rounds in [1, 2, 3] {
             let iterations = rounds.to_string();
@@ -180,14 +180,13 @@ fn a_pin_keeps_the_velocity_that_its_scene_gives_it() {
 }
 
 #[test]
-fn rounds_without_end_lead_to_implicit_eulers_step() {
+fn many_rounds_converge_to_implicit_euler() {
     for (name, elements) in problems() {
         let options = [("iterations", "20000"), ("tolerance", "1e-12")];
         let converged = scene(&elements, 0.01, 10, &options);
         let mut newton = converged.clone();
         newton.integrator = vocabulary().integrator("implicit-euler").unwrap();
-        newton.integrator_options =
-            simulator::scene::schema::IntegratorOptions::defaults(newton.integrator);
+        newton.integrator_options = scene::schema::IntegratorOptions::defaults(newton.integrator);
         let difference = largest_difference(&end(&converged), &end(&newton));
         assert!(difference < 1e-9, "{name}: {difference:e}");
     }
@@ -259,7 +258,7 @@ fn the_number_of_rounds_is_what_was_asked_for() {
 }
 
 #[test]
-fn a_tolerance_ends_the_rounds_early_or_is_missed_openly() {
+fn tolerance_ends_rounds_early_or_is_reported_missed() {
     let with = |iterations, tolerance| {
         let options = [("iterations", iterations), ("tolerance", tolerance)];
         run(&scene(&chain(2), 0.01, 5, &options)).1
@@ -275,7 +274,7 @@ fn a_tolerance_ends_the_rounds_early_or_is_missed_openly() {
 
 /// The distance of each coordinate from the minimiser after some rounds of one step, and what the statistics say of it.
 #[test]
-fn the_statistics_say_how_far_the_rounds_are_from_the_minimiser() {
+fn statistics_report_distance_from_the_minimiser() {
     let elements = net(3, true).replace("k=\"300\"", "k=\"30000\"");
     let after = |rounds: usize| {
         let iterations = rounds.to_string();
@@ -303,7 +302,7 @@ fn the_statistics_say_how_far_the_rounds_are_from_the_minimiser() {
 }
 
 #[test]
-fn the_end_of_the_rounds_is_that_of_the_worst_step_and_needs_two_rounds_for_a_distance() {
+fn statistics_report_the_worst_step_after_two_rounds() {
     // Springs of rest length zero: the first round is the minimiser.
     let linear = chain(2).replace("l0=\"0.95\"", "l0=\"0\"");
     let exact = run(&scene(&linear, 0.01, 3, &[("iterations", "3")])).1.rounds_end;
@@ -356,7 +355,7 @@ fn a_spring_without_a_direction_is_named() {
 }
 
 #[test]
-fn springs_between_fixed_particles_count_for_nothing() {
+fn springs_between_fixed_particles_have_no_effect() {
     let extra = chain(2) + &spring(9, [0, 9], 1e9, 1.0);
     let [plain, extra] = [chain(2), extra].map(|elements| {
         let (states, statistics) = run(&scene(&elements, 0.01, 20, &[]));
@@ -384,7 +383,7 @@ fn scenes_without_springs_or_without_unknowns_are_solved_too() {
 }
 
 #[test]
-fn a_matrix_without_digits_is_an_error_and_not_an_answer() {
+fn matrix_without_significant_digits_is_an_error() {
     for matrix in ["dense", "sparse"] {
         let elements = net(2, false).replace(r#"k="300""#, r#"k="1e30""#).replace(GRAVITY, "");
         match failure(&scene(&elements, 0.01, 1, &[("matrix", matrix)])) {

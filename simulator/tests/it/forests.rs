@@ -5,10 +5,10 @@ mod forest;
 
 use std::path::{Path, PathBuf};
 
-use simulator::generate::{Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Timeline};
-use simulator::scene::{
+use scene::{
     self, Dimension, ForceElement, Location, ParseOptions, Particle, Scene, find_scene_files,
 };
+use simulator::generate::{Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Timeline};
 use simulator::sizes::PARALLEL;
 use simulator::vocabulary;
 

@@ -20,21 +20,21 @@ fn try_seeds(target: &str, check: fn(&[u8])) {
 }
 
 #[test]
-fn scenes_in_xml() {
+fn xml_seeds_do_not_panic() {
     try_seeds("scene-xml", checks::scene_xml);
 }
 
 #[test]
-fn scenes_in_json() {
+fn json_seeds_do_not_panic() {
     try_seeds("scene-json", checks::scene_json);
 }
 
 #[test]
-fn traces_as_text() {
+fn csv_trace_seeds_do_not_panic() {
     try_seeds("trace-csv", checks::trace_csv);
 }
 
 #[test]
-fn traces_in_the_courses_format() {
+fn binary_trace_seeds_do_not_panic() {
     try_seeds("trace-fosssim", checks::trace_fosssim);
 }

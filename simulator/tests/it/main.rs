@@ -4,20 +4,12 @@
 
 mod allocations;
 mod assignment;
-mod bad_input;
-mod cli;
-mod course_frames;
 mod doubtful;
 mod fast_mass_spring;
-mod film;
 mod forests;
 mod fuzz_seeds;
-mod generate;
-mod iterations;
-mod json;
 mod memory;
 mod physics;
-mod plot;
 mod projected_newton;
 mod robust;
 mod scenes;
@@ -25,4 +17,3 @@ mod sizes;
 mod subnormal;
 mod support;
 mod threads;
-mod view;

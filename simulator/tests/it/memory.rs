@@ -3,10 +3,10 @@
 use std::io::{self, Read};
 use std::path::Path;
 
-use simulator::scene::{Dimension, ParseOptions, parse_bytes};
-use simulator::trace::csv::{self, CsvReader};
-use simulator::trace::fosssim::FosssimReader;
-use simulator::trace::{Shape, State, TraceReader};
+use scene::trace::csv::{self, CsvReader};
+use scene::trace::fosssim::FosssimReader;
+use scene::trace::{Shape, State, TraceReader};
+use scene::{Dimension, ParseOptions, parse_bytes};
 use simulator::vocabulary;
 
 /// How long the hostile traces are, in bytes: much more than a reader may hold.
@@ -50,7 +50,7 @@ fn exhaust<E>(reader: Result<impl TraceReader, E>, shape: Shape) {
 }
 
 #[test]
-fn what_hostile_input_makes_readers_hold_is_bounded() {
+fn reader_memory_is_bounded_on_hostile_input() {
     for shape in [
         Shape { dimension: Dimension::Two, n_particles: 1 },
         Shape { dimension: Dimension::Three, n_particles: 1000 },

@@ -1,14 +1,13 @@
 //! Fallbacks (`--robust`): they change failed steps and nothing else.
 
-use std::fs;
-
-use crate::support::{bits, parse, shipped_scenes, simulate, stderr};
+use crate::support::failing::{ONTO, flung};
+use crate::support::shared::{bits, parse, shipped_scenes};
+use scene::schema::{Convergence, IntegratorOptions};
+use scene::trace::State;
+use scene::{ParseOptions, Scene};
 use simulator::integrator::{self, Interrupt};
-use simulator::scene::schema::{Convergence, IntegratorOptions};
-use simulator::scene::{self, ParseOptions, Scene};
 use simulator::simulation::{FailureKind, Simulation, SimulationError, SimulationOptions};
 use simulator::statistics::Statistics;
-use simulator::trace::State;
 use simulator::vocabulary;
 
 const ROBUST: SimulationOptions = SimulationOptions {
@@ -16,43 +15,6 @@ const ROBUST: SimulationOptions = SimulationOptions {
     robust: true,
     watch_energy: false,
 };
-
-/// Four particles, flung at 30 m/s with every pair of five tied by a spring of its own stiffness: plain Newton runs
-/// in circles in the first step of 1 s. `b` is the springs' damping.
-fn flung(b: &str) -> String {
-    let particles = [
-        [0.0, 0.0, 0.0, 0.0],
-        [0.713, 0.179, -16.76, 28.54],
-        [1.191, 0.066, -16.61, 8.91],
-        [-0.42, 0.303, -10.73, 7.86],
-        [-1.765, -0.806, 28.07, 22.53],
-    ];
-    let springs = [
-        (1, 0, 340356),
-        (2, 0, 196142647),
-        (2, 1, 356302),
-        (3, 0, 497098166),
-        (3, 1, 52385440),
-        (3, 2, 1204651),
-        (4, 0, 182722),
-        (4, 1, 11026),
-        (4, 2, 247508143),
-        (4, 3, 15473),
-    ];
-    let mut text =
-        r#"<scene><duration time="3"/><integrator type="implicit-euler" dt="1"/>"#.to_owned();
-    for (idx, [x, y, vx, vy]) in particles.into_iter().enumerate() {
-        let fixed = u8::from(idx == 0);
-        text +=
-            &format!(r#"<particle m="1" px="{x}" py="{y}" vx="{vx}" vy="{vy}" fixed="{fixed}"/>"#);
-    }
-    for (edge, (i, j, k)) in springs.into_iter().enumerate() {
-        text += &format!(
-            r#"<edge i="{i}" j="{j}"/><springforce edge="{edge}" k="{k}" l0="1" b="{b}"/>"#
-        );
-    }
-    text + "</scene>"
-}
 
 type Run = (Vec<[Vec<u64>; 2]>, Statistics, Option<SimulationError>);
 
@@ -72,7 +34,7 @@ fn run(scene: &Scene, config: SimulationOptions) -> Run {
 }
 
 #[test]
-fn runs_without_failures_are_the_same_bits() {
+fn fallbacks_do_not_change_successful_runs() {
     let mut count = 0;
     for path in shipped_scenes() {
         let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
@@ -132,7 +94,7 @@ fn forces(scene: &Scene, x: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn forces_without_an_energy_are_rescued_too() {
+fn fallbacks_rescue_forces_without_energy() {
     let scene = parse(&flung("3"));
     assert!(run(&scene, SimulationOptions::default()).2.is_some());
     let (_, statistics, failure) = run(&scene, ROBUST);
@@ -140,14 +102,8 @@ fn forces_without_an_energy_are_rescued_too() {
     assert!(statistics.fallback.steps() > 0);
 }
 
-/// A particle that the first step's guess `q + h v` puts onto the end of its spring.
-const ONTO: &str = r#"<scene><duration time="1"/><integrator type="linearized-implicit-euler" dt="0.5"/>
-    <particle m="1" px="0" py="0" vx="0" vy="0" fixed="1"/>
-    <particle m="1" px="0.5" py="0" vx="-1" vy="0" fixed="0"/>
-    <edge i="0" j="1"/><springforce edge="0" k="1" l0="1"/></scene>"#;
-
 #[test]
-fn smaller_steps_are_the_method_at_that_step() {
+fn substeps_equal_the_method_at_the_smaller_step() {
     let scene = parse(ONTO);
     let (_, _, failure) = run(&scene, SimulationOptions::default());
     assert!(matches!(failure.unwrap().kind, FailureKind::Coincident { .. }));
@@ -160,7 +116,7 @@ fn smaller_steps_are_the_method_at_that_step() {
 }
 
 #[test]
-fn a_two_step_method_goes_on_from_whole_steps_after_smaller_ones() {
+fn two_step_method_resumes_from_whole_steps() {
     let mut scene = parse(&flung("3"));
     (scene.integrator, scene.duration) = (vocabulary().integrator("bdf2").unwrap(), 40.0);
     let mut robust = Simulation::with_options(&scene, ROBUST);
@@ -202,37 +158,12 @@ fn a_two_step_method_goes_on_from_whole_steps_after_smaller_ones() {
 }
 
 #[test]
-fn what_has_no_answer_at_any_step_fails_as_it_did() {
+fn unsolvable_steps_fail_as_without_fallbacks() {
     let text =
         ONTO.replace("linearized-implicit-euler", "explicit-euler").replace("0.5\" py", "0\" py");
     let scene = parse(&text);
     let (plain, robust) = (run(&scene, SimulationOptions::default()), run(&scene, ROBUST));
     assert!(robust.2.is_some() && plain.2 == robust.2, "{:?}", robust.2);
-}
-
-#[test]
-fn the_command_says_what_it_did() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("flung.xml"), flung("0")).unwrap();
-    fs::write(folder.path().join("onto.xml"), ONTO).unwrap();
-    let plain = simulate(folder.path(), &["flung.xml", "-o", "flung.csv"]);
-    assert_eq!(plain.status.code(), Some(2));
-    assert!(!folder.path().join("flung.csv").exists());
-
-    let robust = simulate(folder.path(), &["flung.xml", "-o", "flung.csv", "--robust", "--stats"]);
-    assert_eq!(robust.status.code(), Some(0), "{}", stderr(&robust));
-    assert!(
-        stderr(&robust).contains("a line search solved their equations"),
-        "{}",
-        stderr(&robust)
-    );
-    assert!(String::from_utf8_lossy(&robust.stdout).contains("steps by line search"));
-    assert!(folder.path().join("flung.csv").exists());
-
-    let onto = simulate(folder.path(), &["onto.xml", "--robust"]);
-    let said = "1 were replaced by 2 substeps, so the trace differs from plain \
-                linearized-implicit-euler at dt = 0.5";
-    assert!(stderr(&onto).contains(said), "{}", stderr(&onto));
 }
 
 /// Every method that iterates stops before its next iteration once it is interrupted, without and with fallbacks.

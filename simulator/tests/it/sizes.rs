@@ -5,10 +5,10 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
+use scene::schema::IntegratorOptions;
+use scene::{ForceElement, Location, Particle, Scene};
 use simulator::generate::{Chain, Generator};
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::IntegratorOptions;
-use simulator::scene::{ForceElement, Location, Particle, Scene};
 use simulator::simulation::Simulation;
 use simulator::sizes::{GROUP, MAX_DENSE_GLOBAL_ROWS, PARALLEL, SIZES, WIDEST};
 use simulator::vocabulary;
@@ -21,7 +21,7 @@ use crate::threads::run;
 const HEADING: &str = "## Sizes at which another code path begins\n";
 
 #[test]
-fn the_table_of_sizes_is_that_of_the_code() {
+fn table_of_sizes_matches_the_code() {
     let mut table =
         "\n| constant | value | counts | why | both sides |\n| --- | ---: | --- | --- | --- |\n"
             .to_owned();
@@ -67,7 +67,7 @@ fn grouped(value: u64) -> String {
 }
 
 #[test]
-fn every_size_has_its_test() {
+fn every_size_has_a_test() {
     let mut sources = String::new();
     let mut folders = ["src", "tests", "sparse/src"]
         .map(|folder| Path::new(env!("CARGO_MANIFEST_DIR")).join(folder))
@@ -158,7 +158,7 @@ fn the_global_matrix_is_dense_up_to_a_size() {
 }
 
 #[test]
-fn groups_and_panels_of_every_size_agree_with_the_assignment() {
+fn all_group_and_panel_sizes_match_the_assignment() {
     // As many springs as particles that are unknowns, and a dense factor of as many columns.
     assert_eq!(GROUP, WIDEST);
     for links in (1..=2 * GROUP as u64 + 1).chain([3 * GROUP as u64]) {

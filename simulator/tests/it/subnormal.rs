@@ -1,7 +1,7 @@
 //! Subnormal numbers: a stiff step that comes to rest passes through them. The linear solvers took their few digits
 //! for an inaccurate solution, and the scene failed. Found by `grade stability`.
 
-use crate::support::parse;
+use crate::support::shared::parse;
 use simulator::simulation::Simulation;
 
 #[test]

@@ -1,10 +1,10 @@
 //! A large scene has the same states, bit for bit, and the same error for any number of threads.
 
+use scene::schema::IntegratorOptions;
+use scene::{ForceElement, ParseOptions, Scene, xml};
 use simulator::force;
 use simulator::generate::{Generator, Net, Timeline};
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::IntegratorOptions;
-use simulator::scene::{ForceElement, ParseOptions, Scene, xml};
 use simulator::simulation::Simulation;
 use simulator::sizes::PARALLEL;
 use simulator::vocabulary;

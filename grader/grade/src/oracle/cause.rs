@@ -8,7 +8,7 @@ use std::process::Command;
 
 use grader::own_file;
 use grader::suite::{Case, hash_bytes};
-use simulator::scene::xml::edit;
+use scene::xml::edit;
 
 /// Maximum number of commits that are searched.
 const COMMITS: &str = "200";

@@ -288,7 +288,7 @@ mod tests {
     use grader::oracle::Origin;
     use grader::rubric::Rubric;
     use grader::suite::Section;
-    use simulator::scene::ParseOptions;
+    use scene::ParseOptions;
     use tempfile::TempDir;
 
     use super::*;
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn a_review_goes_on_where_it_was_left_and_asks_again_what_changed_since() {
+    fn review_resumes_and_asks_again_about_later_changes() {
         let mut edited = Edited::new();
         let (ending, text) = edited.review("a\n");
         assert_eq!(ending, Ending::Left);

@@ -163,7 +163,7 @@ fn explain(scene: &str, submission: &Path, assignment: &str) -> Output {
 
 /// What a skeleton lacks is not wrong, and its report fits a screen. It says what to do first.
 #[test]
-fn a_skeleton_is_told_what_to_do_first() {
+fn unfilled_skeleton_gets_its_first_task() {
     let folder = tempfile::tempdir().unwrap();
     let submission = folder.path().join("skeleton");
     let init = ["init", "python", "--assignment", "t1m2"];
@@ -203,7 +203,7 @@ fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
 }
 
 #[test]
-fn the_code_printed_in_the_lecture_passes_its_assignment() {
+fn lecture_code_passes_its_assignment() {
     let interpreter = "/usr/bin/python3";
     if !Path::new(interpreter).exists() {
         eprintln!("skipped: the lecture's code: there is no {interpreter}");
@@ -264,7 +264,7 @@ fn traces(folder: &Path, groups: &[&str]) {
 }
 
 #[test]
-fn the_scenes_that_failed_are_graded_again_and_a_run_may_end_early() {
+fn failed_scenes_can_be_regraded_and_runs_cut_short() {
     let folder = tempfile::tempdir().unwrap();
     let submission = folder.path().join("traces");
     traces(&submission, &["Inertia", "SimpleGravity"]);
@@ -293,7 +293,7 @@ fn the_scenes_that_failed_are_graded_again_and_a_run_may_end_early() {
 }
 
 #[test]
-fn what_is_no_submission_is_one_message() {
+fn non_submission_gets_one_message() {
     let folder = tempfile::tempdir().unwrap();
     write(&folder.path().join("empty/notes.txt"), "nothing");
     for (submission, reason) in [
@@ -310,7 +310,7 @@ fn what_is_no_submission_is_one_message() {
 }
 
 #[test]
-fn jacobians_that_cannot_be_measured_are_no_success() {
+fn unmeasurable_required_jacobians_fail() {
     let folder = tempfile::tempdir().unwrap();
     let measure = |name: &str, arguments: &[&str]| {
         let mut command = Command::new(GRADE);

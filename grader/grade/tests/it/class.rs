@@ -6,7 +6,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use test_support::{root, schema, without_times};
+use test_support::{assert_fits, without_times};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -120,9 +120,7 @@ impl Project {
     fn json(&self, arguments: &[&str]) -> Value {
         let run = self.grade(&[arguments, &["--format", "json", "--no-jacobians"]].concat());
         let report = serde_json::from_str(&run.stdout).unwrap();
-        let schema = root().join("docs/report.schema.json");
-        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        schema::validate(&schema, &report).unwrap();
+        assert_fits("report.schema.json", &report);
         report
     }
 
@@ -140,7 +138,7 @@ impl Project {
 }
 
 #[test]
-fn nothing_of_a_hidden_scene_is_told_but_counts() {
+fn reports_show_only_counts_of_hidden_scenes() {
     let project = Project::with_hidden();
     project.program("leaking", LEAKING);
     let secrets = [
@@ -200,7 +198,7 @@ fn a_hidden_scene_that_cannot_be_used_is_not_named() {
 }
 
 #[test]
-fn all_is_never_passed_where_hidden_scenes_were_not_run() {
+fn all_passed_is_not_claimed_without_hidden_scenes() {
     let project = Project::with_hidden();
     fs::rename(project.path("hidden"), project.path("elsewhere")).unwrap();
     project.write("assets/rubric.toml", "[hidden]\nfolder = \"../hidden\"\nscenes = 2\n");
@@ -271,7 +269,7 @@ fn credit_follows_weights_hidden_scenes_and_all_or_nothing() {
 }
 
 #[test]
-fn each_submission_of_a_class_is_graded_as_if_it_were_alone() {
+fn class_grades_equal_grades_of_single_runs() {
     let project = Project::with_hidden();
     project.write("assets/rubric.toml", "[class]\ntraces = true\n");
     project.program("class/ada", RIGHT);
@@ -380,7 +378,7 @@ fn only_what_changed_is_graded_again() {
 }
 
 #[test]
-fn kept_runs_are_not_made_again() {
+fn kept_runs_are_reused() {
     let project = Project::new();
     let log = project.path("log");
     let logging = format!("#!/bin/sh\necho \"$1\" >> {}\n{RIGHT}", log.display());
@@ -423,7 +421,7 @@ fn kept_runs_are_not_made_again() {
 }
 
 #[test]
-fn a_class_that_was_killed_is_taken_up_again() {
+fn killed_class_can_be_resumed() {
     let project = Project::new();
     for name in ["ada", "bob", "cleo", "dot"] {
         project.program(&format!("class/{name}"), RIGHT);
@@ -502,7 +500,7 @@ fn nest(folder: &Path, levels: usize) {
 }
 
 #[test]
-fn what_is_wrong_with_a_hand_in_is_its_own_failure() {
+fn malformed_hand_in_fails_alone() {
     let project = Project::new();
     let manifest = "build = [\"true\"]\nrun = [\"./x\", \"{scene}\", \"{trace}\"]\n";
     let sparse = |name: &str| {
@@ -597,7 +595,7 @@ fn no_report_is_written_through_a_link() {
 }
 
 #[test]
-fn points_that_were_not_judged_stand_apart_or_withhold_the_score() {
+fn unjudged_points_are_shown_apart_or_withhold_the_score() {
     let project = Project::new();
     project.program("class/ada", RIGHT);
     project.program("class/bob", "#!/bin/sh\nexit 1\n");
@@ -636,7 +634,7 @@ fn points_that_were_not_judged_stand_apart_or_withhold_the_score() {
 }
 
 #[test]
-fn reports_are_well_formed_whatever_a_program_prints() {
+fn hostile_output_leaves_reports_well_formed() {
     use quick_xml::events::Event;
     let project = Project::new();
     let hostile = "#!/bin/sh\nprintf 'a\\357\\277\\276b\\357\\277\\277c\\001\\010\\033[31m\\177\\302\\233]]>' >&2\n\
@@ -674,7 +672,7 @@ fn reports_are_well_formed_whatever_a_program_prints() {
 }
 
 #[test]
-fn missing_protections_are_warned_of() {
+fn missing_protections_cause_a_warning() {
     let project = Project::new();
     project.program("class/ada", RIGHT);
     let run = project.class(&["--unprotected"]);
@@ -684,7 +682,7 @@ fn missing_protections_are_warned_of() {
 }
 
 #[test]
-fn a_program_that_is_killed_is_told_by_the_name_of_the_signal() {
+fn killed_program_is_reported_with_its_signal() {
     let project = Project::new();
     project.program("program", &RIGHT.replace("awk", "grep -q 150 \"$1\" && kill -SEGV $$\nawk"));
     let run = project.grade(&["program", "--no-jacobians", "--only", "far"]);
@@ -723,7 +721,7 @@ pub(super) fn interrupted(project: &Project, arguments: &[&str], once: &Path) ->
 }
 
 #[test]
-fn an_interrupted_run_removes_its_folders_and_says_what_it_graded() {
+fn interrupted_run_removes_its_folders_and_reports_progress() {
     let project = Project::new();
     let mark = project.path("started");
     project.program("program", &endless("150", &mark));
@@ -742,7 +740,7 @@ fn an_interrupted_run_removes_its_folders_and_says_what_it_graded() {
 }
 
 #[test]
-fn an_interrupted_class_keeps_its_rows_and_goes_on() {
+fn interrupted_class_keeps_its_rows_and_can_be_resumed() {
     let project = Project::new();
     project.program("class/ada", RIGHT);
     project.program("class/bob", &endless("150", Path::new("mark")));

@@ -14,7 +14,7 @@ fn copied_traces(project: &Project, name: &str) {
 }
 
 #[test]
-fn a_copy_of_the_oracle_earns_nothing_in_a_class() {
+fn oracle_copy_earns_no_credit_in_a_class() {
     let project = Project::with_hidden();
     copied_traces(&project, "class/eve");
     let run = project.class(&["--hidden", "hidden"]);
@@ -32,7 +32,7 @@ fn a_copy_of_the_oracle_earns_nothing_in_a_class() {
 }
 
 #[test]
-fn a_name_takes_no_place_of_the_class() {
+fn submission_names_do_not_collide_with_class_files() {
     let project = Project::new();
     let long = "x".repeat(250);
     let names = [
@@ -84,7 +84,7 @@ fn a_name_takes_no_place_of_the_class() {
 }
 
 #[test]
-fn an_upload_called_as_another_student_stops_no_class() {
+fn upload_named_after_another_student_does_not_stop_the_class() {
     let project = Project::new();
     project.write("roster.csv", "name,id\nAda,1001\nBob,1002\nEve,1003\n");
     for name in ["ada_1001_x", "bob_1002_x", "1001", "1003_1002"] {
@@ -104,7 +104,7 @@ fn an_upload_called_as_another_student_stops_no_class() {
 }
 
 #[test]
-fn nothing_is_written_through_a_link_of_a_submission() {
+fn submission_links_are_not_written_through() {
     let project = Project::new();
     project.program("class/ada", RIGHT);
     for name in ["mine", "pages/submissions", "out/reports"] {
@@ -156,7 +156,7 @@ fn nothing_is_written_through_a_link_of_a_submission() {
 }
 
 #[test]
-fn a_gallery_shows_no_scene_behind_a_link() {
+fn gallery_ignores_scenes_behind_links() {
     let project = Project::with_hidden();
     project.write("class/ada/Creative/ada_all.xml", &project.read("assets/Free/near.xml"));
     let folder = project.path("class/eve/Creative");
@@ -173,7 +173,7 @@ fn a_gallery_shows_no_scene_behind_a_link() {
 }
 
 #[test]
-fn a_workflow_that_students_can_edit_reads_no_hidden_scene() {
+fn github_workflow_refuses_hidden_scenes() {
     let project = Project::with_hidden();
     let export = |arguments: &[&str]| {
         let common = ["export", "github", "--repository", "course/oracle", "-o", "template"];
@@ -228,7 +228,7 @@ fn with_hidden_unprotected() -> Project {
 }
 
 #[test]
-fn hidden_scenes_of_all_run_after_the_shipped_scenes_of_all() {
+fn hidden_scenes_run_after_all_shipped_scenes() {
     let project = with_hidden_unprotected();
     for name in ["ada", "bob", "eve"] {
         logging(&project, name, "");
@@ -300,7 +300,7 @@ fn shards_run_their_hidden_scenes_after_all_shards() {
 }
 
 #[test]
-fn nothing_that_follows_a_hidden_scene_is_shown() {
+fn output_after_hidden_scenes_is_not_shown() {
     let project = with_hidden_unprotected();
     // One program leaves what it saw, and says so; the build of another shows it.
     let seen = project.path("seen").display().to_string();
@@ -369,7 +369,7 @@ wc -l < jobs
 "#;
 
 #[test]
-fn a_second_array_of_jobs_runs_the_hidden_scenes() {
+fn slurm_runs_hidden_scenes_in_a_second_job_array() {
     let project = with_hidden_unprotected();
     for name in ["ada", "bob", "eve"] {
         logging(&project, name, "");

@@ -128,7 +128,7 @@ fn card<'p>(page: &'p str, name: &str) -> &'p str {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn no_link_and_no_mesh_shows_a_file_of_somebody_else() {
+fn links_and_meshes_reveal_no_other_file() {
     use std::os::unix::fs::symlink;
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -178,7 +178,7 @@ fn no_link_and_no_mesh_shows_a_file_of_somebody_else() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn no_entry_keeps_the_others_out_of_the_gallery() {
+fn bad_entry_does_not_block_the_gallery() {
     use std::os::unix::fs::{PermissionsExt, symlink};
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -221,7 +221,7 @@ fn no_entry_keeps_the_others_out_of_the_gallery() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_scene_that_takes_too_much_ends_alone() {
+fn scene_over_its_limits_ends_alone() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let eve = folder.join("class/eve");

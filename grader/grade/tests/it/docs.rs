@@ -8,12 +8,10 @@ use test_support::root;
 use grader::assignment::{self, Assignment};
 use grader::rubric::Rubric;
 use grader::suite::{Feature, Section, Suite};
+use scene::ParseOptions;
+use scene::schema::{ActsOn, ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText};
 use simulator::force::ForceKind;
 use simulator::integrator::IntegratorKind;
-use simulator::scene::ParseOptions;
-use simulator::scene::schema::{
-    ActsOn, ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText,
-};
 use simulator::{force, integrator};
 
 fn document(name: &str) -> String {
@@ -157,7 +155,7 @@ fn no_modules_import_each_other_in_a_circle() {
 }
 
 #[test]
-fn links_in_the_documents_lead_somewhere() {
+fn links_in_documents_resolve() {
     let pages = fs::read_dir(root().join("docs")).unwrap();
     let pages = pages.map(|page| format!("docs/{}", page.unwrap().file_name().display()));
     let names: Vec<String> = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"]
@@ -177,7 +175,7 @@ fn links_in_the_documents_lead_somewhere() {
 }
 
 #[test]
-fn the_counts_in_the_documents_are_those_of_the_suite() {
+fn counts_in_documents_match_the_suite() {
     let sections = [(Section::Required, "assets"), (Section::ExtraCredit, "extracreditassets")]
         .map(|(section, folder)| (section, root().join(folder)));
     let mut suite = Suite::load(&sections, &ParseOptions::default()).unwrap();

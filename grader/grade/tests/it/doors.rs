@@ -63,7 +63,7 @@ const OPENING: [&str; 6] = [
 ];
 
 #[test]
-fn a_file_is_opened_through_a_door_or_as_ones_own() {
+fn untrusted_files_are_opened_only_through_doors() {
     let mut folders =
         ["grader/src", "grader/report/src", "grader/platforms/src", "grader/grade/src"]
             .map(|folder| root().join(folder))
@@ -93,7 +93,7 @@ fn openings(path: &Path) -> Option<String> {
 }
 
 #[test]
-fn parsers_stand_what_the_fuzzers_tried() {
+fn parsers_survive_fuzzing_seeds() {
     for (target, _) in checks::ALL {
         let folder = root().join("ci/fuzz/seeds").join(target);
         let seeds = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{target}: {error}"));

@@ -167,7 +167,7 @@ fn a_class_goes_into_the_gradebooks_of_canvas_and_moodle() {
 }
 
 #[test]
-fn a_roster_that_decides_nothing_is_refused_before_anything_is_graded() {
+fn ambiguous_roster_is_refused_before_grading() {
     let project = Project::new();
     project.write("assets/rubric.toml", RUBRIC);
     project.program("class/ada_2", RIGHT);
@@ -190,7 +190,7 @@ fn a_roster_that_decides_nothing_is_refused_before_anything_is_graded() {
 }
 
 #[test]
-fn the_newest_file_of_a_folder_tells_when_it_came_in() {
+fn newest_file_dates_a_submission() {
     let project = Project::new();
     project.write("assets/rubric.toml", RUBRIC);
     project.program("class/ada", RIGHT);
@@ -210,7 +210,7 @@ fn the_newest_file_of_a_folder_tells_when_it_came_in() {
 }
 
 #[test]
-fn a_class_with_gaps_has_no_gradebook() {
+fn incomplete_class_has_no_gradebook() {
     let project = Project::new();
     project.program("class/ada", RIGHT);
     project.write("roster.csv", "login\nada\n");

@@ -77,7 +77,7 @@ fn hidden_scenes_are_drawn_by_seed_and_graded_at_once() {
 }
 
 #[test]
-fn nothing_is_overwritten_and_nothing_is_written_by_half() {
+fn hidden_scenes_are_written_atomically_and_never_overwrite() {
     let project = project();
     let folder = project.path();
     fs::create_dir(folder.join("hidden")).unwrap();

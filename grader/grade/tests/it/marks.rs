@@ -109,7 +109,7 @@ fn a_report_with_marks_is_verified() {
 }
 
 #[test]
-fn an_invalid_sheet_stops_before_anything_is_graded() {
+fn invalid_marks_are_refused_before_grading() {
     let project = project();
     for (rows, message) in [
         ("ada,,,8,11,6,,\n", "marks.csv:2: ada: aesthetics: marks are from 0 to 10, not 11"),
@@ -125,7 +125,7 @@ fn an_invalid_sheet_stops_before_anything_is_graded() {
 
 /// The sheet of a gallery, filled in, is a sheet of marks, whatever the names of submissions.
 #[test]
-fn the_sheet_of_a_gallery_is_read_again() {
+fn gallery_sheet_round_trips() {
     let project = Project::new();
     let scene = project.read("assets/Free/near.xml");
     for name in ["=1+1", "ada"] {

@@ -79,7 +79,7 @@ fn addresses(page: &str) -> Vec<&str> {
 }
 
 #[test]
-fn every_link_of_the_pages_leads_to_a_file_beside_them() {
+fn every_link_of_the_pages_resolves() {
     let project = Project::new();
     project.wrong_traces(3);
     project.write("assets/rubric.toml", "[class]\ntraces = true\n");
@@ -126,7 +126,7 @@ fn a_scene_page_holds_the_first_wrong_step_and_its_exact_numbers() {
 }
 
 #[test]
-fn a_page_replaces_no_file_of_the_users() {
+fn pages_overwrite_no_user_file() {
     let project = Project::new();
     project.write("mine/index.html", "<p>my page</p>");
     let errors = project.grade(&["--html", "mine"], 2);

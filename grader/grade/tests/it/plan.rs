@@ -84,7 +84,7 @@ fn with_whole() -> (Project, Vec<(String, String)>) {
 }
 
 #[test]
-fn shards_in_any_order_or_twice_at_a_time_give_the_same_bytes() {
+fn result_bytes_do_not_depend_on_shard_order_or_repetition() {
     let (project, whole) = with_whole();
     for (options, twice) in [(&["--shards", "4"][..], false), (&["--shards", "9"], true)] {
         let _ = fs::remove_dir_all(project.path("out"));
@@ -111,7 +111,7 @@ fn shards_in_any_order_or_twice_at_a_time_give_the_same_bytes() {
 }
 
 #[test]
-fn another_scheduler_can_run_a_plan() {
+fn plan_runs_under_another_scheduler() {
     let Ok(version) = Command::new("parallel").arg("--version").output() else {
         return skip("GNU parallel is not installed");
     };
@@ -140,7 +140,7 @@ fn skip(reason: &str) {
 /// Kills planners, shards and merges at random moments, until 12 were killed, or as many as `KILLS` says; each time, the
 /// rest of the work gives the same bytes.
 #[test]
-fn whatever_is_killed_is_made_up_for_by_resume() {
+fn resume_completes_killed_runs() {
     let wanted = std::env::var("KILLS").map_or(12, |text| text.parse().unwrap());
     let (project, whole) = with_whole();
     let mut random = Rng::with_seed(18);
@@ -207,7 +207,7 @@ fn whatever_is_killed_is_made_up_for_by_resume() {
 }
 
 #[test]
-fn a_half_written_or_altered_result_is_a_gap_that_resume_fills() {
+fn resume_replaces_damaged_results() {
     let (project, whole) = with_whole();
     plan(&project, &["--shards", "1"]);
     assert_eq!(project.grade(&["class", "run-shard", "out/plan.json", "0"]).code, 0);
@@ -247,7 +247,7 @@ fn a_half_written_or_altered_result_is_a_gap_that_resume_fills() {
 }
 
 #[test]
-fn what_changed_since_the_plan_is_named() {
+fn changes_since_the_plan_are_named() {
     let (project, whole) = with_whole();
     plan(&project, &["--shards", "2"]);
     project.program("class/bob", &format!("{RIGHT}# changed\n"));
@@ -337,7 +337,7 @@ fn equal_submissions_are_graded_once() {
 
 /// A full disk: a file system of 64 KiB holds the results of a few submissions only.
 #[test]
-fn a_full_disk_is_a_gap_that_resume_fills() {
+fn resume_completes_after_a_full_disk() {
     let (project, whole) = with_whole();
     let disk = project.path("out");
     fs::create_dir(&disk).unwrap();

@@ -125,7 +125,7 @@ fn late_and_repeated_submissions_count_as_the_rubric_says() {
 }
 
 #[test]
-fn a_fault_of_ours_is_a_readable_result_with_the_reason_for_the_instructor() {
+fn grader_fault_is_a_readable_result_with_a_reason() {
     let project = project("nothing", "");
     project.write("metadata.json", "{\"created_at\": \"yesterday\"}");
     project.write("broken.toml", "points = ");
@@ -148,7 +148,7 @@ fn a_fault_of_ours_is_a_readable_result_with_the_reason_for_the_instructor() {
 }
 
 #[test]
-fn a_submission_whose_time_ran_out_keeps_the_points_of_an_earlier_one() {
+fn timed_out_submission_keeps_earlier_points() {
     for (rule, score) in [("keep = \"best\"", 1.75), ("keep = \"last\"", 0.0)] {
         let project = project("nothing", &format!("[platform]\n{rule}\n"));
         metadata(&project, "2026-03-02T19:00:00Z", &json!([{"score": 1.75}]));
@@ -174,7 +174,7 @@ fn a_submission_whose_time_ran_out_keeps_the_points_of_an_earlier_one() {
 }
 
 #[test]
-fn a_defect_of_what_was_handed_in_is_its_verdict() {
+fn defective_hand_in_gets_a_verdict() {
     let project = project("nothing", "");
     fs::remove_file(project.path("mine/submission.toml")).unwrap();
     let (run, results) = gradescope(&project, &[]);
@@ -194,7 +194,7 @@ fn a_defect_of_what_was_handed_in_is_its_verdict() {
 }
 
 #[test]
-fn a_package_is_refused_where_it_could_not_grade() {
+fn unusable_package_is_refused() {
     let project = project("nothing", "");
     let export = |arguments: &[&str]| {
         project.grade(&[&["export", "gradescope", "-o", "package.zip"], arguments].concat())

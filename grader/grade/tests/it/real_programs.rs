@@ -186,7 +186,7 @@ fn manifest(build: &[&str], run: &[&str]) -> String {
 }
 
 #[test]
-fn skeletons() {
+fn skeletons_run_in_the_sandbox() {
     let suite = Suite::new();
     for language in Language::ALL {
         let folder = suite.root.path().join(language.name());
@@ -207,7 +207,7 @@ fn skeletons() {
 }
 
 #[test]
-fn c() {
+fn gcc_runs_in_the_sandbox() {
     if has("C", &["cc"]) {
         let source = C.replace("PARALLEL", "");
         let build =
@@ -217,7 +217,7 @@ fn c() {
 }
 
 #[test]
-fn open_mp() {
+fn openmp_runs_in_the_sandbox() {
     if has("OpenMP", &["gcc"]) {
         let source = C.replace("PARALLEL", "#pragma omp parallel for");
         let build = ["gcc", "-O2", "-fopenmp", "-o", "simulate", "simulate.c", "-lm"];
@@ -227,7 +227,7 @@ fn open_mp() {
 }
 
 #[test]
-fn make_with_two_jobs() {
+fn parallel_make_runs_in_the_sandbox() {
     if has("make", &["make", "cc", "ar"]) {
         let source = C.replace("PARALLEL", "");
         let rules = "simulate: simulate.o libother.a\n\tcc -o $@ $^ -lm\nlibother.a: other.o\n\tar rcs $@ $^\n\
@@ -246,7 +246,7 @@ const CMAKE: &str = "cmake_minimum_required(VERSION 3.10)\nproject(simulate CXX)
                      add_executable(simulate simulate.cpp)\n";
 
 #[test]
-fn cmake_and_ninja() {
+fn cmake_and_ninja_run_in_the_sandbox() {
     if has("CMake", &["cmake", "ninja", "c++"]) {
         let build = "set -e; cmake -G Ninja -B out -DCMAKE_BUILD_TYPE=Release .; cmake --build out";
         let files = [
@@ -260,7 +260,7 @@ fn cmake_and_ninja() {
 }
 
 #[test]
-fn ccache() {
+fn ccache_runs_in_the_sandbox() {
     if has("ccache", &["cmake", "make", "ccache", "c++"]) {
         // Twice, so that the second run uses the cache.
         let build = "set -e; cmake -B out -DCMAKE_CXX_COMPILER_LAUNCHER=ccache .; cmake --build out; \
@@ -276,7 +276,7 @@ fn ccache() {
 }
 
 #[test]
-fn java() {
+fn java_runs_in_the_sandbox() {
     if has("Java", &["javac", "java"]) {
         let run = ["java", "-cp", "{folder}", "Simulate"];
         let build = manifest(&["javac", "Simulate.java"], &run);
@@ -285,7 +285,7 @@ fn java() {
 }
 
 #[test]
-fn node() {
+fn node_runs_in_the_sandbox() {
     if has("Node", &["node"]) {
         let run = manifest(&[], &["node", "{folder}/simulate.js"]);
         Suite::new().pass("node", &[("simulate.js", NODE), ("submission.toml", &run)], &[]);
@@ -305,7 +305,7 @@ fn imports(python: &str, module: &str) -> bool {
 }
 
 #[test]
-fn numpy() {
+fn numpy_runs_in_the_sandbox() {
     if !imports("/usr/bin/python3", "numpy") {
         eprintln!("skipped: numpy: /usr/bin/python3 cannot import it");
         return;
@@ -317,7 +317,7 @@ fn numpy() {
 
 /// A virtual environment inside the hand-in.
 #[test]
-fn virtual_environment() {
+fn python_virtual_environment_runs_in_the_sandbox() {
     if !has("a virtual environment", &["python3"])
         || !imports("/usr/bin/python3", "venv, ensurepip")
     {
@@ -340,7 +340,7 @@ fn virtual_environment() {
 }
 
 #[test]
-fn processes_of_python() {
+fn python_multiprocessing_runs_in_the_sandbox() {
     if !has("multiprocessing", &["python3"]) {
         return;
     }

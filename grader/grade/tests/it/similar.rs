@@ -53,7 +53,7 @@ fn pairs_that_share_code_are_listed_and_nothing_is_run() {
 }
 
 #[test]
-fn options_that_grade_are_refused_beside_similar() {
+fn grading_options_are_refused_with_similar() {
     let project = Project::new();
     project.write("class/ada/one.cpp", "int main() {}");
     for option in ["--resume", "--assignment=t1m2", "--on=slurm", "--format=json"] {

@@ -49,7 +49,7 @@ fn implicit_methods_have_no_boundary_and_fast_mass_spring_has_one_where_drag_is_
 }
 
 #[test]
-fn a_step_amplifies_as_the_method_s_matrix_does() {
+fn step_amplification_matches_the_method_matrix() {
     let all = amplifications();
     assert!(all.len() > 60, "{}", all.len());
     for each in &all {
@@ -68,7 +68,7 @@ fn a_step_amplifies_as_the_method_s_matrix_does() {
 }
 
 #[test]
-fn a_case_that_blows_up_is_no_survivor_and_says_when() {
+fn blow_up_is_reported_with_its_step() {
     let case = cases::all().find(|case| case.name == "stiffness-1").unwrap();
     let run = |name: &str, time_step: f64| {
         let integrator = vocabulary().integrator(name).unwrap();
@@ -82,7 +82,7 @@ fn a_case_that_blows_up_is_no_survivor_and_says_when() {
 }
 
 #[test]
-fn robustness_saves_what_can_be_saved() {
+fn fallbacks_rescue_failing_cases() {
     for (name, time_step) in [("cold-start", 1.0), ("onto-its-end", 0.5)] {
         let case = cases::all().find(|case| case.name == name).unwrap();
         let method =
@@ -120,7 +120,7 @@ fn a_changed_outcome_fails_until_it_is_accepted() {
 }
 
 #[test]
-fn a_case_that_there_is_not_is_told_with_its_near_misses() {
+fn unknown_case_gets_suggestions() {
     let output = grade(&["--quick", "--only", "coincidnet"]);
     assert_eq!(output.status.code(), Some(2));
     let message = "error: nothing matches \"coincidnet\"\n  help: did you mean coincident";
@@ -128,7 +128,7 @@ fn a_case_that_there_is_not_is_told_with_its_near_misses() {
 }
 
 #[test]
-fn a_malformed_file_of_outcomes_is_told_by_its_line() {
+fn malformed_outcomes_file_is_refused_with_its_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("expected.csv");
     let text_of =
@@ -145,7 +145,7 @@ fn a_malformed_file_of_outcomes_is_told_by_its_line() {
 }
 
 #[test]
-fn every_outcome_is_as_it_is_stored_and_an_interrupted_run_goes_on_where_it_was() {
+fn outcomes_match_the_stored_ones_and_runs_resume() {
     let folder = tempfile::tempdir().unwrap();
     let kept = folder.path().to_str().unwrap();
     let run = || grade(&["--quick", "--robust", "--resume", kept, "--format", "csv"]);
@@ -175,7 +175,7 @@ fn every_outcome_is_as_it_is_stored_and_an_interrupted_run_goes_on_where_it_was(
 }
 
 #[test]
-fn every_shipped_outcome_is_of_a_case_and_none_is_wrong() {
+fn shipped_outcomes_belong_to_cases_and_contain_no_failure() {
     let stored = fs::read_to_string(root().join("docs/stability-expected.csv")).unwrap();
     let names: Vec<&str> = cases::all().map(|case| case.name).collect();
     for row in stored.lines().skip(1) {

@@ -3,7 +3,7 @@
 use std::fs;
 
 use serde_json::Value;
-use test_support::{root, schema};
+use test_support::assert_fits;
 
 use crate::class::{Project, RIGHT, Run};
 
@@ -35,11 +35,10 @@ fn verify(project: &Project, report: &str, submission: &str) -> Run {
 }
 
 #[test]
-fn a_report_names_what_it_was_made_from() {
+fn report_names_its_inputs() {
     let project = project();
     let report: Value = serde_json::from_str(&project.read("report.json")).unwrap();
-    let schema = fs::read_to_string(root().join("docs/report.schema.json")).unwrap();
-    schema::validate(&serde_json::from_str(&schema).unwrap(), &report).unwrap();
+    assert_fits("report.schema.json", &report);
     let provenance = &report["provenance"];
     assert_eq!(provenance["submission"]["path"], "class/ada");
     assert_eq!(provenance["options"]["criteria"], "course");
@@ -144,7 +143,7 @@ fn a_file_that_is_no_report_is_bad_input() {
 
 /// What a report of a student may not do.
 #[test]
-fn a_report_gives_no_rights_and_steers_no_terminal() {
+fn report_contents_cannot_run_code_or_control_a_terminal() {
     let project = project();
     project.write("private.txt", "a secret of the teacher");
     let [private, leaked] = ["private.txt", "leaked"].map(|name| project.path(name));

@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_text_ends_a_command_or_begins_another() {
+    fn annotation_text_cannot_inject_commands() {
         let line =
             command("error", &[("file", "a,b:c%\n.cpp"), ("title", "T")], "50 %\r\n::error::x");
         assert_eq!(line, "::error file=a%2Cb%3Ac%25%0A.cpp,title=T::50 %25%0D%0A::error::x\n");

@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_text_leaves_its_block() {
+    fn summary_text_cannot_break_out_of_its_block() {
         assert_eq!(fenced("a\n"), "```text\na\n```\n");
         assert_eq!(fenced("```\n<script>"), "````text\n```\n<script>\n````\n");
         assert_eq!(

@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_missing_is_no_deadline_and_no_points() {
+    fn missing_metadata_means_no_deadline_and_no_points() {
         let metadata = Metadata::parse(
             r#"{"created_at": "2026-01-02T00:00:00Z", "assignment": {"due_date": null},
                 "previous_submissions": [{"score": "3.5"}, {"score": null}, {"score": 2}, {}]}"#,

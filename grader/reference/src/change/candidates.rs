@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
-use simulator::scene::schema::StepEquation;
-use simulator::scene::{Dimension, Scene};
+use scene::schema::StepEquation;
+use scene::{Dimension, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
 use super::expression::{Expression, Function, Leaf};
@@ -331,10 +331,8 @@ fn all_of(term: Term) -> Vec<Change> {
         }
         all.extend(named_factors(term, quantities));
     }
-    let is_pair = matches!(
-        term.schema().acts_on,
-        simulator::scene::schema::ActsOn::Pair | simulator::scene::schema::ActsOn::Edge
-    );
+    let is_pair =
+        matches!(term.schema().acts_on, scene::schema::ActsOn::Pair | scene::schema::ActsOn::Edge);
     if let Some(forms) = forms_of(term) {
         all.extend(of_other_laws(term, forms));
         all.extend(of_formulas(term, forms));
@@ -372,7 +370,7 @@ fn scalars(term: Term) -> Vec<Expression> {
         .filter(|_| !is_vector)
         .map(|parameter| Leaf::Parameter(schema.parameter_idx(parameter.name), parameter.name))
         .collect();
-    if schema.acts_on == simulator::scene::schema::ActsOn::EveryParticle {
+    if schema.acts_on == scene::schema::ActsOn::EveryParticle {
         if schema.depends_on().velocity {
             all.push(Leaf::Speed);
         }

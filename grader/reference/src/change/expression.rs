@@ -7,7 +7,7 @@
 use std::fmt;
 
 use nalgebra::{Matrix3, Vector3};
-use simulator::scene::schema::MAX_PARAMETERS;
+use scene::schema::MAX_PARAMETERS;
 
 /// A formula.
 #[derive(Debug, Clone, PartialEq)]

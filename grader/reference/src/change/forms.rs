@@ -3,7 +3,7 @@
 //! A formula that programs write in several ways has several forms: a factor that one form has, another lacks, and each
 //! can be forgotten. A test compares every form with [`law`](crate::law).
 
-use simulator::scene::schema::ForceSchema;
+use scene::schema::ForceSchema;
 
 use super::Term;
 use super::expression::{Expression, Leaf};

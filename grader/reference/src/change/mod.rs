@@ -26,9 +26,9 @@ mod step;
 use std::fmt;
 use std::sync::Arc;
 
+use scene::Scene;
+use scene::schema::{ForceSchema, Matrix};
 use simulator::force;
-use simulator::scene::Scene;
-use simulator::scene::schema::{ForceSchema, Matrix};
 
 use crate::method::OnePoint;
 use expression::Expression;

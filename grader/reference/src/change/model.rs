@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::sync::{Arc, LazyLock};
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use simulator::scene::schema::{Convergence, MAX_PARAMETERS};
-use simulator::scene::{ForceElement, Scene};
-use simulator::trace::State;
+use scene::schema::{Convergence, MAX_PARAMETERS};
+use scene::trace::State;
+use scene::{ForceElement, Scene};
 
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
@@ -281,7 +281,7 @@ impl Model {
 
     /// The initial state.
     pub fn start(&self) -> State {
-        let all = |of: fn(&simulator::scene::Particle) -> &[f64; 3]| -> Vec<f64> {
+        let all = |of: fn(&scene::Particle) -> &[f64; 3]| -> Vec<f64> {
             let each = self.scene.particles.iter();
             each.flat_map(|particle| of(particle)[..self.dimension].to_vec()).collect()
         };

@@ -19,9 +19,9 @@ use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, Dyn, LU, Vector3};
-use simulator::scene::schema::{MAX_PARAMETERS, StepEquation};
-use simulator::scene::{ForceElement, Scene};
-use simulator::trace::State;
+use scene::schema::{MAX_PARAMETERS, StepEquation};
+use scene::trace::State;
+use scene::{ForceElement, Scene};
 
 use super::edit::{Edit, edits};
 use super::expression::{Expression, Inputs, Leaf};

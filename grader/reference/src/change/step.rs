@@ -8,8 +8,8 @@
 //! several terms add up.
 
 use nalgebra::{DMatrix, DVector};
-use simulator::scene::schema::Convergence;
-use simulator::trace::State;
+use scene::schema::Convergence;
+use scene::trace::State;
 
 use super::model::{Model, Point, Sample, TermModel};
 use super::{Change, Factor, Guess, Hold, Norm, Quantity, Unknowns};

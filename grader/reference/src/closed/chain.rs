@@ -9,7 +9,7 @@
 
 use std::f64::consts::PI;
 
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::{Closed, parameter};
 

@@ -6,7 +6,7 @@
 //! in wind     m v' = s (4.5 + 1.5 cos 5t, 1 + cos(t + 0.3))                        integrated twice
 //! ```
 
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::{Closed, parameter};
 

@@ -13,7 +13,7 @@ pub use field::{dragged, thrown, windy};
 pub use orbit::orbit;
 pub use oscillator::oscillator;
 
-use simulator::scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene};
 
 /// Sets positions and velocities (`n·D`, particle-major) at a time in seconds.
 type Motion = dyn Fn(f64, &mut [f64], &mut [f64]) + Send + Sync;

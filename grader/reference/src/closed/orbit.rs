@@ -11,7 +11,7 @@
 //! Lagrange's coefficients need no perihelion, and hold for the circle. Source: R. H. Battin, *An Introduction
 //! to the Mathematics and Methods of Astrodynamics*, section 4.3.
 
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::{Closed, parameter};
 

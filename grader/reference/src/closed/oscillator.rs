@@ -9,7 +9,7 @@
 //! If the spring lies along the x axis, `y = x − l0`; if its rest length is zero, `y` is each coordinate separately.
 //! `b` is the sum of the spring's damping and the drag.
 
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::{Closed, parameter};
 

@@ -16,8 +16,8 @@ mod pair;
 
 use nalgebra::DMatrix;
 use num_dual::{Dual64, DualNum};
-use simulator::scene::schema::{ForceSchema, MAX_PARAMETERS, ParameterSchema};
-use simulator::scene::{ForceElement, Scene};
+use scene::schema::{ForceSchema, MAX_PARAMETERS, ParameterSchema};
+use scene::{ForceElement, Scene};
 
 /// Both Jacobians of a force.
 #[derive(Debug, Clone, PartialEq)]

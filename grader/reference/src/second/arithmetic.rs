@@ -8,7 +8,7 @@
 //! Formulas and sources are those of [`law`](crate::law), whose values these are but for rounding. Units are
 //! the scene's.
 
-use simulator::scene::ForceElement;
+use scene::ForceElement;
 
 /// Evaluation of products, sums and quotients.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -13,9 +13,9 @@
 //! `O((n·D)³)` per solve, and one evaluation of the law per column.
 
 use nalgebra::{DMatrix, DVector};
-use simulator::scene::schema::Convergence;
-use simulator::scene::{ForceElement, Scene};
-use simulator::trace::State;
+use scene::schema::Convergence;
+use scene::trace::State;
+use scene::{ForceElement, Scene};
 
 pub mod arithmetic;
 

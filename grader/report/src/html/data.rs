@@ -7,8 +7,8 @@ use base64::engine::general_purpose::STANDARD;
 use grader::grading::SceneResult;
 use grader::recording::{Recording, Residual};
 use grader::suite::Case;
+use scene::state::Energies;
 use serde::Serialize;
-use simulator::state::Energies;
 
 /// Data of a scene's page.
 #[derive(Serialize)]

@@ -8,12 +8,12 @@
 
 use std::path::Path;
 
+use frames::Palette;
+use frames::materials::Materials;
 use grader::creative::{CRITERIA, Creative, Motion, Outcome};
 use grader::printed::{self, InertCsv};
+use scene::Scene;
 use serde::{Deserialize, Serialize};
-use simulator::frames::Palette;
-use simulator::materials::Materials;
-use simulator::scene::Scene;
 
 use super::Sink;
 use super::data::{base64, short};
@@ -201,7 +201,7 @@ mod tests {
     const MOTION: &str = r#"{"scene":{"dimension":2,"count":1,"radii":[0.1],"colors":["a54a00"],"edges":[],"edgeRadii":[],"edgeColors":[],"trails":[{"particle":0,"duration":1.0,"color":"ff0000"}],"background":"ffffff","center":[0.0,0.0,0.0],"extents":[1.0,1.0],"viewport":null},"times":[0.0,1.0],"low":[0.0,0.0],"unit":1.0,"positions":"AAAAAAAAAAA="}"#;
 
     #[test]
-    fn a_motion_from_the_sandbox_is_what_it_was_or_nothing() {
+    fn sandboxed_motion_round_trips_or_is_refused() {
         let again = MotionData::read(MOTION.as_bytes()).unwrap();
         assert_eq!(serde_json::to_string(&again).unwrap(), MOTION);
         for (from, to) in [

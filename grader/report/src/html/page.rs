@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn an_address_leads_to_the_file_whatever_its_name() {
+    fn page_links_escape_file_names() {
         assert_eq!(address("a b/#?%é.html"), "a%20b/%23%3F%25%C3%A9.html");
     }
 }

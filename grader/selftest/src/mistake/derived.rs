@@ -2,7 +2,7 @@
 
 use grader::findings::Part;
 use reference::method::{Method, Substep};
-use simulator::scene::schema::{Family, ForceSchema, IntegratorSchema};
+use scene::schema::{Family, ForceSchema, IntegratorSchema};
 use simulator::{force, integrator};
 
 use super::super::student::{Deviation, OWN_FORCES, Row, Student, steps_by_itself};

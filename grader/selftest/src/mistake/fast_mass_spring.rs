@@ -2,8 +2,8 @@
 
 use grader::findings::{Feature, Part};
 use reference::change::Task;
-use simulator::scene::schema::StepEquation;
-use simulator::scene::{ForceElement, Scene};
+use scene::schema::StepEquation;
+use scene::{ForceElement, Scene};
 
 use super::super::student::{Coefficient, Student, Vec3, wind};
 use super::{

@@ -1,7 +1,7 @@
 //! Mistakes in the treatment of fixed particles.
 
 use grader::findings::Family;
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::super::student::Vec2;
 use super::{Area, Mistake, Scope, Subject};

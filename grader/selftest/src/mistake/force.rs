@@ -1,7 +1,7 @@
 //! Mistakes in forces.
 
 use grader::findings::Part;
-use simulator::scene::Scene;
+use scene::Scene;
 
 use super::super::student::{
     self, BodyForce, PairForce, Student, Vec2, constant_force, drag, quarter_turn, simple_gravity,

@@ -21,8 +21,8 @@ mod projected_newton;
 
 use grader::findings::{Family, Feature, Part};
 use grader::suite::{Case, Suite};
-use simulator::scene::Scene;
-use simulator::scene::schema::{self, Convergence, Matrix, StepEquation};
+use scene::Scene;
+use scene::schema::{self, Convergence, Matrix, StepEquation};
 
 use super::student::{Coefficient, Student};
 

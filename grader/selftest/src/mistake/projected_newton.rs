@@ -1,8 +1,8 @@
 //! Mistakes in projected Newton: operations on the terms of the energy, its gradient and its Hessian; and its rules.
 
 use grader::findings::{Feature, Part};
-use simulator::scene::Scene;
-use simulator::scene::schema::Family;
+use scene::Scene;
+use scene::schema::Family;
 
 use super::super::student::{Student, Vec2, largest, largest_row};
 use super::{

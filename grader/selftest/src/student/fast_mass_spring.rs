@@ -14,7 +14,7 @@
 
 use nalgebra::DMatrix;
 use reference::laws::Laws;
-use simulator::scene::{ForceElement, Particle, Scene};
+use scene::{ForceElement, Particle, Scene};
 
 use super::{Coefficient, Motion, Vec3};
 

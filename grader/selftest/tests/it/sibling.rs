@@ -9,10 +9,10 @@ use grader::sibling::Files;
 use grader::suite::{Case, Section, Suite};
 use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
+use scene::ParseOptions;
 use selftest::mistake::{self, Mistake};
 use selftest::sibling::{Sibling, find};
 use selftest::student::Student;
-use simulator::scene::ParseOptions;
 use test_support::{root, suite};
 
 /// The scenes to which an assignment gives points.

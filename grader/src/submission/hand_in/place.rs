@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_path_leads_out_of_the_folder() {
+    fn paths_cannot_leave_the_folder() {
         let folder = tempfile::tempdir().unwrap();
         let base = folder.path().join("base");
         fs::create_dir_all(base.join("in")).unwrap();

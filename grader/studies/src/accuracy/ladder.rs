@@ -12,9 +12,9 @@
 //! The methods are those of the simulator's registry that support the scene. A method with an entry in `SETTINGS` is
 //! measured once per setting.
 
+use scene::Scene;
+use scene::schema::{IntegratorOptions, IntegratorSchema};
 use simulator::integrator::REGISTRY;
-use simulator::scene::Scene;
-use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
 
 /// Number of steps at the start of the ladder. Runs are compared with the reference after each of them.
 pub const STEPS: u64 = 8;
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_setting_is_a_value_that_its_option_takes() {
+    fn every_setting_is_a_valid_option_value() {
         for kind in REGISTRY {
             for option in kind.schema.options {
                 for setting in option.accuracy {
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_steps_are_taken_as_were_asked_for() {
+    fn ladder_takes_the_requested_steps() {
         for time_step in [0.1, 0.3, 1e-3, 0.7, 0.005, 1.0 / 3.0] {
             for steps in 1..2000 {
                 let quotient = duration(steps, time_step) / time_step;

@@ -6,11 +6,11 @@
 
 use std::time::Instant;
 
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::trace::{Shape, State};
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
 use simulator::statistics::Statistics;
-use simulator::trace::{Shape, State};
 
 use super::reference::Reference;
 use super::{AccuracyConfig, Cost, Errors, Point, RunOutcome, Timing, Work};

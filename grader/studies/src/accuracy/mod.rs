@@ -22,7 +22,7 @@ pub mod order;
 pub mod problem;
 pub mod reference;
 
-use simulator::scene::{Scene, write};
+use scene::{Scene, write};
 
 pub use ::reference::closed::Closed;
 pub use store::{Store, file_name};

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_coarser_than_the_asymptotic_range_is_left_out() {
+    fn order_fit_excludes_steps_above_the_asymptotic_range() {
         let Fit::Slope { slope, window, .. } = fit(&samples(|h| h * (1.0 + 8.0 * h), 0.0)) else {
             panic!("no slope");
         };
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nears_the_floor_is_left_out() {
+    fn order_fit_excludes_errors_near_the_floor() {
         // From h = 1e-3 on, the error is that of the reference.
         let stuck = |h: f64| h.powi(3).max(1e-9);
         let Fit::Slope { slope, window, .. } = fit(&samples(stuck, 1e-9)) else {
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_that_stays_has_the_slope_zero() {
+    fn constant_error_has_slope_zero() {
         let Fit::Slope { slope, .. } = fit(&samples(|h| 0.1 + h * h, 0.0)) else {
             panic!("no slope");
         };

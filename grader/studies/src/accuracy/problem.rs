@@ -3,7 +3,7 @@
 //! Each is a scene file that any simulator can read. To add a problem, add a file in `scenes/`, a line in [`PROBLEMS`], and
 //! a closed form if there is one.
 
-use simulator::scene::{ParseOptions, Scene, xml};
+use scene::{ParseOptions, Scene, xml};
 use simulator::vocabulary;
 
 use super::order::{Exception, Expected};

@@ -5,8 +5,8 @@
 
 use std::time::Instant;
 
-use simulator::scene::{Scene, write};
-use simulator::trace::Shape;
+use scene::trace::Shape;
+use scene::{Scene, write};
 
 use super::ladder::{self, Method};
 use super::measure::follow;

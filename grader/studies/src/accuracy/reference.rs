@@ -9,8 +9,8 @@
 //! The error bar is a *floor*: smaller errors cannot be measured. Samples are at the steps of the coarsest time step, which
 //! every time step of the ladder reaches.
 
-use simulator::scene::schema::Family;
-use simulator::scene::{Dimension, Scene};
+use scene::schema::Family;
+use scene::{Dimension, Scene};
 use simulator::system::System;
 
 use super::Errors;

@@ -11,9 +11,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use scene::output::OutputFile;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use simulator::output::OutputFile;
 
 use super::{Cost, Errors, Point, RunOutcome, Timing, Work};
 
@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_kept_comes_back_to_the_bit_and_only_under_its_key() {
+    fn stored_results_round_trip_exactly_under_their_key() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::new(folder.path(), "this build");
         let errors = Errors { position: 0.1 + 0.2, velocity: 5e-324, energy: 1.0 / 3.0 };

@@ -1,9 +1,7 @@
 //! Builder of scenes.
 
-use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
-use simulator::scene::{
-    Dimension, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering, Scene,
-};
+use scene::schema::{IntegratorOptions, IntegratorSchema};
+use scene::{Dimension, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering, Scene};
 use simulator::vocabulary;
 
 /// Particles and forces, without a method to step them.
@@ -66,7 +64,7 @@ impl Draft {
     /// Adds a spring with stiffness, rest length and damping.
     pub(in crate::stability) fn spring(mut self, pair: [usize; 2], parameters: [f64; 3]) -> Self {
         let edge = self.edges.len();
-        self.edges.push(Edge { particles: pair, radius: simulator::scene::EDGE_RADIUS });
+        self.edges.push(Edge { particles: pair, radius: scene::EDGE_RADIUS });
         let [k, l0, b] = parameters;
         self = self.force("springforce", Some(pair), &[("k", k), ("l0", l0), ("b", b)]);
         if let Some(force) = self.forces.last_mut() {

@@ -6,10 +6,10 @@
 
 use std::path::{Path, PathBuf};
 
+use scene::output::OutputFile;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use simulator::fallback::FallbackStatistics;
-use simulator::output::OutputFile;
 
 use super::outcome::{Measured, Outcome, REASONS, Trial};
 use super::trial::{self, Task};

@@ -15,8 +15,8 @@
 use std::time::Instant;
 
 use nalgebra::DVector;
-use simulator::scene::schema::{Dependence, Family, IntegratorSchema};
-use simulator::scene::{ForceElement, Scene};
+use scene::schema::{Dependence, Family, IntegratorSchema};
+use scene::{ForceElement, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
 
 use super::cases::Case;

@@ -6,7 +6,7 @@ use simulator::solver::linear::LinearSolver;
 use studies::needs::{self, Excess};
 
 #[test]
-fn no_shipped_scene_is_given_more_than_it_needs_and_the_general_path_gives_the_same() {
+fn shipped_scenes_use_no_excess_and_match_the_general_path() {
     let cases = suite().cases;
     assert!(cases.len() > 100);
     for case in &cases {
@@ -18,17 +18,17 @@ fn no_shipped_scene_is_given_more_than_it_needs_and_the_general_path_gives_the_s
 }
 
 #[test]
-fn more_than_is_needed_is_found() {
+fn excess_cost_is_detected() {
     let cases = suite().cases;
-    let found = |wanted: Excess, of: &dyn Fn(&simulator::scene::Scene) -> Vec<Excess>| {
+    let found = |wanted: Excess, of: &dyn Fn(&scene::Scene) -> Vec<Excess>| {
         cases.iter().any(|case| of(&case.scene).contains(&wanted))
     };
-    let sparse = |scene: &simulator::scene::Scene| {
+    let sparse = |scene: &scene::Scene| {
         needs::excess(scene, &needs::cost(scene, LinearSolver::Sparse).unwrap())
     };
     assert!(found(Excess::SparseForSmall, &sparse));
     // The general path uses more than the scene needs.
-    let general = |scene: &simulator::scene::Scene| {
+    let general = |scene: &scene::Scene| {
         let cost = needs::cost(&needs::general(scene), LinearSolver::Auto);
         cost.map_or(Vec::new(), |cost| needs::excess(scene, &cost))
     };
@@ -38,11 +38,10 @@ fn more_than_is_needed_is_found() {
         assert!(found(wanted, &general), "{wanted:?}");
     }
     // The scene of an explicit method, stepped by an implicit one.
-    let implicit = |scene: &simulator::scene::Scene| {
+    let implicit = |scene: &scene::Scene| {
         let integrator = simulator::vocabulary().integrator("implicit-euler").unwrap();
         let mut other = scene.clone();
-        other.integrator_options =
-            simulator::scene::schema::IntegratorOptions::defaults(integrator);
+        other.integrator_options = scene::schema::IntegratorOptions::defaults(integrator);
         other.integrator = integrator;
         needs::cost(&other, LinearSolver::Auto)
             .map_or(Vec::new(), |cost| needs::excess(scene, &cost))

@@ -7,7 +7,7 @@ use test_support::suite;
 const FIRST_STEPS: u64 = 12;
 
 #[test]
-fn no_shipped_scene_allocates_once_its_room_is_made() {
+fn shipped_scenes_do_not_allocate_after_the_first_steps() {
     let cases = suite().cases;
     let (mut looked, mut offenders) = (0, Vec::new());
     for case in &cases {

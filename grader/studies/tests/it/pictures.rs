@@ -89,7 +89,7 @@ fn kept(folder: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn work_precision_diagrams_are_those_of_the_stored_measurements() {
+fn work_precision_diagrams_match_stored_measurements() {
     let rows = rows(MEASURED);
     for file in shown("pictures/accuracy/") {
         let name = file.strip_suffix(".svg").expect("a diagram");
@@ -121,7 +121,7 @@ fn reproducible(report: &str, is_taken: impl Fn(&Row) -> bool) -> Vec<Vec<String
 }
 
 #[test]
-fn the_stored_measurements_are_those_of_todays_methods() {
+fn stored_measurements_match_current_methods() {
     // Few steps of two scenes, with every method; a change of a method changes their errors.
     let config = AccuracyConfig { rungs: 7, repeats: 1, budget: 0.0, max_steps: 512 };
     for name in ["oscillator", "stiff-damped-spring"] {
@@ -140,7 +140,7 @@ fn the_stored_measurements_are_those_of_todays_methods() {
 }
 
 #[test]
-fn stability_maps_are_those_of_todays_methods() {
+fn stability_maps_match_current_methods() {
     let maps = maps();
     let file = |map: &Map| format!("stability-{}.svg", map.method);
     let shown = shown("stability/");

@@ -201,7 +201,7 @@ fn lower_bound(cluster: Cluster, times: &[f64]) -> f64 {
 }
 
 #[test]
-fn every_submission_is_graded_once_whatever_fails() {
+fn every_submission_is_graded_once_despite_failures() {
     let times = class(3000, &mut Rng::with_seed(1));
     let cluster = Cluster { nodes: 5, slots: 4, ..ROUGH };
     let harsh = Cluster { node_failure: 600.0, job_failure: 60.0, ..cluster };

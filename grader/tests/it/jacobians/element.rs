@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use reference::law::Jacobians;
-use simulator::scene::Scene;
+use scene::Scene;
 
 /// An element between two particles, or one particle in a field (`d` is then its position, `w` its velocity).
 pub(crate) struct Element {

@@ -3,8 +3,8 @@
 use grader::jacobian::BlockKind;
 use nalgebra::DMatrix;
 use reference::law::Jacobians;
+use scene::schema::{ActsOn, Dependence, ForceSchema};
 use simulator::force::REGISTRY;
-use simulator::scene::schema::{ActsOn, Dependence, ForceSchema};
 
 use super::element::{
     Element, add, damping, damping_by_velocity, drag, elastic, elements, gravitation, green,

@@ -19,8 +19,8 @@ use grader::jacobian::{
     check_forces, simulated,
 };
 use rayon::prelude::*;
+use scene::{Dimension, Scene};
 use simulator::force::{self, ForceKind};
-use simulator::scene::{Dimension, Scene};
 
 use planted::{Planted, XD};
 
@@ -184,7 +184,7 @@ fn enough_mistakes_and_variants_are_planted_over_all_forces() {
 }
 
 #[test]
-fn the_exhibit_of_a_mistake_is_where_it_is() {
+fn exhibit_points_at_the_wrong_entry() {
     let find = |description: &str| {
         let mut found = mistakes().iter();
         found.find(|judged| judged.subject.description == description).expect("it is planted")
@@ -213,7 +213,7 @@ fn the_exhibit_of_a_mistake_is_where_it_is() {
 }
 
 #[test]
-fn a_mistake_that_no_block_shows_breaks_exactly_the_expected_properties() {
+fn mistakes_outside_blocks_break_the_expected_properties() {
     for (broken, Judged { checks, .. }) in property::all().iter().zip(broken()) {
         for check in checks {
             let context = format!("{}, {}", broken.force, broken.description);

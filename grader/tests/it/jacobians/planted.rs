@@ -2,8 +2,8 @@
 
 use grader::jacobian::{BlockKind, By, Part, Subject, simulated};
 use reference::law::Jacobians;
+use scene::Scene;
 use simulator::force::{Coupling, Degenerate};
-use simulator::scene::Scene;
 
 use super::element::{Blocks, Element, assemble};
 

@@ -2,8 +2,8 @@
 
 use grader::jacobian::{Property, Subject, simulated};
 use reference::law::Jacobians;
+use scene::Scene;
 use simulator::force::{Coupling, Degenerate};
-use simulator::scene::Scene;
 
 /// A mistake, and the properties that it violates.
 pub(crate) struct Broken {

@@ -41,13 +41,13 @@ use super::backward::Point;
 use super::record::Recording;
 use super::{Integrator, IntegratorKind, Interrupt, IterationRecorder, Step, StepError};
 use crate::force::{Degenerate, ForceKind};
-use crate::scene::schema::{
+use crate::statistics::{RoundsEnd, Statistics};
+use crate::system::{BuildForce, System};
+use scene::schema::{
     AccuracySetting, ActsOn, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
     OptionSchema, OptionText, Order, Refusal, StepEquation,
 };
-use crate::scene::{ForceElement, Scene};
-use crate::statistics::{RoundsEnd, Statistics};
-use crate::system::{BuildForce, System};
+use scene::{ForceElement, Scene};
 
 mod global;
 mod lbfgs;
@@ -531,8 +531,8 @@ impl Rounds<'_> {
 mod tests {
     use super::*;
     use crate::force::REGISTRY;
-    use crate::scene::Location;
-    use crate::scene::schema::{ForceSchema, MAX_PARAMETERS, Masses};
+    use scene::Location;
+    use scene::schema::{ForceSchema, MAX_PARAMETERS, Masses};
 
     static OTHER_SPRING: ForceSchema = ForceSchema {
         tag: "otherspring",
@@ -557,7 +557,7 @@ mod tests {
     }
 
     #[test]
-    fn springs_of_another_energy_are_refused_and_nothing_else_is() {
+    fn only_springs_of_unsupported_energy_are_refused() {
         assert!(refusal(&OTHER_SPRING).is_some());
         for kind in REGISTRY {
             let other_spring = kind.schema.acts_on == ActsOn::Edge && kind.schema.tag != SPRING;

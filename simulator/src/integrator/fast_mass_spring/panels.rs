@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_below_a_supernode_belong_to_any_later_column() {
+    fn supernode_rows_may_belong_to_any_later_column() {
         // L = (1 0 0 0; 2 1 0 0; 0 0 1 0; 3 4 5 1): columns 0 and 1 have row 3 below them, column 2 too.
         let factor = [
             [1.0, 0.0, 0.0, 0.0],

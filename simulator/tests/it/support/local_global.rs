@@ -6,7 +6,7 @@
 
 use nalgebra::linalg::Cholesky;
 use nalgebra::{DMatrix, Dyn};
-use simulator::scene::Scene;
+use scene::Scene;
 
 /// The assignment's simulation of a scene of undamped springs, with the same force on particles of each mass.
 pub(crate) struct Assignment {

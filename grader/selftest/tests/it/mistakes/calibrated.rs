@@ -5,7 +5,7 @@ use grader::oracle::Oracle;
 use grader::suite::{Case, find_trace};
 use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
-use simulator::trace;
+use scene::trace;
 use test_support::root;
 
 use super::{ENOUGH, whole_suite};

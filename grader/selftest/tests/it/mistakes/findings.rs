@@ -87,7 +87,7 @@ pub(super) fn is_of(finding: &Finding, planted: Feature) -> bool {
 const ASSIGNMENTS: [&str; 2] = ["elastodynamics", "fast-mass-spring"];
 
 #[test]
-fn nothing_false_is_said_of_methods_that_minimise() {
+fn sampled_mistakes_in_minimising_methods_have_no_false_finding() {
     for name in ASSIGNMENTS {
         assert_eq!(false_findings(name, 4), [""; 0], "{name}");
     }
@@ -95,7 +95,7 @@ fn nothing_false_is_said_of_methods_that_minimise() {
 
 #[test]
 #[ignore = "it takes half a minute"]
-fn nothing_false_is_said_of_any_mistake_in_methods_that_minimise() {
+fn all_mistakes_in_minimising_methods_have_no_false_finding() {
     for name in ASSIGNMENTS {
         assert_eq!(false_findings(name, 1), [""; 0], "{name}");
     }

@@ -8,9 +8,9 @@ use grader::submission::StateSource;
 use grader::suite::{Section, Suite, find_trace};
 use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
+use scene::Scene;
+use scene::trace::{self, Shape, State, TraceError, TraceReader};
 use selftest::student::Student;
-use simulator::scene::Scene;
-use simulator::trace::{self, Shape, State, TraceError, TraceReader};
 
 /// A residual within this factor of a tolerance, on either side, is no evidence: with different rounding it could be
 /// on the other side.

@@ -22,9 +22,9 @@ use test_support::{assert_document, root, suite};
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
 use rayon::prelude::*;
+use scene::ParseOptions;
 use selftest::mistake;
 use selftest::student::{self, Student};
-use simulator::scene::ParseOptions;
 use simulator::solver::linear::LinearSolver;
 
 use judging::{Graded, compare_states, excess, states_of};
@@ -116,7 +116,7 @@ fn no_mistake_is_planted_twice() {
 
 #[test]
 #[ignore = "it takes half a minute"]
-fn the_courses_own_scenes_miss_what_ours_catch() {
+fn course_scenes_miss_mistakes_that_ours_catch() {
     let Some(scenes) = courses_scenes() else { return };
     let missed: Vec<_> = mistake::all().into_iter().filter(|m| m.missed_by_the_course).collect();
     assert_eq!(missed.len(), 5);

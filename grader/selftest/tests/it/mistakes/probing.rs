@@ -7,10 +7,10 @@ use grader::probe::{Probing, Stepper, Verdict, probe};
 use grader::submission::StateSource;
 use grader::verdict::Failure;
 use rayon::prelude::*;
+use scene::trace::{Shape, State};
+use scene::{Dimension, Scene};
 use selftest::mistake::{self, Area};
 use selftest::student::{self, Student};
-use simulator::scene::{Dimension, Scene};
-use simulator::trace::{Shape, State};
 
 /// A student as a single-step program.
 struct Steps(Student);
@@ -66,7 +66,7 @@ pub(crate) fn tag(subject: &str) -> &'static str {
 }
 
 #[test]
-fn the_second_implementation_is_correct_wherever_it_is_probed() {
+fn probing_finds_the_second_implementation_correct() {
     let probing = probe(&Steps(Student::faultless()), |_, _| true);
     assert_eq!(with(&probing, Verdict::Wrong), []);
     assert_eq!(with(&probing, Verdict::Inconclusive), []);
@@ -75,7 +75,7 @@ fn the_second_implementation_is_correct_wherever_it_is_probed() {
 }
 
 #[test]
-fn every_mistake_in_a_jacobian_is_called_wrong_in_that_force_alone() {
+fn jacobian_mistakes_are_blamed_on_their_force_alone() {
     let escapes = |mistake: &mistake::Mistake| {
         let probing = probe(&Steps(mistake.student()), |_, _| true);
         let wrong = with(&probing, Verdict::Wrong);
@@ -91,7 +91,7 @@ fn every_mistake_in_a_jacobian_is_called_wrong_in_that_force_alone() {
 }
 
 #[test]
-fn every_mistake_in_an_implicit_step_is_called_wrong_and_no_force_is() {
+fn implicit_step_mistakes_are_blamed_on_no_force() {
     let escapes = |mistake: &mistake::Mistake| {
         let probing = probe(&Steps(mistake.student()), |_, _| true);
         let wrong = with(&probing, Verdict::Wrong);

@@ -6,9 +6,9 @@ use grader::suite::{Case, Section};
 use grader::verdict::Failure;
 use rayon::prelude::*;
 use reference::change::Task;
+use scene::trace::State;
 use selftest::mistake::{self, Mistake};
 use selftest::student::Student;
-use simulator::trace::State;
 
 use super::findings::{Inputs, is_of};
 
@@ -103,20 +103,20 @@ fn counts(outcomes: &[(String, Outcome, Vec<String>)]) -> [usize; 3] {
 }
 
 #[test]
-fn mistakes_are_named_by_their_task() {
+fn sampled_mistakes_are_named_by_their_task() {
     let [named, pointed_at, nothing] = counts(&outcomes(WITH_VELOCITIES, 0, 4));
     assert!(named + pointed_at > 6 * nothing, "{named} {pointed_at} {nothing}");
 }
 
 #[test]
-fn mistakes_are_named_by_their_task_from_positions_alone() {
+fn sampled_mistakes_are_named_by_their_task_from_positions() {
     let [named, pointed_at, nothing] = counts(&outcomes(POSITIONS_ALONE, 2, 4));
     assert!(named + pointed_at > 6 * nothing, "{named} {pointed_at} {nothing}");
 }
 
 #[test]
 #[ignore = "it takes two minutes"]
-fn every_mistake_is_named_by_its_task_or_by_none() {
+fn no_mistake_is_named_by_another_task() {
     for (name, written) in [("velocities", WITH_VELOCITIES), ("positions", POSITIONS_ALONE)] {
         let outcomes = outcomes(written, 0, 1);
         // `docs/internals.md` states these counts.

@@ -137,7 +137,7 @@ fn row(mistake: &Mistake, probing: &Probing) -> String {
 
 /// Every twentieth program; the tables of the document contain its rows.
 #[test]
-fn some_mistakes_are_called_wrong_where_they_are_and_right_programs_never() {
+fn sampled_probed_mistakes_are_located_and_correct_programs_pass() {
     let document = std::fs::read_to_string(root().join("docs/probe.md")).unwrap();
     for line in judge(20).0.lines() {
         assert!(document.contains(line), "docs/probe.md has no line {line:?}");
@@ -146,7 +146,7 @@ fn some_mistakes_are_called_wrong_where_they_are_and_right_programs_never() {
 
 #[test]
 #[ignore = "it takes minutes"]
-fn all_mistakes_are_called_wrong_where_they_are_and_right_programs_never() {
+fn all_probed_mistakes_are_located_and_correct_programs_pass() {
     let (text, is_complete) = judge(1);
     if is_complete {
         assert_document(
@@ -223,7 +223,7 @@ fn judge(step: usize) -> (String, bool) {
 }
 
 #[test]
-fn what_is_not_there_is_not_offered_and_not_wrong() {
+fn missing_forces_are_not_offered_rather_than_wrong() {
     let mut variants = [C, PYTHON].map(|build| Variant { build, environment: Vec::new() });
     variants[0].environment.push(("NAMES", "one"));
     let workshop = Workshop::new("offers", &variants);
@@ -263,7 +263,7 @@ fn script(name: &str, body: &str) -> PathBuf {
 }
 
 #[test]
-fn programs_of_no_use_are_refused_by_name() {
+fn unusable_programs_are_refused_by_kind() {
     let text = script("text", "");
     std::fs::write(&text, "not a program").unwrap();
     let failure = refused(&text, 60.0);
@@ -285,7 +285,7 @@ fn programs_of_no_use_are_refused_by_name() {
 }
 
 #[test]
-fn a_program_that_does_not_end_is_ended_with_what_it_started() {
+fn hanging_program_is_killed_with_its_children() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let alive = folder.join("alive");
     let body = format!("(sleep 3; touch '{}') & sleep 600", alive.display());

@@ -4,8 +4,8 @@
 //! the measured matrix. Runs at 0.99 and 1.01 times the boundary confirm it, with enough steps to grow by `e¹²`, up to
 //! a limit: a growing mode must exceed the initial amplitude of the others.
 
+use scene::schema::IntegratorSchema;
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::IntegratorSchema;
 use simulator::simulation::Simulation;
 
 use super::measured::Linear;

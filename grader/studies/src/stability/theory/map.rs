@@ -1,8 +1,8 @@
 //! Map of the measured spectral radius over `h ω` and the damping ratio.
 
 use rayon::prelude::*;
+use scene::schema::IntegratorSchema;
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::IntegratorSchema;
 
 use super::measured::Linear;
 

@@ -11,10 +11,10 @@
 
 use ::reference::method::stable_steps;
 use nalgebra::{DMatrix, Schur};
-use simulator::scene::Scene;
-use simulator::scene::schema::{Convergence, IntegratorSchema};
+use scene::Scene;
+use scene::schema::{Convergence, IntegratorSchema};
+use scene::trace::State;
 use simulator::simulation::Simulation;
-use simulator::trace::State;
 
 use crate::stability::draft::Draft;
 
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn powers_find_the_radius() {
+    fn matrix_powers_find_the_spectral_radius() {
         // A rotation by 0.3 scaled by 0.8, and a double eigenvalue 2 with one eigenvector.
         let (sin, cos) = 0.3_f64.sin_cos();
         let turn = DMatrix::from_row_slice(2, 2, &[0.8 * cos, -0.8 * sin, 0.8 * sin, 0.8 * cos]);

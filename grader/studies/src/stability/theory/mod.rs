@@ -42,7 +42,7 @@ mod tests {
     use measured::Linear;
 
     #[test]
-    fn the_measured_matrix_of_a_step_is_the_method_s() {
+    fn measured_step_matrix_matches_the_method() {
         for kind in simulator::integrator::REGISTRY {
             let name = kind.schema.name;
             for (zeta, a) in [(0.0, 0.1), (0.1, 1.0), (1.0, 0.5), (1.0, 10.0)] {

@@ -13,9 +13,9 @@
 //! ```
 
 use nalgebra::Complex;
+use scene::schema::{IntegratorOptions, IntegratorSchema};
+use scene::{ParseOptions, Scene, xml};
 use simulator::integrator::REGISTRY;
-use simulator::scene::schema::{IntegratorOptions, IntegratorSchema};
-use simulator::scene::{ParseOptions, Scene, xml};
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 
@@ -191,7 +191,7 @@ fn drift(scene: &Scene) -> [f64; 2] {
 }
 
 #[test]
-fn every_method_keeps_the_momentum_that_inner_forces_cannot_change() {
+fn every_method_conserves_momentum_under_internal_forces() {
     for name in ["kepler-orbit", "squared-springs", "vortex-pair"] {
         let mut scene = problem(name).scene();
         scene.time_step /= 8.0;
@@ -208,7 +208,7 @@ fn every_method_keeps_the_momentum_that_inner_forces_cannot_change() {
 }
 
 #[test]
-fn symplectic_methods_keep_the_angular_momentum_of_central_forces_and_others_do_not() {
+fn only_symplectic_methods_conserve_angular_momentum() {
     for name in ["kepler-orbit", "squared-springs"] {
         let mut scene = problem(name).scene();
         scene.time_step /= 8.0;

@@ -71,7 +71,7 @@ fn exact_motions_neither_confirm_an_order_nor_differ() {
 }
 
 #[test]
-fn closed_forms_are_the_adaptive_solution_within_both_error_bars() {
+fn closed_forms_agree_with_the_adaptive_solution() {
     let mut count = 0;
     for problem in PROBLEMS.iter().filter(|problem| problem.closed.is_some()) {
         let scene = problem.scene();
@@ -119,7 +119,7 @@ fn the_pendulums_period_tends_to_the_elliptic_integral_as_its_spring_stiffens() 
 }
 
 #[test]
-fn every_problem_has_a_scene_of_its_own_that_starts_where_its_closed_form_does() {
+fn each_problem_has_a_scene_starting_at_its_closed_form() {
     for problem in PROBLEMS {
         let scene = problem.scene();
         assert!((16..=256).contains(&scene.n_steps()), "{}: {}", problem.name, scene.n_steps());

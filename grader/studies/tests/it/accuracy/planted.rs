@@ -2,9 +2,9 @@
 
 use grader::submission::StateSource;
 use grader::verdict::Failure;
-use simulator::scene::Scene;
+use scene::Scene;
+use scene::trace::State;
 use simulator::system::System;
-use simulator::trace::State;
 use studies::accuracy::measure::follow;
 use studies::accuracy::order::{self, ErrorSample, Expected, Fit};
 use studies::accuracy::reference::Reference;
@@ -28,7 +28,7 @@ struct Planted {
 
 impl Planted {
     fn new(scene: &Scene, rule: StepRule) -> Self {
-        let flat = |vector: fn(&simulator::scene::Particle) -> [f64; 3]| {
+        let flat = |vector: fn(&scene::Particle) -> [f64; 3]| {
             scene.particles.iter().flat_map(|each| vector(each)[..2].to_vec()).collect()
         };
         Self {
@@ -155,7 +155,7 @@ fn every_planted_mistake_breaks_the_order() {
 }
 
 #[test]
-fn a_method_of_order_two_is_not_taken_for_one_of_order_one() {
+fn order_two_is_distinguished_from_order_one() {
     let verlet: StepRule = |h, a, x, v| {
         let force = a(x);
         add(v, 0.5 * h, &force);

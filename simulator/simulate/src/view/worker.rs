@@ -1,0 +1,192 @@
+//! Takes the steps of a run on a thread of its own.
+//!
+//! The thread has one job at a time: it builds the simulation where the scene has changed, sets the state where it is not
+//! that of the last step, and takes steps until they are taken, or the next one would exceed the budget of computing time; at
+//! least one. A job that is abandoned ends at the next iteration of its method ([`Interrupt`]); a new job starts when it has
+//! ended, so that abandoned steps do not pile up.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use scene::Scene;
+use scene::state::StateView;
+use simulator::integrator::Interrupt;
+use simulator::simulation::{Simulation, SimulationError};
+
+/// A state. `time` is `step` times the time step.
+#[derive(Clone)]
+pub(super) struct State {
+    pub(super) step: u64,
+    pub(super) time: f64,
+    pub(super) positions: Vec<f64>,
+    pub(super) velocities: Vec<f64>,
+}
+
+/// The steps of a frame.
+pub(super) struct Job {
+    /// The scene, if it has changed. The first job has one.
+    pub(super) scene: Option<Scene>,
+    /// The state to start from, if it is not that of the last step.
+    pub(super) start: Option<State>,
+    /// How many steps are due.
+    pub(super) steps: u64,
+}
+
+/// What a job did.
+pub(super) struct Done {
+    /// Steps that were asked for, and that were taken.
+    pub(super) asked: u64,
+    pub(super) steps: u64,
+    /// Time that the steps took.
+    pub(super) computing: Duration,
+    /// The last state that is finite, if a step was taken.
+    pub(super) end: Option<State>,
+    /// Its kinetic and potential energy.
+    pub(super) energies: [f64; 2],
+    pub(super) failure: Option<SimulationError>,
+}
+
+/// The thread has ended by an internal error.
+pub(super) struct Stopped;
+
+/// The thread of a run. It ends with this value, once its step does.
+pub(super) struct Worker {
+    jobs: Sender<(Job, Interrupt)>,
+    results: Receiver<Done>,
+    /// The job that the thread has.
+    current: Option<Current>,
+}
+
+/// A job that has not ended.
+struct Current {
+    since: Instant,
+    interrupt: Interrupt,
+}
+
+impl Worker {
+    /// Starts the thread. `budget` is the computing time of a job.
+    pub(super) fn start(budget: Duration) -> Self {
+        let (jobs, received) = channel();
+        let (sender, results) = channel();
+        thread::spawn(move || work(budget, &received, &sender));
+        Self { jobs, results, current: None }
+    }
+
+    /// Whether the thread has a job, abandoned or not.
+    pub(super) fn is_busy(&self) -> bool {
+        self.current.is_some()
+    }
+
+    /// Whether the thread has a job that is not abandoned.
+    pub(super) fn is_running(&self) -> bool {
+        self.current.as_ref().is_some_and(|current| !current.interrupt.is_raised())
+    }
+
+    /// When its job began.
+    pub(super) fn busy_since(&self) -> Option<Instant> {
+        self.current.as_ref().map(|current| current.since)
+    }
+
+    /// Begins a job. The thread must not be busy.
+    pub(super) fn begin(&mut self, job: Job) {
+        let interrupt = Interrupt::default();
+        // If the thread has ended, `wait` says so.
+        let _ = self.jobs.send((job, interrupt.clone()));
+        self.current = Some(Current { since: Instant::now(), interrupt });
+    }
+
+    /// Ends the job soon; its result means nothing.
+    pub(super) fn abandon(&self) {
+        if let Some(current) = &self.current {
+            current.interrupt.raise();
+        }
+    }
+
+    /// The result of the job; `None` if it has not ended at the deadline.
+    ///
+    /// # Errors
+    /// If the thread has ended.
+    pub(super) fn wait(&mut self, deadline: Instant) -> Result<Option<Done>, Stopped> {
+        let left = deadline.saturating_duration_since(Instant::now());
+        match self.results.recv_timeout(left) {
+            Ok(done) => {
+                self.current = None;
+                Ok(Some(done))
+            }
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(Stopped),
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.abandon();
+    }
+}
+
+/// The thread.
+fn work(budget: Duration, jobs: &Receiver<(Job, Interrupt)>, results: &Sender<Done>) {
+    let mut simulation = None;
+    for (job, interrupt) in jobs {
+        if let Some(scene) = &job.scene {
+            simulation = Some(Simulation::new(scene));
+        }
+        let Some(simulation) = &mut simulation else { return };
+        simulation.interrupt_by(&interrupt);
+        if results.send(take_steps(simulation, &job, &interrupt, budget)).is_err() {
+            return;
+        }
+    }
+}
+
+fn take_steps(
+    simulation: &mut Simulation,
+    job: &Job,
+    interrupt: &Interrupt,
+    budget: Duration,
+) -> Done {
+    if let Some(State { step, positions, velocities, .. }) = &job.start {
+        simulation.set_state(*step, None, positions, velocities);
+    }
+    let started = Instant::now();
+    let of = |simulation: &Simulation| {
+        let state = simulation.state();
+        let (positions, velocities) = (state.positions.to_vec(), state.velocities.to_vec());
+        State { step: state.step, time: state.time, positions, velocities }
+    };
+    let mut last = of(simulation);
+    let (mut steps, mut failure) = (0, None);
+    while steps < job.steps && !interrupt.is_raised() {
+        let spent = started.elapsed().as_secs_f64();
+        if steps > 0 && spent + spent / steps as f64 > budget.as_secs_f64() {
+            break;
+        }
+        if let Err(error) = simulation.advance() {
+            failure = Some(error);
+            break;
+        }
+        let state = simulation.state();
+        (last.step, last.time) = (state.step, state.time);
+        last.positions.copy_from_slice(state.positions);
+        last.velocities.copy_from_slice(state.velocities);
+        steps += 1;
+    }
+    let computing = started.elapsed();
+    let view = StateView {
+        step: last.step,
+        time: last.time,
+        positions: &last.positions,
+        velocities: &last.velocities,
+    };
+    let energies = simulation.energies_of(view);
+    Done {
+        asked: job.steps,
+        steps,
+        computing,
+        energies: [energies.kinetic, energies.potential],
+        end: (steps > 0).then_some(last),
+        failure,
+    }
+}

@@ -4,64 +4,44 @@
 //! trace -> Comparison -> Verdict -> Report
 //! ```
 //!
-//! - [`assignment`]: the part of the suite that an assignment grades.
-//! - [`suite`]: the scenes that are graded, and their features.
-//! - [`selection`]: scenes chosen by patterns.
+//! - [`boundary`]: files of students, other files, text of students.
+//! - [`suite`]: the scenes that are graded, their features, and the part that an assignment grades.
 //! - [`submission`]: submissions; a simulator, built-in or foreign, is seen only through its states.
-//! - [`calibration`]: envelopes of the differences between correct programs.
-//! - [`compare`]: comparison of a trace with the oracle's.
-//! - [`diagnosis`]: the steps of a trace that are wrong by themselves.
 //! - [`verdict`]: a pass, or a named failure.
-//! - [`rubric`]: tolerances and points.
-//! - [`late`]: the rubric's rules for late submissions and course platforms.
+//! - [`compare`]: comparison of a trace with the oracle's, and envelopes of the differences between correct programs.
+//! - [`rubric`]: tolerances, points, lateness.
 //! - [`time`]: points in time.
-//! - [`events`]: events of a run, sent to an observer.
-//! - [`stepping`]: single steps of the built-in simulator.
-//! - [`recording`]: a comparison reduced for display.
-//! - [`grading`]: grading of one submission over a suite.
-//! - [`class`]: grading of a folder of submissions.
-//! - [`creative`]: checks of creative scenes.
-//! - [`similar`]: what the sources of hand-ins share.
-//! - [`altered`]: detection of programs that look traces up.
+//! - [`white_box`]: each force's Jacobians against differences of the force.
+//! - [`probe`]: forces and Jacobians of a program, from its traces.
+//! - [`diagnosis`]: the steps of a trace that are wrong by themselves.
 //! - [`findings`]: what is wrong in a submission, proven by replay.
-//! - [`jacobian`]: each force's Jacobians against differences of the force.
+//! - [`creative`]: checks of creative scenes.
 //! - [`sibling`]: scenes with the same features and other numbers, drawn by a seed.
 //! - [`oracle`]: regeneration and verification of the stored traces.
-//! - [`init`]: skeletons of submissions.
-//! - [`door`]: files of students; [`own_file`]: all others; [`printed`]: text of students.
+//! - [`grading`]: grading of one submission over a suite.
+//! - [`class`]: grading of a folder of submissions.
 
-pub mod assignment;
-pub mod selection;
+pub mod boundary;
+pub mod time;
+
 pub mod suite;
 
 pub mod submission;
 pub mod verdict;
 
-pub mod calibration;
 pub mod compare;
-pub mod diagnosis;
-pub mod late;
 pub mod rubric;
-pub mod time;
 
-pub mod stepping;
-
-pub mod recording;
-
-pub mod altered;
-pub mod class;
-pub mod creative;
-pub mod events;
-pub mod findings;
-pub mod grading;
-pub mod jacobian;
-pub mod sibling;
-pub mod similar;
-
-pub mod init;
 pub mod probe;
+pub mod white_box;
 
-pub mod door;
+pub mod diagnosis;
+pub mod findings;
+
+pub mod creative;
+pub mod sibling;
+
 pub mod oracle;
-pub mod own_file;
-pub mod printed;
+
+pub mod class;
+pub mod grading;

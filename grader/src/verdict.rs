@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::printed::{self, Untrusted};
+use crate::boundary::printed::{self, Untrusted};
 
 /// The outcome of one scene.
 #[derive(Debug, Clone, PartialEq)]

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use harness::Harness;
-use scene::schema::{ActsOn, ForceSchema};
+use scene::schema::{ForceSchema, IntegratorOptions, Stencil};
 use scene::state::StateView;
 use scene::trace::csv::{CsvReader, CsvWriter};
 use scene::trace::fosssim::{FosssimReader, FosssimWriter};
@@ -42,13 +42,12 @@ fn chain(n: usize, force: &ForceSchema) -> String {
     for j in 1..n {
         let _ = writeln!(text, r#"<edge i="{}" j="{j}"/>"#, j - 1);
     }
-    let elements = if force.acts_on == ActsOn::EveryParticle { 1 } else { n - 1 };
+    let elements = if force.stencil.is_field() { 1 } else { n + 1 - force.stencil.size() };
     for i in 0..elements {
-        let _ = match force.acts_on {
-            ActsOn::EveryParticle => write!(text, "<{}", force.tag),
-            ActsOn::Pair => write!(text, r#"<{} i="{i}" j="{}""#, force.tag, i + 1),
-            ActsOn::Edge => write!(text, r#"<{} edge="{i}""#, force.tag),
-        };
+        let _ = write!(text, "<{}", force.tag);
+        for (number, attribute) in force.stencil.attributes().iter().enumerate() {
+            let _ = write!(text, r#" {attribute}="{}""#, i + number);
+        }
         for parameter in force.parameters.iter().filter(|parameter| !parameter.three_dimensional) {
             let (low, high) = parameter.typical;
             let _ = write!(text, r#" {}="{}""#, parameter.name, 0.5 * (low + high) + 0.1);
@@ -68,7 +67,13 @@ fn steps(harness: &Harness) {
     for force in force::REGISTRY {
         for integrator in integrator::REGISTRY {
             for n in [2, 16, 128] {
-                let scene = parse(&chain(n, &force.schema));
+                let mut scene = parse(&chain(n, &force.schema));
+                let schema = &integrator.schema;
+                if scene.forces.iter().any(|force| (schema.refuses)(force).is_some()) {
+                    continue;
+                }
+                scene.integrator = schema;
+                scene.integrator_options = IntegratorOptions::defaults(schema);
                 let system = System::<2>::new(&scene);
                 let start = Simulation::new(&scene);
                 let StateView { positions, velocities, .. } = start.state();
@@ -77,7 +82,7 @@ fn steps(harness: &Harness) {
                 let earlier = Some(&State { time: None, positions, velocities });
                 let mut method = integrator.build(&scene, &system, LinearSolver::Auto);
                 let mut statistics = Statistics::default();
-                let name = format!("step/{}/{}/{n}", force.schema.tag, integrator.schema.name);
+                let name = format!("step/{}/{}/{n}", force.schema.tag, schema.name);
                 let step = |(positions, velocities): &mut (Vec<f64>, Vec<f64>)| {
                     let statistics = &mut statistics;
                     let (size, time) = (TIME_STEP, 0.0);
@@ -92,7 +97,7 @@ fn steps(harness: &Harness) {
 
 /// The text of a scene in memory to its model; an element is a byte.
 fn parsing(harness: &Harness) {
-    let spring = force::REGISTRY.iter().find(|kind| kind.schema.acts_on == ActsOn::Edge);
+    let spring = force::REGISTRY.iter().find(|kind| kind.schema.stencil == Stencil::Edge);
     let spring = &spring.expect("some force acts on edges").schema;
     for n in [16, 1024] {
         let text = chain(n, spring);

@@ -18,7 +18,7 @@ use crate::statistics::Statistics;
 use crate::system::{BuildForce, System};
 use scene::state::{Energies, StateView};
 use scene::trace::State;
-use scene::{Dimension, Location, Scene};
+use scene::{Dimension, Location, Particles, Scene};
 
 /// Options of a simulation that are not part of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub struct SimulationOptions {
 pub struct Simulation {
     stepper: Box<dyn Stepper>,
     scene: String,
-    forces: Vec<(&'static str, [usize; 2], Location)>,
+    forces: Vec<(&'static str, Particles, Location)>,
     dimension: Dimension,
     time_step: f64,
     n_steps: u64,
@@ -88,9 +88,10 @@ impl Simulation {
         scene: &Scene,
         SimulationOptions { solver, robust, watch_energy }: SimulationOptions,
     ) -> Self {
-        let forces = scene.forces.iter().map(|element| {
-            (element.schema.tag, element.pair.unwrap_or_default(), element.location)
-        });
+        let forces = scene
+            .forces
+            .iter()
+            .map(|element| (element.schema.tag, element.particles.clone(), element.location));
         let (positions, velocities) = (scene.positions(), scene.velocities());
         let is_two_step = scene.integrator.equation.is_two_step();
         let start = (robust || is_two_step).then(|| State {
@@ -536,8 +537,8 @@ pub struct SimulationError {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum FailureKind {
-    #[error("<{tag}> has no direction: particles {} and {} are at the same place", particles[0], particles[1])]
-    Coincident { tag: &'static str, particles: [usize; 2], location: Location },
+    #[error("{}", degenerate(tag, particles))]
+    Degenerate { tag: &'static str, particles: Particles, location: Location },
     #[error(
         "Newton's method did not converge: after {iterations} iterations the update is {update:.1e} and the residual {residual:.1e}"
     )]
@@ -564,12 +565,21 @@ pub enum FailureKind {
     NotFinite { what: &'static str, particle: usize, coordinate: &'static str },
 }
 
+/// Description of an element that has no value: the particles that it names.
+fn degenerate(tag: &str, particles: &[usize]) -> String {
+    if let [i, j] = particles {
+        return format!("<{tag}> has no direction: particles {i} and {j} are at the same place");
+    }
+    let names: Vec<String> = particles.iter().map(ToString::to_string).collect();
+    format!("<{tag}> is not defined where its particles ({}) are", names.join(", "))
+}
+
 impl FailureKind {
-    fn of(error: StepError, forces: &[(&'static str, [usize; 2], Location)]) -> Self {
+    fn of(error: StepError, forces: &[(&'static str, Particles, Location)]) -> Self {
         match error {
             StepError::Degenerate(degenerate) => {
-                let (tag, particles, location) = forces[degenerate.element];
-                Self::Coincident { tag, particles, location }
+                let (tag, particles, location) = forces[degenerate.element].clone();
+                Self::Degenerate { tag, particles, location }
             }
             StepError::NotConverged { iterations, update, residual } => {
                 Self::NotConverged { iterations, update, residual }
@@ -587,7 +597,7 @@ impl FailureKind {
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
         match self {
-            Self::Coincident { .. } => "move one of them, or shorten the time step",
+            Self::Degenerate { .. } => "move one of them, or shorten the time step",
             Self::NotConverged { .. } | Self::NotFinite { .. } => {
                 "shorten the time step, or soften the forces; the motion may be unstable"
             }
@@ -614,7 +624,7 @@ impl FailureKind {
 impl fmt::Display for SimulationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:", self.scene)?;
-        if let FailureKind::Coincident { location: Location { line, column }, .. } = self.kind {
+        if let FailureKind::Degenerate { location: Location { line, column }, .. } = self.kind {
             write!(f, "{line}:{column}:")?;
         }
         write!(f, " step {} (from t = {} s):", self.step, self.time)?;

@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use scene::schema::{ActsOn, Dependence, ForceSchema, Masses, PartSchema, Potential};
-use scene::{
-    Dimension, ForceElement, Location, ParseOptions, Scene, find_scene_files, json, load, xml,
-};
+use scene::schema::{Dependence, ForceSchema, Masses, PartSchema, Potential};
+use scene::{Dimension, ForceElement, ParseOptions, Scene, find_scene_files, json, load, xml};
 use simulator::force::{Block, Force, JacobianSink, Numbered, REGISTRY as FORCES, State};
 use simulator::integrator::REGISTRY as INTEGRATORS;
 use simulator::vocabulary;
@@ -23,9 +21,8 @@ fn scene(schema: &'static ForceSchema, part: usize) -> Scene {
     let mut scene = parsed.unwrap().scene;
     let given: Vec<(&str, f64)> =
         schema.parameters.iter().map(|each| (each.name, each.samples[0])).collect();
-    let pair = (schema.acts_on != ActsOn::EveryParticle).then_some([0, 1]);
-    let (parameters, location) = (schema.values(&given), Location::default());
-    let mut element = ForceElement { schema, pair, edge: None, parameters, location };
+    let particles: &[usize] = if schema.stencil.is_field() { &[] } else { &[0, 1] };
+    let mut element = ForceElement::new(schema, particles, None, schema.values(&given));
     for (number, other) in schema.parts.iter().enumerate() {
         if number > part || (number < part && schema.parts[part].stands_alone) {
             element.remove_part(other);
@@ -168,12 +165,7 @@ fn a_central_force_acts_along_the_line_of_its_particles() {
         let on = force_at(force.as_ref(), &POSITIONS, &VELOCITIES, 0.0);
         let [dx, dy] = [0, 1].map(|axis| POSITIONS[axis] - POSITIONS[2 + axis]);
         let along = (on[0] * dy - on[1] * dx).abs() < 1e-12 && (on[0] + on[2]).abs() < 1e-12;
-        assert_eq!(
-            along && schema.acts_on != ActsOn::EveryParticle,
-            schema.central,
-            "{}",
-            schema.tag
-        );
+        assert_eq!(along && !schema.stencil.is_field(), schema.central, "{}", schema.tag);
     }
 }
 

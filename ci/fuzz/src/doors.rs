@@ -6,11 +6,11 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
+use grader::boundary::printed::{Untrusted, steers};
 use grader::class::record::Record;
 use grader::class::roster::Roster;
 use grader::class::seal::Seal;
-use grader::printed::{Untrusted, steers};
-use grader::similar::Sources;
+use grader::class::similar::Sources;
 use grader::submission::folder::SubmissionManifest;
 use platforms::gradescope::metadata::Metadata;
 use report::provenance::StoredReport;

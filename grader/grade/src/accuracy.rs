@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use grader::boundary::own_file;
 use grader::class::fingerprint::Fingerprint;
-use grader::own_file;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

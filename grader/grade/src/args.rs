@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::builder::PossibleValuesParser;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, FromArgMatches, Id, Parser, Subcommand, ValueEnum};
-use grader::init::Language;
-use grader::jacobian;
 use grader::rubric::CriteriaName;
+use grader::submission::init::Language;
 use grader::time::Time;
+use grader::white_box;
 use platforms::gradebook::GradebookKind;
 use sandbox::Limits;
 use simulator::force;
@@ -757,11 +757,11 @@ pub(super) struct JacobianArgs {
     pub(super) run: RunArgs,
 
     /// Number of random states per force and dimension, in addition to the hard ones
-    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = white_box::Config::default().states, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(super) states: u32,
 
     /// Seed of the random states
-    #[arg(long, value_name = "N", default_value_t = jacobian::Config::default().seed)]
+    #[arg(long, value_name = "N", default_value_t = white_box::Config::default().seed)]
     pub(super) seed: u64,
 
     /// Check only this force

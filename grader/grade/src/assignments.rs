@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use grader::assignment::{ALL, Assignment};
 use grader::grading::points;
+use grader::suite::assignment::{ALL, Assignment};
 use grader::suite::{Feature, Section, Suite};
 use report::table::{self, BOLD, Cell, header};
 

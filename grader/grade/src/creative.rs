@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::Duration;
 
-use grader::assignment::{self, Assignment};
 use grader::creative::{self, Creative, Entry, Examiner, NotChecked, Rules, Wanted};
 use grader::rubric::Rubric;
+use grader::suite::assignment::{self, Assignment};
 use rayon::prelude::*;
 use report::html::gallery::{self, Gallery};
 

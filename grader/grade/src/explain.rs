@@ -1,7 +1,7 @@
 //! `grade explain`: one scene of a submission in full.
 
 use grader::grading::Checks;
-use grader::selection::{self, Candidate};
+use grader::suite::selection::{self, Candidate};
 use grader::suite::{Case, Suite};
 use grader::verdict::Verdict;
 

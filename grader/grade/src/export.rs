@@ -4,9 +4,9 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use grader::assignment::ALL;
-use grader::own_file;
+use grader::boundary::own_file;
 use grader::suite::Section;
+use grader::suite::assignment::ALL;
 use platforms::archive;
 use platforms::github;
 use platforms::gradescope::export::{self, GLIBC, Program, Settings};

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use grader::events::{Event, Observer, Task};
+use grader::boundary::printed::RawUse;
+use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, GradingOutcome};
-use grader::printed::RawUse;
 use grader::submission::folder;
 
 use crate::args::{GradeArgs, Judging};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use grader::assignment::Assignment;
-use grader::init::{self, Language, Skeleton, Start};
+use grader::submission::init::{self, Language, Skeleton, Start};
+use grader::suite::assignment::Assignment;
 
 use crate::output::print;
 use crate::stop::{Exit, Stop};

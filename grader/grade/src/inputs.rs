@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use grader::assignment::{self, ALL, Assignment, AssignmentError};
-use grader::events::Observer;
+use grader::grading::events::Observer;
 use grader::grading::hidden::HiddenSuite;
 use grader::grading::{AssignmentName, Checks, Grader, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
+use grader::suite::assignment::{self, ALL, Assignment, AssignmentError};
 use grader::suite::{Case, Section, Suite};
 use scene::ParseOptions;
 

@@ -42,7 +42,7 @@ mod unix {
     use std::thread;
     use std::time::{Duration, Instant};
 
-    use grader::own_file;
+    use grader::boundary::own_file;
     use rustix::process::{Pid, Signal, getpid, kill_process, kill_process_group};
     use sandbox::STARTER;
     use signal_hook::consts::{SIGINT, SIGTERM};

@@ -3,12 +3,12 @@
 use std::io;
 use std::path::Path;
 
-use grader::assignment::{ALL, Assignment};
 use grader::findings::Findings;
 use grader::grading::Grading;
 use grader::grading::Hidden;
-use grader::jacobian::{self, JacobianReport};
 use grader::probe;
+use grader::suite::assignment::{ALL, Assignment};
+use grader::white_box::{self, JacobianReport};
 
 use grader::rubric::{FaultPoints, Rubric};
 use grader::submission::Submission;
@@ -29,13 +29,13 @@ pub(super) fn check(args: &JacobianArgs) -> Result<Exit, Stop> {
     if let Some(submission) = &args.submission {
         return probe_program(submission, args, pages);
     }
-    let config = jacobian::Config { states: args.states, seed: args.seed };
+    let config = white_box::Config { states: args.states, seed: args.seed };
     let jacobians = match &args.force {
         Some(tag) => JacobianReport {
-            forces: jacobian::check_forces(config, |force| force == tag),
+            forces: white_box::check_forces(config, |force| force == tag),
             ..JacobianReport::default()
         },
-        None => jacobian::check_all(config),
+        None => white_box::check_all(config),
     };
     let grading = Grading {
         submission: Submission::BuiltIn(LinearSolver::Auto).name(),
@@ -76,7 +76,7 @@ pub(super) fn plot(folder: &Path, jacobians: &JacobianReport) -> Result<(), Stop
         |path: &Path, error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
     std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, error))?;
     for check in &jacobians.forces {
-        let Some(curves) = jacobian::curves(check) else { continue };
+        let Some(curves) = white_box::curves(check) else { continue };
         let svg = studies::report::jacobians::render(&curves).map_err(Stop::fault)?;
         let name = format!("{}-{}d.svg", check.tag, check.dimension.count());
         let path = folder.join(name);

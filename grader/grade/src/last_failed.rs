@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use grader::boundary::own_file;
 use grader::grading::Grading;
-use grader::own_file;
 use grader::suite::hash_bytes;
 
 use crate::output::write_file;

@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use grader::own_file;
+use grader::boundary::own_file;
 use report::html::{self, Sink};
 
 use crate::output::{create_folder, write_bytes};

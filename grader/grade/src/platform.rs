@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use grader::door::Door;
-use grader::printed::RawUse;
+use grader::boundary::door::Door;
+use grader::boundary::printed::RawUse;
 use platforms::gradescope::metadata::Metadata;
 use platforms::gradescope::results::{self, Results};
 use platforms::gradescope::score::Score;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use grader::events::{Event, Observer};
+use grader::grading::events::{Event, Observer};
 use report::SceneTimes;
 
 /// Passes events on, counts failures and measures times.

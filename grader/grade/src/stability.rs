@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 
-use grader::selection::{self, Candidate};
+use grader::suite::selection::{self, Candidate};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use studies::report::stability as report;
 use studies::stability::cases::{self, Case};

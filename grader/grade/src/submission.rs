@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use grader::printed::Untrusted;
+use grader::boundary::printed::Untrusted;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use grader::printed::steers;
+use grader::boundary::printed::steers;
 
 /// The styles of reports: end, bold, dimmed, red, green, yellow.
 const STYLES: [&str; 6] =

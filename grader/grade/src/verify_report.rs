@@ -3,11 +3,11 @@
 //! The report is a file of a student. It selects the assignment and the scenes; programs have the rights, and scenes the
 //! tolerances, of this command line.
 
-use grader::assignment::ALL;
-use grader::door::Door;
-use grader::events::{Event, Observer, Task};
+use grader::boundary::door::Door;
+use grader::boundary::printed::RawUse;
+use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, Hidden, NotRunReason};
-use grader::printed::RawUse;
+use grader::suite::assignment::ALL;
 use report::provenance::StoredReport;
 
 use crate::args::{JudgeArgs, Judging, VerifyReportArgs};

@@ -8,9 +8,9 @@
 //! A student without points has an empty cell. Formats: Canvas's guide "How do I import grades in the Gradebook?" and
 //! Moodle's page "Grade import", of 2026.
 
+use grader::boundary::printed::{InertCsv, inert};
 use grader::class::roster::{Roster, Student};
 use grader::class::sheet::SheetError;
-use grader::printed::{InertCsv, inert};
 
 /// A platform with a gradebook.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use grader::own_file;
+use grader::boundary::own_file;
 
 /// A file of a package.
 #[derive(Debug, Clone, PartialEq, Eq)]

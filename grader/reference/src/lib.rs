@@ -7,21 +7,15 @@
 //! equation   does a step obey its method's equation?
 //! closed     motions with a closed form
 //! adaptive   motions by a method of order 8
-//! change     mistakes as data, and steps with them made
-//! ridders    derivatives of any function by extrapolated differences
-//! taylor     does a linearization leave a remainder of second order?
 //! second     second stepper, with dense matrices and other orders of evaluation
 //! ```
 //!
 //! This crate uses only the scene model and the registries' names from the simulator.
 
 pub mod adaptive;
-pub mod change;
 pub mod closed;
 pub mod equation;
 pub mod law;
 pub mod laws;
 pub mod method;
-pub mod ridders;
 pub mod second;
-pub mod taylor;

@@ -1,7 +1,6 @@
 //! Each registered force has a law, and each law a registered force.
 
 use reference::law;
-use scene::schema::ActsOn;
 use simulator::force::REGISTRY;
 
 #[test]
@@ -14,7 +13,7 @@ fn every_registered_force_has_a_law_of_its_parameters() {
         let stated: Vec<&str> =
             kind.schema.parameters.iter().map(|parameter| parameter.name).collect();
         assert_eq!(law.parameters, stated, "{tag}");
-        assert_eq!(law.is_pair(), kind.schema.acts_on != ActsOn::EveryParticle, "{tag}");
+        assert_eq!(law.is_pair(), kind.schema.stencil.size() == 2, "{tag}");
     }
 }
 

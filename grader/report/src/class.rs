@@ -4,11 +4,11 @@ use std::io::{self, Write};
 
 use super::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use super::text::{write_provenance, write_unprotected};
+use grader::boundary::printed::InertCsv;
 use grader::class::Row;
 use grader::class::entry::PassedOver;
 use grader::grading::points::NO_MARK;
 use grader::grading::provenance::Provenance;
-use grader::printed::InertCsv;
 use grader::verdict::Fault;
 use sandbox::Protection;
 
@@ -242,7 +242,7 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use grader::printed::inert;
+    use grader::boundary::printed::inert;
 
     use super::*;
 

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 
 use frames::Painter;
+use grader::boundary::printed;
 use grader::creative::{Creative, Motion, Outcome, Wanted};
-use grader::printed;
 use picture::canvas::Canvas;
 use scene::Scene;
 

@@ -9,17 +9,17 @@ use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
 use super::provenance::JsonProvenance;
 use super::{SCHEMA_VERSION, text};
-use grader::altered::{Copied, Withdrawn};
-use grader::calibration::{Bound, Envelope};
+use grader::compare::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
-use grader::creative::CreativeCredit;
 use grader::diagnosis::Diagnosis;
 use grader::findings::{Finding, Progress, TaskFinding};
+use grader::grading::altered::{Copied, Withdrawn};
 use grader::grading::{
     Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, NotRunReason, SceneResult,
     Totals,
 };
 use grader::rubric::FaultPoints;
+use grader::rubric::creative::CreativeCredit;
 use grader::suite::Section;
 
 /// The report as JSON, with a newline at its end.

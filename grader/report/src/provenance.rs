@@ -5,8 +5,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use grader::boundary::printed::{RawUse, Untrusted};
 use grader::grading::provenance::{GradingOptions, Provenance, SceneHashes, SubmissionOrigin};
-use grader::printed::{RawUse, Untrusted};
 use serde::{Deserialize, Serialize};
 
 use super::SCHEMA_VERSION;

@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use grader::printed::InertCsv;
-use grader::similar::{Place, Run, Similarity};
+use grader::boundary::printed::InertCsv;
+use grader::class::similar::{Place, Run, Similarity};
 
 use crate::table::{self, BOLD, Cell, DIM, ODD, header};
 
@@ -85,7 +85,7 @@ pub fn write(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
             hand_in.name
         )?;
     }
-    let sum = |of: fn(&grader::similar::HandInTokens) -> usize| -> usize {
+    let sum = |of: fn(&grader::class::similar::HandInTokens) -> usize| -> usize {
         hand_ins.iter().map(of).sum()
     };
     writeln!(

@@ -10,11 +10,10 @@ use super::digits::{self, DiffLine, LineKind};
 use super::{jacobians, probe};
 use crate::provenance::short_hash;
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
-use grader::altered::Copied;
 use grader::compare::{Criteria, FirstWrong, Tolerances};
-use grader::creative::CRITERIA;
 use grader::diagnosis::Diagnosis;
 use grader::findings::{Finding, FindingKind, Findings, TaskFinding, TaskVerdict};
+use grader::grading::altered::Copied;
 use grader::grading::points;
 use grader::grading::provenance::Provenance;
 use grader::grading::{
@@ -22,6 +21,7 @@ use grader::grading::{
     NotRunReason, Repetition, SceneResult, Totals,
 };
 use grader::probe::Probing;
+use grader::rubric::creative::CRITERIA;
 use grader::suite::Section;
 use grader::verdict::{Verdict, number};
 use sandbox::Protection;

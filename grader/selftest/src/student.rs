@@ -810,7 +810,7 @@ impl Plane {
             }
         };
         for element in &self.scene.forces {
-            let (p, ij) = (&Parameters(element.clone()), element.pair.unwrap_or_default());
+            let (p, ij) = (&Parameters(element.clone()), element.pair().unwrap_or_default());
             match element.schema.tag {
                 "simplegravity" => on_every_particle(student.simple_gravity, p, &mut force),
                 "constantforce" => on_every_particle(student.constant_force, p, &mut force),
@@ -855,7 +855,7 @@ impl Plane {
             }
         };
         for element in &self.scene.forces {
-            let (p, ij) = (&Parameters(element.clone()), element.pair.unwrap_or_default());
+            let (p, ij) = (&Parameters(element.clone()), element.pair().unwrap_or_default());
             match element.schema.tag {
                 "springforce" => {
                     of_pair(student.elastic_dx, ij, p, &mut dx);

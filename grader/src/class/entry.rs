@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::printed::steers;
+use crate::boundary::printed::steers;
 use crate::suite::hash_bytes;
 
 /// Longest name, in bytes, that is used unchanged as a report's name.

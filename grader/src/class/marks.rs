@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use super::sheet::{self, Sheet, SheetError};
-use crate::creative::{CRITERIA, CreativeRule};
-use crate::printed::{self, inert};
+use crate::boundary::printed::{self, inert};
+use crate::rubric::creative::{CRITERIA, CreativeRule};
 
 /// The marks of a class.
 #[derive(Debug, Clone, Default, PartialEq)]

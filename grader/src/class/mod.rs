@@ -21,6 +21,7 @@ pub mod record;
 pub mod roster;
 pub mod seal;
 pub mod sheet;
+pub mod similar;
 
 use serde::{Deserialize, Serialize};
 

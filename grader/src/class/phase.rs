@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 
 use super::seal::Seal;
-use crate::own_file::read_text;
+use crate::boundary::own_file::read_text;
 
 /// The record's file name.
 const NAME: &str = "phase.json";

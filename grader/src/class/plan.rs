@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use super::entry::{ClassEntry, PassedOver};
 use super::seal::{LINES_BEFORE, Seal};
-use crate::own_file::read_text;
+use crate::boundary::own_file::read_text;
 
 /// The name that plans are signed with. No report has a line end in its name.
 const NAME: &str = "plan\n";

@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Row;
 use super::seal::Seal;
-use crate::door::{Door, DoorError};
-use crate::printed::{RawUse, Untrusted};
+use crate::boundary::door::{Door, DoorError};
+use crate::boundary::printed::{RawUse, Untrusted};
 use crate::suite::hash_file;
 
 /// A record.

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use csv::StringRecord;
 
 use super::sheet::{self, Sheet, SheetError};
-use crate::printed::{self, RawUse, Untrusted};
+use crate::boundary::printed::{self, RawUse, Untrusted};
 use crate::time::Time;
 
 /// A roster.

@@ -13,7 +13,7 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 use tempfile::NamedTempFile;
 
-use crate::door::{DoorError, open_regular};
+use crate::boundary::door::{DoorError, open_regular};
 use crate::suite::hexadecimal;
 
 /// Name of the key's file.

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use csv::{ErrorKind, ReaderBuilder, StringRecord, Trim};
 
-use crate::door::{Door, DoorError};
-use crate::printed::RawUse;
+use crate::boundary::door::{Door, DoorError};
+use crate::boundary::printed::RawUse;
 
 /// A sheet that cannot be used.
 #[derive(Debug, thiserror::Error)]

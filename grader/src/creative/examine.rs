@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
+use scene::error::JsonProblem;
 use scene::error::{Problem, SceneError};
-use scene::json::problem::JsonProblem;
 use scene::{ParseOptions, Scene, json};
 use serde::{Deserialize, Serialize};
 use simulator::vocabulary;

@@ -24,8 +24,8 @@ use simulator::vocabulary;
 
 use super::examine::{Examined, Facts, examine};
 use super::motion::Motion;
-use crate::door::Door;
-use crate::printed;
+use crate::boundary::door::Door;
+use crate::boundary::printed;
 use crate::submission::hand_in::HandIn;
 use crate::submission::hand_in::place::Place;
 use crate::submission::program::failure_of_run;

@@ -4,8 +4,8 @@ use std::ffi::{CString, OsStr};
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
-use crate::door::Door;
-use crate::printed;
+use crate::boundary::door::Door;
+use crate::boundary::printed;
 use crate::submission::hand_in::place::Place;
 
 /// Formats of films: extension, and what the file has at this offset.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use scene::json;
 
-use crate::printed;
+use crate::boundary::printed;
 use crate::submission::hand_in::{HandIn, HandInError, WalkStep};
 
 /// The most scenes of one hand-in.

@@ -19,7 +19,6 @@
 //!
 //! New in `t1m2` is what `t1m1` does not have. In an assignment without such a predecessor, everything is new.
 
-mod credit;
 mod examine;
 mod examiner;
 mod film;
@@ -33,13 +32,12 @@ use std::path::{Path, PathBuf};
 use sandbox::SandboxError;
 use sha2::{Digest, Sha256};
 
-use crate::assignment::{Assignment, Scope};
-use crate::door::Door;
-use crate::printed;
+use crate::boundary::door::Door;
+use crate::boundary::printed;
 use crate::submission::hand_in::HandInError;
 use crate::submission::hand_in::place::Place;
+use crate::suite::assignment::{Assignment, Scope};
 
-pub use credit::{CRITERIA, CreativeCredit, CreativeRule, Criterion, MaximumMark};
 use examine::{Examined, Facts};
 pub use examiner::{Examiner, Picture, Wanted, limits, serve};
 pub use find::{Entry, find};

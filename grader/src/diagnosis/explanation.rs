@@ -1,6 +1,6 @@
 //! One wrong step in full: the states around it, and the equation of the method with the numbers put in.
 
-use reference::change::{Change, Model, Quantity, Term};
+use diagnosis::change::{Change, Model, Quantity, Term};
 use reference::method::{Method, OnePoint};
 
 use scene::Scene;

@@ -1,16 +1,16 @@
 //! Redoes each step of a trace from the trace's own previous state, or its last two if the method uses both.
 //!
 //! A step is right within ten times the change of our own step when the last bits of its start change, plus the floor
-//! of [`calibration`](crate::calibration), plus the error that a linear solver of backward error 1e-12 may leave.
+//! of [`calibration`](crate::compare::calibration), plus the error that a linear solver of backward error 1e-12 may leave.
 
+use diagnosis::change::Sample;
 use fastrand::Rng;
-use reference::change::Sample;
 use scene::Scene;
 use scene::trace::State;
 use simulator::solver::linear::LinearSolver;
 
-use crate::calibration::Bound;
-use crate::stepping::Stepper;
+use crate::compare::calibration::Bound;
+use crate::compare::stepping::Stepper;
 
 /// Number of starts with other last bits.
 const PERTURBED: u64 = 3;

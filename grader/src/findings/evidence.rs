@@ -11,14 +11,14 @@
 
 use std::collections::BTreeSet;
 
-use reference::change::{Change, Model, Place};
+use ::diagnosis::change::{Change, Model, Place};
 use scene::schema::Convergence;
 use scene::trace::State;
 use scene::{Rendering, Scene};
 
 use super::form::Kind;
 use super::scope::Failing;
-use crate::calibration::Bound;
+use crate::compare::calibration::Bound;
 use crate::compare::{Comparison, Criteria};
 use crate::diagnosis::{self, Evidence, Rounding, WrongSteps};
 use crate::suite::Case;

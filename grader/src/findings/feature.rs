@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use reference::change::Task;
+use diagnosis::change::Task;
 use scene::ForceElement;
 use scene::schema::{Dependence, ForceSchema};
 use simulator::force;

@@ -1,7 +1,7 @@
 //! Changes with numbers in them, found from the steps: the residual of a step is affine in most of them.
 
-use reference::change::candidates::{self, Numbered};
-use reference::change::{Change, Model};
+use diagnosis::change::candidates::{self, Numbered};
+use diagnosis::change::{Change, Model};
 use reference::method::{Method, OnePoint};
 use scene::Scene;
 

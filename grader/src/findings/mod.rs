@@ -26,9 +26,9 @@ mod trace;
 use std::collections::BTreeSet;
 use std::fmt;
 
+use diagnosis::change::{Change, Place, Term, rounds};
 use rayon::prelude::*;
-use reference::change::{Change, Place, Term, rounds};
-use scene::schema::{ActsOn, Convergence, Matrix};
+use scene::schema::{Convergence, Matrix};
 use scene::trace::State;
 use scene::{ForceElement, Scene};
 use simulator::force;
@@ -148,9 +148,7 @@ impl Finding {
     pub fn notes<'a>(list: impl Iterator<Item = &'a Self> + Clone) -> Vec<&'static str> {
         let causes = || list.clone().filter(|finding| finding.kind == FindingKind::Cause);
         let is_of_pair = |feature: &Feature| match feature {
-            Feature::Force(part) | Feature::Jacobian(part) => {
-                matches!(part.schema().acts_on, ActsOn::Pair | ActsOn::Edge)
-            }
+            Feature::Force(part) | Feature::Jacobian(part) => part.schema().stencil.size() == 2,
             _ => false,
         };
         let is_symbol = |word: &str| ["d", "l", "n", "w", "nᵀ", "wᵀ", "n·w"].contains(&word);

@@ -4,7 +4,7 @@
 //! with a message that refuses the scene's integrator, one of its forces or its format by name. A message that names a force without refusing it
 //! ("springforce.cpp:12: index out of range") is a crash.
 
-use crate::printed::RawUse;
+use crate::boundary::printed::RawUse;
 use crate::submission::program::exit_status;
 use crate::suite::Case;
 use crate::verdict::Failure;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use scene::Scene;
-use scene::schema::{self, ActsOn, Convergence, Masses, Matrix, StepEquation};
+use scene::schema::{self, Convergence, Masses, Matrix, StepEquation};
+use scene::{ForceElement, Scene};
 use simulator::integrator::IntegratorKind;
 use simulator::{force, integrator};
 
@@ -70,13 +70,14 @@ const OF_FORCES: [Circumstance<Part>; 5] = [
     ("", |_, _| true),
     ("with several elements", |scene, part| elements(scene, part).count() > 1),
     ("with two on one edge", |scene, part| {
-        let edges: Vec<_> = elements(scene, part).filter_map(|(_, _, edge)| edge).collect();
+        let edges: Vec<_> = elements(scene, part).filter_map(|element| element.edge).collect();
         (1..edges.len()).any(|k| edges[..k].contains(&edges[k]))
     }),
     ("where masses are not 1", |scene, _| unusual_masses(scene)),
     ("between two free particles", |scene, part| {
-        elements(scene, part).any(|(_, pair, _)| {
-            pair.is_some_and(|pair| pair.iter().all(|i| !scene.particles[*i].fixed))
+        elements(scene, part).any(|element| {
+            let is_free = |particle: &usize| !scene.particles[*particle].fixed;
+            !element.particles.is_empty() && element.particles.iter().all(is_free)
         })
     }),
 ];
@@ -85,13 +86,16 @@ const OF_FORCES: [Circumstance<Part>; 5] = [
 const OF_JACOBIANS: [Circumstance<Part>; 4] = [
     ("", |_, _| true),
     ("between two free particles", |scene, part| {
-        elements(scene, part).any(|(_, pair, _)| {
-            pair.is_some_and(|pair| pair.iter().all(|i| !scene.particles[*i].fixed))
+        elements(scene, part).any(|element| {
+            let is_free = |particle: &usize| !scene.particles[*particle].fixed;
+            !element.particles.is_empty() && element.particles.iter().all(is_free)
         })
     }),
     ("between particles other than the first two", |scene, part| {
-        let others = |pair: [usize; 2]| pair.iter().any(|particle| *particle > 1);
-        elements(scene, part).any(|(_, pair, _)| pair.map_or(scene.particles.len() > 1, others))
+        let others = |element: &ForceElement| element.particles.iter().any(|each| *each > 1);
+        let is_field = part.schema().stencil.is_field();
+        elements(scene, part)
+            .any(|element| others(element) || (is_field && scene.particles.len() > 1))
     }),
     ("where masses are not 1", |scene, _| unusual_masses(scene)),
 ];
@@ -117,7 +121,7 @@ const OF_FIXED: [Circumstance<()>; 5] = [
         scene.particles.iter().any(|particle| particle.fixed && particle.velocity != [0.0; 3])
     }),
     ("that forces act on", |scene, ()| {
-        scene.forces.iter().any(|element| element.pair.is_none()) || joined(scene)
+        scene.forces.iter().any(|element| element.particles.is_empty()) || joined(scene)
     }),
     ("joined to others by forces", |scene, ()| joined(scene)),
     ("under simple gravity", |scene, ()| {
@@ -207,7 +211,7 @@ fn on_particles(failing: &[Failing<'_>]) -> Vec<Hypothesis> {
     };
     let detail = "on some particles";
     let mut all = Vec::new();
-    for part in parts().filter(|part| part.schema().acts_on == ActsOn::EveryParticle) {
+    for part in parts().filter(|part| part.schema().stencil.is_field()) {
         let has_wrong = has_wrong.clone();
         let expects = move |scene: &Scene| when(acts(scene, part) && has_wrong(scene));
         all.push(hypothesis(Feature::Force(part), detail, expects));
@@ -302,21 +306,18 @@ fn parts() -> impl Iterator<Item = Part> {
     force::REGISTRY.iter().flat_map(|kind| Part::of(&kind.schema))
 }
 
-/// A force's element: its parameters, its pair, and its edge.
-type Element<'a> = (&'a [f64], Option<[usize; 2]>, Option<usize>);
-
 /// The elements through which a part acts on a free particle.
-fn elements(scene: &Scene, part: Part) -> impl Iterator<Item = Element<'_>> {
+fn elements(scene: &Scene, part: Part) -> impl Iterator<Item = &ForceElement> {
     let is_free = |particle: &usize| !scene.particles[*particle].fixed;
     let all = scene.forces.iter().filter(move |element| element.schema.tag == part.tag());
     let all = all.filter(move |element| {
-        let reaches = match element.pair {
-            Some(pair) => pair.iter().any(is_free),
-            None => scene.particles.iter().any(|particle| !particle.fixed),
+        let reaches = match element.particles.is_empty() {
+            true => scene.particles.iter().any(|particle| !particle.fixed),
+            false => element.particles.iter().any(is_free),
         };
         part.is_in(element) && reaches
     });
-    all.map(|element| (&element.parameters[..], element.pair, element.edge))
+    all
 }
 
 fn acts(scene: &Scene, part: Part) -> bool {
@@ -329,8 +330,10 @@ fn unusual_masses(scene: &Scene) -> bool {
 
 /// Whether some force joins a fixed and a free particle.
 fn joined(scene: &Scene) -> bool {
-    let is_mixed = |[i, j]: [usize; 2]| scene.particles[i].fixed != scene.particles[j].fixed;
-    scene.forces.iter().any(|element| element.pair.is_some_and(is_mixed))
+    let is_fixed = |particle: &usize| scene.particles[*particle].fixed;
+    let is_mixed =
+        |particles: &[usize]| particles.iter().any(is_fixed) && !particles.iter().all(is_fixed);
+    scene.forces.iter().any(|element| is_mixed(&element.particles))
 }
 
 fn family(scene: &Scene) -> Family {

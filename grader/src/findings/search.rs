@@ -13,10 +13,10 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use diagnosis::change::candidates::{self, Numbered, NumberedForce};
+use diagnosis::change::rounds;
+use diagnosis::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Task, Term};
 use rayon::prelude::*;
-use reference::change::candidates::{self, Numbered, NumberedForce};
-use reference::change::rounds;
-use reference::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Task, Term};
 use scene::Scene;
 
 use super::evidence::{Agreement, LEFT, SceneEvidence};

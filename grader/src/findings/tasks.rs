@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use reference::change::Task;
-use reference::change::rounds::is_of_rounds;
+use diagnosis::change::Task;
+use diagnosis::change::rounds::is_of_rounds;
 use scene::Scene;
 
 use super::evidence::SceneEvidence;

@@ -1,6 +1,6 @@
 //! Which traces are kept as evidence.
 
-use reference::change::rounds::is_of_rounds;
+use diagnosis::change::rounds::is_of_rounds;
 
 use crate::suite::Case;
 

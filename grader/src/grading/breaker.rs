@@ -4,7 +4,7 @@
 //! timing. A program whose first scenes of several features all time out is not run further at all. A scene that is
 //! not run fails like those before it: no verdict improves.
 
-use crate::printed::Untrusted;
+use crate::boundary::printed::Untrusted;
 use crate::rubric::Breaker;
 use crate::suite::Case;
 use crate::verdict::{Failure, Verdict};

@@ -16,13 +16,13 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use scene::ParseOptions;
 
+use super::events::{Event, Observer, Task};
 use super::judge::{Judged, judge_case};
 use super::result::{FeatureResult, Grading, Hidden, HiddenTally, SceneResult};
-use crate::assignment::Assignment;
-use crate::events::{Event, Observer, Task};
 use crate::oracle::Oracle;
 use crate::rubric::Rubric;
 use crate::submission::Submission;
+use crate::suite::assignment::Assignment;
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::Failure;
 

@@ -8,11 +8,11 @@ use scene::Scene;
 use scene::trace::{self, Shape, State};
 
 use super::result::SceneResult;
+use crate::compare::recording::Recorder;
 use crate::compare::{Comparison, Criteria, Expectation, Pair, compare_watched};
 use crate::diagnosis::{Diagnosis, other_root, restart};
 use crate::findings::{Findings, JudgedScene, is_recorded, refusal, tasks_of_passed};
 use crate::oracle::Oracle;
-use crate::recording::Recorder;
 use crate::rubric::{OtherRoot, Rubric};
 use crate::submission::program::Program;
 use crate::submission::{StateSource, Submission};

@@ -7,6 +7,8 @@
 //!
 //! Hidden scenes run last, so that no run with visible output can depend on them.
 
+pub mod altered;
+pub mod events;
 pub mod hidden;
 pub mod points;
 pub mod provenance;
@@ -20,20 +22,19 @@ use std::collections::HashSet;
 use rayon::prelude::*;
 use scene::trace::State;
 
-use crate::altered;
-use crate::assignment::Assignment;
+use crate::boundary::printed::Untrusted;
 use crate::compare::{Comparison, Criteria};
-use crate::events::{Event, Observer, Task};
-use crate::jacobian::{self, JacobianReport};
 use crate::oracle::Oracle;
-use crate::printed::Untrusted;
 use crate::probe;
 use crate::rubric::Rubric;
 use crate::submission::Submission;
 use crate::submission::program::Program;
+use crate::suite::assignment::Assignment;
 use crate::suite::{Case, Suite};
 use crate::verdict::Failure;
+use crate::white_box::{self, JacobianReport};
 use breaker::{Failures, PILOTS};
+use events::{Event, Observer, Task};
 use hidden::HiddenSuite;
 use sandbox::Protection;
 
@@ -127,7 +128,7 @@ impl<'a> Grader<'a> {
         let submission = &submission.with_budget();
         let jacobians = if checks.jacobians && matches!(submission, Submission::BuiltIn(_)) {
             observer.notice(Event::Task(Task::Jacobians));
-            jacobian::check_all(jacobian::Config::default())
+            white_box::check_all(white_box::Config::default())
         } else {
             JacobianReport::default()
         };

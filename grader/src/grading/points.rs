@@ -2,8 +2,8 @@
 //! that nothing was judged, or that points are withheld.
 
 use super::Credit;
-use crate::creative::CreativeCredit;
 use crate::rubric::FaultPoints;
+use crate::rubric::creative::CreativeCredit;
 
 /// `value` with at most two decimals.
 pub fn shown(value: f64) -> String {

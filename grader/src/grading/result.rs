@@ -3,19 +3,19 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt;
 
-use crate::altered::{Copied, Passed};
-use crate::assignment::Assignment;
+use super::altered::{Copied, Passed};
+use crate::boundary::printed::Untrusted;
+use crate::compare::recording::Recording;
 use crate::compare::{Comparison, Criteria};
-use crate::creative::{CRITERIA, CreativeCredit, CreativeRule};
 use crate::diagnosis::Diagnosis;
 use crate::findings::Findings;
-use crate::jacobian::JacobianReport;
-use crate::printed::Untrusted;
 use crate::probe::Probing;
-use crate::recording::Recording;
+use crate::rubric::creative::{CRITERIA, CreativeCredit, CreativeRule};
 use crate::rubric::{FaultPoints, OtherRoot, Rubric};
+use crate::suite::assignment::Assignment;
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Fault, Verdict};
+use crate::white_box::JacobianReport;
 use sandbox::Protection;
 
 use super::provenance::Provenance;

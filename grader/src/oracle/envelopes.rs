@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::calibration::{Envelope, StoredEnvelope};
-use crate::own_file::read_text;
+use crate::boundary::own_file::read_text;
+use crate::compare::calibration::{Envelope, StoredEnvelope};
 use crate::suite::hash_bytes;
 
 /// The file's name.

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::OracleError;
-use crate::own_file::read_text;
+use crate::boundary::own_file::read_text;
 use crate::suite::Case;
 
 /// The manifest's file name.

@@ -23,7 +23,7 @@ use tempfile::TempDir;
 
 use super::manifest::{FILE_NAME, FORMAT, Manifest, ManifestEntry, SIMULATOR, VERSION};
 use super::{Oracle, OracleError, envelopes};
-use crate::calibration::{Bounds, Envelope, StoredEnvelope, calibrate};
+use crate::compare::calibration::{Bounds, Envelope, StoredEnvelope, calibrate};
 use crate::compare::{Comparison, Expectation, Pair, Tolerances, compare_watched};
 use crate::rubric::Rubric;
 use crate::suite::{Case, Suite, SuiteError, find_traces, hash_bytes, hash_file};

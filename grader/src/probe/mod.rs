@@ -33,7 +33,7 @@ mod session;
 use scene::Dimension;
 use scene::trace::Shape;
 
-use crate::printed::Untrusted;
+use crate::boundary::printed::Untrusted;
 use crate::verdict::Failure;
 use differences::Offer;
 use session::Session;

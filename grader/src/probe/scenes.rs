@@ -17,9 +17,9 @@ use std::sync::LazyLock;
 
 use fastrand::Rng;
 use nalgebra::DMatrix;
-use scene::schema::{ActsOn, ForceSchema, MAX_PARAMETERS, Masses, PartSchema, StepEquation};
+use scene::schema::{ForceSchema, Masses, PartSchema, Stencil, StepEquation};
 use scene::{
-    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Scene,
+    Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Parameters, Particle, Scene,
 };
 use simulator::force;
 use simulator::integrator;
@@ -65,9 +65,9 @@ impl Elements {
 
     /// The parameters of the element at this place in the chain. A force that grows with the masses is divided by
     /// them, not to depend on them.
-    fn parameters(self, place: usize, masses: Option<[f64; 2]>) -> [f64; MAX_PARAMETERS] {
+    fn parameters(self, place: usize, masses: Option<[f64; 2]>) -> Parameters {
         let Self { schema, parts } = self;
-        let mut values = [0.0; MAX_PARAMETERS];
+        let mut values = schema.zeros();
         for (value, parameter) in values.iter_mut().zip(schema.parameters) {
             let is_of = |part: &PartSchema| part.scaled_by.contains(&parameter.name);
             if schema.parts[parts..].iter().any(is_of) {
@@ -113,10 +113,10 @@ pub(super) enum Steps {
 
 impl Steps {
     fn of(schema: &ForceSchema) -> Self {
-        match (schema.acts_on, schema.masses) {
+        match (schema.stencil, schema.masses) {
             _ if schema.depends_on().time => Self::None,
-            (ActsOn::EveryParticle, _) | (_, Masses::Product) => Self::BesideSprings,
-            (ActsOn::Pair | ActsOn::Edge, Masses::None | Masses::Own) => Self::Chain,
+            (Stencil::EveryParticle, _) | (_, Masses::Product) => Self::BesideSprings,
+            (Stencil::Named(_) | Stencil::Edge, Masses::None | Masses::Own) => Self::Chain,
         }
     }
 }
@@ -302,21 +302,14 @@ fn particles(group: &Group, dimension: Dimension) -> Vec<Particle> {
 
 fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<ForceElement> {
     let schema = of.schema;
-    let element = |parameters, pair, edge| ForceElement {
-        schema,
-        pair,
-        edge,
-        parameters,
-        location: Location::default(),
-    };
-    if schema.acts_on == ActsOn::EveryParticle {
+    if schema.stencil.is_field() {
         let mut parameters = of.parameters(0, None);
         for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
             if parameter.three_dimensional && dimension == Dimension::Two {
                 *value = 0.0;
             }
         }
-        return vec![element(parameters, None, None)];
+        return vec![ForceElement::new(schema, &[], None, parameters)];
     }
     let pairs = pairs(dimension);
     let mut found = Vec::with_capacity(groups.len() * pairs.len());
@@ -324,8 +317,8 @@ fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<F
         for (link, [i, j]) in pairs.iter().enumerate() {
             let parameters = of.parameters(link, Some([group.masses[*i], group.masses[*j]]));
             let pair = [i, j].map(|particle| number * chain(dimension) + particle);
-            let edge = (schema.acts_on == ActsOn::Edge).then_some(number * pairs.len() + link);
-            found.push(element(parameters, Some(pair), edge));
+            let edge = (schema.stencil == Stencil::Edge).then_some(number * pairs.len() + link);
+            found.push(ForceElement::new(schema, &pair, edge, parameters));
         }
     }
     found

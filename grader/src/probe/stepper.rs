@@ -4,7 +4,7 @@ use scene::trace::{Shape, State};
 use scene::{Scene, write};
 use simulator::simulation::Simulation;
 
-use crate::printed::Untrusted;
+use crate::boundary::printed::Untrusted;
 use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
 use crate::verdict::{Failure, Place, Quantity, Verdict};

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use fastrand::Rng;
-use scene::schema::{ActsOn, ForceSchema, ParameterSchema, Potential};
+use scene::schema::{ForceSchema, ParameterSchema, Potential};
 use scene::{ForceElement, Scene, Viewport};
 
 /// Logarithm of the largest factor of a mass, of a velocity, or of a parameter: from 0.78 to 1.28. A method that is stable
@@ -107,7 +107,7 @@ impl<'a> Factors<'a> {
 /// Whether a parameter is compared with the distance of two particles: it shapes a potential between them.
 fn is_length(schema: &ForceSchema, parameter: &ParameterSchema) -> bool {
     let mut parts = schema.parts.iter();
-    schema.acts_on != ActsOn::EveryParticle
+    !schema.stencil.is_field()
         && parts.any(|part| {
             part.derives_from == Potential::Energy && part.shaped_by.contains(&parameter.name)
         })
@@ -315,7 +315,7 @@ fn permute(scene: &mut Scene, random: &mut Rng) {
     let mut ends = scene.edges.iter_mut().flat_map(|edge| &mut edge.particles);
     ends.by_ref().for_each(|end| *end = particles[*end]);
     for force in &mut scene.forces {
-        force.pair = force.pair.map(|pair| pair.map(|end| particles[end]));
+        force.particles.iter_mut().for_each(|particle| *particle = particles[*particle]);
         force.edge = force.edge.map(|edge| edges[edge]);
     }
     let rendering = &mut scene.rendering;

@@ -16,7 +16,7 @@ use simulator::vocabulary;
 
 use super::Fault;
 use super::draw::{Factors, Placement, distances, redraw};
-use crate::own_file::read_text;
+use crate::boundary::own_file::read_text;
 use crate::suite::Case;
 
 /// Maximum size of a file of the original, in MiB.

@@ -17,7 +17,7 @@ use scene::trace::{Shape, State, TraceError, TraceReader};
 use simulator::solver::linear::LinearSolver;
 
 use super::Fault;
-use crate::calibration::{Bound, Envelope, calibrate};
+use crate::compare::calibration::{Bound, Envelope, calibrate};
 use crate::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
 use crate::creative;
 use crate::submission::{StateSource, builtin};
@@ -131,12 +131,12 @@ fn check_values(scene: &Scene) -> Result<(), Fault> {
         return Err(is_one("a mass"));
     }
     for force in &scene.forces {
-        let values = force.schema.parameters.iter().zip(force.parameters);
-        let mut values = values.filter(|(parameter, value)| parameter.default != Some(*value));
-        if let Some((parameter, _)) = values.find(|(_, value)| *value == 1.0) {
+        let values = force.schema.parameters.iter().zip(&force.parameters);
+        let mut values = values.filter(|(parameter, value)| parameter.default != Some(**value));
+        if let Some((parameter, _)) = values.find(|(_, value)| **value == 1.0) {
             return Err(is_one(parameter.name));
         }
-        let ends = force.pair.map(|pair| pair.map(|end| scene.particles[end].position));
+        let ends = force.pair().map(|pair| pair.map(|end| scene.particles[end].position));
         let axes = scene.dimension.count();
         if let Some([a, b]) = ends
             && (0..axes).filter(|axis| a[*axis] != b[*axis]).count() < 2

@@ -31,7 +31,7 @@ fn drawn(case: &Case, seed: u64) -> Drawn {
 fn structure(scene: &Scene) -> impl PartialEq + std::fmt::Debug {
     let touches = |particle: usize| {
         let forces = scene.forces.iter();
-        forces.filter(|force| force.pair.is_some_and(|pair| pair.contains(&particle))).count()
+        forces.filter(|force| force.particles.contains(&particle)).count()
     };
     let particles =
         scene.particles.iter().enumerate().map(|(number, particle)| {
@@ -46,8 +46,8 @@ fn structure(scene: &Scene) -> impl PartialEq + std::fmt::Debug {
         .collect();
     forces.sort_unstable();
     let mut equal: BTreeMap<(&str, &str, u64), usize> = BTreeMap::new();
-    for force in scene.forces.iter().filter(|force| force.pair.is_some()) {
-        for (parameter, value) in force.schema.parameters.iter().zip(force.parameters) {
+    for force in scene.forces.iter().filter(|force| !force.particles.is_empty()) {
+        for (parameter, value) in force.schema.parameters.iter().zip(&force.parameters) {
             *equal.entry((force.schema.tag, parameter.name, value.to_bits())).or_default() += 1;
         }
     }
@@ -67,8 +67,9 @@ fn numbers(scene: &Scene) -> Vec<f64> {
         [[particle.mass, 0.0, 0.0], particle.position, particle.velocity].concat()
     });
     let forces = scene.forces.iter().flat_map(|force| {
-        let values = force.schema.parameters.iter().zip(force.parameters);
-        values.map(|(parameter, value)| if parameter.default == Some(value) { 0.0 } else { value })
+        let values = force.schema.parameters.iter().zip(&force.parameters);
+        values
+            .map(|(parameter, value)| if parameter.default == Some(*value) { 0.0 } else { *value })
     });
     states.chain(forces).chain([scene.time_step]).filter(|value| *value != 0.0).collect()
 }

@@ -23,10 +23,10 @@ use serde::Deserialize;
 
 use super::hand_in::{HandIn, HandInError};
 use super::program::{Program, Runner, failure_of_run};
-use crate::door::Door;
-use crate::printed::{RawUse, Untrusted};
+use crate::boundary::door::Door;
+use crate::boundary::printed::{RawUse, Untrusted};
 use crate::verdict::Failure;
-use sandbox::scratch::{Scratch, scratch_folder};
+use sandbox::scratch::scratch_folder;
 use sandbox::{End, Job, Keep, Limits, SandboxError};
 
 /// The manifest's file name.
@@ -238,9 +238,6 @@ fn run_build(
         .map_err(SandboxError::no_scratch)?;
     Ok(Ok(()))
 }
-
-/// The copy that a program runs from.
-pub(super) type Copy = Arc<Scratch>;
 
 #[cfg(test)]
 mod tests {

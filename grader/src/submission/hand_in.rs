@@ -26,8 +26,8 @@ use rustix::fs::{
 };
 use rustix::io::Errno;
 
-use crate::door::{self, Door, DoorError, Limit};
-use crate::printed;
+use crate::boundary::door::{self, Door, DoorError, Limit};
+use crate::boundary::printed;
 use crate::suite::hash_reader;
 use crate::time::Time;
 

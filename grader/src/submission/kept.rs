@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::own_file;
-use crate::printed::Untrusted;
+use crate::boundary::own_file;
+use crate::boundary::printed::Untrusted;
 use crate::suite::{hash_bytes, hash_file};
 use crate::verdict::Failure;
 

@@ -3,6 +3,7 @@
 pub mod budget;
 pub mod folder;
 pub mod hand_in;
+pub mod init;
 pub mod kept;
 pub mod program;
 
@@ -14,7 +15,7 @@ use std::path::PathBuf;
 use scene::trace::{Shape, State, TraceError, TraceReader};
 use simulator::solver::linear::LinearSolver;
 
-use crate::printed::Untrusted;
+use crate::boundary::printed::Untrusted;
 use crate::suite::Case;
 use crate::verdict::{Failure, Fault, Verdict};
 use program::{Program, SceneSource};

@@ -21,11 +21,10 @@ use scene::Dimension;
 use scene::trace::{self, Shape, State, TraceFormat, TraceReader};
 
 use super::budget::Budget;
-use super::folder::Copy;
 use super::hand_in::HandIn;
 use super::kept::{KeptEnd, KeptRuns};
 use super::{StateSource, failure_of};
-use crate::printed::{self, RawUse, Untrusted};
+use crate::boundary::printed::{self, RawUse, Untrusted};
 use crate::suite::{Case, SolverName, hash_bytes, hash_file};
 use crate::verdict::{Failure, Fault, Verdict};
 use sandbox::scratch::{Scratch, scratch_folder, without_paths};
@@ -94,7 +93,7 @@ pub struct Program {
     pub(super) format: TraceFormat,
     pub(super) runner: Runner,
     /// The folder that it was built in; it lives as long as the program.
-    pub(super) copy: Option<Copy>,
+    pub(super) copy: Option<Arc<Scratch>>,
 }
 
 /// A calling convention.
@@ -664,7 +663,7 @@ impl From<SandboxError> for RunError {
 pub struct ProgramRun {
     reader: Box<dyn TraceReader>,
     workspace: Workspace,
-    _copy: Option<Copy>,
+    _copy: Option<Arc<Scratch>>,
 }
 
 impl StateSource for ProgramRun {

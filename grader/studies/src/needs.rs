@@ -13,8 +13,8 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use reference::laws::Laws;
-use scene::schema::{ActsOn, MAX_PARAMETERS, Matrix};
-use scene::{Dimension, ForceElement, Location, Scene};
+use scene::schema::Matrix;
+use scene::{Dimension, ForceElement, Scene};
 use simulator::force;
 use simulator::simulation::{Simulation, SimulationError};
 use simulator::solver::linear::LinearSolver;
@@ -99,7 +99,7 @@ pub fn measure(name: &str, scene: &Scene) -> Result<Need, SimulationError> {
         // The two particles meet, where a force between them is undefined.
         let mentioned = |force: &ForceElement| {
             scene.forces.iter().any(|each| each.schema == force.schema)
-                || force.pair.is_none()
+                || force.particles.is_empty()
                 || is_defined_everywhere(scene, force)
         };
         general_scene.forces.retain(mentioned);
@@ -155,20 +155,16 @@ pub fn general(scene: &Scene) -> Scene {
         if scene.forces.iter().any(|force| force.schema == schema) {
             continue;
         }
-        let pair = match schema.acts_on {
-            ActsOn::EveryParticle => None,
-            ActsOn::Pair | ActsOn::Edge => match furthest {
-                Some(other) => Some([0, other]),
-                None => continue,
-            },
+        let particles = match (schema.stencil.is_field(), furthest) {
+            (true, _) => vec![],
+            (false, Some(other)) => vec![0, other],
+            (false, None) => continue,
         };
-        let mut parameters = [0.0; MAX_PARAMETERS];
-        for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
+        let parameters = schema.parameters.iter().map(|parameter| {
             // For example a rest length, which must be positive.
-            *value = if parameter.domain.contains(0.0) { 0.0 } else { parameter.typical.0 };
-        }
-        let location = Location::default();
-        let element = ForceElement { schema, pair, edge: None, parameters, location };
+            if parameter.domain.contains(0.0) { 0.0 } else { parameter.typical.0 }
+        });
+        let element = ForceElement::new(schema, &particles, None, parameters.collect());
         if (scene.integrator.refuses)(&element).is_none() {
             general.forces.push(element);
         }
@@ -252,7 +248,7 @@ fn coupled_parts(scene: &Scene) -> Vec<usize> {
         }
         at
     };
-    for [i, j] in scene.forces.iter().filter_map(|force| force.pair) {
+    for [i, j] in scene.forces.iter().filter_map(ForceElement::pair) {
         let [free_i, free_j] = [i, j].map(|particle| !scene.particles[particle].fixed);
         coupled[i] |= free_i;
         coupled[j] |= free_j;

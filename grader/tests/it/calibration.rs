@@ -3,10 +3,10 @@
 use std::path::Path;
 use test_support::{root, suite};
 
-use grader::calibration::{Bound, Class, calibrate, calibrate_by};
+use grader::compare::calibration::{Bound, Class, calibrate, calibrate_by};
+use grader::compare::stepping::Stepper;
 use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
 use grader::oracle::Oracle;
-use grader::stepping::Stepper;
 use grader::submission::StateSource;
 use grader::suite::Case;
 use grader::verdict::{Failure, Verdict};
@@ -211,7 +211,7 @@ fn beyond_the_horizon_a_wrong_force_fails_at_its_first_step() {
     let case = chaotic();
     for damping in [0.5, -0.05, 1e-9] {
         let mut damped = case.scene.clone();
-        for element in damped.forces.iter_mut().filter(|element| element.pair.is_some()) {
+        for element in damped.forces.iter_mut().filter(|element| element.pair().is_some()) {
             element.parameters[2] = damping;
         }
         // The states agree up to the horizon and a while beyond.

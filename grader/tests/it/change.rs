@@ -1,13 +1,12 @@
 //! Changes with numbers in them, which the search determines from steps; and steps by rounds of local and global steps.
 
+use diagnosis::change::candidates::Numbered;
+use diagnosis::change::expression::{Direction, Inputs};
+use diagnosis::change::rounds::{is_of_rounds, of_rounds};
+use diagnosis::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use nalgebra::Vector3;
-use reference::change::candidates::Numbered;
-use reference::change::expression::{Direction, Inputs};
-use reference::change::rounds::{is_of_rounds, of_rounds};
-use reference::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use reference::method::Method;
 use scene::Scene;
-use scene::schema::MAX_PARAMETERS;
 use scene::trace::State;
 use simulator::simulation::Simulation;
 use test_support::suite;
@@ -54,7 +53,7 @@ fn a_step_with_another_number_satisfies_the_equation_with_that_number() {
 #[test]
 fn the_derivatives_of_formulas_with_numbers_are_their_differences() {
     let at = |d: Vector3<f64>| Inputs {
-        parameters: [0.7; MAX_PARAMETERS],
+        parameters: [0.7; 4].into(),
         masses: [1.5, 2.5],
         h: 0.01,
         d,

@@ -1,14 +1,14 @@
 //! Findings on traces that a changed model makes, graded as milestone 3: the change itself is named.
 
-use grader::assignment::Assignment;
+use diagnosis::change::candidates;
+use diagnosis::change::{Change, Model, Term};
 use grader::findings::{Finding, FindingKind};
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::StateSource;
+use grader::suite::assignment::Assignment;
 use grader::verdict::{Failure, Verdict};
-use reference::change::candidates;
-use reference::change::{Change, Model, Term};
 use scene::Scene;
 use scene::trace::State;
 use test_support::{root, suite};

@@ -21,10 +21,11 @@ mod resolve;
 
 use std::path::{Path, PathBuf};
 
+use smallvec::{SmallVec, smallvec};
+
 use error::{Problem, SceneError};
 use schema::{
-    Dependence, ForceSchema, IntegratorOptions, IntegratorSchema, MAX_PARAMETERS, PartSchema,
-    Potential, Vocabulary,
+    Dependence, ForceSchema, IntegratorOptions, IntegratorSchema, PartSchema, Potential, Vocabulary,
 };
 
 /// The most steps a scene may ask for.
@@ -177,22 +178,52 @@ pub struct Edge {
     pub radius: f64,
 }
 
+/// Particles of a force element: two without an allocation.
+pub type Particles = SmallVec<[usize; 2]>;
+
+/// Parameters of a force element: four without an allocation.
+pub type Parameters = SmallVec<[f64; 4]>;
+
 /// One force element, such as one `<springforce>`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceElement {
     /// Which force it is.
     pub schema: &'static ForceSchema,
-    /// The two particles it acts between; `None` if it acts on every particle.
-    pub pair: Option<[usize; 2]>,
+    /// The particles it acts on, in the order of its [`Stencil`](schema::Stencil); none in a field, which acts on
+    /// each particle of the scene by itself.
+    pub particles: Particles,
     /// The edge it was attached to by the file, if it was.
     pub edge: Option<usize>,
-    /// Its parameters, in the order of the schema; the rest is 0.
-    pub parameters: [f64; MAX_PARAMETERS],
+    /// Its parameters, in the order of the schema.
+    pub parameters: Parameters,
     /// Where it stands in the file.
     pub location: Location,
 }
 
 impl ForceElement {
+    /// An element of no file, on these particles; on none for a field.
+    pub fn new(
+        schema: &'static ForceSchema,
+        particles: &[usize],
+        edge: Option<usize>,
+        parameters: Parameters,
+    ) -> Self {
+        let location = Location::default();
+        Self { schema, particles: particles.into(), edge, parameters, location }
+    }
+
+    /// Its particles, if they are two.
+    pub fn pair(&self) -> Option<[usize; 2]> {
+        self.particles[..].try_into().ok()
+    }
+
+    /// Each list of particles that its law is evaluated on, in a scene of `n_particles`.
+    pub fn stencils(&self, n_particles: usize) -> impl Iterator<Item = Particles> {
+        let is_field = self.schema.stencil.is_field();
+        let each = (0..if is_field { n_particles } else { 0 }).map(|each| smallvec![each]);
+        (!is_field).then(|| self.particles.clone()).into_iter().chain(each)
+    }
+
     /// The parameter `name`.
     ///
     /// # Panics

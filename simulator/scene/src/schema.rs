@@ -4,10 +4,7 @@
 //! an entry that leaves one out does not compile. The parser, the help text, the grader's checks and the tables of
 //! docs/methods.md all derive from these facts.
 
-use super::ForceElement;
-
-/// The most parameters a force element has.
-pub const MAX_PARAMETERS: usize = 4;
+use super::{ForceElement, Parameters};
 
 /// All forces and integrators, for the parser.
 #[derive(Debug, Clone)]
@@ -42,9 +39,9 @@ pub struct ForceSchema {
     pub title: &'static str,
     /// The law in a line of Markdown, as docs/methods.md shows it.
     pub formula: &'static str,
-    /// What it acts on.
-    pub acts_on: ActsOn,
-    /// Its parameters; at most [`MAX_PARAMETERS`].
+    /// The particles that one element acts on.
+    pub stencil: Stencil,
+    /// Its parameters.
     pub parameters: &'static [ParameterSchema],
     /// Its parts, of which it is the sum; one or more.
     pub parts: &'static [PartSchema],
@@ -75,15 +72,18 @@ impl ForceSchema {
     ///
     /// # Panics
     /// If the force has no parameter of a given name.
-    pub fn values(&self, given: &[(&str, f64)]) -> [f64; MAX_PARAMETERS] {
-        let mut values = [0.0; MAX_PARAMETERS];
-        for (value, parameter) in values.iter_mut().zip(self.parameters) {
-            *value = parameter.default.unwrap_or(0.0);
-        }
+    pub fn values(&self, given: &[(&str, f64)]) -> Parameters {
+        let defaults = self.parameters.iter().map(|parameter| parameter.default.unwrap_or(0.0));
+        let mut values: Parameters = defaults.collect();
         for (name, value) in given {
             values[self.parameter_idx(name)] = *value;
         }
         values
+    }
+
+    /// A zero for each parameter.
+    pub fn zeros(&self) -> Parameters {
+        self.parameters.iter().map(|_| 0.0).collect()
     }
 
     /// The part `name`.
@@ -208,15 +208,40 @@ impl PartialEq for ForceSchema {
     }
 }
 
-/// What a force element acts on.
+/// The particles that a force element acts on, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ActsOn {
-    /// Every particle that is not fixed.
+pub enum Stencil {
+    /// Each particle of the scene by itself: a field.
     EveryParticle,
-    /// The two particles named by the attributes `i` and `j`.
-    Pair,
+    /// The particles that these attributes name, all different.
+    Named(&'static [&'static str]),
     /// The two particles of the edge named by the attribute `edge`.
     Edge,
+}
+
+impl Stencil {
+    /// The attributes that name the particles.
+    pub const fn attributes(self) -> &'static [&'static str] {
+        match self {
+            Self::EveryParticle => &[],
+            Self::Named(attributes) => attributes,
+            Self::Edge => &["edge"],
+        }
+    }
+
+    /// The number of particles.
+    pub const fn size(self) -> usize {
+        match self {
+            Self::EveryParticle => 1,
+            Self::Named(attributes) => attributes.len(),
+            Self::Edge => 2,
+        }
+    }
+
+    /// Whether it is each particle of the scene by itself.
+    pub const fn is_field(self) -> bool {
+        matches!(self, Self::EveryParticle)
+    }
 }
 
 /// A parameter of a force.

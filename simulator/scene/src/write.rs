@@ -12,7 +12,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::schema::{ActsOn, OptionSchema, OptionValue};
+use super::schema::{OptionSchema, OptionValue, Stencil};
 use super::{
     Color, Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Rendering, Scene,
 };
@@ -226,18 +226,21 @@ impl<W: Write> Lines<W> {
     ) -> Result<(), WriteError> {
         let tag = self.tag;
         let no = |missing| WriteError::NoTarget { tag, force: number, missing };
-        match force.schema.acts_on {
-            ActsOn::EveryParticle => {}
-            ActsOn::Pair => {
-                let [i, j] = force.pair.ok_or_else(|| no("particles"))?;
-                self.index("i", i);
-                self.index("j", j);
+        match force.schema.stencil {
+            Stencil::EveryParticle => {}
+            Stencil::Named(attributes) if attributes.len() != force.particles.len() => {
+                return Err(no("particles"));
             }
-            ActsOn::Edge => self.index("edge", force.edge.ok_or_else(|| no("edge"))?),
+            Stencil::Named(attributes) => {
+                for (attribute, particle) in attributes.iter().zip(&force.particles) {
+                    self.index(attribute, *particle);
+                }
+            }
+            Stencil::Edge => self.index("edge", force.edge.ok_or_else(|| no("edge"))?),
         }
-        for (parameter, value) in force.schema.parameters.iter().zip(force.parameters) {
+        for (parameter, value) in force.schema.parameters.iter().zip(&force.parameters) {
             if dimension == Dimension::Three || !parameter.three_dimensional {
-                self.number_unless(parameter.name, value, parameter.default)?;
+                self.number_unless(parameter.name, *value, parameter.default)?;
             }
         }
         Ok(())

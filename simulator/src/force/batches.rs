@@ -23,7 +23,7 @@ use std::sync::{Mutex, PoisonError};
 
 use pulp::Simd;
 
-use super::pair::{PairLaw, PairLaws, Undefined};
+use super::law::{PairLaw, PairLaws, Relative, Undefined};
 use super::{State, Vector};
 use crate::sizes::{BATCH, LANES, MAX_ADVANCE, MAX_PERIOD, MIN_REPEATS};
 
@@ -280,20 +280,6 @@ impl Batch {
         }
         Ok(())
     }
-}
-
-/// Relative positions and velocities of the two particles of some elements.
-pub(super) trait Relative<const D: usize>: Copy {
-    /// `d = x_i − x_j` of `F64_LANES` elements from this one on, particle-major.
-    fn positions<S: Simd>(self, simd: S, first: usize) -> [S::f64s; D];
-    /// `w = v_i − v_j`, likewise.
-    fn velocities<S: Simd>(self, simd: S, first: usize) -> [S::f64s; D];
-    /// `d` of one element.
-    fn position(self, idx: usize) -> Vector<D>;
-    /// `w` of one element; 0 where velocities were not asked for.
-    fn velocity(self, idx: usize) -> Vector<D>;
-    /// The time of the state.
-    fn time(self) -> f64;
 }
 
 /// All first particles, and all second ones.

@@ -9,14 +9,14 @@
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use scene::Scene;
-use scene::schema::{ActsOn, ForceSchema, Masses};
+use scene::schema::{ForceSchema, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "constantforce",
         title: "constant force",
         formula: "`(fx, fy)` on every particle",
-        acts_on: ActsOn::EveryParticle,
+        stencil: Stencil::EveryParticle,
         parameters: &components(
             ["force along x", "force along y", "force along z"],
             [-0.75, 1.5, 0.625],

@@ -13,7 +13,7 @@ use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbere
 use super::{add_to, vector_of};
 use scene::Scene;
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -21,7 +21,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "dragdamping",
         title: "linear drag",
         formula: "`−b v` on every particle, whatever its mass",
-        acts_on: ActsOn::EveryParticle,
+        stencil: Stencil::EveryParticle,
         parameters: &[
             ParameterSchema::new("b", "damping", (0.1, 10.0), [0.75, 0.5, 1.25]).non_negative()
         ],

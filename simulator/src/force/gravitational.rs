@@ -9,11 +9,12 @@
 //! Source: hand-out of milestone 2, section 3.2; of milestone 3, section 8.5. Not defined where the two
 //! particles are in the same place.
 
-use super::pair::{PairForce, PairLaw};
+use super::law::PairLaw;
+use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -21,7 +22,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "gravitationalforce",
         title: "gravitation between two particles",
         formula: "`F_i = −G m_i m_j / l² n`, `F_j = −F_i`",
-        acts_on: ActsOn::Pair,
+        stencil: Stencil::Named(&["i", "j"]),
         parameters: &[ParameterSchema::new(
             "G",
             "gravitational constant",

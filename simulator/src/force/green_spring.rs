@@ -10,11 +10,12 @@
 //! Hookean spring of the same `k`; it is defined everywhere, at length zero as well. Source: lecture on
 //! optimisation time integration, "Mass-Spring Elasticity Energy".
 
-use super::pair::{PairForce, PairLaw};
+use super::law::PairLaw;
+use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -22,7 +23,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "greenspringforce",
         title: "spring of squared length (Green strain)",
         formula: "`F_i = −2 k (l²/l0² − 1) (x_i − x_j)`, `F_j = −F_i`: the gradient of the energy `l0² k/2 (l²/l0² − 1)²`, negated",
-        acts_on: ActsOn::Edge,
+        stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 10.0), [0.25, 0.375, 0.3125])
                 .non_negative(),

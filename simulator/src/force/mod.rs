@@ -32,6 +32,7 @@ use scene::schema::ForceSchema;
 use scene::{ForceElement, Scene};
 
 mod batches;
+mod law;
 mod pair;
 mod reciprocal;
 mod uniform;

@@ -14,102 +14,11 @@ use std::ops::Range;
 
 use pulp::Simd;
 
-use super::batches::{Batches, Relative};
+use super::batches::Batches;
+use super::law::{PairLaw, PairLaws, Undefined};
 use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
 use crate::parts::Parts;
 use scene::{ForceElement, Scene};
-
-/// The law of one element.
-pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
-    /// Whether the force depends on `w`.
-    const USES_VELOCITY: bool;
-
-    /// Potential energy at this distance; `None` if the law has no energy.
-    fn energy(&self, distance: f64) -> Option<f64>;
-
-    /// `f(d, w)`; `None` where it is not defined.
-    fn force(&self, d: &Vector<D>, w: &Vector<D>) -> Option<Vector<D>>;
-
-    /// `∂f/∂d` and `∂f/∂w`; `None` where they are not defined.
-    fn jacobians(&self, d: &Vector<D>, w: &Vector<D>) -> Option<(Block<D>, Block<D>)>;
-
-    /// Whether both Jacobians are symmetric at every state.
-    fn symmetric(&self) -> bool;
-
-    /// Whether both Jacobians are the same numbers at every state.
-    fn has_constant_jacobians(&self) -> bool {
-        false
-    }
-
-    /// The law at this time, for one that changes with it: all else is asked of what this returns.
-    fn at(self, _time: f64) -> Self {
-        self
-    }
-}
-
-/// The laws of many elements, by slot.
-pub(super) trait PairLaws<const D: usize>: Default + Send + Sync {
-    /// The law of each.
-    type Law: PairLaw<D>;
-
-    /// Puts a law into the next slot.
-    fn push(&mut self, law: Self::Law);
-
-    /// The law in this slot.
-    fn law(&self, slot: usize) -> Self::Law;
-
-    /// Whether the force depends on `w` in any slot.
-    fn use_velocity(&self) -> bool {
-        Self::Law::USES_VELOCITY
-    }
-
-    /// The force on the first particle of each element from this slot on.
-    ///
-    /// # Errors
-    /// Where one of the forces is not defined.
-    #[inline(always)]
-    fn forces<S: Simd>(
-        &self,
-        _simd: S,
-        first_slot: usize,
-        relative: impl Relative<D>,
-        forces: &mut [[f64; D]],
-    ) -> Result<(), Undefined> {
-        one_by_one(self, first_slot, relative, forces)
-    }
-}
-
-/// What [`PairLaws::forces`] gives, without vectors.
-#[inline(always)]
-pub(super) fn one_by_one<const D: usize>(
-    laws: &impl PairLaws<D>,
-    first_slot: usize,
-    relative: impl Relative<D>,
-    forces: &mut [[f64; D]],
-) -> Result<(), Undefined> {
-    for (idx, force) in forces.iter_mut().enumerate() {
-        let law = laws.law(first_slot + idx).at(relative.time());
-        let of_first = law.force(&relative.position(idx), &relative.velocity(idx));
-        *force = of_first.ok_or(Undefined)?.into();
-    }
-    Ok(())
-}
-
-/// A force is not defined in one of the slots.
-pub(super) struct Undefined;
-
-impl<const D: usize, L: PairLaw<D>> PairLaws<D> for Vec<L> {
-    type Law = L;
-
-    fn push(&mut self, law: L) {
-        Vec::push(self, law);
-    }
-
-    #[inline(always)]
-    fn law(&self, slot: usize) -> L {
-        self[slot]
-    }
-}
 
 /// All elements of one law in a scene.
 pub(super) struct PairForce<L> {
@@ -161,7 +70,7 @@ impl<L> PairForce<L> {
         L: PairLaws<D>,
     {
         let with_pairs = elements.iter().filter_map(|&(element, description)| {
-            let [i, j] = description.pair?;
+            let [i, j] = description.pair()?;
             // No scene file holds 2³² of anything.
             let [i, j, element] = [i, j, element].map(|number| number as u32);
             Some(PairElement { i, j, element, slot: 0 })
@@ -482,7 +391,7 @@ mod tests {
     fn pair_by_pair<const D: usize>(scene: &Scene, state: State<'_>) -> Vec<f64> {
         let mut sums = vec![0.0; state.positions.len()];
         for element in &scene.forces {
-            let [i, j] = element.pair.unwrap();
+            let [i, j] = element.pair().unwrap();
             let (d, w) = relative::<D>(state, [i as u32, j as u32]);
             let force = Springs::<D>::of_element(element, [i, j]).force(&d, &w).unwrap();
             for axis in 0..D {
@@ -575,10 +484,10 @@ mod tests {
     fn first_spring_without_a_direction_is_named() {
         let mut rng = fastrand::Rng::with_seed(5);
         let mut scene = scene(&mut rng, 2, 0.0, 0.0);
-        let [i, j] = scene.forces[300].pair.unwrap();
+        let [i, j] = scene.forces[300].pair().unwrap();
         scene.particles[i].position = scene.particles[j].position;
         let first = scene.forces.iter().position(|element| {
-            let pair = element.pair.unwrap();
+            let pair = element.pair().unwrap();
             pair == [i, j] || pair == [j, i]
         });
         let positions = coordinates::<2>(&scene, |particle| particle.position);

@@ -10,11 +10,12 @@
 //! 3.1, which suggests it for an artistic effect and leaves the script open. Damping is that of a `<springforce>` of `k` = 0
 //! beside it.
 
-use super::pair::{PairForce, PairLaw};
+use super::law::PairLaw;
+use super::pair::PairForce;
 use super::spring::Spring;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 use scene::{ForceElement, Scene};
 
@@ -23,7 +24,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "scriptedspringforce",
         title: "spring with a scripted rest length",
         formula: "`F_i = −k (l − r) n`, `F_j = −F_i`, with the rest length `r = l0 + (l1 − l0) t/t1` up to the time `t1`, and `l1` from then on",
-        acts_on: ActsOn::Edge,
+        stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),
             ParameterSchema::new("l0", "rest length at first", (0.2, 2.0), [0.75, 2.5, 0.625])

@@ -10,14 +10,14 @@
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use scene::Scene;
-use scene::schema::{ActsOn, ForceSchema, Masses};
+use scene::schema::{ForceSchema, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "simplegravity",
         title: "simple gravity",
         formula: "`m (fx, fy)` on every particle: an acceleration",
-        acts_on: ActsOn::EveryParticle,
+        stencil: Stencil::EveryParticle,
         parameters: &components(
             ["acceleration along x", "acceleration along y", "acceleration along z"],
             [0.5, -1.25, 0.75],

@@ -16,12 +16,13 @@
 
 use pulp::Simd;
 
-use super::batches::{Relative, load, store};
-use super::pair::{PairForce, PairLaw, PairLaws, Undefined, one_by_one};
+use super::batches::{load, store};
+use super::law::{PairLaw, PairLaws, Relative, Undefined, one_by_one};
+use super::pair::PairForce;
 use super::reciprocal::reciprocal;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 use scene::{ForceElement, Scene};
 
@@ -30,7 +31,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "springforce",
         title: "spring with internal damping",
         formula: "`F_i = −k (l − l0) n − b (n·w) n`, `F_j = −F_i`",
-        acts_on: ActsOn::Edge,
+        stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),
             ParameterSchema::new("l0", "rest length", (0.2, 2.0), [0.75, 2.5, 0.625])

@@ -14,11 +14,12 @@
 //! Jacobians; these follow from `∂(1/rᵖ)/∂d = −p d/rᵖ⁺²`. Not defined where the two particles are in
 //! the same place.
 
-use super::pair::{PairForce, PairLaw};
+use super::law::PairLaw;
+use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -26,7 +27,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "vortexforce",
         title: "vortex between two particles",
         formula: "`F_i = kvc/l² (kbs R n − w)`, `F_j = −F_i`",
-        acts_on: ActsOn::Pair,
+        stencil: Stencil::Named(&["i", "j"]),
         parameters: &[
             ParameterSchema::new(
                 "kbs",

@@ -22,7 +22,7 @@ use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbere
 use super::{Vector, add_to};
 use scene::Scene;
 use scene::schema::{
-    ActsOn, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential,
+    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -30,7 +30,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "windforce",
         title: "wind",
         formula: "`strength (3 + 1.5 (1 + cos 5φ), 1 + cos(0.3 + φ), sin φ)` on every particle",
-        acts_on: ActsOn::EveryParticle,
+        stencil: Stencil::EveryParticle,
         parameters: &[ParameterSchema::new("strength", "strength", (0.5, 2.0), [0.75, 0.5, 1.25])
             .default_to(1.0)],
         parts: &[PartSchema {

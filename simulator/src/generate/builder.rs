@@ -3,8 +3,11 @@
 use super::error::{GenerateErrorKind, check};
 use super::{MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
 use crate::vocabulary;
-use scene::schema::{Domain, ForceSchema, MAX_PARAMETERS};
-use scene::{Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Particle, Scene, Viewport};
+use scene::schema::{Domain, ForceSchema};
+use scene::{
+    Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Parameters, Particle, Particles, Scene,
+    Viewport,
+};
 
 /// A scene under construction.
 pub(super) struct SceneBuilder {
@@ -58,14 +61,14 @@ impl SceneBuilder {
             }
             SpringLaw::Green => (self.green, self.green.values(&elastic)),
         };
-        self.force(schema, Some(particles), Some(edge), parameters);
+        self.force(schema, particles.into(), Some(edge), parameters);
     }
 
     /// An acceleration downwards, where there is one.
     pub(super) fn gravity(&mut self, gravity: f64) {
         if gravity != 0.0 {
             let schema = force("simplegravity");
-            self.force(schema, None, None, schema.values(&[("fy", -gravity)]));
+            self.force(schema, Particles::new(), None, schema.values(&[("fy", -gravity)]));
         }
     }
 
@@ -75,7 +78,7 @@ impl SceneBuilder {
         let n_particles = self.scene.particles.len();
         for i in 0..n_particles {
             for j in i + 1..n_particles {
-                self.force(schema, Some([i, j]), None, schema.values(&[("G", constant)]));
+                self.force(schema, [i, j].into(), None, schema.values(&[("G", constant)]));
             }
         }
     }
@@ -135,12 +138,12 @@ impl SceneBuilder {
     fn force(
         &mut self,
         schema: &'static ForceSchema,
-        pair: Option<[usize; 2]>,
+        particles: Particles,
         edge: Option<usize>,
-        parameters: [f64; MAX_PARAMETERS],
+        parameters: Parameters,
     ) {
         let location = Location::default();
-        self.scene.forces.push(ForceElement { schema, pair, edge, parameters, location });
+        self.scene.forces.push(ForceElement { schema, particles, edge, parameters, location });
     }
 }
 

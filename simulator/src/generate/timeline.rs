@@ -128,7 +128,7 @@ fn longest_stable(scene: &Scene) -> f64 {
     // Stiffness and damping around each particle.
     let mut sums = vec![[0.0; 2]; scene.particles.len()];
     for force in &scene.forces {
-        if let (Some(pair), Some(_)) = (force.pair, force.edge) {
+        if let (Some(pair), Some(_)) = (force.pair(), force.edge) {
             let of =
                 |name| if force.schema.has_parameter(name) { force.parameter(name) } else { 0.0 };
             let (stiffness, damping) = (of("k"), of("b"));

@@ -5,9 +5,7 @@ mod forest;
 
 use std::path::{Path, PathBuf};
 
-use scene::{
-    self, Dimension, ForceElement, Location, ParseOptions, Particle, Scene, find_scene_files,
-};
+use scene::{self, Dimension, ForceElement, ParseOptions, Particle, Scene, find_scene_files};
 use simulator::generate::{Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Timeline};
 use simulator::sizes::PARALLEL;
 use simulator::vocabulary;
@@ -57,22 +55,12 @@ fn scene(forest: &Forest, seed: u64) -> Scene {
         let [a, b] = pair.map(|particle| scene.particles[particle].position);
         let length = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         let rest_length = length * (0.95 + 0.1 * random.f64());
-        scene.forces.push(ForceElement {
-            schema: spring,
-            pair: Some(*pair),
-            edge: None,
-            parameters: spring.values(&[("k", 100.0), ("l0", rest_length), ("b", damping)]),
-            location: Location::default(),
-        });
+        let parameters = spring.values(&[("k", 100.0), ("l0", rest_length), ("b", damping)]);
+        scene.forces.push(ForceElement::new(spring, pair, None, parameters));
     }
     let gravity = vocabulary.force("simplegravity").unwrap();
-    scene.forces.push(ForceElement {
-        schema: gravity,
-        pair: None,
-        edge: None,
-        parameters: gravity.values(&[("fy", -9.81)]),
-        location: Location::default(),
-    });
+    let parameters = gravity.values(&[("fy", -9.81)]);
+    scene.forces.push(ForceElement::new(gravity, &[], None, parameters));
     scene
 }
 
@@ -81,7 +69,7 @@ fn check_forest(forest: &Forest, seed: u64) {
     for (integrator, options) in METHODS {
         if integrator == "projected-newton" {
             // It knows no damping.
-            let springs = scene.forces.iter_mut().filter(|force| force.pair.is_some());
+            let springs = scene.forces.iter_mut().filter(|force| force.pair().is_some());
             springs.for_each(|spring| *spring.parameter_mut("b") = 0.0);
         }
         let what = format!("{}, {integrator} {options:?}", forest.name);

@@ -3,7 +3,7 @@
 use crate::support::shared::{bits, parse};
 use crate::support::{largest, largest_difference};
 use scene::Scene;
-use scene::schema::{ActsOn, ForceSchema, IntegratorOptions, IntegratorSchema};
+use scene::schema::{ForceSchema, IntegratorOptions, IntegratorSchema, Stencil};
 use scene::trace::State;
 use scene::trace::TraceWriter;
 use scene::trace::fosssim::FosssimWriter;
@@ -98,13 +98,17 @@ const PAIRS: [(usize, usize); 6] = [(0, 1), (2, 0), (0, 3), (1, 2), (3, 1), (2, 
 fn random_elements(random: &mut fastrand::Rng, force: &ForceSchema, dimensions: usize) -> String {
     let mut text = String::new();
     for (edge, (i, j)) in PAIRS.into_iter().enumerate() {
-        let target = match force.acts_on {
-            ActsOn::EveryParticle if edge > 1 => break,
-            ActsOn::EveryParticle => String::new(),
-            ActsOn::Pair => format!(r#"i="{i}" j="{j}""#),
-            ActsOn::Edge => format!(r#"edge="{edge}""#),
-        };
-        text += &format!("<{} {target}", force.tag);
+        if force.stencil.is_field() && edge > 1 {
+            break;
+        }
+        text += &format!("<{}", force.tag);
+        // The particles of a larger stencil follow, in the order in which they come.
+        let others = (0..4).filter(|other| ![i, j].contains(other));
+        let particles: Vec<usize> = [i, j].into_iter().chain(others).collect();
+        for (number, attribute) in force.stencil.attributes().iter().enumerate() {
+            let value = if force.stencil == Stencil::Edge { edge } else { particles[number] };
+            text += &format!(r#" {attribute}="{value}""#);
+        }
         for parameter in force.parameters {
             if dimensions == 3 || !parameter.three_dimensional {
                 let value = uniform(random, parameter.typical);
@@ -360,7 +364,7 @@ fn vortex_in_3d_rotates_about_z() {
 
 /// Forces between particles: what one feels, the other feels reversed.
 fn internal(schema: &ForceSchema) -> bool {
-    schema.acts_on != ActsOn::EveryParticle
+    !schema.stencil.is_field()
 }
 
 /// `Σ m v`, and `Σ m |v|` to compare it with.

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use crate::support::shared::{bits, shipped_scenes};
-use scene::schema::MAX_PARAMETERS;
 use scene::{
     Color, Dimension, Edge, Location, ParseOptions, Parsed, Particle, ParticlePath, Rendering,
     Scene, Surface, Viewport, parse_bytes,
@@ -108,21 +107,22 @@ fn every_element_and_attribute_is_read() {
 }
 
 #[test]
-fn every_force_is_read_with_particles_and_parameters() {
-    type Row = (&'static str, Option<[usize; 2]>, Option<usize>, [f64; MAX_PARAMETERS], u32);
+fn every_force_arrives_with_its_particles_and_parameters() {
+    type Row = (&'static str, Option<[usize; 2]>, Option<usize>, Vec<f64>, u32);
     let scene = parse(EVERYTHING);
     let found = scene.forces.iter().map(|force| -> Row {
         assert_eq!(force.location.column, 3, "{}", force.schema.tag);
-        (force.schema.tag, force.pair, force.edge, force.parameters, force.location.line)
+        let parameters = force.parameters.to_vec();
+        (force.schema.tag, force.pair(), force.edge, parameters, force.location.line)
     });
     let expected: [Row; 7] = [
-        ("springforce", Some([1, 2]), Some(1), [10.0, 0.5, 0.75, 0.0], 14),
-        ("springforce", Some([2, 0]), Some(0), [20.0, 1.5, 0.0, 0.0], 15),
-        ("simplegravity", None, None, [0.125, -9.81, 0.0, 0.0], 16),
-        ("constantforce", None, None, [3.0, 4.0, 0.0, 0.0], 17),
-        ("gravitationalforce", Some([2, 1]), None, [-6.0, 0.0, 0.0, 0.0], 18),
-        ("dragdamping", None, None, [0.3, 0.0, 0.0, 0.0], 19),
-        ("vortexforce", Some([0, 1]), None, [0.8, 1e3, 0.0, 0.0], 20),
+        ("springforce", Some([1, 2]), Some(1), vec![10.0, 0.5, 0.75], 14),
+        ("springforce", Some([2, 0]), Some(0), vec![20.0, 1.5, 0.0], 15),
+        ("simplegravity", None, None, vec![0.125, -9.81, 0.0], 16),
+        ("constantforce", None, None, vec![3.0, 4.0, 0.0], 17),
+        ("gravitationalforce", Some([2, 1]), None, vec![-6.0], 18),
+        ("dragdamping", None, None, vec![0.3], 19),
+        ("vortexforce", Some([0, 1]), None, vec![0.8, 1e3], 20),
     ];
     assert_eq!(found.collect::<Vec<_>>(), expected);
 }

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use scene::schema::IntegratorOptions;
-use scene::{ForceElement, Location, Particle, Scene};
+use scene::{ForceElement, Particle, Scene};
 use simulator::generate::{Chain, Generator};
 use simulator::integrator::REGISTRY;
 use simulator::simulation::Simulation;
@@ -114,13 +114,7 @@ fn threads_begin_at_a_number_of_force_elements() {
     let schema = vocabulary().force("constantforce").unwrap();
     let mut expected = None;
     for count in [PARALLEL - 1, PARALLEL, PARALLEL + 1] {
-        let zero = ForceElement {
-            schema,
-            pair: None,
-            edge: None,
-            parameters: [0.0; _],
-            location: Location::default(),
-        };
+        let zero = ForceElement::new(schema, &[], None, schema.values(&[]));
         scene.forces.resize(count, zero);
         for integrator in ["symplectic-euler", "linearized-implicit-euler"] {
             let scene = with(&scene, integrator, &[]);
@@ -168,7 +162,7 @@ fn all_group_and_panel_sizes_match_the_assignment() {
         for (place, Particle { position, .. }) in scene.particles.iter_mut().enumerate() {
             position[1] += 0.02 * (place as f64).sin();
         }
-        let springs = scene.forces.iter_mut().filter(|force| force.pair.is_some());
+        let springs = scene.forces.iter_mut().filter(|force| force.pair().is_some());
         springs.for_each(|spring| *spring.parameter_mut("b") = 0.0);
         for matrix in ["dense", "sparse"] {
             assert!(scene.integrator_options.set("matrix", matrix).is_ok());

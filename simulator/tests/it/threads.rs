@@ -86,8 +86,8 @@ fn the_error_does_not_depend_on_the_number_of_threads() {
     let mut scene = scene();
     let of = |tag| scene.forces.iter().rfind(|force| force.schema.tag == tag).unwrap().clone();
     // Among the last particles, a spring has no direction; among the first, a force of a later kind has none.
-    let spring = scene.forces.iter().filter_map(|force| force.pair).max().unwrap();
-    let gravitational = ForceElement { pair: Some([10, 500]), ..of("gravitationalforce") };
+    let spring = scene.forces.iter().filter_map(ForceElement::pair).max().unwrap();
+    let gravitational = ForceElement { particles: [10, 500].into(), ..of("gravitationalforce") };
     for [at, moved] in [spring, [10, 500]] {
         scene.particles[moved].position = scene.particles[at].position;
     }

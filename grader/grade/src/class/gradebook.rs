@@ -1,11 +1,11 @@
 //! Gradebooks of a class: whose submission it is, when it came in, and the points that count.
 
+use grader::boundary::printed;
 use grader::class::Row;
 use grader::class::plan::Plan;
 use grader::class::roster::{Matching, Roster, Student};
 use grader::grading::points;
-use grader::late::Lateness;
-use grader::printed;
+use grader::rubric::late::Lateness;
 use grader::submission::hand_in;
 use grader::time::Time;
 use platforms::gradebook::Gradebook;

@@ -28,7 +28,7 @@ use clap::Parser;
 use grader::class::entry::{self, ClassEntry, PassedOver};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::{Foreign, Record};
-use grader::events::Observer;
+use grader::grading::events::Observer;
 use grader::suite::hash_bytes;
 use rayon::prelude::*;
 use report::class::{ALTERED, Gap, Missing};

@@ -3,10 +3,10 @@
 use std::fmt::Display;
 use std::fs;
 
-use grader::assignment::{self, Assignment};
 use grader::class::entry::{self, ClassEntry};
-use grader::init::{Language, Skeleton};
-use grader::similar::{self, Config, Sources};
+use grader::class::similar::{self, Config, Sources};
+use grader::submission::init::{Language, Skeleton};
+use grader::suite::assignment::{self, Assignment};
 use rayon::prelude::*;
 
 use super::setting::refuse_inside;

@@ -13,7 +13,7 @@ use grader::class::plan::Plan;
 use grader::suite::hash_bytes;
 use serde_json::Value;
 
-use grader::events::Observer;
+use grader::grading::events::Observer;
 
 use super::setting::Class;
 use super::{Phase, real, unwritable};

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use grader::own_file;
+use grader::boundary::own_file;
 use grader::suite::{Case, hash_bytes};
 use scene::xml::edit;
 

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use grader::assignment::Assignment;
 use grader::oracle::folder;
+use grader::suite::assignment::Assignment;
 use grader::suite::{Case, Section};
 use rayon::prelude::*;
 use selftest::mistake;

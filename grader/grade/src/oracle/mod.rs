@@ -10,7 +10,7 @@ use std::path::Path;
 use grader::oracle::{
     self, Acceptance, Leftover, Origin, Regeneration, Staged, TraceChange, TraceDifference,
 };
-use grader::selection::{Candidate, choose};
+use grader::suite::selection::{Candidate, choose};
 use grader::verdict::Verdict;
 
 use crate::args::SuiteArgs;

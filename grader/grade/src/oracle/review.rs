@@ -12,8 +12,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
+use grader::boundary::own_file;
 use grader::oracle::{Acceptance, NumberDifference, Staged, TraceChange, TraceDifference};
-use grader::own_file;
 use grader::suite::Suite;
 use serde_json::{Value, json};
 

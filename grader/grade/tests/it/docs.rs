@@ -5,11 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use test_support::root;
 
-use grader::assignment::{self, Assignment};
 use grader::rubric::Rubric;
+use grader::suite::assignment::{self, Assignment};
 use grader::suite::{Feature, Section, Suite};
 use scene::ParseOptions;
-use scene::schema::{ActsOn, ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText};
+use scene::schema::{ForceSchema, IntegratorSchema, OptionKind, OptionSchema, OptionText};
 use simulator::force::ForceKind;
 use simulator::integrator::IntegratorKind;
 use simulator::{force, integrator};
@@ -38,7 +38,7 @@ fn every_path_in_the_architecture_exists() {
 }
 
 /// The crates of the workspace by name, with their folders.
-fn crates() -> BTreeMap<String, PathBuf> {
+pub(crate) fn crates() -> BTreeMap<String, PathBuf> {
     let manifest = document("Cargo.toml");
     let members = manifest.split_once("members = [").unwrap().1.split_once(']').unwrap().0;
     let folders = members.split('"').skip(1).step_by(2).map(|folder| root().join(folder));
@@ -59,9 +59,10 @@ fn the_crates_depend_on_each_other_as_the_architecture_shows() {
     let crates = crates();
     for (name, folder) in &crates {
         let manifest = manifest_of(folder);
-        let dependencies = manifest["dependencies"].as_table().unwrap();
+        let dependencies = manifest.get("dependencies").and_then(toml::Value::as_table);
         let ours: BTreeSet<&str> = dependencies
-            .keys()
+            .into_iter()
+            .flat_map(toml::Table::keys)
             .map(String::as_str)
             .filter(|key| crates.contains_key(*key))
             .collect();
@@ -73,84 +74,6 @@ fn the_crates_depend_on_each_other_as_the_architecture_shows() {
         assert_eq!(shown, ours, "{name}");
         let folder = folder.strip_prefix(root()).unwrap().display().to_string();
         assert!(text.contains(&format!("| `{folder}/` | `{name}` |")), "no row of {folder}/");
-    }
-}
-
-/// Top-level modules of a crate, each with the modules that its code imports, without tests.
-fn imports(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
-    let mut imports: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    let mut folders = vec![source.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            let inside = path.strip_prefix(source).unwrap();
-            let mut names: Vec<String> =
-                inside.with_extension("").iter().map(|name| name.display().to_string()).collect();
-            if path.is_dir() {
-                if names != ["bin"] {
-                    folders.push(path);
-                }
-                continue;
-            }
-            if path.extension().is_none_or(|extension| extension != "rs") {
-                continue;
-            }
-            let module = names[0].clone();
-            if ["lib", "main"].contains(&module.as_str()) {
-                continue;
-            }
-            // Number of `super::` up to the crate's root.
-            if names.last().is_some_and(|name| name == "mod") {
-                names.pop();
-            }
-            let up = "super::".repeat(names.len());
-            let text = fs::read_to_string(&path).unwrap();
-            let text = text.split("#[cfg(test)]\nmod ").next().unwrap();
-            let code = text.lines().map(|line| line.split("//").next().unwrap());
-            let code = code.collect::<Vec<_>>().join(" ");
-            let found = imports.entry(module.clone()).or_default();
-            for start in ["crate::", &up] {
-                for (at, _) in code.match_indices(start) {
-                    if code[..at].ends_with("::") {
-                        continue;
-                    }
-                    let rest = &code[at + start.len()..];
-                    // One path, or a list of them in braces.
-                    let listed = rest.strip_prefix('{').and_then(|rest| rest.split_once('}'));
-                    let paths = listed.map_or(rest, |(listed, _)| listed);
-                    let paths =
-                        paths.split(',').take(if listed.is_some() { usize::MAX } else { 1 });
-                    for path in paths {
-                        let is_part = |c: char| c.is_alphanumeric() || c == '_';
-                        let name: String =
-                            path.trim().chars().take_while(|c| is_part(*c)).collect();
-                        found.insert(name);
-                    }
-                }
-            }
-            found.remove(&module);
-        }
-    }
-    let modules: BTreeSet<String> = imports.keys().cloned().collect();
-    for found in imports.values_mut() {
-        found.retain(|name| modules.contains(name));
-    }
-    imports
-}
-
-#[test]
-fn no_modules_import_each_other_in_a_circle() {
-    for (name, folder) in crates() {
-        let mut left = imports(&folder.join("src"));
-        // A module that imports none of the remaining ones is in no circle.
-        while let Some(free) = left
-            .iter()
-            .find(|(_, found)| !found.iter().any(|module| left.contains_key(module)))
-            .map(|(module, _)| module.clone())
-        {
-            left.remove(&free);
-        }
-        assert!(left.is_empty(), "circle of imports in {name}: {left:?}");
     }
 }
 
@@ -279,11 +202,7 @@ fn rows_of(name: &str, header: &str) -> Vec<String> {
 
 /// The attributes of a force: what it acts on and its required parameters, then the optional ones.
 fn attributes(schema: &ForceSchema) -> String {
-    let mut required: Vec<&str> = match schema.acts_on {
-        ActsOn::EveryParticle => Vec::new(),
-        ActsOn::Pair => vec!["i", "j"],
-        ActsOn::Edge => vec!["edge"],
-    };
+    let mut required = schema.stencil.attributes().to_vec();
     let mut optional = String::new();
     for parameter in schema.parameters {
         match parameter.default {

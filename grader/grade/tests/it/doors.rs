@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use grader::door::{Door, Limit};
+use grader::boundary::door::{Door, Limit};
 use test_support::{assert_document, root};
 
 #[path = "../../../../ci/fuzz/src/doors.rs"]
@@ -54,12 +54,12 @@ fn every_door_with_a_parser_is_fuzzed() {
 /// Sources that open files themselves: the two modules for it, the walks of a hand-in's folders, and programs that
 /// `grade init` writes.
 const OPENING: [&str; 6] = [
-    "grader/src/door.rs",
-    "grader/src/init/simulate.rs",
-    "grader/src/init/springs.rs",
-    "grader/src/own_file.rs",
+    "grader/src/boundary/door.rs",
+    "grader/src/boundary/own_file.rs",
     "grader/src/submission/hand_in.rs",
     "grader/src/submission/hand_in/place.rs",
+    "grader/src/submission/init/simulate.rs",
+    "grader/src/submission/init/springs.rs",
 ];
 
 #[test]
@@ -80,7 +80,7 @@ fn untrusted_files_are_opened_only_through_doors() {
         }
     }
     found.sort();
-    assert_eq!(found, OPENING, "read it by grader::door or grader::own_file");
+    assert_eq!(found, OPENING, "read it by grader::boundary::door or grader::boundary::own_file");
 }
 
 /// The file, if its code opens files.

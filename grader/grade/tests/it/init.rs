@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 use test_support::root;
 
-use grader::init::Language;
+use grader::submission::init::Language;
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
 

@@ -5,6 +5,7 @@ mod accuracy;
 mod altered;
 #[cfg(target_os = "linux")]
 mod assignments;
+mod circles;
 #[cfg(target_os = "linux")]
 mod class;
 #[cfg(target_os = "linux")]

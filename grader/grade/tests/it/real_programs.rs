@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use grader::init::Language;
+use grader::submission::init::Language;
 use test_support::FREE_PARTICLE;
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
@@ -200,7 +200,7 @@ fn skeletons_run_in_the_sandbox() {
             }
             _ => String::new(),
         };
-        grader::init::write(language, None, &folder).unwrap();
+        grader::submission::init::write(language, None, &folder).unwrap();
         let readable = ["--readable", &rust];
         suite.pass_folder(language.name(), &folder, if rust.is_empty() { &[] } else { &readable });
     }

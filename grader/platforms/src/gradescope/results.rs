@@ -5,7 +5,7 @@
 use std::io;
 
 use grader::grading::{Credit, FeatureResult, Grading, Hidden, SceneResult};
-use grader::late::{PlatformRule, Visibility};
+use grader::rubric::late::{PlatformRule, Visibility};
 use grader::suite::Section;
 use report::SceneTimes;
 use report::text::{self, TextOptions};

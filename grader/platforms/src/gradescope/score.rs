@@ -7,7 +7,7 @@
 
 use grader::grading::Grading;
 use grader::grading::points;
-use grader::late::{Keep, LateRule, Lateness, PlatformRule};
+use grader::rubric::late::{Keep, LateRule, Lateness, PlatformRule};
 use grader::suite::Section;
 
 use super::metadata::Metadata;

@@ -4,18 +4,26 @@ use std::io;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use grader::compare::recording::{ExactState, Recording};
 use grader::grading::SceneResult;
-use grader::recording::{ExactState, Recording};
 use picture::canvas::Paint;
 use picture::drawing::{Drawing, Shape};
-
-use super::results::Image;
+use serde::Serialize;
 
 const SIZE: [u32; 2] = [480, 240];
 const MARGIN: f32 = 16.0;
 const GREEN: Paint = Paint { rgb: [20, 130, 70], opacity: 1.0 };
 const RED: Paint = Paint { rgb: [200, 40, 40], opacity: 1.0 };
 const GREY: Paint = Paint { rgb: [150, 150, 150], opacity: 1.0 };
+
+/// A picture.
+#[derive(Clone, Serialize)]
+pub(super) struct Image {
+    /// What it shows.
+    label: String,
+    /// Its data, as a URL.
+    url: String,
+}
 
 /// The pictures of a scene with a wrong number; `None` if it has none, or was not recorded.
 pub(super) fn of_scene(scene: &SceneResult) -> Option<io::Result<Vec<Image>>> {

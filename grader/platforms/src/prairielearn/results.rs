@@ -11,7 +11,7 @@ use grader::verdict::{Failure, Verdict};
 use report::text::{self, TextOptions};
 use serde::Serialize;
 
-use super::pictures;
+use super::pictures::{self, Image};
 
 /// Bytes of the document, at most: PrairieLearn reads 1 MB.
 const MOST: usize = 900_000;
@@ -32,15 +32,6 @@ struct Document {
     output: String,
     images: Vec<Image>,
     tests: Vec<Test>,
-}
-
-/// A picture.
-#[derive(Clone, Serialize)]
-pub(super) struct Image {
-    /// What it shows.
-    pub(super) label: String,
-    /// Its data, as a URL.
-    pub(super) url: String,
 }
 
 #[derive(Serialize)]

@@ -16,7 +16,7 @@ mod pair;
 
 use nalgebra::DMatrix;
 use num_dual::{Dual64, DualNum};
-use scene::schema::{ForceSchema, MAX_PARAMETERS, ParameterSchema};
+use scene::schema::{ForceSchema, ParameterSchema};
 use scene::{ForceElement, Scene};
 
 /// Both Jacobians of a force.
@@ -132,6 +132,9 @@ enum Form {
         scale: fn(&Parameters, &At<'_, f64>) -> Scale,
     },
 }
+
+/// The most parameters of a law.
+const MAX_PARAMETERS: usize = 4;
 
 /// The parameters of an element, in the order of [`Law::parameters`].
 type Parameters = [f64; MAX_PARAMETERS];
@@ -273,7 +276,7 @@ impl<'a> Expectation<'a> {
         let dimension = self.dimension();
         let mut scales = vec![Scale::default(); self.scene.particles.len()];
         for (element, parameters) in self.scene.forces.iter().zip(&self.parameters) {
-            match (&self.law.form, element.pair) {
+            match (&self.law.form, element.pair()) {
                 (Form::Pair { scale, at, .. }, Some([i, j])) => {
                     let parameters = &at(parameters, time);
                     let length = norm(&difference(x, dimension, [i, j]));
@@ -302,7 +305,7 @@ impl<'a> Expectation<'a> {
             return varies.then(|| 0.2 * field::diagonal(&self.starts));
         }
         let lengths = self.scene.forces.iter().filter_map(|element| {
-            element.pair.map(|pair| norm(&difference(x, self.dimension(), pair)))
+            element.pair().map(|pair| norm(&difference(x, self.dimension(), pair)))
         });
         lengths.reduce(f64::min)
     }
@@ -310,7 +313,7 @@ impl<'a> Expectation<'a> {
     /// Whether the law couples these particles, or both are the same.
     pub fn joins(&self, a: usize, b: usize) -> bool {
         let is_pair = |pair: [usize; 2]| pair == [a, b] || pair == [b, a];
-        a == b || self.scene.forces.iter().any(|element| element.pair.is_some_and(is_pair))
+        a == b || self.scene.forces.iter().any(|element| element.pair().is_some_and(is_pair))
     }
 
     fn at<T: Number>(&self, particle: usize, x: &[T], v: &[T], time: f64) -> At<'_, T> {
@@ -333,7 +336,7 @@ impl<'a> Expectation<'a> {
         let dimension = self.dimension();
         let mut total = vec![T::from(0.0); x.len()];
         for (element, parameters) in self.scene.forces.iter().zip(&self.parameters) {
-            match (choose(&self.law.form), element.pair) {
+            match (choose(&self.law.form), element.pair()) {
                 (Evaluate::Pair(law, at), Some([i, j])) => {
                     let parameters = &at(parameters, time);
                     let masses = [i, j].map(|particle| self.scene.particles[particle].mass);

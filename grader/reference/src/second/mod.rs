@@ -388,7 +388,7 @@ impl Second {
                 if axis < dimension { values[particle * dimension + axis] } else { 0.0 }
             })
         };
-        if let Some([i, j]) = element.pair {
+        if let Some([i, j]) = element.pair() {
             let difference = |values: &[f64]| {
                 let (a, b) = (vector(values, i), vector(values, j));
                 std::array::from_fn(|axis| a[axis] - b[axis])

@@ -4,8 +4,8 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use grader::compare::recording::{Recording, Residual};
 use grader::grading::SceneResult;
-use grader::recording::{Recording, Residual};
 use grader::suite::Case;
 use scene::state::Energies;
 use serde::Serialize;
@@ -104,7 +104,7 @@ pub(super) fn render(
         radii,
         fixed: fixed.map(|(number, _)| number).collect(),
         edges: scene.edges.iter().map(|edge| edge.particles).collect(),
-        pairs: unseen.filter_map(|element| element.pair).collect(),
+        pairs: unseen.filter_map(|element| element.pair()).collect(),
         first_wrong: first_wrong
             .map(|first| FirstWrong { step: first.place.step, particle: first.place.particle }),
         horizon: horizon(result),

@@ -10,8 +10,9 @@ use std::path::Path;
 
 use frames::Palette;
 use frames::materials::Materials;
-use grader::creative::{CRITERIA, Creative, Motion, Outcome};
-use grader::printed::{self, InertCsv};
+use grader::boundary::printed::{self, InertCsv};
+use grader::creative::{Creative, Motion, Outcome};
+use grader::rubric::creative::CRITERIA;
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 

@@ -3,8 +3,8 @@
 use std::cmp::Reverse;
 use std::io;
 
-use grader::jacobian::{self, Entry, Exhibit, JacobianCheck, JacobianReport, Verdict};
 use grader::probe::{self, PartReport, Probing};
+use grader::white_box::{self, Entry, Exhibit, JacobianCheck, JacobianReport, Verdict};
 
 use super::chart::{Chart, Series};
 use super::page::{Attributes, Html, Page};
@@ -85,7 +85,7 @@ fn force(html: &mut Html, check: &JacobianCheck, number: usize) -> io::Result<()
         ));
     }
     html.markup(".</p>");
-    if let Some(curves) = jacobian::curves(check) {
+    if let Some(curves) = white_box::curves(check) {
         let series = |name: &str, style: usize, values: &[f64]| {
             Series::new(name, style, curves.steps.iter().copied().zip(values.iter().copied()))
         };

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 use std::io;
 
-use grader::printed::steers;
+use grader::boundary::printed::steers;
 
 /// Policy of every page: scripts and styles from beside it, and no request to anywhere else. Text in a page can so
 /// never run as a script.

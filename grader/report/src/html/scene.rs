@@ -2,9 +2,9 @@
 
 use std::fs;
 
+use grader::boundary::own_file;
 use grader::compare::FirstWrong;
 use grader::grading::SceneResult;
-use grader::own_file;
 use grader::suite::{Case, SceneFile};
 use grader::verdict::number;
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use grader::jacobian::{
+use grader::white_box::{
     BlockFinding, CheckState, Difference, Entry, Estimate, Exhibit, JacobianCheck, NewtonCheck,
     PropertyFinding, Taylor,
 };
@@ -241,7 +241,7 @@ impl JsonState {
     fn of(state: &CheckState) -> Self {
         let forces = state.scene.forces.iter().map(|force| JsonForce {
             force: force.schema.tag,
-            pair: force.pair,
+            pair: force.pair(),
             parameters: force
                 .schema
                 .parameters

@@ -3,7 +3,7 @@
 
 use super::{axis, measured, words};
 use crate::testsuites::{ProblemKind, TestCase, TestSuite};
-use grader::jacobian::{BlockFinding, JacobianCheck, NewtonCheck, PropertyFinding, Verdict};
+use grader::white_box::{BlockFinding, JacobianCheck, NewtonCheck, PropertyFinding, Verdict};
 
 /// The suite of a force in one dimension.
 pub(crate) fn suite(check: &JacobianCheck) -> TestSuite {

@@ -5,7 +5,7 @@ pub(super) mod junit;
 
 pub mod text;
 
-use grader::jacobian::{Estimate, Verdict};
+use grader::white_box::{Estimate, Verdict};
 
 /// An error with its uncertainty, such as `2.1e-13 ± 8e-13`.
 pub(super) fn measured(Estimate { value, uncertainty }: Estimate) -> String {

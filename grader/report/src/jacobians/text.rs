@@ -7,10 +7,11 @@ use anstyle::Style;
 
 use super::{axis, measured, words};
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
-use grader::jacobian::{
+use grader::white_box::{
     BlockFinding, CheckState, Difference, Entry, Exhibit, JacobianCheck, JacobianReport,
     NewtonCheck, Taylor, Verdict,
 };
+use scene::schema::Stencil;
 
 /// Options of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -300,8 +301,12 @@ fn write_state(out: &mut dyn Write, state: &CheckState) -> io::Result<()> {
     writeln!(out, "  {DIM}v{DIM:#} {}", numbers(&state.velocities()))?;
     for force in &state.scene.forces {
         let mut text = format!("<{}", force.schema.tag);
-        if let Some([i, j]) = force.pair {
-            text += &format!(" i={i} j={j}");
+        let attributes = match force.schema.stencil {
+            Stencil::Edge => &["i", "j"],
+            stencil => stencil.attributes(),
+        };
+        for (attribute, particle) in attributes.iter().zip(&force.particles) {
+            text += &format!(" {attribute}={particle}");
         }
         for (parameter, value) in force.schema.parameters.iter().zip(&force.parameters) {
             text += &format!(" {}={value}", parameter.name);

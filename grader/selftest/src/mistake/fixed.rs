@@ -31,8 +31,7 @@ fn under_any_method() -> Vec<Mistake> {
 /// Removes the forces between two particles of which one is fixed.
 fn unjoin(scene: &mut Scene) {
     let Scene { particles, forces, .. } = scene;
-    let is_free = |pair: [usize; 2]| pair.iter().all(|particle| !particles[*particle].fixed);
-    forces.retain(|element| element.pair.is_none_or(is_free));
+    forces.retain(|element| element.particles.iter().all(|particle| !particles[*particle].fixed));
 }
 
 fn free(scene: &mut Scene) {

@@ -285,7 +285,7 @@ fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
 
 fn spring(rules: FastMassSpring, element: &ForceElement, h: f64) -> Option<Spring> {
     let is_spring = element.schema.tag == "springforce";
-    let ends = element.pair.filter(|_| is_spring)?;
+    let ends = element.pair().filter(|_| is_spring)?;
     let of = [rules.matrix[0], rules.right[0]].map(|of| of.value(element.parameter("k"), h));
     Some(Spring { ends, l0: element.parameter("l0"), of })
 }

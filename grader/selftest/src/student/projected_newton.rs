@@ -198,7 +198,7 @@ impl Plane {
         let u = self.velocities_to(x);
         let mut sum = Sum::default();
         for element in &self.scene.forces {
-            let (p, ij) = (&Parameters(element.clone()), element.pair.unwrap_or_default());
+            let (p, ij) = (&Parameters(element.clone()), element.pair().unwrap_or_default());
             let pair = || self.pair(ij, x, &u);
             let free = self.scene.particles.iter().enumerate().filter(|(_, p)| !p.fixed);
             match element.schema.tag {

@@ -2,7 +2,7 @@
 
 use test_support::{root, suite};
 
-use grader::altered;
+use grader::grading::altered;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::StateSource;

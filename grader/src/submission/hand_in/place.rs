@@ -11,7 +11,7 @@ use rustix::fs::{CWD, Mode, OFlags, openat};
 use super::{
     FOLDER, HandInError, MAX_ENTRIES, names, open_regular, read_bounded, shown, unreadable,
 };
-use crate::door::Door;
+use crate::boundary::door::Door;
 
 /// The name of a file, in an open folder.
 #[derive(Debug)]

@@ -5,7 +5,7 @@
 use plotters::prelude::*;
 
 use crate::report::picture::{self, Area, Drawn, PictureError};
-use grader::jacobian::{Curves, Window};
+use grader::white_box::{Curves, Window};
 
 const SIZE: (u32, u32) = (880, 600);
 

@@ -1,7 +1,7 @@
 //! Builder of scenes.
 
 use scene::schema::{IntegratorOptions, IntegratorSchema};
-use scene::{Dimension, Edge, ForceElement, Location, PARTICLE_RADIUS, Particle, Rendering, Scene};
+use scene::{Dimension, Edge, ForceElement, PARTICLE_RADIUS, Particle, Rendering, Scene};
 use simulator::vocabulary;
 
 /// Particles and forces, without a method to step them.
@@ -66,7 +66,7 @@ impl Draft {
         let edge = self.edges.len();
         self.edges.push(Edge { particles: pair, radius: scene::EDGE_RADIUS });
         let [k, l0, b] = parameters;
-        self = self.force("springforce", Some(pair), &[("k", k), ("l0", l0), ("b", b)]);
+        self = self.force("springforce", &pair, &[("k", k), ("l0", l0), ("b", b)]);
         if let Some(force) = self.forces.last_mut() {
             force.edge = Some(edge);
         }
@@ -80,13 +80,12 @@ impl Draft {
     pub(in crate::stability) fn force(
         mut self,
         tag: &str,
-        pair: Option<[usize; 2]>,
+        particles: &[usize],
         values: &[(&str, f64)],
     ) -> Self {
         let schema = vocabulary().force(tag).expect("the cases name forces of the registry");
         let parameters = schema.values(values);
-        let location = Location::default();
-        self.forces.push(ForceElement { schema, pair, edge: None, parameters, location });
+        self.forces.push(ForceElement::new(schema, particles, None, parameters));
         self
     }
 

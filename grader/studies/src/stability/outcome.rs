@@ -86,7 +86,7 @@ pub const REASONS: &[&str] = &[
 /// The reason of a failure, one of [`REASONS`].
 pub(super) fn reason(kind: &FailureKind) -> &'static str {
     let place = match kind {
-        FailureKind::Coincident { .. } => 0,
+        FailureKind::Degenerate { .. } => 0,
         FailureKind::NotConverged { .. } => 1,
         FailureKind::BelowRounding { .. } => 2,
         FailureKind::NoDescent { .. } => 3,

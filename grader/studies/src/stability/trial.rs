@@ -194,7 +194,7 @@ impl<'a> Run<'a> {
         let scene = self.scene;
         let is_uniform = |force: &ForceElement| force.schema.depends_on() == Dependence::NOTHING;
         let is_free = scene.particles.iter().all(|particle| !particle.fixed)
-            && scene.forces.iter().all(|force| force.pair.is_some() || is_uniform(force));
+            && scene.forces.iter().all(|force| !force.particles.is_empty() || is_uniform(force));
         if !is_free || scene.particles.is_empty() {
             return;
         }

@@ -123,8 +123,8 @@ pub(crate) fn elements(scene: &Scene, x: &[f64], v: &[f64]) -> Vec<Element> {
     let mass = |particle: usize| scene.particles[particle].mass;
     let mut elements = Vec::new();
     for force in &scene.forces {
-        let p = force.parameters;
-        match force.pair {
+        let p = std::array::from_fn(|number| force.parameters.get(number).copied().unwrap_or(0.0));
+        match force.pair() {
             Some([i, j]) => elements.push(Element {
                 d: of(x, i) - of(x, j),
                 w: of(v, i) - of(v, j),

@@ -1,9 +1,9 @@
 //! Mistakes in Jacobians, each with the blocks that it affects.
 
-use grader::jacobian::BlockKind;
+use grader::white_box::BlockKind;
 use nalgebra::DMatrix;
 use reference::law::Jacobians;
-use scene::schema::{ActsOn, Dependence, ForceSchema};
+use scene::schema::{Dependence, ForceSchema};
 use simulator::force::REGISTRY;
 
 use super::element::{
@@ -43,7 +43,7 @@ pub(crate) fn all() -> Vec<Mistake> {
 /// The blocks that are not zero.
 fn blocks_of(schema: &ForceSchema) -> &'static [BlockKind] {
     let Dependence { position, velocity, .. } = schema.depends_on();
-    match (schema.acts_on == ActsOn::EveryParticle, position, velocity) {
+    match (schema.stencil.is_field(), position, velocity) {
         (_, false, false) => &[],
         (true, true, false) => &[XD],
         (true, false, true) => &[VD],
@@ -206,7 +206,7 @@ fn in_assembly() -> Vec<Mistake> {
                 let leak = DMatrix::from_element(dimension, dimension, 1e-6);
                 let joined = |a, b| {
                     let is = |pair: [usize; 2]| pair.contains(&a) && pair.contains(&b);
-                    moment.scene.forces.iter().any(|force| force.pair.is_some_and(is))
+                    moment.scene.forces.iter().any(|force| force.pair().is_some_and(is))
                 };
                 let free = [[0, 1], [0, 2], [1, 2]].into_iter().find(|[a, b]| !joined(*a, *b));
                 if let Some(place) = free {
@@ -276,7 +276,7 @@ fn in_entries() -> Vec<Mistake> {
             j.by_velocity.apply(|entry| *entry = f64::from(*entry as f32));
         }),
         after(of, "by forward differences of step 1e-8", X, |moment, j| {
-            use grader::jacobian::simulated;
+            use grader::white_box::simulated;
             let subject = simulated(moment.scene);
             let size = moment.x.len();
             let mut forces = [vec![0.0; size], vec![0.0; size]];

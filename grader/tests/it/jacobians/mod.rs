@@ -14,7 +14,7 @@ mod variant;
 use std::sync::LazyLock;
 use test_support::assert_document;
 
-use grader::jacobian::{
+use grader::white_box::{
     BlockKind, Config, JacobianCheck, Maker, Property, Reason, Subject, Verdict, check,
     check_forces, simulated,
 };

@@ -1,6 +1,6 @@
 //! A subject with a planted mistake or variant.
 
-use grader::jacobian::{BlockKind, By, Part, Subject, simulated};
+use grader::white_box::{BlockKind, By, Part, Subject, simulated};
 use reference::law::Jacobians;
 use scene::Scene;
 use simulator::force::{Coupling, Degenerate};

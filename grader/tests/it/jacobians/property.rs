@@ -1,6 +1,6 @@
 //! Mistakes that no single block shows, each with the properties that it violates.
 
-use grader::jacobian::{Property, Subject, simulated};
+use grader::white_box::{Property, Subject, simulated};
 use reference::law::Jacobians;
 use scene::Scene;
 use simulator::force::{Coupling, Degenerate};

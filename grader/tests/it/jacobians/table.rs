@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use grader::jacobian::{BlockKind, JacobianCheck, Property, Verdict};
+use grader::white_box::{BlockKind, JacobianCheck, Property, Verdict};
 
 use super::{Judged, broken, mistakes, originals, variants};
 

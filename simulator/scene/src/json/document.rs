@@ -9,9 +9,8 @@ use std::fmt;
 use serde::de::{Deserializer as _, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
-use super::problem::JsonProblem;
 use super::source::{Source, Warnings, excerpt};
-use crate::error::SceneError;
+use crate::error::{JsonProblem, SceneError};
 use crate::schema::Domain;
 use crate::spelling::closest;
 

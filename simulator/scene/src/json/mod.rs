@@ -13,8 +13,6 @@
 //! seconds. Time and memory are in proportion to the two files and the pairs of vertices. Source:
 //! *Computer Graphics – Mass-MeshSpring Systems*, the assignment's hand-out.
 
-pub mod problem;
-
 mod document;
 mod masses;
 mod obj;
@@ -23,17 +21,16 @@ mod springs;
 
 use std::path::Path;
 
-use super::error::{Problem, SceneError};
+use super::error::{JsonProblem, Problem, SceneError};
 use super::resolve::{refuse_force, set_options};
 use super::schema::{Domain, ForceSchema, IntegratorOptions, IntegratorSchema, Vocabulary};
 use super::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, MAX_STEPS, MeshFile, PARTICLE_RADIUS,
-    ParseOptions, Parsed, Particle, Rendering, Scene, SceneLimits, Surface, decode, is_below,
-    read_at_most, read_bounded, step_count,
+    ParseOptions, Parsed, Particle, Particles, Rendering, Scene, SceneLimits, Surface, decode,
+    is_below, read_at_most, read_bounded, step_count,
 };
 use document::{Document, NoDocument, parse_number, wrong_value};
 use obj::Mesh;
-use problem::JsonProblem;
 use source::{Source, Warnings, excerpt};
 
 /// The assignment's external force on each vertex, along y.
@@ -130,7 +127,7 @@ pub fn parse(
         edges.push(Edge { particles: spring.particles, radius: EDGE_RADIUS });
         forces.push(ForceElement {
             schema: spring_force,
-            pair: Some(spring.particles),
+            particles: spring.particles.into(),
             edge: Some(edge),
             parameters: spring_force
                 .values(&[("k", settings.stiffness), ("l0", spring.rest_length)]),
@@ -237,7 +234,13 @@ impl<'a> Settings<'a> {
         let on_all = |tag, given: &[(&str, f64)], location| {
             let schema = force(vocabulary, name, tag)?;
             let parameters = schema.values(given);
-            Ok(ForceElement { schema, pair: None, edge: None, parameters, location })
+            Ok(ForceElement {
+                schema,
+                particles: Particles::new(),
+                edge: None,
+                parameters,
+                location,
+            })
         };
         let mut forces = vec![on_all("constantforce", &[("fy", GRAVITY)], self.start)?];
         if let Some(location) = self.wind {

@@ -19,9 +19,8 @@
 //! file's own numbers of the vertices, faces of two vertices, polygons as they are, and the line and
 //! column of what is wrong.
 
-use super::problem::JsonProblem;
 use super::source::{Source, Warnings, excerpt};
-use crate::error::SceneError;
+use crate::error::{JsonProblem, SceneError};
 use crate::{Mention, SurfaceCorner};
 
 /// Statements that say nothing of the mesh's shape.

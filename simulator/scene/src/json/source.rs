@@ -1,7 +1,6 @@
 //! A text being parsed: its name, locations in it, and the warnings about it.
 
-use super::problem::JsonProblem;
-use crate::error::SceneError;
+use crate::error::{JsonProblem, SceneError};
 use crate::lines::LineCounter;
 use crate::{Location, MAX_WARNINGS};
 

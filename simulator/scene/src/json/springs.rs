@@ -14,10 +14,9 @@
 use std::collections::HashSet;
 
 use super::obj::{Corner, ElementKind, Mesh};
-use super::problem::JsonProblem;
 use super::source::{Source, Warnings};
 use crate::SceneLimits;
-use crate::error::SceneError;
+use crate::error::{JsonProblem, SceneError};
 
 /// The most pairs that faces and lines may join, each counted as often as it is joined. A face of n
 /// vertices alone has n²/2.

@@ -1,15 +1,14 @@
 //! Parses each element of the XML schema.
 
 use quick_xml::events::BytesStart;
+use smallvec::SmallVec;
 
 use super::attributes::Element;
-use super::unresolved::{
-    Once, Reference, UnresolvedForce, UnresolvedIntegrator, UnresolvedScene, UnresolvedTarget,
-};
+use super::unresolved::{Once, Reference, UnresolvedForce, UnresolvedIntegrator, UnresolvedScene};
 use super::{ELEMENTS, Parser, UNMODELLED, closest};
 use crate::error::{Problem, SceneError};
-use crate::schema::{ActsOn, Domain, ForceSchema, IntegratorOptions, MAX_PARAMETERS, OptionError};
-use crate::{Color, EDGE_RADIUS, PARTICLE_RADIUS, Particle, Viewport};
+use crate::schema::{Domain, ForceSchema, IntegratorOptions, OptionError};
+use crate::{Color, EDGE_RADIUS, PARTICLE_RADIUS, Parameters, Particle, Viewport};
 
 impl Parser<'_> {
     /// Reads the element that starts at `offset`, inside the root.
@@ -60,7 +59,7 @@ impl Parser<'_> {
             }
             "edge" => {
                 let ends = [self.reference(&element, "i")?, self.reference(&element, "j")?];
-                self.check_distinct(ends)?;
+                self.check_distinct(&ends)?;
                 let radius =
                     self.number_or(&element, "radius", Domain::NonNegative, EDGE_RADIUS)?;
                 self.draft.edges.push((ends, radius));
@@ -177,32 +176,26 @@ impl Parser<'_> {
         element: &Element<'_>,
         schema: &'static ForceSchema,
     ) -> Result<(), SceneError> {
-        let (target, mut known): (_, Vec<&'static str>) = match schema.acts_on {
-            ActsOn::EveryParticle => (UnresolvedTarget::EveryParticle, vec![]),
-            ActsOn::Pair => {
-                let pair = [self.reference(element, "i")?, self.reference(element, "j")?];
-                self.check_distinct(pair)?;
-                (UnresolvedTarget::Pair(pair), vec!["i", "j"])
-            }
-            ActsOn::Edge => {
-                let edge = self.reference(element, "edge")?;
-                (UnresolvedTarget::Edge(edge), vec!["edge"])
-            }
-        };
-        let mut parameters = [0.0; MAX_PARAMETERS];
-        for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
+        let mut known = schema.stencil.attributes().to_vec();
+        let mut stencil = SmallVec::with_capacity(known.len());
+        for attribute in schema.stencil.attributes() {
+            stencil.push(self.reference(element, attribute)?);
+        }
+        self.check_distinct(&stencil)?;
+        let mut parameters = Parameters::with_capacity(schema.parameters.len());
+        for parameter in schema.parameters {
             let given = element.find(parameter.name).is_some();
             self.draft.three_dimensional |= given && parameter.three_dimensional;
-            *value = match parameter.default {
+            parameters.push(match parameter.default {
                 Some(default) => {
                     self.number_or(element, parameter.name, parameter.domain, default)?
                 }
                 None => self.number(element, parameter.name, parameter.domain)?,
-            };
+            });
             known.push(parameter.name);
         }
         let location = self.lines.locate(element.offset);
-        self.draft.forces.push(UnresolvedForce { schema, target, parameters, location });
+        self.draft.forces.push(UnresolvedForce { schema, stencil, parameters, location });
         self.check_attributes(element, &known)
     }
 
@@ -214,12 +207,16 @@ impl Parser<'_> {
         })
     }
 
-    fn check_distinct(&mut self, [i, j]: [Reference; 2]) -> Result<(), SceneError> {
-        if i.index != j.index {
-            return Ok(());
+    /// An error at the first reference to a particle that the element has named before.
+    fn check_distinct(&mut self, particles: &[Reference]) -> Result<(), SceneError> {
+        for (number, Reference { index, tag, offset, .. }) in particles.iter().enumerate() {
+            let same = |other: &&Reference| other.index == *index;
+            if let Some(other) = particles[..number].iter().find(same) {
+                let problem = Problem::SameParticle { tag: (*tag).to_owned(), particle: *index };
+                return Err(self.error(other.offset.max(*offset), problem));
+            }
         }
-        let problem = Problem::SameParticle { tag: i.tag.to_owned(), particle: i.index };
-        Err(self.error(i.offset.max(j.offset), problem))
+        Ok(())
     }
 
     /// Stores the value of an element that counts once.

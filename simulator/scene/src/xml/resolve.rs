@@ -1,12 +1,13 @@
 //! Resolves references, applies overrides and validates the scene.
 
-use super::unresolved::{Reference, UnresolvedForce, UnresolvedIntegrator, UnresolvedTarget};
+use super::unresolved::{Reference, UnresolvedForce, UnresolvedIntegrator};
 use super::{Parser, closest};
 use crate::error::{Problem, SceneError};
 use crate::resolve::{refuse_force, set_options};
-use crate::schema::{IntegratorOptions, IntegratorSchema};
+use crate::schema::{IntegratorOptions, IntegratorSchema, Stencil};
 use crate::{
-    Dimension, Edge, ForceElement, MAX_STEPS, Parsed, ParticlePath, Rendering, Scene, step_count,
+    Dimension, Edge, ForceElement, MAX_STEPS, Parsed, ParticlePath, Particles, Rendering, Scene,
+    step_count,
 };
 
 impl Parser<'_> {
@@ -23,19 +24,17 @@ impl Parser<'_> {
             edges.push(Edge { particles, radius });
         }
         let mut forces = Vec::with_capacity(draft.forces.len());
-        for UnresolvedForce { schema, target, parameters, location } in draft.forces {
-            let (pair, edge) = match target {
-                UnresolvedTarget::EveryParticle => (None, None),
-                UnresolvedTarget::Pair([i, j]) => {
-                    let i = self.particle_index(i, n_particles)?;
-                    (Some([i, self.particle_index(j, n_particles)?]), None)
+        for UnresolvedForce { schema, stencil, parameters, location } in draft.forces {
+            let (mut particles, mut edge) = (Particles::new(), None);
+            for reference in stencil {
+                if schema.stencil == Stencil::Edge {
+                    let number = self.resolve(reference, "edge", n_edges)?;
+                    (particles, edge) = (edges[number].particles.into(), Some(number));
+                } else {
+                    particles.push(self.particle_index(reference, n_particles)?);
                 }
-                UnresolvedTarget::Edge(edge) => {
-                    let edge = self.resolve(edge, "edge", n_edges)?;
-                    (Some(edges[edge].particles), Some(edge))
-                }
-            };
-            forces.push(ForceElement { schema, pair, edge, parameters, location });
+            }
+            forces.push(ForceElement { schema, particles, edge, parameters, location });
         }
         let mut rendering = Rendering {
             viewport: draft.viewport.into_value(),

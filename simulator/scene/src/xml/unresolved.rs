@@ -1,7 +1,9 @@
 //! A scene during parsing, before references are resolved.
 
-use crate::schema::{ForceSchema, IntegratorOptions, MAX_PARAMETERS};
-use crate::{Color, Location, Particle, Viewport};
+use smallvec::SmallVec;
+
+use crate::schema::{ForceSchema, IntegratorOptions};
+use crate::{Color, Location, Parameters, Particle, Viewport};
 
 /// The elements read so far. References by number keep the attribute they came from.
 #[derive(Default)]
@@ -32,15 +34,10 @@ pub(super) struct UnresolvedIntegrator {
 
 pub(super) struct UnresolvedForce {
     pub(super) schema: &'static ForceSchema,
-    pub(super) target: UnresolvedTarget,
-    pub(super) parameters: [f64; MAX_PARAMETERS],
+    /// What the attributes of its stencil name.
+    pub(super) stencil: SmallVec<[Reference; 2]>,
+    pub(super) parameters: Parameters,
     pub(super) location: Location,
-}
-
-pub(super) enum UnresolvedTarget {
-    EveryParticle,
-    Pair([Reference; 2]),
-    Edge(Reference),
 }
 
 /// A reference to a particle or an edge, with its place in the text.

@@ -12,8 +12,8 @@ use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 use scene::error::Problem;
-use scene::schema::{ActsOn, Domain, IntegratorOptions, Refusal};
-use scene::{ForceElement, Location, Scene};
+use scene::schema::{Domain, IntegratorOptions, Refusal, Stencil};
+use scene::{ForceElement, Location, Particles, Scene};
 use serde::{Deserialize, Serialize};
 use simulator::simulation::{FailureKind, SimulationError};
 use simulator::vocabulary;
@@ -178,7 +178,7 @@ impl Settings {
             }
         }
         for force in &mut scene.forces {
-            if force.schema.acts_on == ActsOn::Edge {
+            if force.schema.stencil == Stencil::Edge {
                 self.change(force);
             }
         }
@@ -187,7 +187,7 @@ impl Settings {
             let schema = vocabulary.force(WIND).filter(|_| self.wind != 0.0);
             scene.forces.extend(schema.map(|schema| ForceElement {
                 schema,
-                pair: None,
+                particles: Particles::new(),
                 edge: None,
                 parameters: schema.values(&[("strength", self.wind)]),
                 location: Location::default(),
@@ -199,8 +199,8 @@ impl Settings {
             let _ = scene.integrator_options.set(PINS.0, PINS.1);
         }
         for force in &scene.forces {
-            for (parameter, value) in force.schema.parameters.iter().zip(force.parameters) {
-                if !parameter.domain.contains(value) {
+            for (parameter, value) in force.schema.parameters.iter().zip(&force.parameters) {
+                if !parameter.domain.contains(*value) {
                     let (tag, name) = (force.schema.tag, parameter.name);
                     let help = format!("it must be {}", parameter.domain.describe());
                     return Err(refused(format!("{name} of <{tag}> is {value}"), &help));
@@ -518,7 +518,7 @@ mod tests {
         let schema = vocabulary().force(WIND).unwrap();
         let wind = ForceElement {
             schema,
-            pair: None,
+            particles: Particles::new(),
             edge: None,
             parameters: schema.values(&[("strength", 2.0)]),
             location: Location::default(),

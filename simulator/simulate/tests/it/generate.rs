@@ -195,7 +195,7 @@ fn particles_and_springs_are_as_many_as_the_formulas_say() {
     for (generator, expected) in counted() {
         let scene = generator.scene().unwrap();
         let what = format!("{}: {:?}", scene.name, scene.description);
-        let pairs: Vec<[usize; 2]> = scene.forces.iter().filter_map(|force| force.pair).collect();
+        let pairs: Vec<[usize; 2]> = scene.forces.iter().filter_map(|force| force.pair()).collect();
         assert_eq!(scene.particles.len() as u64, expected.particles, "{what}");
         assert_eq!(pairs.len() as u64, expected.pairs, "{what}");
         assert_eq!(generator.size().unwrap(), expected, "{what}");
@@ -213,7 +213,7 @@ fn only_the_stretched_net_starts_under_tension() {
     for kind in REGISTRY.iter().filter(|kind| kind.name != "net") {
         let scene = (kind.default)().scene().unwrap();
         for force in scene.forces.iter().filter(|force| force.edge.is_some()) {
-            let [a, b] = force.pair.unwrap().map(|index| scene.particles[index].position);
+            let [a, b] = force.pair().unwrap().map(|index| scene.particles[index].position);
             let length = (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt();
             // A bend spring of a flat cloth counts as well.
             assert!((length - force.parameters[1]).abs() < 1e-11, "{}: {length}", kind.name);
@@ -452,8 +452,10 @@ fn the_net_of_the_lecture_is_the_shipped_scene() {
     let masses = |scene: &Scene| scene.particles.iter().map(|p| p.mass).collect::<Vec<_>>();
     assert_eq!(masses(&made), masses(&shipped));
     let springs = |scene: &Scene| {
-        let springs =
-            scene.forces.iter().map(|force| (force.schema.tag, force.pair, force.parameters));
+        let springs = scene
+            .forces
+            .iter()
+            .map(|force| (force.schema.tag, force.pair(), force.parameters.clone()));
         springs.collect::<Vec<_>>()
     };
     assert_eq!(springs(&made), springs(&shipped));

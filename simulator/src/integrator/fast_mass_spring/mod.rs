@@ -44,8 +44,8 @@ use crate::force::{Degenerate, ForceKind};
 use crate::statistics::{RoundsEnd, Statistics};
 use crate::system::{BuildForce, System};
 use scene::schema::{
-    AccuracySetting, ActsOn, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
-    OptionSchema, OptionText, Order, Refusal, StepEquation,
+    AccuracySetting, Convergence, Domain, Family, IntegratorSchema, Matrix, OptionKind,
+    OptionSchema, OptionText, Order, Refusal, Stencil, StepEquation,
 };
 use scene::{ForceElement, Scene};
 
@@ -140,7 +140,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 };
 
 fn refuses(element: &ForceElement) -> Option<Refusal> {
-    let other_spring = element.schema.acts_on == ActsOn::Edge && element.schema.tag != SPRING;
+    let other_spring = element.schema.stencil == Stencil::Edge && element.schema.tag != SPRING;
     other_spring.then_some(Refusal {
         because: "is no Hookean spring of constant rest length, which the local step projects on",
         remedy: "use projected-newton or implicit-euler",
@@ -184,7 +184,7 @@ fn elastic_springs(scene: &Scene) -> Vec<ElasticSpring> {
     let numbered = scene.forces.iter().enumerate();
     let springs = numbered.filter(|(_, force)| force.schema.tag == SPRING);
     let elastic = springs.filter_map(|(element, force)| {
-        let ends = force.pair?;
+        let ends = force.pair()?;
         let [stiffness, rest_length] = ["k", "l0"].map(|name| force.parameter(name));
         let moves = ends.iter().any(|end| !scene.particles[*end].fixed);
         (moves && stiffness > 0.0).then_some(ElasticSpring {
@@ -531,14 +531,14 @@ impl Rounds<'_> {
 mod tests {
     use super::*;
     use crate::force::REGISTRY;
-    use scene::Location;
-    use scene::schema::{ForceSchema, MAX_PARAMETERS, Masses};
+    use scene::schema::{ForceSchema, Masses};
+    use scene::{Location, Particles};
 
     static OTHER_SPRING: ForceSchema = ForceSchema {
         tag: "otherspring",
         title: "another spring",
         formula: "",
-        acts_on: ActsOn::Edge,
+        stencil: Stencil::Edge,
         parameters: &[],
         parts: &[],
         masses: Masses::None,
@@ -549,9 +549,9 @@ mod tests {
     fn refusal(schema: &'static ForceSchema) -> Option<Refusal> {
         refuses(&ForceElement {
             schema,
-            pair: None,
+            particles: Particles::new(),
             edge: None,
-            parameters: [0.0; MAX_PARAMETERS],
+            parameters: schema.values(&[]),
             location: Location::default(),
         })
     }
@@ -560,7 +560,7 @@ mod tests {
     fn only_springs_of_unsupported_energy_are_refused() {
         assert!(refusal(&OTHER_SPRING).is_some());
         for kind in REGISTRY {
-            let other_spring = kind.schema.acts_on == ActsOn::Edge && kind.schema.tag != SPRING;
+            let other_spring = kind.schema.stencil == Stencil::Edge && kind.schema.tag != SPRING;
             assert_eq!(refusal(&kind.schema).is_some(), other_spring, "{}", kind.schema.tag);
         }
     }

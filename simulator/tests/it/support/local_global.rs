@@ -37,7 +37,7 @@ impl Assignment {
             scene.forces.iter().filter(|force| force.schema.tag == "springforce").collect();
         let mut incidence = DMatrix::zeros(springs.len(), n);
         for (row, spring) in springs.iter().enumerate() {
-            let [i, j] = spring.pair.unwrap();
+            let [i, j] = spring.pair().unwrap();
             incidence[(row, i)] = 1.0;
             incidence[(row, j)] = -1.0;
         }

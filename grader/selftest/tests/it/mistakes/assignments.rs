@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use grader::assignment::Assignment;
+use grader::suite::assignment::Assignment;
 use grader::suite::{Case, Section};
 use selftest::mistake::Mistake;
 use test_support::root;

@@ -2,15 +2,15 @@
 //!
 //! No step of projected Newton is redone to find a cause, so that most mistakes in it leave no finding. No finding is false.
 
-use grader::assignment::Assignment;
+use diagnosis::change::Task;
 use grader::findings::{Feature, Finding, FindingKind};
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::StateSource;
+use grader::suite::assignment::Assignment;
 use grader::suite::{Case, Section, Suite};
 use rayon::prelude::*;
-use reference::change::Task;
 use selftest::mistake::{self, Mistake};
 use selftest::student::Student;
 use test_support::root;

@@ -2,7 +2,7 @@
 //!
 //! The second simulator is probed in this process like a program: by the velocities after single steps.
 
-use grader::printed::Untrusted;
+use grader::boundary::printed::Untrusted;
 use grader::probe::{Probing, Stepper, Verdict, probe};
 use grader::submission::StateSource;
 use grader::verdict::Failure;

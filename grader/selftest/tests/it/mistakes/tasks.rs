@@ -1,11 +1,11 @@
 //! Mistakes in the tasks of the assignment on fast mass-spring systems, graded with velocities and by positions alone.
 
+use diagnosis::change::Task;
 use grader::findings::{Feature, Finding, FindingKind, TaskFinding, TaskVerdict};
 use grader::submission::StateSource;
 use grader::suite::{Case, Section};
 use grader::verdict::Failure;
 use rayon::prelude::*;
-use reference::change::Task;
 use scene::trace::State;
 use selftest::mistake::{self, Mistake};
 use selftest::student::Student;

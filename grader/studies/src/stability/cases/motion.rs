@@ -124,9 +124,9 @@ pub(super) static CASES: &[Case] = &[
                 .fixed([0.0; 2])
                 .particle(1.0, [0.01, 0.003], [0.0; 2])
                 .particle(1.0, [-0.004, 0.011], [0.0; 2])
-                .force("greenspringforce", Some([0, 1]), &[("k", 1e4), ("l0", 1.0)])
-                .force("greenspringforce", Some([0, 2]), &[("k", 1e4), ("l0", 1.0)])
-                .force("greenspringforce", Some([1, 2]), &[("k", 1e4), ("l0", 1.0)])
+                .force("greenspringforce", &[0, 1], &[("k", 1e4), ("l0", 1.0)])
+                .force("greenspringforce", &[0, 2], &[("k", 1e4), ("l0", 1.0)])
+                .force("greenspringforce", &[1, 2], &[("k", 1e4), ("l0", 1.0)])
         },
         time_steps: &[0.001, 0.05],
         steps: [100, 1000],
@@ -176,7 +176,7 @@ pub(super) static CASES: &[Case] = &[
             Draft::new()
                 .particle(1e9, [0.0; 2], [0.0; 2])
                 .particle(1.0, [1.0, 0.0], [0.0, 0.5])
-                .force("vortexforce", Some([0, 1]), &[("kbs", 0.8), ("kvc", 1000.0)])
+                .force("vortexforce", &[0, 1], &[("kbs", 0.8), ("kvc", 1000.0)])
         },
         time_steps: &[1e-4, 0.01],
         steps: [400, 4000],
@@ -207,7 +207,7 @@ pub(super) static CASES: &[Case] = &[
                     draft = draft.spring([number - 1, number], [1e3, 0.9, 0.0]);
                 }
             }
-            draft.force("simplegravity", None, &[("fy", -9.81)])
+            draft.force("simplegravity", &[], &[("fy", -9.81)])
         },
         time_steps: &[0.001, 0.1],
         steps: [200, 2000],
@@ -352,7 +352,7 @@ fn gravitating(velocity: [f64; 2]) -> Draft {
     Draft::new()
         .particle(1.0, [0.0; 2], [0.0; 2])
         .particle(1.0, [1.0, 0.0], [velocity[1], velocity[0]])
-        .force("gravitationalforce", Some([0, 1]), &[("G", 1.0)])
+        .force("gravitationalforce", &[0, 1], &[("G", 1.0)])
 }
 
 fn chain() -> Draft {

@@ -9,7 +9,7 @@ fn oscillator(stiffness: f64, drag: f64) -> Draft {
         .fixed([0.0; 2])
         .particle(1.0, [1.0, 0.5], [0.0; 2])
         .spring([0, 1], [stiffness, 0.0, 0.0]);
-    if drag == 0.0 { draft } else { draft.force("dragdamping", None, &[("b", drag)]) }
+    if drag == 0.0 { draft } else { draft.force("dragdamping", &[], &[("b", drag)]) }
 }
 
 const fn undamped(omega: f64) -> Option<Oscillator> {

@@ -43,7 +43,7 @@ impl Linear {
             .fixed([0.0; 2])
             .particle(1.0, [0.0; 2], [0.0; 2])
             .spring([0, 1], [1.0, 0.0, 0.0])
-            .force("dragdamping", None, &[("b", 2.0 * zeta)]);
+            .force("dragdamping", &[], &[("b", 2.0 * zeta)]);
         let name = format!("oscillator, ζ = {zeta}");
         Self { name, draft, omega: 1.0, modes: vec![[1.0, zeta]] }
     }

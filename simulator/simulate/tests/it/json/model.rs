@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use scene::{self, Dimension, Location, ParseOptions, Scene, Surface, find_scene_files, write};
+use scene::{
+    self, Dimension, ForceElement, Location, ParseOptions, Scene, Surface, find_scene_files, write,
+};
 use simulator::vocabulary;
 use tempfile::TempDir;
 
@@ -28,10 +30,13 @@ fn pairs(scene: &Scene) -> Vec<[usize; 2]> {
 }
 
 /// Tag, pair and parameters of a force.
-type Element<'a> = (&'a str, Option<[usize; 2]>, [f64; 4]);
+type Element<'a> = (&'a str, Option<[usize; 2]>, &'a [f64]);
 
 fn forces(scene: &Scene) -> Vec<Element<'_>> {
-    scene.forces.iter().map(|force| (force.schema.tag, force.pair, force.parameters)).collect()
+    fn element(force: &ForceElement) -> Element<'_> {
+        (force.schema.tag, force.pair(), &force.parameters)
+    }
+    scene.forces.iter().map(element).collect()
 }
 
 #[test]
@@ -45,20 +50,18 @@ fn every_key_is_read() {
     assert!(scene.particles.iter().all(|p| p.velocity == [0.0; 3] && p.mass == 2.0));
     assert_eq!(pins(&scene), [0, 2]);
     let diagonal = 2.0_f64.sqrt();
-    assert_eq!(
-        forces(&scene),
-        [
-            ("constantforce", None, [0.0, -9.8, 0.0, 0.0]),
-            ("windforce", None, [1.0, 0.0, 0.0, 0.0]),
-            ("springforce", Some([0, 1]), [100.0, 1.0, 0.0, 0.0]),
-            ("springforce", Some([0, 2]), [100.0, diagonal, 0.0, 0.0]),
-            ("springforce", Some([0, 3]), [100.0, 1.0, 0.0, 0.0]),
-            ("springforce", Some([1, 2]), [100.0, 1.0, 0.0, 0.0]),
-            ("springforce", Some([1, 3]), [100.0, diagonal, 0.0, 0.0]),
-            ("springforce", Some([2, 3]), [100.0, 1.0, 0.0, 0.0]),
-            ("springforce", Some([3, 4]), [100.0, 1.0, 0.0, 0.0]),
-        ]
-    );
+    let expected: [Element<'_>; 9] = [
+        ("constantforce", None, &[0.0, -9.8, 0.0]),
+        ("windforce", None, &[1.0]),
+        ("springforce", Some([0, 1]), &[100.0, 1.0, 0.0]),
+        ("springforce", Some([0, 2]), &[100.0, diagonal, 0.0]),
+        ("springforce", Some([0, 3]), &[100.0, 1.0, 0.0]),
+        ("springforce", Some([1, 2]), &[100.0, 1.0, 0.0]),
+        ("springforce", Some([1, 3]), &[100.0, diagonal, 0.0]),
+        ("springforce", Some([2, 3]), &[100.0, 1.0, 0.0]),
+        ("springforce", Some([3, 4]), &[100.0, 1.0, 0.0]),
+    ];
+    assert_eq!(forces(&scene), expected);
     let of_springs: Vec<Option<[usize; 2]>> = scene
         .forces
         .iter()

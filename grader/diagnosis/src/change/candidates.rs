@@ -1,0 +1,940 @@
+//! The changes that a step of a scene may have: operations on each of its terms, on its integrator, on fixed particles
+//! and on the reading of the scene. The most usual come first.
+
+use std::collections::HashMap;
+use std::fmt::Display;
+use std::sync::{Arc, LazyLock};
+
+use scene::schema::StepEquation;
+use scene::{Dimension, Scene};
+
+use super::edit::{self, NumberedEdit, edits};
+use super::expression::{Expression, Function, Leaf};
+use super::forms::Forms;
+use super::model::{HELD, NEWTON, forms_of};
+use super::rounds::is_of_rounds;
+use super::{
+    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Particles,
+    Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+};
+use reference::method::{Method, OnePoint};
+
+/// A term's changes do not depend on the scene, but for its dimension.
+static OF_TERMS: LazyLock<HashMap<Term, Vec<Change>>> =
+    LazyLock::new(|| Term::all().map(|term| (term, all_of(term))).collect());
+
+/// Every change of a term's force or Jacobians.
+pub fn of_term(term: Term) -> &'static [Change] {
+    OF_TERMS.get(&term).map_or(&[], Vec::as_slice)
+}
+
+/// The term left out, with its Jacobians.
+pub fn omission(term: Term) -> Change {
+    Change {
+        place: Place::Force(term),
+        words: format!("{term} is left out"),
+        effect: Effect::Factor(term, &Quantity::ALL, Factor::number(0.0)),
+        rank: 0,
+    }
+}
+
+const FORCE: &[Quantity] = &[Quantity::Force];
+const BY_POSITION: &[Quantity] = &[Quantity::ByPosition];
+const BY_VELOCITY: &[Quantity] = &[Quantity::ByVelocity];
+const JACOBIANS: &[Quantity] = &[Quantity::ByPosition, Quantity::ByVelocity];
+
+const WITHOUT_H: &str = "is not multiplied by h";
+const TOO_OFTEN_H: &str = "is multiplied by h once too often";
+
+/// Ends the words of a change of a force that its Jacobians have as well.
+const IN_JACOBIANS: &str = ", in its Jacobians as well";
+
+/// Words of a change of a force and its Jacobians become those of the force alone.
+pub fn say_force_alone(change: &mut Change) {
+    if let Some(alone) = change.words.strip_suffix(IN_JACOBIANS) {
+        change.words.truncate(alone.len());
+    }
+}
+
+/// `springforce's damping`, `dF/dx of springforce's damping`.
+fn name(term: impl Display, quantity: Quantity) -> String {
+    match quantity {
+        Quantity::Force => term.to_string(),
+        Quantity::ByPosition => format!("dF/dx of {term}"),
+        Quantity::ByVelocity => format!("dF/dv of {term}"),
+    }
+}
+
+/// A number as a factor, in words.
+pub fn factor_words(number: f64) -> String {
+    if number == 0.0 {
+        "is missing".to_owned()
+    } else if number == -1.0 {
+        "has the wrong sign".to_owned()
+    } else {
+        format!("is multiplied by {}", decimal(number))
+    }
+}
+
+/// A factor of some quantities of a term.
+pub fn factor(term: Term, quantities: &'static [Quantity], number: f64) -> Change {
+    let (place, what) = match quantities {
+        [Quantity::Force] => (Place::Force(term), term.to_string()),
+        [one] => (Place::Jacobian(term), name(term, *one)),
+        [Quantity::ByPosition, Quantity::ByVelocity] => {
+            (Place::Jacobian(term), format!("each Jacobian of {term}"))
+        }
+        _ if number == 0.0 => return omission(term),
+        _ => (Place::Force(term), format!("{term} with its Jacobians")),
+    };
+    Change {
+        place,
+        words: format!("{what} {}", factor_words(number)),
+        effect: Effect::Factor(term, quantities, Factor::number(number)),
+        rank: match number {
+            0.0 | -1.0 => u8::from(quantities.len() > 1),
+            _ => 2,
+        },
+    }
+}
+
+/// A factor of all forces of an integrator, or of all Jacobians of one kind.
+pub fn integrator_factor(name: &'static str, quantity: Quantity, number: f64) -> Change {
+    let (what, rule) = match quantity {
+        Quantity::Force => ("the sum of all forces", Rule::Forces(Factor::number(number))),
+        Quantity::ByPosition => {
+            ("dF/dx in the matrix", Rule::Matrix(quantity, Factor::number(number)))
+        }
+        Quantity::ByVelocity => {
+            ("dF/dv in the matrix", Rule::Matrix(quantity, Factor::number(number)))
+        }
+    };
+    Change {
+        place: Place::Integrator(name),
+        words: format!("{name}: {what} {}", factor_words(number)),
+        effect: Effect::Method(name, rule),
+        rank: 3,
+    }
+}
+
+/// The same factor of one Jacobian of each of these terms: a change for each, all in the same words.
+pub fn in_each(terms: &[Term], quantity: Quantity, by: Factor) -> Vec<Change> {
+    let quantities = match quantity {
+        Quantity::Force => FORCE,
+        Quantity::ByPosition => BY_POSITION,
+        Quantity::ByVelocity => BY_VELOCITY,
+    };
+    let mut names: Vec<String> = terms.iter().map(Term::to_string).collect();
+    let last = names.pop().unwrap_or_default();
+    let names = if names.is_empty() { last } else { format!("{} and {last}", names.join(", ")) };
+    let what = match by.h {
+        0 => factor_words(by.number),
+        1 => TOO_OFTEN_H.to_owned(),
+        _ => WITHOUT_H.to_owned(),
+    };
+    let change = |term: &Term| Change {
+        place: Place::Jacobian(*term),
+        words: format!("{} {what}", name(&names, quantity)),
+        effect: Effect::Factor(*term, quantities, by),
+        rank: 1,
+    };
+    terms.iter().map(change).collect()
+}
+
+/// A number in words.
+fn decimal(number: f64) -> String {
+    let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
+    rounded.to_string().replace('-', "−")
+}
+
+/// Rules of an integrator with numbers in them that steps determine. The residual is affine in the numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Numbered {
+    /// `x' = x + h (a v + b v')`.
+    Position,
+    /// `x' = x + a h v` or `x' = x + a h v'`: of the velocity that is right.
+    Distance,
+    /// `M (v' − a v) = h F`.
+    Old,
+    /// `M (v' − a v) = a h F`.
+    Damped,
+    /// `a` is added to the masses.
+    Diagonal,
+}
+
+impl Numbered {
+    /// Those of a method, with the numbers of a right program.
+    pub fn of(method: OnePoint) -> Vec<(Self, Vec<f64>)> {
+        let position = if method == OnePoint::Explicit { [1.0, 0.0] } else { [0.0, 1.0] };
+        let mut all = vec![
+            (Self::Damped, vec![1.0]),
+            (Self::Old, vec![1.0]),
+            (Self::Distance, vec![1.0]),
+            (Self::Position, position.to_vec()),
+        ];
+        if method != OnePoint::Implicit {
+            all.push((Self::Diagonal, vec![0.0]));
+        }
+        all
+    }
+
+    /// Whether it is about positions, not velocities.
+    pub fn moves(self) -> bool {
+        matches!(self, Self::Position | Self::Distance)
+    }
+
+    /// The change with these numbers, of an integrator of this name and method; `None` for another count of numbers.
+    pub fn with(self, name: &'static str, method: OnePoint, numbers: &[f64]) -> Option<Change> {
+        let (rule, words) = match (self, numbers) {
+            (Self::Position, &[old, new]) => {
+                let [a, b] = [old, new].map(decimal);
+                let words = format!("positions move with the velocity {a} v + {b} v'");
+                (Rule::Position { old, new, h: 1 }, words.replace("+ −", "− "))
+            }
+            (Self::Distance, &[factor]) => {
+                let [old, new] = match method {
+                    OnePoint::Explicit => [factor, 0.0],
+                    _ => [0.0, factor],
+                };
+                let words = format!("positions move {} times as far", decimal(factor));
+                (Rule::Position { old, new, h: 1 }, words)
+            }
+            (Self::Old, &[old]) => {
+                let words = format!("the old velocity {}", factor_words(old));
+                (Rule::Kick { old, forces: 1.0 }, words)
+            }
+            (Self::Damped, &[factor]) => {
+                let words =
+                    format!("old velocity and forces are multiplied by {}", decimal(factor));
+                (Rule::Kick { old: factor, forces: factor }, words)
+            }
+            (Self::Diagonal, &[added]) => {
+                let words = match method {
+                    OnePoint::Linearized => "is added to the diagonal of the matrix",
+                    _ => "is added to the mass that forces are divided by",
+                };
+                (Rule::Diagonal(added), format!("{} {words}", decimal(added)))
+            }
+            _ => return None,
+        };
+        let rank = 2 + numbers.len() as u8;
+        Some(of_method(name, rule, &words, rank))
+    }
+}
+
+/// A change of a term's force by a formula with a number in it.
+pub struct NumberedForce {
+    term: Term,
+    edit: NumberedEdit,
+    is_derived: bool,
+}
+
+/// The changes of a term's force by formulas with a number in them.
+pub fn numbered_forces(term: Term) -> Vec<NumberedForce> {
+    let Some(forms) = forms_of(term) else { return Vec::new() };
+    let mut scalars = scalars(term);
+    scalars.retain(|scalar| !matches!(scalar, Expression::Leaf(Leaf::Parameter(..))));
+    let both: &[bool] =
+        if term.schema().depends_on().has_jacobian() { &[false, true] } else { &[false] };
+    let of = |is_derived: bool| {
+        let edits = forms.force.iter().flat_map(|formula| edit::numbered(formula, &scalars));
+        edits.map(move |edit| NumberedForce { term, edit, is_derived }).collect::<Vec<_>>()
+    };
+    both.iter().flat_map(|is_derived| of(*is_derived)).collect()
+}
+
+impl NumberedForce {
+    /// Whether the number is an angle in degrees; otherwise it is positive.
+    pub fn is_angle(&self) -> bool {
+        self.edit.is_angle
+    }
+
+    /// The change with this number.
+    pub fn with(&self, number: f64) -> Change {
+        let formula = Arc::new((self.edit.with)(number));
+        let words = format!("{} {}", self.term, (self.edit.words)(&decimal(number)));
+        let place = Place::Force(self.term);
+        match self.is_derived {
+            true => Change {
+                place,
+                words: format!("{words}{IN_JACOBIANS}"),
+                effect: Effect::Derived(self.term, formula),
+                rank: 4,
+            },
+            false => Change {
+                place,
+                words,
+                effect: Effect::Formula(self.term, Quantity::Force, formula),
+                rank: 3,
+            },
+        }
+    }
+}
+
+/// A block of a pair's Jacobian multiplied by a number.
+pub fn scaled_block(term: Term, quantity: Quantity, [row, column]: [usize; 2], by: f64) -> Change {
+    let particle = |number: usize| ["i", "j"][number];
+    let block = format!("block {} {}", particle(row), particle(column));
+    Change {
+        place: Place::Jacobian(term),
+        words: format!("{} has its {block} multiplied by {}", name(term, quantity), decimal(by)),
+        effect: Effect::Blocks(term, quantity, Blocks::Scaled(row, column, by)),
+        rank: 3,
+    }
+}
+
+/// The speed limit of an integrator.
+pub fn speed_limit(name: &'static str, limit: f64) -> Change {
+    let words = format!("no velocity is larger than {}", decimal(limit));
+    of_method(name, Rule::SpeedLimit(limit), &words, 3)
+}
+
+/// Forces at another point between the ends of a step.
+pub fn forces_at(name: &'static str, part: f64, is_implicit: bool) -> Change {
+    let velocity = if is_implicit { "v'" } else { "v" };
+    let part_words = if part == 1.0 { String::new() } else { decimal(part) + " " };
+    let words = format!("forces are evaluated at x + {part_words}h {velocity}");
+    let rank = if (2.0 * part).fract() == 0.0 { 2 } else { 3 };
+    of_method(name, Rule::ForcesAt(part), &words.replace("+ −", "− "), rank)
+}
+
+fn of_method(name: &'static str, rule: Rule, words: &str, rank: u8) -> Change {
+    Change {
+        place: Place::Integrator(name),
+        words: format!("{name}: {words}"),
+        effect: Effect::Method(name, rule),
+        rank,
+    }
+}
+
+/// Groups of quantities that are scaled together.
+pub fn groups(term: Term) -> Vec<&'static [Quantity]> {
+    let depends_on = match term.part {
+        "" => term.schema().depends_on(),
+        part => term.schema().part(part).depends_on,
+    };
+    match (depends_on.position, depends_on.velocity) {
+        (false, false) => vec![FORCE],
+        (true, false) => vec![FORCE, BY_POSITION, &Quantity::ALL],
+        (false, true) => vec![FORCE, BY_VELOCITY, &Quantity::ALL],
+        (true, true) => vec![FORCE, BY_POSITION, BY_VELOCITY, JACOBIANS, &Quantity::ALL],
+    }
+}
+
+fn all_of(term: Term) -> Vec<Change> {
+    let mut all = vec![omission(term)];
+    for quantities in groups(term) {
+        for number in [-1.0, 0.0, 2.0, 0.5] {
+            if number != 0.0 || quantities.len() < 3 {
+                all.push(factor(term, quantities, number));
+            }
+        }
+        all.extend(named_factors(term, quantities));
+    }
+    let is_pair = term.schema().stencil.size() == 2;
+    if let Some(forms) = forms_of(term) {
+        all.extend(of_other_laws(term, forms));
+        all.extend(of_formulas(term, forms));
+        all.extend(of_assembly(term, forms, is_pair));
+    }
+    all.sort_by_key(|change| change.rank);
+    all
+}
+
+/// Powers of the time step and of the mass.
+fn named_factors(term: Term, quantities: &'static [Quantity]) -> Vec<Change> {
+    let what = factor(term, quantities, 2.0);
+    let subject = what.words.strip_suffix(" is multiplied by 2").unwrap_or(&what.words).to_owned();
+    let named = [
+        ("is multiplied by the mass", Factor::mass(1)),
+        ("is divided by the mass", Factor::mass(-1)),
+        (WITHOUT_H, Factor::h(-1)),
+        (TOO_OFTEN_H, Factor::h(1)),
+    ];
+    let change = |(words, factor): (&str, Factor)| Change {
+        place: what.place,
+        words: format!("{subject} {words}"),
+        effect: Effect::Factor(term, quantities, factor),
+        rank: 1,
+    };
+    named.into_iter().map(change).collect()
+}
+
+/// The quantities that may be a factor too many.
+fn scalars(term: Term) -> Vec<Expression> {
+    let schema = term.schema();
+    let names = schema.parameters.iter().filter(|parameter| !parameter.three_dimensional);
+    let is_vector = ["simplegravity", "constantforce"].contains(&term.tag);
+    let mut all: Vec<Leaf> = names
+        .filter(|_| !is_vector)
+        .map(|parameter| Leaf::Parameter(schema.parameter_idx(parameter.name), parameter.name))
+        .collect();
+    if schema.stencil.is_field() {
+        if schema.depends_on().velocity {
+            all.push(Leaf::Speed);
+        }
+    } else {
+        all.extend([Leaf::Length, Leaf::Mass(0), Leaf::Mass(1)]);
+    }
+    all.into_iter().map(Expression::Leaf).collect()
+}
+
+fn of_formulas(term: Term, forms: &Forms) -> Vec<Change> {
+    let mut scalars = scalars(term);
+    // The sizes of what the law itself consists of.
+    let own = forms.force.iter().flat_map(edit::numbers_in);
+    let size = |own: Expression| Expression::Applied(Function::Absolute, Box::new(own));
+    scalars.extend(own.map(size));
+    let mut all = Vec::new();
+    let quantities = [&forms.force, &forms.by_position, &forms.by_velocity];
+    for (quantity, formulas) in Quantity::ALL.into_iter().zip(quantities) {
+        for formula in formulas {
+            for edit in edits(formula, &scalars) {
+                let place = match quantity {
+                    Quantity::Force => Place::Force(term),
+                    _ => Place::Jacobian(term),
+                };
+                let words = format!("{} {}", name(term, quantity), edit.words);
+                let formula = Arc::new(edit.expression);
+                let rank = edit.rank;
+                if quantity == Quantity::Force && term.schema().depends_on().has_jacobian() {
+                    all.push(Change {
+                        place,
+                        words: format!("{words}{IN_JACOBIANS}"),
+                        effect: Effect::Derived(term, Arc::clone(&formula)),
+                        rank: rank + 1,
+                    });
+                }
+                let effect = Effect::Formula(term, quantity, formula);
+                all.push(Change { place, words, effect, rank });
+            }
+        }
+    }
+    all
+}
+
+/// The formulas of other forces with parameters of the same names.
+fn of_other_laws(term: Term, forms: &Forms) -> Vec<Change> {
+    let schema = term.schema();
+    let mut all = Vec::new();
+    for other in Term::all().filter(|other| other.tag != term.tag) {
+        let names = |term: Term| match term.part {
+            "" => term.schema().parameters.iter().map(|p| p.name).collect::<Vec<_>>(),
+            part => {
+                let part = term.schema().part(part);
+                part.scaled_by.iter().chain(part.shaped_by).copied().collect()
+            }
+        };
+        let is_like = other.schema().stencil == schema.stencil
+            && !names(other).is_empty()
+            && names(other).iter().all(|name| schema.has_parameter(name));
+        let theirs = is_like.then(|| super::forms::of_parameters(other, schema)).flatten();
+        let Some(theirs) = theirs else { continue };
+        let pairs = [
+            (Quantity::Force, &theirs.force, &forms.force),
+            (Quantity::ByPosition, &theirs.by_position, &forms.by_position),
+            (Quantity::ByVelocity, &theirs.by_velocity, &forms.by_velocity),
+        ];
+        for (quantity, theirs, ours) in pairs {
+            if let (Some(formula), false) = (theirs.first(), ours.is_empty()) {
+                let place = match quantity {
+                    Quantity::Force => Place::Force(term),
+                    _ => Place::Jacobian(term),
+                };
+                all.push(Change {
+                    place,
+                    words: format!("{} is that of {other}", name(term, quantity)),
+                    effect: Effect::Formula(term, quantity, Arc::new(formula.clone())),
+                    rank: 2,
+                });
+            }
+        }
+    }
+    all
+}
+
+fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
+    let mut all = Vec::new();
+    let mut add = |quantity: Quantity, words: &str, effect: Effect, rank: u8| {
+        let place = match quantity {
+            Quantity::Force => Place::Force(term),
+            _ => Place::Jacobian(term),
+        };
+        let words = format!("{} {words}", name(term, quantity));
+        all.push(Change { place, words, effect, rank });
+    };
+    let force = Quantity::Force;
+    if is_pair {
+        for (ends, words) in [
+            (Ends::First, "acts on the first of two particles only"),
+            (Ends::Second, "acts on the second of two particles only"),
+            (Ends::Same, "has the same sign on both particles"),
+            (Ends::ByNumber, "has the wrong sign where the first particle's number is the larger"),
+            (Ends::SecondAtIndex, "is added to components j and j + 1 for particle j"),
+        ] {
+            add(force, words, Effect::Ends(term, ends), 1);
+        }
+        for exponent in 1..=12 {
+            let e = 10.0_f64.powi(-exponent);
+            for (softening, words) in [
+                (Softening::Added(e), format!("has 1e-{exponent} added to the length")),
+                (Softening::Squared(e), format!("has a length softened by 1e-{exponent}")),
+                (Softening::AtLeast(e), format!("has a length of at least 1e-{exponent}")),
+            ] {
+                add(force, &words, Effect::Length(term, softening), 3);
+            }
+        }
+    } else {
+        for (particles, words) in [
+            (Particles::First, "acts on the first particle only"),
+            (Particles::NotFirst, "does not act on the first particle"),
+            (Particles::NotLast, "does not act on the last particle"),
+        ] {
+            add(force, words, Effect::Particles(term, force, particles), 1);
+        }
+    }
+    let axes = [
+        (Axes::Only(0), "has its x component only"),
+        (Axes::Only(1), "has its y component only"),
+        (Axes::Not(0), "lacks its x component"),
+        (Axes::Not(1), "lacks its y component"),
+        (Axes::Swapped, "has x and y swapped"),
+    ];
+    for (axes, words) in axes {
+        add(force, words, Effect::Axes(term, force, axes), 2);
+    }
+    for (quantity, formulas) in
+        [(Quantity::ByPosition, &forms.by_position), (Quantity::ByVelocity, &forms.by_velocity)]
+    {
+        if formulas.is_empty() {
+            continue;
+        }
+        let blocks: &[(Blocks, &str)] = match is_pair {
+            true => &[
+                (Blocks::Transposed, "is transposed"),
+                (Blocks::Own, "lacks its blocks between the two particles"),
+                (Blocks::SameSign, "has the wrong sign in its blocks between the two particles"),
+                (Blocks::FirstRows, "lacks the rows of the second of two particles"),
+                (Blocks::SecondRows, "lacks the rows of the first of two particles"),
+                (Blocks::FirstColumns, "lacks the columns of the second of two particles"),
+                (Blocks::SecondColumns, "lacks the columns of the first of two particles"),
+                (Blocks::Cross, "lacks its blocks of each particle by itself"),
+                (Blocks::CrossTransposed, "has its blocks between the two particles transposed"),
+                (Blocks::Symmetrized, "is made symmetric"),
+                (Blocks::LocalIndices, "is stored for particles 0 and 1, whatever the pair"),
+            ],
+            false => &[(Blocks::LocalIndices, "is stored for particle 0, whatever the particle")],
+        };
+        for (blocks, words) in blocks {
+            add(quantity, words, Effect::Blocks(term, quantity, *blocks), 1);
+        }
+        if !is_pair {
+            let words = "is there for the first particle only";
+            add(quantity, words, Effect::Particles(term, quantity, Particles::First), 1);
+        }
+        for (axes, words) in [
+            (Axes::Only(0), "has its x entry only"),
+            (Axes::Only(1), "has its y entry only"),
+            (Axes::Filled, "fills each row with its diagonal entry"),
+            (Axes::Diagonal, "lacks the entries off the diagonal of its blocks"),
+            (Axes::Swapped, "has x and y swapped"),
+            (Axes::RowsSwapped, "has the rows of its blocks swapped"),
+        ] {
+            add(quantity, words, Effect::Axes(term, quantity, axes), 2);
+        }
+    }
+    all
+}
+
+/// Another method in the place of this one; the most usual first.
+pub fn replacements(scene: &Scene) -> Vec<Change> {
+    let name = scene.integrator.name;
+    let right = Method::one_point(scene.integrator);
+    let others = [
+        (OnePoint::Explicit, StepEquation::ExplicitEuler),
+        (OnePoint::Symplectic, StepEquation::SymplecticEuler),
+        (OnePoint::Linearized, StepEquation::LinearizedImplicitEuler),
+        (OnePoint::Implicit, StepEquation::ImplicitEuler),
+    ];
+    let change = |(method, equation): (OnePoint, StepEquation)| {
+        let vocabulary = simulator::vocabulary();
+        let other = vocabulary.integrators.iter().find(|other| other.equation == equation)?;
+        (Some(method) != right).then(|| Change {
+            place: Place::Integrator(name),
+            words: format!("the steps of {name} are those of {}", other.name),
+            effect: Effect::Method(name, Rule::Replaced(method)),
+            rank: 0,
+        })
+    };
+    let idle = Change {
+        place: Place::Integrator(name),
+        words: format!("nothing moves under {name}"),
+        effect: Effect::Method(name, Rule::Idle),
+        rank: 0,
+    };
+    others.into_iter().filter_map(change).chain([idle]).collect()
+}
+
+/// Changes of an integrator that the residual shows.
+pub fn of_integrator(scene: &Scene) -> Vec<Change> {
+    let name = scene.integrator.name;
+    let Some(method) = Method::one_point(scene.integrator) else { return Vec::new() };
+    let mut all = Vec::new();
+    let mut add = |rule: Rule, rank: u8, words: &str| all.push(of_method(name, rule, words, rank));
+    for (factor, words) in [
+        (Factor::number(-1.0), "the sum of all forces has the wrong sign"),
+        (Factor::number(0.0), "the sum of all forces is missing"),
+        (Factor::h(-1), "the forces are not multiplied by h"),
+        (Factor::h(1), "the forces are multiplied by h once too often"),
+        (Factor::number(2.0), "the sum of all forces is multiplied by 2"),
+        (Factor::number(0.5), "the sum of all forces is multiplied by 0.5"),
+    ] {
+        add(Rule::Forces(factor), 1, words);
+    }
+    let inertia = |matrix, right, sign| Rule::Inertia { matrix, right, sign };
+    match method {
+        OnePoint::Explicit | OnePoint::Symplectic => {
+            add(inertia(0, 0, 1.0), 1, "forces are not divided by the mass");
+            add(inertia(-1, -1, 1.0), 1, "forces are multiplied by the mass");
+            add(inertia(2, 2, 1.0), 2, "forces are divided by the mass twice");
+            add(Rule::ForcesAt(1.0), 1, "forces are evaluated at x + h v");
+            add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v/2");
+            add(Rule::ForcesAt(-1.0), 2, "forces are evaluated at x − h v");
+            if method == OnePoint::Symplectic {
+                let words =
+                    "positions move first, with the old velocity; forces are evaluated there";
+                add(Rule::PositionsFirst, 1, words);
+            }
+        }
+        OnePoint::Linearized => {
+            add(inertia(0, 0, 1.0), 1, "the matrix has the identity in the place of M");
+            add(inertia(2, 1, 1.0), 2, "the matrix has M² in the place of M");
+            let words = "the forces are divided by the mass, and the matrix has M";
+            add(Rule::Forces(Factor::mass(-1)), 2, words);
+            add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v");
+            add(Rule::JacobiansAt(0.0), 1, "Jacobians are evaluated at x, not x + h v");
+            let words = "forces and Jacobians are evaluated at x, not x + h v";
+            add(Rule::AllAt(0.0), 1, words);
+            add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v/2, not x + h v");
+            for (quantity, what) in
+                [(Quantity::ByPosition, "dF/dx"), (Quantity::ByVelocity, "dF/dv")]
+            {
+                for (factor, words) in [
+                    (Factor::number(-1.0), "has the wrong sign"),
+                    (Factor::number(0.0), "is missing"),
+                    (Factor::h(-1), "lacks a factor h"),
+                    (Factor::h(1), "has a factor h too many"),
+                    (Factor::number(2.0), "is multiplied by 2"),
+                    (Factor::number(0.5), "is multiplied by 0.5"),
+                ] {
+                    let words = format!("{what} {words} in the matrix");
+                    add(Rule::Matrix(quantity, factor), 1, &words);
+                }
+            }
+        }
+        OnePoint::Implicit => {
+            add(inertia(0, 0, 1.0), 1, "the identity is in the place of M");
+            add(inertia(1, 0, 1.0), 2, "M is missing in M (u − v) on the right-hand side");
+            add(inertia(1, 1, 0.0), 1, "M (u − v) is missing on the right-hand side");
+            add(inertia(1, 1, -1.0), 1, "M (u − v) has the wrong sign on the right-hand side");
+            add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v'");
+            add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v'/2, not x + h v'");
+        }
+    }
+    add(Rule::Stale, 1, "the forces are those of the step before");
+    let right = if method == OnePoint::Explicit { [1.0, 0.0] } else { [0.0, 1.0] };
+    for (rule, words) in [
+        ([1.0, 0.0, 1.0], "positions move with the old velocity, not the new one"),
+        ([0.0, 1.0, 1.0], "positions move with the new velocity, not the old one"),
+        ([0.0, 0.0, 1.0], "positions do not move"),
+        ([0.5, 0.5, 1.0], "positions move with the mean of the old and the new velocity"),
+        ([1.0, 0.0, 0.0], "positions move by the old velocity without h"),
+        ([0.0, 1.0, 0.0], "positions move by the new velocity without h"),
+        ([-1.0, 0.0, 1.0], "positions move against the old velocity"),
+        ([0.0, -1.0, 1.0], "positions move against the new velocity"),
+        ([1.0, 1.0, 1.0], "positions move with the sum of the old and the new velocity"),
+    ] {
+        let [old, new, h] = rule;
+        if [old, new] != right || h != 1.0 {
+            add(Rule::Position { old, new, h: h as i32 }, 1, words);
+        }
+    }
+    all
+}
+
+/// Changes of the integrator that only whole steps show: where Newton's method ends, and substeps.
+pub fn of_process(scene: &Scene) -> Vec<Change> {
+    let name = scene.integrator.name;
+    let Some(method) = Method::one_point(scene.integrator) else { return Vec::new() };
+    let change = |rule: Rule, rank: u8, words: String| of_method(name, rule, &words, rank);
+    let mut all = Vec::new();
+    if method == OnePoint::Implicit {
+        for iterations in 1..=6 {
+            let times = if iterations == 1 { "iteration" } else { "iterations" };
+            let words = format!("Newton's method ends after {iterations} {times}");
+            all.push(change(Rule::Newton(Newton { iterations, ..NEWTON }), 1, words));
+        }
+        for exponent in 0..=16 {
+            let tolerance = 10.0_f64.powf(-f64::from(exponent) / 2.0);
+            let written = match exponent % 2 {
+                0 if exponent == 0 => "1".to_owned(),
+                0 => format!("1e-{}", exponent / 2),
+                _ => format!("{tolerance:.1e}"),
+            };
+            let words = format!("Newton's method stops at an update of {written}");
+            all.push(change(Rule::Newton(Newton { tolerance, ..NEWTON }), 2, words));
+        }
+        for (norm, words) in [
+            (Norm::First, "Newton's method looks at the first component of the update only"),
+            (Norm::Sum, "Newton's method adds up the components of the update with their signs"),
+            (Norm::SignedSum, "Newton's method stops where the sum of the update is negative"),
+        ] {
+            all.push(change(Rule::Newton(Newton { norm, ..NEWTON }), 2, words.to_owned()));
+        }
+        let words = "the last update of Newton's method is not applied".to_owned();
+        all.push(change(Rule::Newton(Newton { drops_last: true, ..NEWTON }), 2, words));
+        for (guess, words) in [
+            (Guess::Zero, "Newton's method starts from zero velocities"),
+            (Guess::Explicit, "Newton's method starts from a step of explicit Euler"),
+        ] {
+            all.push(change(Rule::Newton(Newton { guess, ..NEWTON }), 3, words.to_owned()));
+            for iterations in 1..=3 {
+                let words = format!("{words} and ends after {iterations}");
+                let newton = Newton { guess, iterations, ..NEWTON };
+                all.push(change(Rule::Newton(newton), 3, words));
+            }
+        }
+    }
+    for count in [2, 3] {
+        let words = format!("{count} steps are made in the place of one");
+        all.push(change(Rule::Repeated(count), 3, words));
+    }
+    for count in [2, 3, 4, 5, 10, 20] {
+        let words = format!("each step is made of {count} shorter ones");
+        all.push(change(Rule::Substeps(count), 3, words));
+    }
+    all
+}
+
+/// Changes of the treatment of fixed particles, by all methods, by a family of them or by the scene's alone; empty where
+/// there are none.
+pub fn of_fixed(scene: &Scene) -> Vec<Change> {
+    let name = scene.integrator.name;
+    let mut all = of_fixed_by_family(scene);
+    let alone = |change: &Change| {
+        let words = match change.words.split_once(" methods ") {
+            Some((_, rest)) => format!("steps of {name} {rest}"),
+            None => format!("{name}: {}", change.words),
+        };
+        let place = Place::FixedUnder(name);
+        Change { place, words, effect: change.effect.clone(), rank: change.rank + 1 }
+    };
+    let by_it: Vec<Change> = all.iter().map(alone).collect();
+    all.extend(by_it);
+    all
+}
+
+fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
+    // Rounds have pins in their place.
+    if is_of_rounds(scene) || !scene.particles.iter().any(|particle| particle.fixed) {
+        return Vec::new();
+    }
+    let implicit = matches!(
+        Method::one_point(scene.integrator),
+        Some(OnePoint::Linearized | OnePoint::Implicit)
+    );
+    let mut all = Vec::new();
+    let mut add = |family: Option<bool>, effect: Effect, rank: u8, words: &str| {
+        let place = Place::Fixed(family);
+        all.push(Change { place, words: words.to_owned(), effect, rank });
+    };
+    let rule = Effect::Fixed;
+    add(None, Effect::Scene(SceneRule::Unfixed), 0, "fixed particles are treated as free");
+    add(
+        None,
+        rule(FixedRule::Stand),
+        1,
+        "fixed particles stand still, although they have a velocity",
+    );
+    add(None, rule(FixedRule::Stop), 1, "the velocities of fixed particles are set to zero");
+    let words = "fixed particles stand still, and their velocities are set to zero";
+    add(None, rule(FixedRule::Freeze), 2, words);
+    add(None, rule(FixedRule::Fall), 1, "fixed particles fall under simple gravity");
+    let words = "forces between a fixed and another particle are left out";
+    add(None, Effect::Scene(SceneRule::Unjoined), 1, words);
+    if !implicit {
+        let words = "explicit methods move fixed particles by forces";
+        add(Some(false), rule(FixedRule::Feel(None)), 0, words);
+        for (axis, letter) in ["x", "y"].iter().enumerate() {
+            let words = format!("explicit methods move fixed particles by forces along {letter}");
+            add(Some(false), rule(FixedRule::Feel(Some(axis))), 1, &words);
+        }
+        return all;
+    }
+    let words = "implicit methods evaluate forces at the old positions of fixed particles";
+    add(Some(true), rule(FixedRule::Behind), 1, words);
+    let free = Hold { rows: false, columns: false, right: false, ..HELD };
+    let words = "implicit methods move fixed particles by forces";
+    add(Some(true), rule(FixedRule::Hold(free)), 0, words);
+    let lacks = |what: &str| format!("implicit methods do not clear the {what} of fixed particles");
+    let holds = [
+        (Hold { rows: false, columns: false, ..HELD }, "rows and columns"),
+        (Hold { rows: false, ..HELD }, "rows"),
+        (Hold { right: false, ..HELD }, "right-hand sides"),
+        (Hold { columns: false, right: false, ..HELD }, "columns and right-hand sides"),
+        (Hold { rows: false, right: false, ..HELD }, "rows and right-hand sides"),
+    ];
+    for (hold, what) in holds {
+        add(Some(true), rule(FixedRule::Hold(hold)), 1, &lacks(what));
+    }
+    for (rows, right) in [(true, true), (true, false), (false, true)] {
+        for (axis, letter) in ["x", "y"].iter().enumerate() {
+            let unknowns = Unknowns::Axis(axis);
+            let hold = Hold { rows, columns: rows, right, unknowns, massless: false };
+            let words = format!("implicit methods hold fixed particles along {letter} only");
+            add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
+        }
+        let hold = Hold { rows, columns: rows, right, unknowns: Unknowns::Index, massless: false };
+        let words = "implicit methods clear the unknowns i, i + 1 of fixed particle i";
+        add(Some(true), rule(FixedRule::Hold(hold)), 2, words);
+    }
+    let massless = Hold { rows: false, columns: false, massless: true, ..HELD };
+    let words = "implicit methods leave the mass of fixed particles out of the matrix";
+    add(Some(true), rule(FixedRule::Hold(massless)), 2, words);
+    all
+}
+
+/// Changes of the reading of a scene. `time_steps` are those that may be taken for the scene's own.
+pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
+    let mut all = Vec::new();
+    let mut add = |place: Place, rule: SceneRule, rank: u8, words: String| {
+        all.push(Change { place, words, effect: Effect::Scene(rule), rank });
+    };
+    let reading = Place::Reading;
+    add(reading, SceneRule::Masses(1.0), 1, "every mass is taken as 1".to_owned());
+    add(reading, SceneRule::FirstMass, 2, "every mass is that of the first particle".to_owned());
+    if scene.particles.iter().any(|particle| particle.mass.fract() != 0.0) {
+        add(reading, SceneRule::IntegerMasses, 2, "masses are read as integers".to_owned());
+    }
+    add(reading, SceneRule::Velocities, 1, "initial velocities are taken as 0".to_owned());
+    add(reading, SceneRule::SingleTimeStep, 2, "dt is rounded to single precision".to_owned());
+    for step in time_steps.iter().filter(|step| **step != scene.time_step) {
+        add(reading, SceneRule::TimeStep(*step), 2, format!("dt is always taken as {step}"));
+    }
+    if scene.forces.len() > 1 {
+        for (last, which) in [(false, "first"), (true, "last")] {
+            let words = format!("only the {which} force of a scene is read");
+            add(reading, SceneRule::OneForce { last }, 1, words);
+        }
+        for (even_alone, words) in [
+            (true, "the last force of a scene is left out"),
+            (false, "the last force of a scene is left out where there are several"),
+        ] {
+            add(reading, SceneRule::NotLastForce { even_alone }, 1, words.to_owned());
+        }
+    }
+    let mut tags: Vec<&'static str> = Vec::new();
+    for element in &scene.forces {
+        if !tags.contains(&element.schema.tag) {
+            tags.push(element.schema.tag);
+        }
+    }
+    for tag in tags {
+        let of_it = || scene.forces.iter().filter(|element| element.schema.tag == tag);
+        let Some(schema) = of_it().next().map(|element| element.schema) else { continue };
+        let terms = Term::of(schema);
+        let of_parameter = |name: &str| {
+            let is_its = |term: &&Term| !term.part.is_empty() && schema.part(term.part).names(name);
+            Place::Force(*terms.iter().find(is_its).unwrap_or(&terms[0]))
+        };
+        let whole = Place::Force(terms[0]);
+        if of_it().count() > 1 {
+            for (last, which) in [(true, "last"), (false, "first")] {
+                let words = format!("only the {which} of several elements of {tag} has an effect");
+                add(whole, SceneRule::OneElement { tag, last }, 1, words);
+            }
+            if of_it().any(|element| element.edge.is_some()) {
+                let words = format!("only the last {tag} on each edge has an effect");
+                add(whole, SceneRule::OneOnEachEdge(tag), 1, words);
+            }
+            let words = format!("each {tag} has the parameters of the first");
+            add(whole, SceneRule::FirstParameters(tag), 2, words);
+            if of_it().all(|element| element.pair().is_some()) {
+                let words = format!("each {tag} acts on the particles of the one before it");
+                add(whole, SceneRule::PairBefore(tag), 3, words);
+            }
+        }
+        if of_it().any(|element| element.pair().is_some()) {
+            let words = format!("{tag} between a fixed and another particle is left out");
+            add(whole, SceneRule::UnjoinedOf(tag), 1, words);
+        }
+        if scene.forces.len() > 1 {
+            let is_pair = of_it().any(|element| element.pair().is_some());
+            let ends: &[(Ends, &str)] = match is_pair {
+                true => &[
+                    (Ends::Same, " on its two particles"),
+                    (Ends::First, " on its first particle"),
+                    (Ends::Second, " on its second particle"),
+                ],
+                false => &[(Ends::Same, "")],
+            };
+            for (ends, on) in ends {
+                let words = format!("{tag} overwrites the forces{on} of the elements before it");
+                add(whole, SceneRule::Overwrites(tag, *ends), 2, words);
+            }
+        }
+        if of_it().any(|element| element.edge.is_some()) {
+            let words = format!("each {tag} acts on the next edge, whatever its edge attribute");
+            add(whole, SceneRule::RunningEdge(tag), 2, words);
+            let words = format!("{tag} takes the number of its edge for that of a particle");
+            add(whole, SceneRule::EdgeAsParticle(tag), 2, words);
+        }
+        for parameter in schema.parameters {
+            if parameter.three_dimensional && scene.dimension == Dimension::Two {
+                continue;
+            }
+            let name = parameter.name;
+            let place = of_parameter(name);
+            for value in [0.0, 1.0] {
+                let words = format!("{tag} uses {name} = {value}");
+                add(place, SceneRule::Parameter(tag, name, value), 1, words);
+            }
+            let values = || of_it().map(|element| element.parameter(name));
+            if values().any(|value| value == 0.0) {
+                let words = format!("{tag} has no effect where {name} is 0");
+                add(whole, SceneRule::WithoutZero(tag, name), 2, words);
+            }
+            if values().any(|value| value.fract() != 0.0) {
+                let words = format!("{tag} reads {name} as an integer");
+                add(place, SceneRule::Integer(tag, name), 2, words);
+            }
+            if values().any(|value| value == 0.0) && values().any(|value| value != 0.0)
+                || values().all(|value| value == 0.0)
+            {
+                let words = format!("{tag} uses {name} = 1 where it is not given");
+                add(place, SceneRule::Default(tag, name, 1.0), 2, words);
+            }
+            for other in schema.parameters.iter().filter(|other| other.name != name) {
+                if other.three_dimensional && scene.dimension == Dimension::Two {
+                    continue;
+                }
+                let words = format!("{tag} reads {} in the place of {name}", other.name);
+                add(place, SceneRule::ParameterAs(tag, name, other.name), 2, words);
+            }
+        }
+    }
+    // Of rounds, masses and springs are tasks, and their scenes need not list forces.
+    let is_of_task = |change: &Change| {
+        use SceneRule::{FirstMass, IntegerMasses, Masses, NotLastForce, OneForce};
+        let is_of_springs = matches!(change.place, Place::Force(Term { tag: "springforce", .. }));
+        is_of_springs
+            || matches!(
+                change.effect,
+                Effect::Scene(
+                    Masses(_) | FirstMass | IntegerMasses | OneForce { .. } | NotLastForce { .. }
+                )
+            )
+    };
+    all.retain(|change| !(is_of_rounds(scene) && is_of_task(change)));
+    all
+}

@@ -1,0 +1,576 @@
+//! Mistakes as data: a correct step with some of its terms changed.
+//!
+//! ```text
+//! step        M (v' − v) = Σ h F,   (M − h² Σ K − h Σ B) δ = −M (u − v) + Σ h F,   x' = x + h v or h v'
+//! term        a force or a part of one: F on each element by a formula; K = ∂F/∂x and B = ∂F/∂v by theirs
+//! change      an operation on one of these: another formula, a factor, the ends of a pair, the elements, the place of
+//!             evaluation, a coefficient of the step, the treatment of fixed particles, the reading of the scene
+//! ```
+//!
+//! Changes compose: [`Model`] takes a list of them, and steps a scene with all of them made. [`candidates`] lists those
+//! of a scene; most come from [`edit`], which changes any node of a formula. The formulas are written a third time, as
+//! trees ([`forms`]), and held to [`law`](reference::law) by a test. A force without a tree (a new one) is its law, and can be
+//! scaled only.
+//!
+//! Shapes: states hold `n·D` numbers, particle-major. Units are the scene's. Cost of a step: `O((n·D)³)` for implicit
+//! methods, dense.
+
+pub mod candidates;
+pub mod edit;
+pub mod expression;
+pub mod forms;
+mod model;
+pub mod rounds;
+mod step;
+
+use std::fmt;
+use std::sync::Arc;
+
+use scene::Scene;
+use scene::schema::{ForceSchema, Matrix};
+use simulator::force;
+
+use expression::Expression;
+pub use model::{Model, Sample};
+use reference::method::OnePoint;
+pub use rounds::Task;
+use rounds::{RoundsRule, is_of_rounds};
+pub use step::{Residual, Stepped};
+
+/// A force, or a part of one that stands alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Term {
+    /// The force's tag.
+    pub tag: &'static str,
+    /// The part's name; empty for the whole force.
+    pub part: &'static str,
+}
+
+impl Term {
+    /// The terms of a force: its parts where they stand alone, or the whole.
+    pub fn of(schema: &'static ForceSchema) -> Vec<Self> {
+        match schema.is_separable() {
+            true => {
+                schema.parts.iter().map(|part| Self { tag: schema.tag, part: part.name }).collect()
+            }
+            false => vec![Self { tag: schema.tag, part: "" }],
+        }
+    }
+
+    /// Every term of the registry.
+    pub fn all() -> impl Iterator<Item = Self> {
+        force::REGISTRY.iter().flat_map(|kind| Self::of(&kind.schema))
+    }
+
+    /// The force.
+    ///
+    /// # Panics
+    /// Where no force of the registry has this tag.
+    pub fn schema(self) -> &'static ForceSchema {
+        let mut kinds = force::REGISTRY.iter();
+        let kind = kinds.find(|kind| kind.schema.tag == self.tag);
+        &kind.unwrap_or_else(|| panic!("{} is no registered force", self.tag)).schema
+    }
+}
+
+/// Methods that a program may step by in the place of one that it lacks.
+const SUBSTITUTES: [&str; 2] = ["explicit-euler", "symplectic-euler"];
+
+impl Change {
+    /// Whether it can have an effect on the steps of `scene`.
+    pub fn acts_in(&self, scene: &Scene) -> bool {
+        let has = |term: &Term| scene.forces.iter().any(|element| element.schema.tag == term.tag);
+        let implicit = || scene.integrator.matrix == Matrix::Jacobians;
+        match (&self.effect, self.place) {
+            (Effect::Rounds(rule), _) => is_of_rounds(scene) && rule.acts_in(scene),
+            (_, Place::Task(_)) => is_of_rounds(scene),
+            (_, Place::ForceUnder(term, name)) => has(&term) && scene.integrator.name == name,
+            // Rounds have formulas of their own, and share the reading of scenes.
+            (effect, Place::Force(_) | Place::Fixed(_) | Place::FixedUnder(_))
+                if is_of_rounds(scene) && !matches!(effect, Effect::Scene(_)) =>
+            {
+                false
+            }
+            (_, Place::Jacobian(term)) => has(&term) && implicit(),
+            (Effect::Method(name, Rule::Replaced(_) | Rule::Idle), _) => {
+                scene.integrator.name == *name
+            }
+            // A method in the place of another has its mistakes there.
+            (Effect::Method(name, _), _) => {
+                scene.integrator.name == *name || SUBSTITUTES.contains(name)
+            }
+            (Effect::Fixed(_) | Effect::Scene(SceneRule::Unfixed | SceneRule::Unjoined), place) => {
+                let concerned = match place {
+                    Place::Fixed(Some(family)) => family == implicit(),
+                    // A method in the place of another has its mistakes there.
+                    Place::FixedUnder(name) => {
+                        scene.integrator.name == name || SUBSTITUTES.contains(&name)
+                    }
+                    _ => true,
+                };
+                concerned && scene.particles.iter().any(|particle| particle.fixed)
+            }
+            (_, Place::Force(term)) => has(&term),
+            _ => true,
+        }
+    }
+}
+
+impl Change {
+    /// Whether a scene in which it acts cannot be right: rounds may read a scene by other code than other methods.
+    pub fn must_act_in(&self, scene: &Scene) -> bool {
+        let is_shared = matches!(self.effect, Effect::Scene(_));
+        let is_optional = is_of_rounds(scene) && is_shared && !matches!(self.place, Place::Task(_));
+        self.acts_in(scene) && !is_optional
+    }
+}
+
+impl fmt::Display for Term {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.part {
+            "" => f.write_str(self.tag),
+            part => write!(f, "{}'s {}", self.tag, self.schema().part(part).title),
+        }
+    }
+}
+
+/// A value that a term contributes to a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Quantity {
+    /// `F`.
+    Force,
+    /// `∂F/∂x`.
+    ByPosition,
+    /// `∂F/∂v`.
+    ByVelocity,
+}
+
+impl Quantity {
+    /// All.
+    pub const ALL: [Self; 3] = [Self::Force, Self::ByPosition, Self::ByVelocity];
+}
+
+/// Where a change is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Place {
+    /// The value of a force.
+    Force(Term),
+    /// A Jacobian of a force.
+    Jacobian(Term),
+    /// An integrator, by its name.
+    Integrator(&'static str),
+    /// Fixed particles, under explicit methods (`Some(false)`), implicit ones (`Some(true)`) or all.
+    Fixed(Option<bool>),
+    /// Fixed particles under one integrator, by its name.
+    FixedUnder(&'static str),
+    /// The value of a force under one integrator, by its name.
+    ForceUnder(Term, &'static str),
+    /// A task of the hand-out on rounds.
+    Task(Task),
+    /// The reading of scenes.
+    Reading,
+}
+
+/// A change of a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Where.
+    pub place: Place,
+    /// The mistake as a sentence.
+    pub words: String,
+    /// What is done.
+    pub effect: Effect,
+    /// How far-fetched it is: 0 is the most usual.
+    pub rank: u8,
+}
+
+/// What a change does.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Effect {
+    /// Another formula.
+    Formula(Term, Quantity, Arc<Expression>),
+    /// Another formula for the force, and its derivatives for the Jacobians.
+    Derived(Term, Arc<Expression>),
+    /// A factor of some quantities: `number · h^power · mass^power`.
+    Factor(Term, &'static [Quantity], Factor),
+    /// The forces on both ends from that on `i`.
+    Ends(Term, Ends),
+    /// The four blocks of a Jacobian from the first.
+    Blocks(Term, Quantity, Blocks),
+    /// The components that are kept.
+    Axes(Term, Quantity, Axes),
+    /// The length `l` in all formulas of a term.
+    Length(Term, Softening),
+    /// The particles on which a force without pairs acts.
+    Particles(Term, Quantity, Particles),
+    /// A coefficient or rule of an integrator.
+    Method(&'static str, Rule),
+    /// Fixed particles.
+    Fixed(FixedRule),
+    /// The scene as it is read.
+    Scene(SceneRule),
+    /// A rule of rounds of local and global steps.
+    Rounds(RoundsRule),
+}
+
+impl Effect {
+    /// The quantities of a term that it changes.
+    fn quantities(&self) -> &'static [Quantity] {
+        match self {
+            Self::Factor(_, quantities, _) => quantities,
+            Self::Formula(_, quantity, _)
+            | Self::Blocks(_, quantity, _)
+            | Self::Axes(_, quantity, _)
+            | Self::Particles(_, quantity, _) => match quantity {
+                Quantity::Force => &[Quantity::Force],
+                Quantity::ByPosition => &[Quantity::ByPosition],
+                Quantity::ByVelocity => &[Quantity::ByVelocity],
+            },
+            Self::Ends(..) => &[Quantity::Force],
+            Self::Derived(..) | Self::Length(..) => &Quantity::ALL,
+            Self::Method(..) | Self::Fixed(_) | Self::Scene(_) | Self::Rounds(_) => &[],
+        }
+    }
+}
+
+/// A constant factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factor {
+    /// The number.
+    pub number: f64,
+    /// The power of the time step.
+    pub h: i32,
+    /// The power of the particle's mass.
+    pub mass: i32,
+}
+
+impl Factor {
+    /// A number alone.
+    pub const fn number(number: f64) -> Self {
+        Self { number, h: 0, mass: 0 }
+    }
+
+    /// A power of the time step.
+    pub const fn h(h: i32) -> Self {
+        Self { number: 1.0, h, mass: 0 }
+    }
+
+    /// A power of the mass.
+    pub const fn mass(mass: i32) -> Self {
+        Self { number: 1.0, h: 0, mass }
+    }
+
+    pub(super) fn of(self, h: f64, mass: f64) -> f64 {
+        self.number * h.powi(self.h) * mass.powi(self.mass)
+    }
+
+    pub(super) fn and(self, other: Self) -> Self {
+        Self {
+            number: self.number * other.number,
+            h: self.h + other.h,
+            mass: self.mass + other.mass,
+        }
+    }
+}
+
+/// Some particles, in the order of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Particles {
+    /// The first.
+    First,
+    /// All but the first.
+    NotFirst,
+    /// All but the last.
+    NotLast,
+}
+
+impl Particles {
+    pub(super) fn of(all: Option<Self>, count: usize) -> std::ops::Range<usize> {
+        match all {
+            None => 0..count,
+            Some(Self::First) => 0..count.min(1),
+            Some(Self::NotFirst) => 1..count.max(1),
+            Some(Self::NotLast) => 0..count.saturating_sub(1),
+        }
+    }
+}
+
+/// Forces on the ends of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ends {
+    /// On `i` alone.
+    First,
+    /// On `j` alone.
+    Second,
+    /// The same on both.
+    Same,
+    /// The right ones, with the wrong sign where `i > j`.
+    ByNumber,
+    /// The right ones, but that on `j` is added to the coordinates from `j` on.
+    SecondAtIndex,
+}
+
+/// Blocks of a pair's Jacobian; the right ones are `k, −k; −k, k`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Blocks {
+    /// `k, 0; 0, k`.
+    Own,
+    /// `k, k; k, k`.
+    SameSign,
+    /// `0, −k; −k, 0`.
+    Cross,
+    /// `k, −k; 0, 0`.
+    FirstRows,
+    /// `0, 0; −k, k`.
+    SecondRows,
+    /// `k, 0; −k, 0`.
+    FirstColumns,
+    /// `0, −k; 0, k`.
+    SecondColumns,
+    /// `k, −kᵀ; −kᵀ, k`.
+    CrossTransposed,
+    /// The right ones, of `kᵀ`.
+    Transposed,
+    /// The right ones, of `(k + kᵀ)/2`.
+    Symmetrized,
+    /// The right ones, of the first two particles whatever the pair.
+    LocalIndices,
+    /// The right ones, but for a factor of the one in this row and column.
+    Scaled(usize, usize, f64),
+}
+
+/// Components of a vector or a matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axes {
+    /// One of them only; of a matrix, its diagonal entry.
+    Only(usize),
+    /// All but one.
+    Not(usize),
+    /// x and y exchanged.
+    Swapped,
+    /// Of a matrix: its first two rows exchanged.
+    RowsSwapped,
+    /// Of a matrix: every entry of a block is the diagonal's.
+    Filled,
+    /// Of a matrix: the diagonal of each block alone.
+    Diagonal,
+}
+
+/// A length that is never zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Softening {
+    /// `l + ε`.
+    Added(f64),
+    /// `√(l² + ε²)`.
+    Squared(f64),
+    /// `max(l, ε)`.
+    AtLeast(f64),
+}
+
+/// A rule of an integrator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rule {
+    /// Another method in its place.
+    Replaced(OnePoint),
+    /// Nothing moves.
+    Idle,
+    /// A factor of the sum of all forces.
+    Forces(Factor),
+    /// A factor of a Jacobian in the matrix.
+    Matrix(Quantity, Factor),
+    /// The mass: its power in the matrix (or the velocity update), and a factor of `M (u − v)` on the right.
+    Inertia {
+        /// Power in the matrix.
+        matrix: i32,
+        /// Power on the right-hand side.
+        right: i32,
+        /// Factor on the right-hand side.
+        sign: f64,
+    },
+    /// Forces at `x + c h v` (implicit: `x + c h u`).
+    ForcesAt(f64),
+    /// Jacobians at `x + c h u`.
+    JacobiansAt(f64),
+    /// Forces and Jacobians at `x + c h u`.
+    AllAt(f64),
+    /// `x' = x + h v` first, and forces there.
+    PositionsFirst,
+    /// Forces of the step before.
+    Stale,
+    /// `x' = x + h^power (a v + b v')`.
+    Position {
+        /// `a`.
+        old: f64,
+        /// `b`.
+        new: f64,
+        /// The power.
+        h: i32,
+    },
+    /// `M (v' − a v) = b h F`, in the place of `M (v' − v) = h F`.
+    Kick {
+        /// `a`.
+        old: f64,
+        /// `b`.
+        forces: f64,
+    },
+    /// A number added to every mass of the matrix, or of the velocity update.
+    Diagonal(f64),
+    /// No particle moves faster than this.
+    SpeedLimit(f64),
+    /// The end of Newton's method.
+    Newton(Newton),
+    /// This many steps in the place of one.
+    Repeated(u32),
+    /// This many steps of the same method in the place of one.
+    Substeps(u32),
+}
+
+/// Where Newton's method starts and ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Newton {
+    /// The largest number of iterations.
+    pub iterations: usize,
+    /// It ends at an update below this.
+    pub tolerance: f64,
+    /// The size of an update.
+    pub norm: Norm,
+    /// The first guess.
+    pub guess: Guess,
+    /// Whether the last update is not applied.
+    pub drops_last: bool,
+}
+
+/// The size of an update.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Norm {
+    /// The root of the sum of squares.
+    Euclidean,
+    /// The largest entry.
+    Largest,
+    /// The first entry.
+    First,
+    /// The absolute sum, signs included.
+    Sum,
+    /// The sum, which may be negative.
+    SignedSum,
+    /// The change of positions, `h` times that of velocities.
+    Positions,
+}
+
+/// The first guess of the new velocities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Guess {
+    /// The old ones.
+    Old,
+    /// Zero.
+    Zero,
+    /// Those of explicit Euler.
+    Explicit,
+}
+
+/// A rule for fixed particles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FixedRule {
+    /// They do not move.
+    Stand,
+    /// Their velocities are zero from the first step on.
+    Stop,
+    /// They do not move, and their velocities are zero from the first step on.
+    Freeze,
+    /// Simple gravity changes their velocities.
+    Fall,
+    /// Explicit methods move them as free ones; along one axis only if given.
+    Feel(Option<usize>),
+    /// What is cleared in the linear system of an implicit method.
+    Hold(Hold),
+    /// Implicit methods evaluate forces at their old positions.
+    Behind,
+}
+
+/// Rows, columns and right-hand side of a fixed particle that are cleared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hold {
+    /// Rows.
+    pub rows: bool,
+    /// Columns.
+    pub columns: bool,
+    /// Right-hand side.
+    pub right: bool,
+    /// Which unknowns.
+    pub unknowns: Unknowns,
+    /// Whether the mass is removed from the diagonal.
+    pub massless: bool,
+}
+
+/// The unknowns that are taken for those of particle `i`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unknowns {
+    /// Its own.
+    Own,
+    /// `i` and the following ones.
+    Index,
+    /// Along one axis only.
+    Axis(usize),
+}
+
+/// A scene read wrongly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SceneRule {
+    /// Every mass is this.
+    Masses(f64),
+    /// Every mass is the first particle's.
+    FirstMass,
+    /// The time step is this.
+    TimeStep(f64),
+    /// The time step is rounded to single precision.
+    SingleTimeStep,
+    /// Initial velocities are zero.
+    Velocities,
+    /// Only the first or the last force element of the scene is there.
+    OneForce {
+        /// The last one.
+        last: bool,
+    },
+    /// The last force element of the scene is not there; a single one may be.
+    NotLastForce {
+        /// A single one is not there either.
+        even_alone: bool,
+    },
+    /// Masses are cut to integers of at least 1.
+    IntegerMasses,
+    /// A parameter is cut to an integer.
+    Integer(&'static str, &'static str),
+    /// A parameter has this value where it is not written, or 0.
+    Default(&'static str, &'static str, f64),
+    /// Only the first or the last element of a force is there.
+    OneElement {
+        /// The force's tag.
+        tag: &'static str,
+        /// The last one.
+        last: bool,
+    },
+    /// Of the elements on one edge, only the last is there.
+    OneOnEachEdge(&'static str),
+    /// A parameter has this value.
+    Parameter(&'static str, &'static str, f64),
+    /// A parameter is read as another.
+    ParameterAs(&'static str, &'static str, &'static str),
+    /// Each element has the parameters of the first.
+    FirstParameters(&'static str),
+    /// An element acts between the particles `edge` and `edge + 1`.
+    EdgeAsParticle(&'static str),
+    /// The first element acts on the first edge, and so on.
+    RunningEdge(&'static str),
+    /// Elements are left out whose parameter is zero.
+    WithoutZero(&'static str, &'static str),
+    /// Elements between a fixed and another particle are left out.
+    UnjoinedOf(&'static str),
+    /// The forces of an element on these ends overwrite those before it, in the order of the file.
+    Overwrites(&'static str, Ends),
+    /// Each element acts on the particles of the one before it.
+    PairBefore(&'static str),
+    /// Fixed particles are free.
+    Unfixed,
+    /// Forces between a fixed and another particle are left out.
+    Unjoined,
+}

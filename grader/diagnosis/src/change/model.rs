@@ -1,0 +1,961 @@
+//! The terms of a scene's steps, with changes made to them.
+
+use std::collections::HashMap;
+use std::sync::{Arc, LazyLock};
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use scene::schema::Convergence;
+use scene::trace::State;
+use scene::{self, ForceElement, Parameters, Scene};
+
+use super::expression::{Direction, Expression, Inputs};
+use super::forms::{self, Forms};
+use super::rounds::{Rounds, is_of_rounds};
+use super::{
+    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Particles,
+    Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+};
+use reference::laws::Laws;
+use reference::method::{Method, OnePoint};
+
+/// The first form of each formula, by force and part.
+static FORMS: LazyLock<HashMap<Term, Option<Forms>>> = LazyLock::new(|| {
+    let of = |term: Term| (term, forms::of(term.schema(), term.part));
+    Term::all().map(of).collect()
+});
+
+/// The forms of a term; `None` where it has none.
+pub(super) fn forms_of(term: Term) -> Option<&'static Forms> {
+    FORMS.get(&term).and_then(Option::as_ref)
+}
+
+/// A step of a trace: the states before and after it.
+#[derive(Debug, Clone)]
+pub struct Sample {
+    /// The step, counted from 0.
+    pub step: u64,
+    /// The state one step earlier, if there is one.
+    pub earlier: Option<State>,
+    /// The state before the step.
+    pub before: State,
+    /// The state after it.
+    pub after: State,
+}
+
+/// A point at which forces are evaluated.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    pub(super) x: Vec<f64>,
+    pub(super) v: Vec<f64>,
+    pub(super) time: f64,
+}
+
+#[derive(Clone)]
+struct Element {
+    pair: Option<[usize; 2]>,
+    parameters: Parameters,
+    /// The particles on which its force is overwritten by a later element's.
+    lost: Vec<usize>,
+}
+
+/// A formula and what is done to its values.
+#[derive(Clone)]
+struct Evaluation {
+    /// `None`: zero.
+    formula: Option<Arc<Expression>>,
+    factor: Factor,
+    ends: Option<Ends>,
+    blocks: Option<Blocks>,
+    axes: Option<Axes>,
+    particles: Option<Particles>,
+}
+
+/// A term of a scene.
+#[derive(Clone)]
+pub(super) struct TermModel {
+    pub(super) term: Term,
+    elements: Vec<Element>,
+    evaluations: [Evaluation; 3],
+    /// The Jacobians are the derivatives of the force's formula.
+    derived: bool,
+    softening: Option<Softening>,
+    /// The law of a force without a formula.
+    law: Option<Arc<Laws>>,
+}
+
+/// Coefficients and rules of the integrator.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rules {
+    pub(super) forces: Factor,
+    pub(super) matrix: [Factor; 2],
+    pub(super) inertia_matrix: i32,
+    pub(super) inertia_right: (i32, f64),
+    pub(super) forces_at: Option<f64>,
+    pub(super) jacobians_at: Option<f64>,
+    pub(super) stale: bool,
+    /// The factor of the old velocity.
+    pub(super) old: f64,
+    /// What is added to the masses.
+    pub(super) diagonal: f64,
+    pub(super) speed_limit: Option<f64>,
+    pub(super) position: Option<[f64; 3]>,
+    pub(super) newton: Newton,
+}
+
+/// Rules for fixed particles.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FixedRules {
+    pub(super) stand: bool,
+    pub(super) stop: bool,
+    pub(super) fall: bool,
+    pub(super) feel: Option<Option<usize>>,
+    pub(super) hold: Hold,
+    pub(super) behind: bool,
+}
+
+/// The steps of a scene with changes made.
+#[derive(Clone)]
+pub struct Model {
+    pub(super) scene: Scene,
+    pub(super) dimension: usize,
+    /// The time step of a substep.
+    pub(super) h: f64,
+    pub(super) substeps: u32,
+    /// Masses, one a coordinate.
+    pub(super) mass: Vec<f64>,
+    /// Whether a coordinate is a fixed particle's.
+    pub(super) fixed: Vec<bool>,
+    /// `None`: a method of [`Model::several`], or one that cannot be stepped here.
+    pub(super) method: Option<OnePoint>,
+    /// Of a method that solves for a part of the step: the part, and implicit Euler for it.
+    pub(super) part: Option<(f64, Box<Self>)>,
+    /// Of a method of rounds that are not accelerated: its rules.
+    pub(super) rounds: Option<Rounds>,
+    /// The integrator with that method.
+    stepped_as: Option<&'static str>,
+    /// Nothing moves.
+    pub(super) idle: bool,
+    pub(super) terms: Vec<TermModel>,
+    pub(super) rules: Rules,
+    pub(super) fixed_rules: FixedRules,
+}
+
+/// Newton's method as the course has it.
+pub(super) const NEWTON: Newton = Newton {
+    iterations: super::step::MAX_ITERATIONS,
+    tolerance: 1e-9,
+    norm: Norm::Euclidean,
+    guess: Guess::Old,
+    drops_last: false,
+};
+
+/// What is cleared for a fixed particle.
+pub(super) const HELD: Hold =
+    Hold { rows: true, columns: true, right: true, unknowns: Unknowns::Own, massless: false };
+
+impl Model {
+    /// The steps of `scene` with these changes.
+    pub fn new(scene: &Scene, changes: &[Change]) -> Self {
+        let mut scene = scene.clone();
+        for change in changes {
+            let is_elsewhere = match change.place {
+                Place::FixedUnder(name) => name != scene.integrator.name,
+                Place::Task(_) => !is_of_rounds(&scene),
+                _ => false,
+            };
+            if let Effect::Scene(rule) = change.effect
+                && !is_elsewhere
+            {
+                read_wrongly(&mut scene, rule);
+            }
+        }
+        let dimension = scene.dimension.count();
+        let each = || scene.particles.iter().flat_map(|particle| vec![particle; dimension]);
+        let (mass, fixed) = (
+            each().map(|particle| particle.mass).collect(),
+            each().map(|particle| particle.fixed).collect(),
+        );
+        let newton = match scene.integrator.convergence {
+            Convergence::Update(tolerance) => Newton { tolerance, ..NEWTON },
+            _ => NEWTON,
+        };
+        let rules = Rules {
+            forces: Factor::number(1.0),
+            matrix: [Factor::number(1.0); 2],
+            inertia_matrix: 1,
+            inertia_right: (1, 1.0),
+            forces_at: None,
+            jacobians_at: None,
+            stale: false,
+            old: 1.0,
+            diagonal: 0.0,
+            speed_limit: None,
+            position: None,
+            newton,
+        };
+        let fixed_rules = FixedRules {
+            stand: false,
+            stop: false,
+            fall: false,
+            feel: None,
+            hold: HELD,
+            behind: false,
+        };
+        let mut model = Self {
+            dimension,
+            h: scene.time_step,
+            substeps: 1,
+            mass,
+            fixed,
+            method: Method::one_point(scene.integrator),
+            part: None,
+            rounds: Rounds::of(&scene),
+            stepped_as: None,
+            idle: false,
+            terms: terms_of(&scene, changes),
+            rules,
+            fixed_rules,
+            scene,
+        };
+        let part = match Method::of(model.scene.integrator.equation) {
+            Method::Backward { linearized: false, part } => Some(part),
+            Method::Differences { repeated } => Some(1.0 - repeated),
+            _ => None,
+        };
+        if let (Some(part), Convergence::Update(_), None) =
+            (part, model.scene.integrator.convergence, model.method)
+        {
+            let mut inner = model.clone();
+            inner.h *= part;
+            inner.method = Some(OnePoint::Implicit);
+            changes.iter().for_each(|change| inner.make(change));
+            // The velocities of fixed particles are set at the end of the whole step.
+            (inner.fixed_rules.stop, inner.fixed_rules.fall) = (false, false);
+            model.part = Some((part, Box::new(inner)));
+        }
+        // A method in the place of another has the mistakes of both.
+        for change in changes {
+            if let Effect::Method(name, rule @ (Rule::Replaced(_) | Rule::Idle)) = change.effect
+                && name == model.scene.integrator.name
+            {
+                model.follow(rule);
+            }
+        }
+        model.stepped_as = model.method.and_then(name_of);
+        for change in changes {
+            model.make(change);
+        }
+        model.factorise();
+        model
+    }
+
+    /// Whether its steps can be taken.
+    pub fn can_step(&self) -> bool {
+        self.idle
+            || self.method.is_some()
+            || match Method::of(self.scene.integrator.equation) {
+                Method::Explicit(_) | Method::Stages(_) | Method::Controlled(_) => true,
+                Method::Backward { .. } | Method::Differences { .. } => self.part.is_some(),
+                Method::Rounds => self.rounds.is_some(),
+            }
+    }
+
+    /// Whether a change that acts in the scene has an effect: that of a method only where it steps.
+    pub fn is_changed_by(&self, change: &Change) -> bool {
+        match &change.effect {
+            Effect::Method(_, Rule::Replaced(_) | Rule::Idle) => true,
+            Effect::Method(name, _) => self.steps_by(name),
+            _ => match change.place {
+                Place::FixedUnder(name) | Place::ForceUnder(_, name) => self.steps_by(name),
+                // Another method in the place of rounds has none of their rules.
+                Place::Task(_) => self.method.is_none(),
+                _ => true,
+            },
+        }
+    }
+
+    /// Whether it steps by the method of this name, in the place of another or not.
+    fn steps_by(&self, name: &str) -> bool {
+        self.scene.integrator.name == name || self.stepped_as == Some(name)
+    }
+
+    /// The initial state.
+    pub fn start(&self) -> State {
+        let all = |of: fn(&scene::Particle) -> &[f64; 3]| -> Vec<f64> {
+            let each = self.scene.particles.iter();
+            each.flat_map(|particle| of(particle)[..self.dimension].to_vec()).collect()
+        };
+        State {
+            time: None,
+            positions: all(|particle| &particle.position),
+            velocities: all(|particle| &particle.velocity),
+        }
+    }
+
+    /// Number of terms.
+    pub fn n_terms(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// The term of this number.
+    pub fn term(&self, number: usize) -> Term {
+        self.terms[number].term
+    }
+
+    fn make(&mut self, change: &Change) {
+        if !self.is_changed_by(change) {
+            return;
+        }
+        match &change.effect {
+            Effect::Method(_, Rule::Replaced(_) | Rule::Idle) | Effect::Scene(_) => {}
+            Effect::Method(_, rule) => self.follow(*rule),
+            Effect::Rounds(rule) => {
+                if let Some(rounds) = &mut self.rounds {
+                    rounds.make(rule);
+                }
+            }
+            Effect::Fixed(rule) => match *rule {
+                FixedRule::Stand => self.fixed_rules.stand = true,
+                FixedRule::Stop => self.fixed_rules.stop = true,
+                FixedRule::Freeze => {
+                    (self.fixed_rules.stand, self.fixed_rules.stop) = (true, true);
+                }
+                FixedRule::Fall => self.fixed_rules.fall = true,
+                FixedRule::Feel(axis) => self.fixed_rules.feel = Some(axis),
+                FixedRule::Hold(hold) => self.fixed_rules.hold = hold,
+                FixedRule::Behind => self.fixed_rules.behind = true,
+            },
+            effect @ (Effect::Formula(term, ..)
+            | Effect::Derived(term, _)
+            | Effect::Factor(term, ..)
+            | Effect::Ends(term, _)
+            | Effect::Blocks(term, ..)
+            | Effect::Axes(term, ..)
+            | Effect::Length(term, _)
+            | Effect::Particles(term, ..)) => {
+                if let Some(model) = self.terms.iter_mut().find(|model| model.term == *term) {
+                    model.make(effect);
+                }
+            }
+        }
+    }
+
+    fn follow(&mut self, rule: Rule) {
+        let rules = &mut self.rules;
+        match rule {
+            Rule::Replaced(method) => self.method = Some(method),
+            Rule::Idle => self.idle = true,
+            Rule::Forces(factor) => rules.forces = rules.forces.and(factor),
+            Rule::Matrix(quantity, factor) => {
+                let matrix = &mut rules.matrix[usize::from(quantity == Quantity::ByVelocity)];
+                *matrix = matrix.and(factor);
+            }
+            Rule::Inertia { matrix, right, sign } => {
+                rules.inertia_matrix = matrix;
+                rules.inertia_right = (right, sign);
+            }
+            Rule::ForcesAt(c) => rules.forces_at = Some(c),
+            Rule::JacobiansAt(c) => rules.jacobians_at = Some(c),
+            Rule::AllAt(c) => (rules.forces_at, rules.jacobians_at) = (Some(c), Some(c)),
+            Rule::PositionsFirst => {
+                (rules.position, rules.forces_at) = (Some([1.0, 0.0, 1.0]), Some(1.0));
+            }
+            Rule::Stale => rules.stale = true,
+            Rule::Position { old, new, h } => {
+                rules.position = Some([old, new, f64::from(h)]);
+            }
+            Rule::Kick { old, forces } => {
+                rules.old = old;
+                rules.forces = rules.forces.and(Factor::number(forces));
+            }
+            Rule::Diagonal(added) => rules.diagonal = added,
+            Rule::SpeedLimit(limit) => rules.speed_limit = Some(limit),
+            Rule::Newton(newton) => rules.newton = newton,
+            Rule::Repeated(count) => self.substeps = count,
+            Rule::Substeps(count) => {
+                self.substeps = count;
+                self.h = self.scene.time_step / f64::from(count);
+            }
+        }
+    }
+
+    /// The value of a term's force, or its Jacobian times `delta`, on every coordinate.
+    pub(super) fn value(
+        &self,
+        model: &TermModel,
+        quantity: Quantity,
+        at: &Point,
+        delta: &[f64],
+    ) -> Vec<f64> {
+        let mut sum = vec![0.0; at.x.len()];
+        match quantity {
+            Quantity::Force => self.add_force(model, at, &mut sum),
+            _ => self.each_block(model, quantity, at, &mut |row, column, block| {
+                for a in 0..self.dimension {
+                    for b in 0..self.dimension {
+                        let entry = block[(a, b)] * delta[column * self.dimension + b];
+                        sum[row * self.dimension + a] += entry;
+                    }
+                }
+            }),
+        }
+        sum
+    }
+
+    /// The term that a change is made in, if the scene has it: its number, and itself with the change made.
+    pub(super) fn changed(&self, change: &Change) -> Option<(usize, TermModel)> {
+        let term = match &change.effect {
+            Effect::Formula(term, ..)
+            | Effect::Derived(term, _)
+            | Effect::Factor(term, ..)
+            | Effect::Ends(term, _)
+            | Effect::Blocks(term, ..)
+            | Effect::Axes(term, ..)
+            | Effect::Length(term, _)
+            | Effect::Particles(term, ..) => *term,
+            Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => {
+                return None;
+            }
+        };
+        let number = self.terms.iter().position(|model| model.term == term)?;
+        let mut model = self.terms[number].clone();
+        model.make(&change.effect);
+        Some((number, model))
+    }
+
+    /// The sum of all forces.
+    pub(super) fn force(&self, at: &Point) -> Vec<f64> {
+        self.force_without(at, None)
+    }
+
+    /// The sum of all forces but one.
+    pub(super) fn force_without(&self, at: &Point, left_out: Option<Term>) -> Vec<f64> {
+        let mut sum = vec![0.0; at.x.len()];
+        let terms = self.terms.iter().filter(|model| Some(model.term) != left_out);
+        terms.for_each(|model| self.add_force(model, at, &mut sum));
+        sum
+    }
+
+    /// The sums of all Jacobians.
+    pub(super) fn jacobians(&self, at: &Point) -> [DMatrix<f64>; 2] {
+        let size = at.x.len();
+        [Quantity::ByPosition, Quantity::ByVelocity].map(|quantity| {
+            let mut matrix = DMatrix::zeros(size, size);
+            for model in &self.terms {
+                self.each_block(model, quantity, at, &mut |row, column, block| {
+                    let place = (row * self.dimension, column * self.dimension);
+                    let shape = (self.dimension, self.dimension);
+                    let mut view = matrix.view_mut(place, shape);
+                    view += block.view((0, 0), shape);
+                });
+            }
+            matrix
+        })
+    }
+
+    fn add_force(&self, model: &TermModel, at: &Point, sum: &mut [f64]) {
+        let evaluation = &model.evaluations[0];
+        let factor = |particle: usize| {
+            evaluation.factor.of(self.scene.time_step, self.scene.particles[particle].mass)
+        };
+        // On the coordinates from `first` on.
+        let mut add_at = |first: usize, particle: usize, mut force: Vector3<f64>| {
+            if let Some(axes) = evaluation.axes {
+                force = axes.of_vector(force);
+            }
+            let factor = factor(particle);
+            for axis in 0..self.dimension {
+                sum[first + axis] += factor * force[axis];
+            }
+        };
+        let first = |particle: usize| particle * self.dimension;
+        if let Some(law) = &model.law {
+            let force = law.force(&at.x, &at.v, at.time);
+            for particle in 0..self.scene.particles.len() {
+                add_at(first(particle), particle, self.vector(&force, particle));
+            }
+            return;
+        }
+        let Some(formula) = &evaluation.formula else { return };
+        for element in &model.elements {
+            match element.pair {
+                Some([i, j]) => {
+                    let on_i = formula.value(&self.inputs(model, element, [i, j], at)).vector();
+                    let [on_i, on_j] = match evaluation.ends {
+                        None => [on_i, -on_i],
+                        Some(Ends::First) => [on_i, Vector3::zeros()],
+                        Some(Ends::Second) => [Vector3::zeros(), -on_i],
+                        Some(Ends::Same) => [on_i, on_i],
+                        Some(Ends::ByNumber) if i > j => [-on_i, on_i],
+                        Some(Ends::ByNumber | Ends::SecondAtIndex) => [on_i, -on_i],
+                    };
+                    let is_slipped = evaluation.ends == Some(Ends::SecondAtIndex);
+                    for (particle, place, force) in
+                        [(i, first(i), on_i), (j, if is_slipped { j } else { first(j) }, on_j)]
+                    {
+                        if !element.lost.contains(&particle) {
+                            add_at(place, particle, force);
+                        }
+                    }
+                }
+                None => {
+                    let count = self.scene.particles.len();
+                    for particle in Particles::of(evaluation.particles, count) {
+                        let inputs = self.inputs(model, element, [particle; 2], at);
+                        if !element.lost.contains(&particle) {
+                            add_at(first(particle), particle, formula.value(&inputs).vector());
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn each_block(
+        &self,
+        model: &TermModel,
+        quantity: Quantity,
+        at: &Point,
+        add: &mut impl FnMut(usize, usize, &Matrix3<f64>),
+    ) {
+        let place = usize::from(quantity == Quantity::ByVelocity);
+        let evaluation = &model.evaluations[1 + place];
+        let factor =
+            |row: usize| evaluation.factor.of(self.scene.time_step, self.scene.particles[row].mass);
+        let mut put = |row: usize, column: usize, block: Matrix3<f64>| {
+            let block = evaluation.axes.map_or(block, |axes| axes.of_matrix(block));
+            add(row, column, &(block * factor(row)));
+        };
+        if let Some(law) = &model.law {
+            let both = law.jacobians(&at.x, &at.v, at.time);
+            let matrix = if place == 0 { both.by_position } else { both.by_velocity };
+            let count = self.scene.particles.len();
+            for (row, column) in (0..count).flat_map(|row| (0..count).map(move |c| (row, c))) {
+                let entry = |a: usize, b: usize| match a.max(b) < self.dimension {
+                    true => matrix[(row * self.dimension + a, column * self.dimension + b)],
+                    false => 0.0,
+                };
+                put(row, column, Matrix3::from_fn(entry));
+            }
+            return;
+        }
+        if model.derived {
+            self.each_derived_block(model, quantity, at, &mut put);
+            return;
+        }
+        let Some(formula) = &evaluation.formula else { return };
+        for element in &model.elements {
+            match element.pair {
+                Some(pair) => {
+                    let block = formula.value(&self.inputs(model, element, pair, at)).matrix();
+                    let (pair, blocks) = Blocks::all(evaluation.blocks, pair, block);
+                    for (row, blocks) in pair.into_iter().zip(blocks) {
+                        for (column, block) in pair.into_iter().zip(blocks) {
+                            put(row, column, block);
+                        }
+                    }
+                }
+                None => {
+                    let count = self.scene.particles.len();
+                    for particle in Particles::of(evaluation.particles, count) {
+                        let inputs = self.inputs(model, element, [particle; 2], at);
+                        let block = formula.value(&inputs).matrix();
+                        let place = match evaluation.blocks {
+                            Some(Blocks::LocalIndices) => 0,
+                            _ => particle,
+                        };
+                        put(place, place, block);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The blocks of the derivatives of a force's own formula.
+    fn each_derived_block(
+        &self,
+        model: &TermModel,
+        quantity: Quantity,
+        at: &Point,
+        put: &mut impl FnMut(usize, usize, Matrix3<f64>),
+    ) {
+        let Some(formula) = &model.evaluations[0].formula else { return };
+        let by_velocity = quantity == Quantity::ByVelocity;
+        for element in &model.elements {
+            let block = |inputs: &Inputs, side: usize, sign: f64| {
+                let column = |axis: usize| {
+                    let mut along = Direction::default();
+                    match by_velocity {
+                        true => along.v[side][axis] = 1.0,
+                        false => along.d[axis] = sign,
+                    }
+                    formula.derivative(inputs, &along).vector()
+                };
+                Matrix3::from_columns(&[column(0), column(1), column(2)])
+            };
+            match element.pair {
+                Some([i, j]) => {
+                    let inputs = self.inputs(model, element, [i, j], at);
+                    let [own, cross] = [block(&inputs, 0, 1.0), block(&inputs, 1, -1.0)];
+                    put(i, i, own);
+                    put(i, j, cross);
+                    put(j, i, -own);
+                    put(j, j, -cross);
+                }
+                None if by_velocity => {
+                    for particle in 0..self.scene.particles.len() {
+                        let inputs = self.inputs(model, element, [particle; 2], at);
+                        let own = block(&inputs, 0, 1.0);
+                        put(particle, particle, own);
+                    }
+                }
+                None => {}
+            }
+        }
+    }
+
+    pub(super) fn vector(&self, values: &[f64], particle: usize) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| match axis < self.dimension {
+            true => values[particle * self.dimension + axis],
+            false => 0.0,
+        })
+    }
+
+    fn inputs(
+        &self,
+        model: &TermModel,
+        element: &Element,
+        [i, j]: [usize; 2],
+        at: &Point,
+    ) -> Inputs {
+        let d = self.vector(&at.x, i) - self.vector(&at.x, j);
+        let l = d.norm();
+        Inputs {
+            parameters: element.parameters.clone(),
+            masses: [i, j].map(|particle| self.scene.particles[particle].mass),
+            h: self.scene.time_step,
+            d,
+            v: [self.vector(&at.v, i), self.vector(&at.v, j)],
+            l: model.softening.map_or(l, |softening| softening.of(l)),
+        }
+    }
+}
+
+impl TermModel {
+    fn make(&mut self, effect: &Effect) {
+        let index = |quantity: Quantity| match quantity {
+            Quantity::Force => 0,
+            Quantity::ByPosition => 1,
+            Quantity::ByVelocity => 2,
+        };
+        match effect {
+            Effect::Formula(_, quantity, formula) => {
+                self.evaluations[index(*quantity)].formula = Some(Arc::clone(formula));
+            }
+            Effect::Derived(_, formula) => {
+                self.evaluations[0].formula = Some(Arc::clone(formula));
+                self.derived = true;
+            }
+            Effect::Factor(_, quantities, factor) => {
+                for quantity in *quantities {
+                    let evaluation = &mut self.evaluations[index(*quantity)];
+                    evaluation.factor = evaluation.factor.and(*factor);
+                }
+            }
+            Effect::Ends(_, ends) => self.evaluations[0].ends = Some(*ends),
+            Effect::Blocks(_, quantity, blocks) => {
+                self.evaluations[index(*quantity)].blocks = Some(*blocks);
+            }
+            Effect::Axes(_, quantity, axes) => {
+                self.evaluations[index(*quantity)].axes = Some(*axes);
+            }
+            Effect::Length(_, softening) => self.softening = Some(*softening),
+            Effect::Particles(_, quantity, particles) => {
+                self.evaluations[index(*quantity)].particles = Some(*particles);
+            }
+            Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => {}
+        }
+    }
+}
+
+/// The integrator with this method.
+fn name_of(method: OnePoint) -> Option<&'static str> {
+    let mut kinds = simulator::integrator::REGISTRY.iter().map(|kind| &kind.schema);
+    kinds.find(|schema| Method::one_point(schema) == Some(method)).map(|schema| schema.name)
+}
+
+/// The particles on which the force of each element of the scene is overwritten by a later one.
+fn lost(scene: &Scene, changes: &[Change]) -> Vec<Vec<usize>> {
+    let mut lost = vec![Vec::new(); scene.forces.len()];
+    for change in changes {
+        let Effect::Scene(SceneRule::Overwrites(tag, ends)) = change.effect else { continue };
+        let written = |element: &ForceElement| -> Vec<usize> {
+            match (element.pair(), ends) {
+                (None, _) => (0..scene.particles.len()).collect(),
+                (Some([i, _]), Ends::First) => vec![i],
+                (Some([_, j]), Ends::Second) => vec![j],
+                (Some(pair), _) => pair.to_vec(),
+            }
+        };
+        for (number, element) in scene.forces.iter().enumerate() {
+            if element.schema.tag == tag {
+                let written = written(element);
+                lost[..number].iter_mut().for_each(|lost| lost.extend(&written));
+            }
+        }
+    }
+    lost
+}
+
+fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
+    let lost = lost(scene, changes);
+    let mut terms: Vec<Term> = Vec::new();
+    for element in &scene.forces {
+        for term in Term::of(element.schema) {
+            if !terms.contains(&term) {
+                terms.push(term);
+            }
+        }
+    }
+    let model = |term: Term| {
+        let of_it = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
+        let elements = scene.forces.iter().zip(&lost);
+        let elements = elements.filter(|(element, _)| element.schema.tag == term.tag);
+        let elements = elements.map(|(element, lost)| Element {
+            pair: element.pair(),
+            parameters: element.parameters.clone(),
+            lost: lost.clone(),
+        });
+        let forms = forms_of(term);
+        let law = || {
+            let mut alone: Vec<ForceElement> = of_it.clone().cloned().collect();
+            if !term.part.is_empty() {
+                let others = term.schema().parts.iter().filter(|part| part.name != term.part);
+                for part in others {
+                    alone.iter_mut().for_each(|element| element.remove_part(part));
+                }
+            }
+            Arc::new(Laws::of(scene, &alone))
+        };
+        let evaluation = |formulas: Option<&Vec<Expression>>| Evaluation {
+            formula: formulas.and_then(|all| all.first()).map(|first| Arc::new(first.clone())),
+            factor: Factor::number(1.0),
+            ends: None,
+            blocks: None,
+            axes: None,
+            particles: None,
+        };
+        TermModel {
+            term,
+            elements: elements.collect(),
+            evaluations: [
+                evaluation(forms.map(|forms| &forms.force)),
+                evaluation(forms.map(|forms| &forms.by_position)),
+                evaluation(forms.map(|forms| &forms.by_velocity)),
+            ],
+            derived: false,
+            softening: None,
+            law: forms.is_none().then(law),
+        }
+    };
+    terms.into_iter().map(model).collect()
+}
+
+impl Blocks {
+    /// The four blocks, and the particles of their rows and columns.
+    fn all(
+        blocks: Option<Self>,
+        pair: [usize; 2],
+        k: Matrix3<f64>,
+    ) -> ([usize; 2], [[Matrix3<f64>; 2]; 2]) {
+        let o = Matrix3::zeros();
+        let four = |k: Matrix3<f64>| [[k, -k], [-k, k]];
+        let Some(blocks) = blocks else { return (pair, four(k)) };
+        let blocks = match blocks {
+            Self::Own => [[k, o], [o, k]],
+            Self::SameSign => [[k, k], [k, k]],
+            Self::Cross => [[o, -k], [-k, o]],
+            Self::FirstRows => [[k, -k], [o, o]],
+            Self::SecondRows => [[o, o], [-k, k]],
+            Self::FirstColumns => [[k, o], [-k, o]],
+            Self::SecondColumns => [[o, -k], [o, k]],
+            Self::CrossTransposed => [[k, -k.transpose()], [-k.transpose(), k]],
+            Self::Transposed => four(k.transpose()),
+            Self::Symmetrized => four((k + k.transpose()) * 0.5),
+            Self::LocalIndices => return ([0, 1], four(k)),
+            Self::Scaled(row, column, factor) => {
+                let mut all = four(k);
+                all[row][column] *= factor;
+                all
+            }
+        };
+        (pair, blocks)
+    }
+}
+
+impl Axes {
+    fn of_vector(self, vector: Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Self::Only(axis) => {
+                Vector3::from_fn(|row, _| if row == axis { vector[row] } else { 0.0 })
+            }
+            Self::Not(axis) => {
+                Vector3::from_fn(|row, _| if row == axis { 0.0 } else { vector[row] })
+            }
+            Self::Swapped => Vector3::new(vector.y, vector.x, vector.z),
+            Self::RowsSwapped | Self::Filled | Self::Diagonal => vector,
+        }
+    }
+
+    fn of_matrix(self, matrix: Matrix3<f64>) -> Matrix3<f64> {
+        let keep = |test: &dyn Fn(usize, usize) -> bool| {
+            Matrix3::from_fn(
+                |row, column| if test(row, column) { matrix[(row, column)] } else { 0.0 },
+            )
+        };
+        match self {
+            Self::Only(axis) => keep(&|row, column| row == axis && column == axis),
+            Self::Not(axis) => keep(&|row, column| row != axis && column != axis),
+            Self::Swapped => {
+                let order = [1, 0, 2];
+                Matrix3::from_fn(|row, column| matrix[(order[row], order[column])])
+            }
+            Self::RowsSwapped => Matrix3::from_fn(|row, column| matrix[([1, 0, 2][row], column)]),
+            Self::Filled => Matrix3::from_fn(|row, _| matrix[(row, row)]),
+            Self::Diagonal => keep(&|row, column| row == column),
+        }
+    }
+}
+
+impl Softening {
+    fn of(self, l: f64) -> f64 {
+        match self {
+            Self::Added(e) => l + e,
+            Self::Squared(e) => l.hypot(e),
+            Self::AtLeast(e) => l.max(e),
+        }
+    }
+}
+
+/// Changes the scene as a wrong reader does.
+fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
+    let of = |tag: &'static str| move |element: &ForceElement| element.schema.tag == tag;
+    match rule {
+        SceneRule::Masses(mass) => {
+            scene.particles.iter_mut().for_each(|particle| particle.mass = mass);
+        }
+        SceneRule::FirstMass => {
+            if let Some(mass) = scene.particles.first().map(|particle| particle.mass) {
+                scene.particles.iter_mut().for_each(|particle| particle.mass = mass);
+            }
+        }
+        SceneRule::TimeStep(step) => scene.time_step = step,
+        SceneRule::SingleTimeStep => scene.time_step = f64::from(scene.time_step as f32),
+        SceneRule::Velocities => {
+            scene.particles.iter_mut().for_each(|particle| particle.velocity = [0.0; 3]);
+        }
+        SceneRule::OneForce { last } => {
+            let kept = if last { scene.forces.len().saturating_sub(1) } else { 0 };
+            let mut number = 0..;
+            scene.forces.retain(|_| number.next() == Some(kept));
+        }
+        SceneRule::NotLastForce { even_alone } => {
+            if even_alone || scene.forces.len() > 1 {
+                scene.forces.pop();
+            }
+        }
+        SceneRule::IntegerMasses => {
+            let cut = |mass: f64| mass.trunc().max(1.0);
+            scene.particles.iter_mut().for_each(|particle| particle.mass = cut(particle.mass));
+        }
+        SceneRule::Integer(tag, name) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let value = element.parameter_mut(name);
+                *value = value.trunc();
+            }
+        }
+        SceneRule::Default(tag, name, default) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let value = element.parameter_mut(name);
+                *value = if *value == 0.0 { default } else { *value };
+            }
+        }
+        SceneRule::OneElement { tag, last } => {
+            let kept = match last {
+                true => scene.forces.iter().rposition(of(tag)),
+                false => scene.forces.iter().position(of(tag)),
+            };
+            let mut number = 0..;
+            scene.forces.retain(|element| number.next() == kept || !of(tag)(element));
+        }
+        SceneRule::OneOnEachEdge(tag) => {
+            let edges: Vec<Option<usize>> = scene
+                .forces
+                .iter()
+                .map(|element| element.edge.filter(|_| of(tag)(element)))
+                .collect();
+            let mut number = 0;
+            scene.forces.retain(|element| {
+                number += 1;
+                let edge = element.edge.filter(|_| of(tag)(element));
+                edge.is_none() || !edges[number..].contains(&edge)
+            });
+        }
+        SceneRule::Parameter(tag, name, value) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                *element.parameter_mut(name) = value;
+            }
+        }
+        SceneRule::ParameterAs(tag, name, other) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                *element.parameter_mut(name) = element.parameter(other);
+            }
+        }
+        SceneRule::FirstParameters(tag) => {
+            let first = scene.forces.iter().find(|element| of(tag)(element));
+            if let Some(parameters) = first.map(|first| first.parameters.clone()) {
+                for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                    element.parameters.clone_from(&parameters);
+                }
+            }
+        }
+        SceneRule::EdgeAsParticle(tag) => {
+            let count = scene.particles.len();
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                if let Some(edge) = element.edge.filter(|edge| edge + 1 < count) {
+                    element.particles = [edge, edge + 1].into();
+                }
+            }
+        }
+        SceneRule::PairBefore(tag) => {
+            let mut before: Option<scene::Particles> = None;
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let own = element.particles.clone();
+                element.particles = before.replace(own.clone()).unwrap_or(own);
+            }
+        }
+        SceneRule::RunningEdge(tag) => {
+            let Scene { edges, forces, .. } = scene;
+            let of_it = forces.iter_mut().filter(|element| of(tag)(element));
+            for (element, edge) in of_it.zip(edges) {
+                element.particles = edge.particles.into();
+            }
+        }
+        SceneRule::WithoutZero(tag, name) => {
+            scene.forces.retain(|element| !of(tag)(element) || element.parameter(name) != 0.0);
+        }
+        SceneRule::UnjoinedOf(tag) => {
+            let Scene { particles, forces, .. } = scene;
+            let is_free = |each: &usize| !particles[*each].fixed;
+            forces.retain(|element| !of(tag)(element) || element.particles.iter().all(is_free));
+        }
+        SceneRule::Overwrites(..) => {}
+        SceneRule::Unfixed => {
+            scene.particles.iter_mut().for_each(|particle| particle.fixed = false);
+        }
+        SceneRule::Unjoined => {
+            let Scene { particles, forces, .. } = scene;
+            forces.retain(|element| element.particles.iter().all(|each| !particles[*each].fixed));
+        }
+    }
+}

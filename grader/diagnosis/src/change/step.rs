@@ -1,0 +1,558 @@
+//! Steps of a [`Model`], and the residual of a given step in its equation.
+//!
+//! ```text
+//! residual    r = M (v' − v) − Σ h F − Σ (h² K + h B) (v' − v)     linear in the value of every term
+//! ```
+//!
+//! So the effect of another value of one term on the residual is the difference of the two values, and mistakes in
+//! several terms add up.
+
+use nalgebra::{DMatrix, DVector};
+use scene::schema::Convergence;
+use scene::trace::State;
+
+use super::model::{Model, Point, Sample, TermModel};
+use super::{Change, Factor, Guess, Hold, Norm, Quantity, Unknowns};
+use reference::method::{Arithmetic, Method, OnePoint, Substep};
+
+/// A step of implicit Euler whose Newton iteration needs more than this is not reproducible: where it ends depends on
+/// the limit of the program, or on rounding.
+const CONVERGING: usize = 10;
+
+/// The largest number of iterations.
+pub(super) const MAX_ITERATIONS: usize = 20;
+
+/// The end of a step.
+#[derive(Debug, Clone)]
+pub struct Stepped {
+    /// The state after it.
+    pub state: State,
+    /// Whether Newton's method converged as fast as it does in a right program.
+    pub converged: bool,
+}
+
+/// The residual of a step, coordinate by coordinate.
+#[derive(Debug, Clone)]
+pub struct Residual {
+    /// `r`, zero for fixed particles and at a speed limit.
+    pub momentum: Vec<f64>,
+    /// `x' − x − h v` or `x' − x − h v'`.
+    pub position: Vec<f64>,
+    /// Momentum per velocity: a bound of the row sums of `M − h² K − h B`.
+    pub stiffness: f64,
+}
+
+/// Evaluates stages and substeps of a step that starts at this time.
+struct Evaluation<'a> {
+    model: &'a Model,
+    time: f64,
+}
+
+impl Arithmetic for Evaluation<'_> {
+    fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64> {
+        self.model.force(&Point { x: x.to_vec(), v: v.to_vec(), time: self.time + after })
+    }
+
+    fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
+        for (dof, (x, v)) in x.iter_mut().zip(v).enumerate() {
+            if !self.model.stands(dof) {
+                *x += h * v;
+            }
+        }
+    }
+
+    fn kick(&self, v: &mut [f64], force: &[f64], h: f64) {
+        for (dof, (v, force)) in v.iter_mut().zip(force).enumerate() {
+            if !self.model.is_held(dof) {
+                *v += h * force / self.model.mass[dof];
+            }
+        }
+    }
+}
+
+impl Model {
+    fn is_implicit(&self) -> bool {
+        matches!(self.method, Some(OnePoint::Linearized | OnePoint::Implicit))
+    }
+
+    fn time(&self, step: u64) -> f64 {
+        step as f64 * self.scene.time_step
+    }
+
+    /// Takes a step; `None` if it has no finite end.
+    pub fn step(&self, step: u64, earlier: Option<&State>, before: &State) -> Option<Stepped> {
+        let mut state = before.clone();
+        let mut converged = true;
+        if self.idle {
+            return Some(Stepped { state, converged });
+        }
+        for substep in 0..self.substeps {
+            let time = self.time(step) + f64::from(substep) * self.h;
+            let earlier = if substep == 0 { earlier } else { None };
+            converged &= self.substep(time, earlier, &mut state)?;
+        }
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        (finite(&state.positions) && finite(&state.velocities))
+            .then_some(Stepped { state, converged })
+    }
+
+    fn substep(&self, time: f64, earlier: Option<&State>, state: &mut State) -> Option<bool> {
+        let old = state.clone();
+        let mut converged = true;
+        match self.method {
+            Some(OnePoint::Explicit | OnePoint::Symplectic) => {
+                self.kick(time, earlier, &old, state);
+            }
+            Some(OnePoint::Linearized | OnePoint::Implicit) => {
+                converged = self.solve(time, earlier, &old, state)?;
+            }
+            None => return self.several(time, earlier, state),
+        }
+        self.fix(&old, state);
+        self.limit(state);
+        self.drift(&old, state);
+        Some(converged)
+    }
+
+    /// A step of a method with several evaluations of the forces, or for a part of the step.
+    fn several(&self, time: f64, earlier: Option<&State>, state: &mut State) -> Option<bool> {
+        let old = state.clone();
+        let mut converged = true;
+        let State { positions, velocities, .. } = state;
+        let by = &mut Evaluation { model: self, time };
+        match Method::of(self.scene.integrator.equation) {
+            Method::Explicit(substeps) => self.explicit(time, substeps, state),
+            Method::Stages(tableau) => tableau.step(by, self.h, positions, velocities),
+            Method::Controlled(pair) => {
+                let Convergence::ErrorEstimate(name) = self.scene.integrator.convergence else {
+                    return None;
+                };
+                let tolerance = self.scene.integrator_options.number(name);
+                pair.step(by, (self.h, tolerance), positions, velocities)?;
+            }
+            Method::Backward { .. } => {
+                let (part, inner) = self.part.as_ref()?;
+                converged = inner.substep(time, earlier, state)?;
+                let whole = |end: &mut f64, start: &f64| *end = start + (*end - start) / part;
+                state.positions.iter_mut().zip(&old.positions).for_each(|(x, y)| whole(x, y));
+                state.velocities.iter_mut().zip(&old.velocities).for_each(|(v, w)| whole(v, w));
+            }
+            Method::Differences { .. } => {
+                let (part, inner) = self.part.as_ref()?;
+                if let Some(earlier) = earlier {
+                    let repeated = 1.0 - part;
+                    self.repeat(repeated, earlier, state);
+                    let time = time + repeated * self.h;
+                    converged = inner.substep(time, Some(earlier), state)?;
+                } else {
+                    let mut whole = inner.clone();
+                    whole.h = self.h;
+                    converged = whole.substep(time, None, state)?;
+                }
+            }
+            Method::Rounds => self.make_rounds(time, earlier, state)?,
+        }
+        self.fix(&old, state);
+        Some(converged)
+    }
+
+    /// `y ← y + c (y − y₋)`, and `x ← x + c h v` of fixed particles, that they go on from there.
+    fn repeat(&self, c: f64, earlier: &State, state: &mut State) {
+        for dof in 0..self.fixed.len() {
+            let (x, v) = (&mut state.positions[dof], &mut state.velocities[dof]);
+            if !self.fixed[dof] {
+                *x += c * (*x - earlier.positions[dof]);
+                *v += c * (*v - earlier.velocities[dof]);
+            } else if !self.stands(dof) {
+                *x += c * self.h * *v;
+            }
+        }
+    }
+
+    /// The substeps of an explicit method, in order.
+    fn explicit(&self, time: f64, substeps: &[Substep], state: &mut State) {
+        let State { positions, velocities, .. } = state;
+        let mut by = Evaluation { model: self, time };
+        let mut after = 0.0;
+        for substep in substeps {
+            let old = velocities.clone();
+            if let Substep::Both(c) | Substep::Kick(c) = *substep {
+                let force = by.force(positions, &old, after);
+                by.kick(velocities, &force, c * self.h);
+            }
+            if let Substep::Both(c) | Substep::Drift(c) = *substep {
+                let along = if matches!(substep, Substep::Both(_)) { &old } else { &*velocities };
+                by.drift(positions, along, c * self.h);
+                after += c * self.h;
+            }
+        }
+    }
+
+    /// The coordinates that are held, and the others.
+    fn is_held(&self, dof: usize) -> bool {
+        self.fixed[dof]
+            && match self.fixed_rules.feel {
+                None => true,
+                Some(None) => false,
+                Some(Some(axis)) => dof % self.dimension != axis,
+            }
+    }
+
+    /// Whether it is a fixed particle's, and fixed particles do not move.
+    fn stands(&self, dof: usize) -> bool {
+        self.fixed[dof] && self.fixed_rules.stand
+    }
+
+    /// Velocities of an explicit method.
+    fn kick(&self, time: f64, earlier: Option<&State>, old: &State, state: &mut State) {
+        let at = self.force_point(time, earlier, old, &old.velocities);
+        let force = self.force(&at);
+        for (dof, velocity) in state.velocities.iter_mut().enumerate() {
+            if !self.is_held(dof) {
+                let given = self.force_coefficient(self.mass[dof]) * force[dof];
+                let mass = self.mass[dof].powi(self.rules.inertia_matrix) + self.rules.diagonal;
+                *velocity = self.rules.old * *velocity + given / mass;
+            }
+        }
+    }
+
+    /// `h` times the factor of the forces.
+    fn force_coefficient(&self, mass: f64) -> f64 {
+        self.h * self.rules.forces.of(self.h, mass)
+    }
+
+    /// Where forces are evaluated, at the velocities `u`.
+    fn force_point(&self, time: f64, earlier: Option<&State>, old: &State, u: &[f64]) -> Point {
+        let standard = if self.is_implicit() { 1.0 } else { 0.0 };
+        let of = if self.rules.stale { earlier.unwrap_or(old) } else { old };
+        let u = if self.rules.stale { &of.velocities } else { u };
+        self.point(time, of, u, self.rules.forces_at.unwrap_or(standard))
+    }
+
+    /// `x + c h u`.
+    fn point(&self, time: f64, old: &State, u: &[f64], c: f64) -> Point {
+        let mut x: Vec<f64> =
+            old.positions.iter().zip(u).map(|(x, u)| x + c * self.h * u).collect();
+        if self.fixed_rules.behind && self.is_implicit() {
+            for (dof, x) in x.iter_mut().enumerate().filter(|(dof, _)| self.fixed[*dof]) {
+                *x = old.positions[dof];
+            }
+        }
+        let time = if self.is_implicit() { time + self.h } else { time };
+        Point { x, v: u.to_vec(), time }
+    }
+
+    fn matrix_coefficients(&self, mass: f64) -> [f64; 2] {
+        let [k, b] = self.rules.matrix;
+        [self.h * self.h * k.of(self.h, mass), self.h * b.of(self.h, mass)]
+    }
+
+    /// Newton's method, or one step of it.
+    fn solve(
+        &self,
+        time: f64,
+        earlier: Option<&State>,
+        old: &State,
+        state: &mut State,
+    ) -> Option<bool> {
+        let newton = self.rules.newton;
+        let linearized = self.method == Some(OnePoint::Linearized);
+        let most = if linearized { 1 } else { newton.iterations };
+        let mut u = match newton.guess {
+            _ if linearized => old.velocities.clone(),
+            Guess::Old => old.velocities.clone(),
+            Guess::Zero => (0..old.velocities.len())
+                .map(|dof| if self.fixed[dof] { old.velocities[dof] } else { 0.0 })
+                .collect(),
+            Guess::Explicit => {
+                let at = Point { x: old.positions.clone(), v: old.velocities.clone(), time };
+                let force = self.force(&at);
+                let free = |dof: usize| if self.fixed[dof] { 0.0 } else { self.h * force[dof] };
+                (0..force.len())
+                    .map(|dof| old.velocities[dof] + free(dof) / self.mass[dof])
+                    .collect()
+            }
+        };
+        let mut made = 0;
+        let mut reached = linearized;
+        while made < most {
+            let delta = self.update(time, earlier, old, &u)?;
+            made += 1;
+            reached |= self.size(&delta) < newton.tolerance;
+            if !(reached && newton.drops_last && !linearized) {
+                u.iter_mut().zip(&delta).for_each(|(u, delta)| *u += delta);
+            }
+            if reached {
+                break;
+            }
+        }
+        state.velocities = u;
+        let is_early = most < CONVERGING;
+        Some(made <= CONVERGING && (reached || is_early))
+    }
+
+    fn size(&self, delta: &[f64]) -> f64 {
+        let norm = || delta.iter().map(|value| value * value).sum::<f64>().sqrt();
+        match self.rules.newton.norm {
+            Norm::Euclidean => norm(),
+            Norm::Largest => delta.iter().fold(0.0, |most, value| value.abs().max(most)),
+            Norm::First => delta.first().map_or(0.0, |value| value.abs()),
+            Norm::Sum => delta.iter().sum::<f64>().abs(),
+            Norm::SignedSum => delta.iter().sum::<f64>(),
+            Norm::Positions => self.h * norm(),
+        }
+    }
+
+    /// Newton's update of the velocities.
+    fn update(
+        &self,
+        time: f64,
+        earlier: Option<&State>,
+        old: &State,
+        u: &[f64],
+    ) -> Option<Vec<f64>> {
+        let force = self.force(&self.force_point(time, earlier, old, u));
+        let at = self.point(time, old, u, self.rules.jacobians_at.unwrap_or(1.0));
+        let [k, b] = self.jacobians(&at);
+        let size = u.len();
+        let mut matrix = DMatrix::from_fn(size, size, |row, column| {
+            let [of_k, of_b] = self.matrix_coefficients(self.mass[row]);
+            let inertia = match row == column {
+                true => self.mass[row].powi(self.rules.inertia_matrix) + self.rules.diagonal,
+                false => 0.0,
+            };
+            inertia - of_k * k[(row, column)] - of_b * b[(row, column)]
+        });
+        let (power, sign) = self.rules.inertia_right;
+        let mut right = DVector::from_fn(size, |dof, _| {
+            let kept = self.rules.old * old.velocities[dof];
+            let inertia = sign * self.mass[dof].powi(power) * (u[dof] - kept);
+            self.force_coefficient(self.mass[dof]) * force[dof] - inertia
+        });
+        self.hold(&mut matrix, &mut right);
+        let delta = matrix.lu().solve(&right)?;
+        delta.iter().all(|value| value.is_finite()).then(|| delta.data.into())
+    }
+
+    /// Clears the rows, columns and right-hand sides of fixed particles.
+    fn hold(&self, matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) {
+        let Hold { rows, columns, right: of_right, unknowns, massless } = self.fixed_rules.hold;
+        for (particle, _) in self.scene.particles.iter().enumerate().filter(|(_, p)| p.fixed) {
+            let first = particle * self.dimension;
+            let dofs = match unknowns {
+                Unknowns::Own => first..first + self.dimension,
+                Unknowns::Index => particle..(particle + self.dimension).min(right.len()),
+                Unknowns::Axis(axis) => first + axis..first + axis + 1,
+            };
+            for dof in dofs {
+                if rows {
+                    matrix.row_mut(dof).fill(0.0);
+                }
+                if columns {
+                    matrix.column_mut(dof).fill(0.0);
+                }
+                if rows || columns {
+                    matrix[(dof, dof)] = 1.0;
+                }
+                if of_right {
+                    right[dof] = 0.0;
+                }
+                if massless {
+                    matrix[(dof, dof)] -= self.mass[dof];
+                }
+            }
+        }
+    }
+
+    /// The velocities of fixed particles.
+    fn fix(&self, old: &State, state: &mut State) {
+        for dof in (0..self.fixed.len()).filter(|dof| self.fixed[*dof]) {
+            if self.fixed_rules.stop {
+                state.velocities[dof] = 0.0;
+            }
+            if self.fixed_rules.fall {
+                let axis = dof % self.dimension;
+                let elements = self.scene.forces.iter().filter(|e| e.schema.tag == "simplegravity");
+                let g: f64 = elements.map(|element| element.parameters[axis]).sum();
+                state.velocities[dof] = old.velocities[dof] + self.h * g;
+            }
+        }
+    }
+
+    /// Shortens the velocities of free particles to the speed limit.
+    fn limit(&self, state: &mut State) {
+        let Some(limit) = self.rules.speed_limit else { return };
+        for (particle, velocity) in state.velocities.chunks_mut(self.dimension).enumerate() {
+            let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if speed > limit && !self.fixed[particle * self.dimension] {
+                velocity.iter_mut().for_each(|v| *v *= limit / speed);
+            }
+        }
+    }
+
+    /// Whether the velocity of this coordinate's particle is one that the speed limit leaves.
+    fn is_limited(&self, dof: usize, velocities: &[f64]) -> bool {
+        let first = dof - dof % self.dimension;
+        let speed = velocities[first..first + self.dimension].iter().map(|v| v * v).sum::<f64>();
+        self.rules.speed_limit.is_some_and(|limit| speed.sqrt() > (1.0 - 1e-9) * limit)
+    }
+
+    /// The factors of the old and the new velocity in `x' − x`.
+    fn position_rule(&self) -> [f64; 2] {
+        let standard = match self.method {
+            Some(OnePoint::Explicit) => [1.0, 0.0, 1.0],
+            _ => [0.0, 1.0, 1.0],
+        };
+        let [old, new, power] = self.rules.position.unwrap_or(standard);
+        let h = self.h.powf(power);
+        [old * h, new * h]
+    }
+
+    fn drift(&self, old: &State, state: &mut State) {
+        let [of_old, of_new] = self.position_rule();
+        for (dof, x) in state.positions.iter_mut().enumerate() {
+            if !self.stands(dof) {
+                *x += of_old * old.velocities[dof] + of_new * state.velocities[dof];
+            }
+        }
+    }
+
+    /// The points of a step at which forces and Jacobians are evaluated, from its states.
+    fn points(&self, sample: &Sample) -> [Point; 2] {
+        let time = self.time(sample.step);
+        let old = &sample.before;
+        let u = match self.method {
+            Some(OnePoint::Implicit) => &sample.after.velocities,
+            _ => &old.velocities,
+        };
+        let earlier = sample.earlier.as_ref();
+        [
+            self.force_point(time, earlier, old, u),
+            self.point(time, old, u, self.rules.jacobians_at.unwrap_or(1.0)),
+        ]
+    }
+
+    /// The contribution of a term's quantity to `r`, with its sign: `−h F`, `−h² K δ` or `−h B δ`.
+    pub fn contribution(&self, term: usize, quantity: Quantity, sample: &Sample) -> Vec<f64> {
+        self.contribution_of(&self.terms[term], quantity, sample)
+    }
+
+    /// What `change` adds to `r`, and the number of the term that it is made in; `None` for changes of something else than a
+    /// term of the scene.
+    pub fn effect(&self, change: &Change, sample: &Sample) -> Option<(usize, Vec<f64>)> {
+        let (number, model) = self.changed(change)?;
+        let mut sum = vec![0.0; self.mass.len()];
+        let linearized = self.method == Some(OnePoint::Linearized);
+        for quantity in change.effect.quantities() {
+            if *quantity != Quantity::Force && !linearized {
+                continue;
+            }
+            let quantity = *quantity;
+            let old = self.contribution(number, quantity, sample);
+            let new = self.contribution_of(&model, quantity, sample);
+            for ((sum, new), old) in sum.iter_mut().zip(new).zip(old) {
+                *sum += new - old;
+            }
+        }
+        Some((number, sum))
+    }
+
+    fn contribution_of(&self, model: &TermModel, quantity: Quantity, sample: &Sample) -> Vec<f64> {
+        let linearized = self.method == Some(OnePoint::Linearized);
+        if quantity != Quantity::Force && !linearized {
+            return vec![0.0; self.mass.len()];
+        }
+        let points = self.points(sample);
+        let delta = change(sample);
+        let at = &points[usize::from(quantity != Quantity::Force)];
+        let mut value = self.value(model, quantity, at, &delta);
+        for (dof, value) in value.iter_mut().enumerate() {
+            let mass = self.mass[dof];
+            let [of_k, of_b] = self.matrix_coefficients(mass);
+            *value *= match quantity {
+                _ if self.fixed[dof] || self.is_limited(dof, &sample.after.velocities) => 0.0,
+                Quantity::Force => -self.force_coefficient(mass),
+                Quantity::ByPosition => -of_k,
+                Quantity::ByVelocity => -of_b,
+            };
+        }
+        value
+    }
+
+    /// The residual of a step of a method with one evaluation; `None` for others.
+    pub fn residual(&self, sample: &Sample) -> Option<Residual> {
+        let method = self.method.filter(|_| self.substeps == 1)?;
+        let delta = change(sample);
+        let of_old = 1.0 - self.rules.old;
+        let inertia = |dof: usize| {
+            let (mass, old) = (self.mass[dof], of_old * sample.before.velocities[dof]);
+            let (right, sign) = self.rules.inertia_right;
+            let of_matrix = mass.powi(self.rules.inertia_matrix) + self.rules.diagonal;
+            match method {
+                OnePoint::Implicit => sign * mass.powi(right) * (delta[dof] + old),
+                OnePoint::Linearized => of_matrix * delta[dof] + sign * mass.powi(right) * old,
+                OnePoint::Explicit | OnePoint::Symplectic => of_matrix * (delta[dof] + old),
+            }
+        };
+        let mut momentum: Vec<f64> =
+            (0..delta.len()).map(|dof| if self.fixed[dof] { 0.0 } else { inertia(dof) }).collect();
+        for (term, quantity) in self.quantities() {
+            let value = self.contribution(term, quantity, sample);
+            momentum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+        }
+        for (dof, value) in momentum.iter_mut().enumerate() {
+            if self.is_limited(dof, &sample.after.velocities) {
+                *value = 0.0;
+            }
+        }
+        let [of_old, of_new] = self.position_rule();
+        let position = (0..delta.len()).map(|dof| {
+            let moved =
+                of_old * sample.before.velocities[dof] + of_new * sample.after.velocities[dof];
+            let moved = if self.stands(dof) { 0.0 } else { moved };
+            sample.after.positions[dof] - sample.before.positions[dof] - moved
+        });
+        let position = position.collect();
+        Some(Residual { momentum, position, stiffness: self.stiffness(sample) })
+    }
+
+    /// The terms and quantities that a step uses.
+    pub fn quantities(&self) -> Vec<(usize, Quantity)> {
+        let linearized = self.method == Some(OnePoint::Linearized);
+        let of = |term: usize| Quantity::ALL.map(|quantity| (term, quantity));
+        let all = (0..self.terms.len()).flat_map(of);
+        all.filter(|(_, quantity)| linearized || *quantity == Quantity::Force).collect()
+    }
+
+    fn stiffness(&self, sample: &Sample) -> f64 {
+        let mass = self.mass.iter().copied().fold(0.0, f64::max);
+        if !self.is_implicit() {
+            return mass;
+        }
+        let [_, at] = self.points(sample);
+        let [k, b] = self.jacobians(&at);
+        mass + self.h * (self.h * row_sum(&k) + row_sum(&b))
+    }
+
+    /// Whether a fixed particle's velocity changes in this step, beyond `noise`.
+    pub fn moves_fixed(&self, sample: &Sample, noise: f64) -> bool {
+        let delta = change(sample);
+        (0..delta.len()).any(|dof| self.fixed[dof] && delta[dof].abs() > noise)
+    }
+}
+
+/// `v' − v`.
+fn change(sample: &Sample) -> Vec<f64> {
+    let pairs = sample.after.velocities.iter().zip(&sample.before.velocities);
+    pairs.map(|(new, old)| new - old).collect()
+}
+
+fn row_sum(matrix: &DMatrix<f64>) -> f64 {
+    matrix.row_iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
+}
+
+impl Default for Factor {
+    fn default() -> Self {
+        Self::number(1.0)
+    }
+}

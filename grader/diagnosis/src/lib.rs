@@ -1,0 +1,7 @@
+//! Diagnosis of wrong traces.
+//!
+//! ```text
+//! change     mistakes as data, and steps with them made
+//! ```
+
+pub mod change;

@@ -1,0 +1,307 @@
+//! The doors: the places where bytes of students enter this process, which has the teacher's rights.
+//!
+//! A file of a student is opened here and nowhere else: regular files only, of limited size, and without following a link
+//! that the student may have left there. Files of the teacher are read by [`own_file`](crate::boundary::own_file). A test looks for
+//! other ways through the sources.
+
+use std::fmt;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::os::fd::AsFd;
+use std::path::Path;
+
+use rustix::fs::{AtFlags, CWD, FileType, Mode, OFlags, fstat, openat, statat};
+use rustix::path::Arg;
+
+use crate::boundary::printed::Untrusted;
+
+/// A place where bytes of students enter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Door {
+    /// The files of a hand-in, for copying and hashing.
+    HandIn,
+    /// `submission.toml`.
+    Manifest,
+    /// A trace.
+    Trace,
+    /// Output of a program.
+    Printed,
+    /// A report in `grade verify-report`.
+    Report,
+    /// The record of a graded submission.
+    Record,
+    /// A roster, a sheet of marks or a key of a gallery.
+    Sheet,
+    /// Metadata of Gradescope.
+    Metadata,
+    /// A source in `grade class similar`.
+    Source,
+    /// A creative scene, with its mesh.
+    CreativeScene,
+    /// The film of a creative scene.
+    Film,
+    /// The result of the check of a creative scene, which ran in the sandbox.
+    Examined,
+}
+
+/// How much is read through a door.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// A file of at most so many MiB.
+    Mebibytes(u64),
+    /// So many bytes, whatever the file's size.
+    Bytes(u64),
+    /// A stream, whose reader bounds a line or a record.
+    Stream,
+}
+
+/// What comes through a door, and how it is read.
+#[derive(Debug, Clone, Copy)]
+pub struct DoorFacts {
+    /// What it is, and who wrote it.
+    pub what: &'static str,
+    /// How much of it is read.
+    pub limit: Limit,
+    /// The file that parses it.
+    pub parser: &'static str,
+    /// Its fuzz targets.
+    pub fuzz: &'static [&'static str],
+}
+
+/// Why a file does not come in.
+#[derive(Debug, thiserror::Error)]
+pub enum DoorError {
+    /// The system refuses to read it.
+    #[error("cannot be read: {0}")]
+    Unreadable(io::Error),
+    /// It is no regular file.
+    #[error("is {0}, not a regular file\n  help: replace it by a file, or remove it")]
+    Special(&'static str),
+    /// It exceeds the limit.
+    #[error("is larger than {0}")]
+    TooLarge(Limit),
+    /// It is not UTF-8.
+    #[error("is not text in UTF-8")]
+    NotText,
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mebibytes(count) => write!(f, "{count} MiB"),
+            Self::Bytes(count) => write!(f, "{count} bytes"),
+            Self::Stream => write!(f, "a stream"),
+        }
+    }
+}
+
+impl Limit {
+    /// The most bytes that are held at once.
+    pub const fn bytes(self) -> u64 {
+        match self {
+            Self::Mebibytes(count) => count << 20,
+            Self::Bytes(count) => count,
+            Self::Stream => u64::MAX,
+        }
+    }
+}
+
+impl Door {
+    /// All doors.
+    pub const ALL: [Self; 12] = [
+        Self::HandIn,
+        Self::Manifest,
+        Self::Trace,
+        Self::Printed,
+        Self::Report,
+        Self::Record,
+        Self::Sheet,
+        Self::Metadata,
+        Self::Source,
+        Self::CreativeScene,
+        Self::Film,
+        Self::Examined,
+    ];
+
+    /// What comes through it, and how it is read.
+    pub const fn facts(self) -> DoorFacts {
+        let (what, limit, parser, fuzz): (_, _, _, &'static [&'static str]) = match self {
+            Self::HandIn => (
+                "every file of a hand-in, copied and hashed",
+                Limit::Mebibytes(1 << 10),
+                "grader/src/submission/hand_in.rs",
+                &[],
+            ),
+            Self::Manifest => (
+                "`submission.toml`",
+                Limit::Mebibytes(1),
+                "grader/src/submission/folder.rs",
+                &["manifest"],
+            ),
+            Self::Trace => (
+                "the trace of a program, or in a folder of traces",
+                Limit::Stream,
+                "simulator/scene/src/trace/mod.rs",
+                &["trace-csv", "trace-fosssim"],
+            ),
+            Self::Printed => (
+                "the end of what a program prints",
+                Limit::Bytes(sandbox::TAIL as u64),
+                "grader/src/boundary/printed.rs",
+                &["printed"],
+            ),
+            Self::Report => (
+                "the report that `grade verify-report` compares with",
+                Limit::Mebibytes(16),
+                "grader/report/src/provenance.rs",
+                &["report"],
+            ),
+            Self::Record => (
+                "the record of a graded submission, in the folder of results",
+                Limit::Mebibytes(1),
+                "grader/src/class/record.rs",
+                &["record"],
+            ),
+            Self::Sheet => (
+                "a roster, marks, or the key of a gallery; students choose names in it",
+                Limit::Mebibytes(16),
+                "grader/src/class/sheet.rs",
+                &["sheet"],
+            ),
+            Self::Metadata => (
+                "the metadata of a submission to Gradescope",
+                Limit::Mebibytes(16),
+                "grader/platforms/src/gradescope/metadata.rs",
+                &["metadata"],
+            ),
+            Self::Source => (
+                "a source that `grade class similar` compares",
+                Limit::Mebibytes(1),
+                "grader/src/class/similar/tokens.rs",
+                &["tokens"],
+            ),
+            Self::CreativeScene => (
+                "a creative scene, and the mesh that it names; parsed in the sandbox",
+                Limit::Mebibytes(16),
+                "simulator/scene/src/lib.rs",
+                &["scene-xml", "scene-json"],
+            ),
+            Self::Film => (
+                "the start of the film of a creative scene",
+                Limit::Bytes(16),
+                "grader/src/creative/film.rs",
+                &[],
+            ),
+            Self::Examined => (
+                "what the check of a creative scene found and drew, in the sandbox",
+                Limit::Mebibytes(96),
+                "grader/src/creative/examiner.rs",
+                &[],
+            ),
+        };
+        DoorFacts { what, limit, parser, fuzz }
+    }
+
+    /// Whether the teacher names the file, which may then be a link.
+    fn follows_links(self) -> bool {
+        matches!(self, Self::Sheet | Self::Metadata)
+    }
+
+    /// Opens a file. Yields its content, not more than the limit.
+    ///
+    /// # Errors
+    /// If it cannot be opened, or is not a regular file.
+    pub fn open(self, path: &Path) -> Result<io::Take<File>, DoorError> {
+        let resolved;
+        let path = if self.follows_links() {
+            resolved = fs::canonicalize(path).map_err(DoorError::Unreadable)?;
+            &resolved
+        } else {
+            path
+        };
+        Ok(open_regular(CWD, path)?.take(self.facts().limit.bytes()))
+    }
+
+    /// The whole text of a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is not a regular file, exceeds the limit, or is not UTF-8.
+    pub fn text(self, path: &Path) -> Result<Untrusted, DoorError> {
+        let mut file = self.open(path)?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(DoorError::Unreadable)?;
+        let more = file.into_inner().read(&mut [0]).map_err(DoorError::Unreadable)?;
+        if more > 0 {
+            return Err(DoorError::TooLarge(self.facts().limit));
+        }
+        String::from_utf8(bytes).map(Untrusted::from).map_err(|_| DoorError::NotText)
+    }
+}
+
+/// Opens regular files only: a pipe would block, and opening a device may have side effects. Follows no link at the end of
+/// the path.
+pub(crate) fn open_regular(folder: impl AsFd, path: impl Arg + Copy) -> Result<File, DoorError> {
+    let unreadable = |errno: rustix::io::Errno| DoorError::Unreadable(errno.into());
+    let check = |mode| match FileType::from_raw_mode(mode) {
+        FileType::RegularFile => Ok(()),
+        special => Err(DoorError::Special(word(special))),
+    };
+    check(statat(&folder, path, AtFlags::SYMLINK_NOFOLLOW).map_err(unreadable)?.st_mode)?;
+    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let file = openat(&folder, path, flags, Mode::empty()).map_err(unreadable)?;
+    check(fstat(&file).map_err(unreadable)?.st_mode)?;
+    Ok(file.into())
+}
+
+/// A kind of entry, with an article.
+pub(crate) fn word(kind: FileType) -> &'static str {
+    match kind {
+        FileType::Symlink => "a link",
+        FileType::Directory => "a folder",
+        FileType::Fifo => "a pipe",
+        FileType::Socket => "a socket",
+        _ => "a device",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+    use crate::boundary::printed::RawUse;
+
+    #[test]
+    fn only_regular_files_within_the_size_limit_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let read = |door: Door, name: &str| {
+            let text = door.text(&path.join(name)).map_err(|error| error.to_string());
+            text.map(|text| text.raw(RawUse::Comparison).to_owned())
+        };
+        fs::write(path.join("plain"), "text").unwrap();
+        symlink("plain", path.join("link")).unwrap();
+        rustix::fs::mkfifoat(CWD, path.join("pipe"), Mode::RWXU).unwrap();
+        fs::write(path.join("bytes"), [0xff]).unwrap();
+        let sized =
+            |name: &str, size| File::create(path.join(name)).unwrap().set_len(size).unwrap();
+        sized("most", 1 << 20);
+        sized("more", (1 << 20) + 1);
+        let door = Door::Manifest;
+        assert_eq!(read(door, "plain").unwrap(), "text");
+        assert_eq!(read(door, "most").unwrap().len(), 1 << 20);
+        for (name, message) in [
+            ("link", "is a link, not a regular file"),
+            ("pipe", "is a pipe, not a regular file"),
+            (".", "is a folder, not a regular file"),
+            ("more", "is larger than 1 MiB"),
+            ("bytes", "is not text in UTF-8"),
+            ("nothing", "cannot be read: "),
+        ] {
+            assert!(read(door, name).unwrap_err().starts_with(message), "{name}");
+        }
+        // A link that the teacher names is the teacher's.
+        assert_eq!(read(Door::Sheet, "link").unwrap(), "text");
+        assert!(read(Door::Sheet, "pipe").unwrap_err().starts_with("is a pipe"));
+    }
+}

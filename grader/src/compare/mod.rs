@@ -1,0 +1,628 @@
+//! Compares a trace with the oracle's, state by state.
+//!
+//! For each state and particle there are two residuals: the Euclidean norm of the difference in position, and that
+//! of the difference in velocity. The course accepts a trace where the largest residual of each kind is below 1e-10
+//! and their sum over all particles and states is below 1e-6.
+//!
+//! Calibrated criteria have a tolerance for each state and quantity, and no bound on the sum: see [`calibration`].
+//!
+//! Both traces are read as streams; memory is that of a few states, whatever their length. A fault in the trace's
+//! form (malformed, not finite, too short, too long) decides the verdict, whatever the numbers before it.
+
+pub mod calibration;
+pub mod recording;
+pub mod stepping;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use scene::Scene;
+use scene::trace::{Shape, State, TraceReader};
+use simulator::solver::linear::LinearSolver;
+
+use crate::submission::StateSource;
+use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, number, prefix};
+use calibration::{Bound, Envelope, Horizon, SingleStep, SingleSteps, WrongStep};
+use stepping::Stepper;
+
+/// States kept before and after the first wrong one.
+const CONTEXT: usize = 2;
+
+/// Coordinates of states that are large enough for two threads: one reads the oracle's state, one the other.
+const LARGE_STATE: usize = 256;
+
+/// Tolerances on the residuals. Both bounds are exclusive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerances {
+    /// Bound on each residual.
+    pub largest: f64,
+    /// Bound on the sum of the residuals over all particles and states.
+    pub accumulated: f64,
+}
+
+impl Tolerances {
+    /// The course's own criteria.
+    pub const COURSE: Self = Self { largest: 1e-10, accumulated: 1e-6 };
+}
+
+/// Criteria by which a trace is judged.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Criteria {
+    /// The same tolerances for every state.
+    Fixed(Tolerances),
+    /// Tolerances that grow with the differences between correct programs.
+    Calibrated(Calibrated),
+}
+
+/// The envelope of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibrated {
+    /// Differences between correct programs.
+    pub envelope: Arc<Envelope>,
+    /// The scene, if it has a horizon: single steps, energy and momentum are then judged.
+    scene: Option<Arc<Scene>>,
+}
+
+impl Calibrated {
+    /// The criteria of `scene`.
+    pub fn new(envelope: Envelope, scene: &Scene) -> Self {
+        let scene = envelope.horizon.map(|_| Arc::new(scene.clone()));
+        Self { envelope: Arc::new(envelope), scene }
+    }
+}
+
+impl From<Tolerances> for Criteria {
+    fn from(tolerances: Tolerances) -> Self {
+        Self::Fixed(tolerances)
+    }
+}
+
+impl Criteria {
+    /// "calibrated", or "fixed".
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Fixed(_) => "fixed",
+            Self::Calibrated(_) => "calibrated",
+        }
+    }
+}
+
+/// Known properties of a trace before it is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expectation {
+    /// Numbers in a state.
+    pub shape: Shape,
+    /// Time between two states, in seconds.
+    pub time_step: f64,
+    /// States in the trace, the initial one included.
+    pub n_states: u64,
+}
+
+impl Expectation {
+    /// The expected properties of a trace of `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        Self { shape: Shape::of(scene), time_step: scene.time_step, n_states: scene.n_steps() + 1 }
+    }
+}
+
+/// The outcome of a comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// Pass or a named failure.
+    pub verdict: Verdict,
+    /// States compared.
+    pub states: u64,
+    /// Residuals of the positions.
+    pub position: Residuals,
+    /// Residuals of the velocities.
+    pub velocity: Residuals,
+    /// The first number out of tolerance, if there is one.
+    pub first_wrong: Option<FirstWrong>,
+    /// Tolerances at the last state that was compared; `None` where tolerances are fixed.
+    pub allowed: Option<Allowed>,
+    /// The first state that differs, where the trace passes because its steps solve the same equations.
+    pub other_root: Option<u64>,
+    /// Whether the trace has no velocities.
+    pub has_positions_alone: bool,
+}
+
+/// Calibrated envelopes and tolerances of a state, and the used share of them so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Allowed {
+    /// Bound on the positions.
+    pub position: Bound,
+    /// Bound on the velocities.
+    pub velocity: Bound,
+    /// The largest ratio of a residual to its tolerance.
+    pub used: f64,
+}
+
+impl Comparison {
+    /// A comparison without states.
+    pub fn without_states(verdict: Verdict) -> Self {
+        let none = Residuals::default();
+        Self {
+            verdict,
+            states: 0,
+            position: none,
+            velocity: none,
+            first_wrong: None,
+            allowed: None,
+            other_root: None,
+            has_positions_alone: false,
+        }
+    }
+
+    /// Whether any state was compared; without one, the residuals are meaningless.
+    pub fn is_compared(&self) -> bool {
+        self.states > 0
+    }
+}
+
+/// Residuals of one quantity over all particles and states.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Residuals {
+    /// The largest residual.
+    pub largest: f64,
+    /// The sum of the residuals.
+    pub accumulated: f64,
+}
+
+/// The first number of a trace that is out of tolerance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FirstWrong {
+    /// Its place: the worst coordinate of the first wrong particle.
+    pub place: Place,
+    /// Time of the state, in seconds.
+    pub time: f64,
+    /// The oracle's value.
+    pub expected: f64,
+    /// The trace's value.
+    pub got: f64,
+    /// The residual that is too large: the particle's, or the sum.
+    pub residual: f64,
+    /// The tolerance that the residual exceeds.
+    pub tolerance: f64,
+    /// The envelope that the tolerance follows from, where it is calibrated.
+    pub envelope: Option<f64>,
+    /// Whether the sum of the residuals is too large, rather than this one.
+    pub accumulated: bool,
+    /// The particle's rows around that state.
+    pub context: Vec<ContextRow>,
+}
+
+/// A particle in one state, in the oracle's trace and in the graded one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContextRow {
+    /// Step number of the state.
+    pub step: u64,
+    /// The oracle's position, then velocity.
+    pub expected: Vec<f64>,
+    /// The same numbers of the graded trace.
+    pub got: Vec<f64>,
+}
+
+/// Two states that were compared.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair<'a> {
+    /// Number of the state: 0 is the initial one.
+    pub step: u64,
+    /// The oracle's state.
+    pub expected: &'a State,
+    /// The trace's state.
+    pub got: &'a State,
+    /// Bounds of positions and velocities; `None` beyond the horizon. The envelope is 0 where tolerances are fixed.
+    pub bounds: Option<[Bound; 2]>,
+    /// Whether this state or an earlier one is out of tolerance.
+    pub is_wrong: bool,
+}
+
+/// Compares `actual` with the oracle's trace.
+pub fn compare(
+    oracle: &mut dyn TraceReader,
+    actual: &mut dyn StateSource,
+    expectation: Expectation,
+    criteria: impl Into<Criteria>,
+) -> Comparison {
+    compare_watched(oracle, actual, expectation, criteria, &mut |_| {})
+}
+
+/// The same; `watch` sees every pair of states.
+pub fn compare_watched(
+    oracle: &mut dyn TraceReader,
+    actual: &mut dyn StateSource,
+    expectation: Expectation,
+    criteria: impl Into<Criteria>,
+    watch: &mut dyn FnMut(Pair<'_>),
+) -> Comparison {
+    let mut comparer = Comparer::new(expectation, criteria.into());
+    let verdict = match comparer.run(oracle, actual, watch) {
+        Err(verdict) => verdict,
+        Ok(()) if comparer.first_wrong.is_some() => Verdict::Fail(Failure::Differs),
+        Ok(()) if comparer.beyond.as_ref().is_some_and(|beyond| beyond.drift.is_some()) => {
+            let detail = comparer.beyond.and_then(|beyond| beyond.drift).unwrap_or_default();
+            Verdict::Fail(Failure::Drifts { detail: detail.into() })
+        }
+        Ok(()) => Verdict::Pass,
+    };
+    Comparison {
+        verdict,
+        states: comparer.states,
+        position: comparer.position,
+        velocity: comparer.velocity,
+        first_wrong: comparer.first_wrong,
+        allowed: comparer.allowed,
+        other_root: None,
+        has_positions_alone: !comparer.compares_velocities,
+    }
+}
+
+struct Comparer {
+    expectation: Expectation,
+    criteria: Criteria,
+    /// Bounds of calibrated criteria.
+    allowed: Option<Allowed>,
+    /// The largest coordinate and the largest velocity component of the oracle's states so far.
+    sizes: [f64; 2],
+    beyond: Option<Beyond>,
+    states: u64,
+    position: Residuals,
+    velocity: Residuals,
+    first_wrong: Option<FirstWrong>,
+    /// The last states, until the first wrong one is found.
+    recent: VecDeque<(State, State)>,
+    /// Whether the velocities of the graded trace are compared.
+    compares_velocities: bool,
+}
+
+impl Comparer {
+    fn new(expectation: Expectation, criteria: Criteria) -> Self {
+        let calibrated = match &criteria {
+            Criteria::Fixed(_) => None,
+            Criteria::Calibrated(calibrated) => Some(calibrated),
+        };
+        Self {
+            expectation,
+            allowed: calibrated.map(|_| Allowed::default()),
+            sizes: [0.0; 2],
+            beyond: calibrated.and_then(Beyond::of),
+            criteria,
+            states: 0,
+            position: Residuals::default(),
+            velocity: Residuals::default(),
+            first_wrong: None,
+            recent: VecDeque::with_capacity(CONTEXT + 1),
+            compares_velocities: true,
+        }
+    }
+
+    /// Reads both traces to their ends. `Err` is a verdict that does not depend on residuals.
+    fn run(
+        &mut self,
+        oracle: &mut dyn TraceReader,
+        actual: &mut dyn StateSource,
+        watch: &mut dyn FnMut(Pair<'_>),
+    ) -> Result<(), Verdict> {
+        let Expectation { shape, n_states, .. } = self.expectation;
+        let broken = |detail: String| Verdict::GraderFault(Fault::BrokenOracle { detail });
+        let (mut expected, mut got) = (State::zeros(shape), State::zeros(shape));
+        self.compares_velocities = actual.has_velocities();
+        while self.states < n_states {
+            let (oracle_read, actual_read) = if shape.n_coordinates() < LARGE_STATE {
+                (oracle.read(&mut expected), None)
+            } else {
+                let actual = || Some(actual.read(&mut got));
+                rayon::join(|| oracle.read(&mut expected), actual)
+            };
+            match oracle_read {
+                Ok(true) => {}
+                Ok(false) => {
+                    let detail = format!("it has {} states, not {n_states}", self.states);
+                    return Err(broken(detail));
+                }
+                Err(error) => return Err(broken(error.to_string())),
+            }
+            if let Some((place, value)) = self.not_finite(&expected) {
+                return Err(broken(format!("{value} at {place}")));
+            }
+            let actual_read = actual_read.unwrap_or_else(|| actual.read(&mut got));
+            if !actual_read.map_err(Verdict::Fail)? {
+                let failure = Failure::TooShort { states: self.states, expected: n_states };
+                return Err(Verdict::Fail(failure));
+            }
+            self.check_form(&got, actual).map_err(Verdict::Fail)?;
+            if let Some(beyond) = self.beyond.as_mut().filter(|_| self.compares_velocities) {
+                beyond.check_step(self.states, &self.recent, &got);
+            }
+            match &mut self.beyond {
+                Some(beyond) if self.states >= beyond.horizon.step => {
+                    let step = self.states;
+                    beyond.check(step, &expected, &got);
+                }
+                _ => self.measure(&expected, &got),
+            }
+            watch(self.pair(&expected, &got));
+            self.states += 1;
+
+            // Keeps the pair read last. The next pair is read into the buffers of the one that drops out.
+            if self.recent.len() < CONTEXT {
+                self.recent.push_back((expected.clone(), got.clone()));
+            } else if let Some(oldest) = self.recent.pop_front() {
+                self.recent.push_back((
+                    std::mem::replace(&mut expected, oldest.0),
+                    std::mem::replace(&mut got, oldest.1),
+                ));
+            }
+        }
+        if oracle.read(&mut expected).map_err(|error| broken(error.to_string()))? {
+            return Err(broken(format!("it has more than {n_states} states")));
+        }
+        if actual.read(&mut got).map_err(Verdict::Fail)? {
+            return Err(Verdict::Fail(Failure::TooLong { expected: n_states }));
+        }
+        Ok(())
+    }
+
+    /// The current pair of states, after it was compared.
+    fn pair<'a>(&self, expected: &'a State, got: &'a State) -> Pair<'a> {
+        let drifts = |beyond: &Beyond| beyond.drift.is_some();
+        let is_beyond = |beyond: &Beyond| self.states >= beyond.horizon.step;
+        let bounds = match (&self.criteria, self.allowed) {
+            _ if self.beyond.as_ref().is_some_and(is_beyond) => None,
+            (Criteria::Fixed(Tolerances { largest, .. }), _) => {
+                Some([Bound { envelope: 0.0, tolerance: *largest }; 2])
+            }
+            (_, allowed) => allowed.map(|allowed| [allowed.position, allowed.velocity]),
+        };
+        let is_wrong = self.first_wrong.is_some() || self.beyond.as_ref().is_some_and(drifts);
+        Pair { step: self.states, expected, got, bounds, is_wrong }
+    }
+
+    fn check_form(&self, got: &State, source: &dyn StateSource) -> Result<(), Failure> {
+        if let Some(time) = got.time {
+            let expected = self.states as f64 * self.expectation.time_step;
+            // A sum of time steps differs from their product by rounding only. A NaN fails this test.
+            let close = (time - expected).abs() <= 1e-9 * expected.abs().max(1.0);
+            if !close {
+                let state = self.states;
+                let location = prefix(source.location().as_ref());
+                let detail = format!(
+                    "{location}state {state} has the time {} instead of {}",
+                    number(time),
+                    number(expected)
+                );
+                return Err(Failure::Malformed { detail: detail.into() });
+            }
+        }
+        match self.not_finite(got) {
+            Some((place, value)) => {
+                Err(Failure::NotFinite { location: source.location(), place, value })
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn not_finite(&self, state: &State) -> Option<(Place, f64)> {
+        let look = |values: &[f64], quantity| {
+            let index = values.iter().position(|value| !value.is_finite())?;
+            Some((self.place(index, quantity), values[index]))
+        };
+        look(&state.positions, Quantity::Position)
+            .or_else(|| look(&state.velocities, Quantity::Velocity))
+    }
+
+    fn place(&self, index: usize, quantity: Quantity) -> Place {
+        let dimension = self.expectation.shape.dimension.count();
+        let (particle, axis) = (index / dimension, index % dimension);
+        Place { step: self.states, particle, quantity, axis }
+    }
+
+    /// Envelope and tolerance of positions and velocities at the current state.
+    fn bounds(&mut self, expected: &State) -> [Bound; 2] {
+        let (Criteria::Calibrated(calibrated), Some(allowed)) = (&self.criteria, &mut self.allowed)
+        else {
+            return [Bound::default(); 2];
+        };
+        let largest = |size: f64, values: &[f64]| {
+            values.iter().fold(size, |size: f64, value| size.max(value.abs()))
+        };
+        let [position, velocity] = self.sizes;
+        self.sizes =
+            [largest(position, &expected.positions), largest(velocity, &expected.velocities)];
+        let envelope = calibrated.envelope.at(self.states);
+        allowed.position = Bound::of(envelope.position, self.sizes[0]);
+        allowed.velocity = Bound::of(envelope.velocity, self.sizes[1]);
+        [allowed.position, allowed.velocity]
+    }
+
+    /// Adds the residuals of a pair of states.
+    fn measure(&mut self, expected: &State, got: &State) {
+        let dimension = self.expectation.shape.dimension.count();
+        let bounds = self.bounds(expected);
+        // The lowest particle that is out of tolerance, positions before velocities.
+        let mut wrong: Option<(usize, Quantity, f64, f64, bool)> = None;
+        let quantities = [
+            (Quantity::Position, &expected.positions, &got.positions),
+            (Quantity::Velocity, &expected.velocities, &got.velocities),
+        ];
+        let n_compared = 1 + usize::from(self.compares_velocities);
+        for (quantity, expected, got) in quantities.into_iter().take(n_compared) {
+            let residuals = match quantity {
+                Quantity::Position => &mut self.position,
+                Quantity::Velocity => &mut self.velocity,
+            };
+            let particles = expected.chunks_exact(dimension).zip(got.chunks_exact(dimension));
+            for (particle, (expected, got)) in particles.enumerate() {
+                let residual = distance(expected, got);
+                residuals.largest = residuals.largest.max(residual);
+                residuals.accumulated += residual;
+                // The used share of the tolerances is a maximum over all particles.
+                let is_found = wrong.is_some_and(|(first, ..)| first <= particle);
+                if is_found {
+                    if let Some(allowed) = self.allowed.as_mut().filter(|_| residual > 0.0) {
+                        let tolerance = bounds[quantity as usize].tolerance;
+                        allowed.used = allowed.used.max(residual / tolerance);
+                    }
+                    continue;
+                }
+                match (&self.criteria, &mut self.allowed) {
+                    (Criteria::Calibrated(_), Some(allowed)) => {
+                        let Bound { tolerance, .. } = bounds[quantity as usize];
+                        if residual > 0.0 {
+                            allowed.used = allowed.used.max(residual / tolerance);
+                        }
+                        if residual > tolerance {
+                            wrong = Some((particle, quantity, residual, tolerance, false));
+                        }
+                    }
+                    (Criteria::Fixed(Tolerances { largest, accumulated }), _) => {
+                        if residual >= *largest {
+                            wrong = Some((particle, quantity, residual, *largest, false));
+                        } else if residuals.accumulated >= *accumulated {
+                            let sum = residuals.accumulated;
+                            wrong = Some((particle, quantity, sum, *accumulated, true));
+                        }
+                    }
+                    (Criteria::Calibrated(_), None) => {}
+                }
+            }
+        }
+        match (&mut self.first_wrong, wrong) {
+            (Some(first), _) => {
+                if self.states <= first.place.step + CONTEXT as u64 {
+                    let row =
+                        context_row(expected, got, first.place.particle, self.states, dimension);
+                    first.context.push(row);
+                }
+            }
+            (None, Some((particle, quantity, residual, tolerance, accumulated))) => {
+                let (expected_values, got_values) = match quantity {
+                    Quantity::Position => (&expected.positions, &got.positions),
+                    Quantity::Velocity => (&expected.velocities, &got.velocities),
+                };
+                let range = particle * dimension..(particle + 1) * dimension;
+                let difference =
+                    |index: &usize| (expected_values[*index] - got_values[*index]).abs();
+                let index = range
+                    .max_by(|a, b| difference(a).total_cmp(&difference(b)))
+                    .unwrap_or(particle * dimension);
+                let first_kept = self.states - self.recent.len() as u64;
+                let mut context: Vec<ContextRow> = (first_kept..)
+                    .zip(&self.recent)
+                    .map(|(step, (expected, got))| {
+                        context_row(expected, got, particle, step, dimension)
+                    })
+                    .collect();
+                context.push(context_row(expected, got, particle, self.states, dimension));
+                self.first_wrong = Some(FirstWrong {
+                    place: self.place(index, quantity),
+                    time: self.states as f64 * self.expectation.time_step,
+                    expected: expected_values[index],
+                    got: got_values[index],
+                    residual,
+                    tolerance,
+                    envelope: self.allowed.map(|_| bounds[quantity as usize].envelope),
+                    accumulated,
+                    context,
+                });
+            }
+            (None, None) => {}
+        }
+    }
+}
+
+/// Judges a trace of which states are not compared beyond the horizon: each step by itself, and energy and momentum beyond
+/// the horizon.
+struct Beyond {
+    horizon: Horizon,
+    steps: SingleSteps,
+    physics: Stepper,
+    /// The first that is wrong, in words.
+    drift: Option<String>,
+}
+
+impl Beyond {
+    fn of(calibrated: &Calibrated) -> Option<Self> {
+        let scene = calibrated.scene.as_ref()?;
+        let horizon = calibrated.envelope.horizon?;
+        let physics = Stepper::new(scene, LinearSolver::Auto);
+        Some(Self { horizon, steps: SingleSteps::new(scene), physics, drift: None })
+    }
+
+    /// Redoes the step to state `state` from the trace's own states before it, the last of `recent`.
+    fn check_step(&mut self, state: u64, recent: &VecDeque<(State, State)>, after: &State) {
+        let mut own = recent.iter().rev().map(|(_, got)| got);
+        let Some(before) = own.next().filter(|_| self.drift.is_none()) else { return };
+        let step = SingleStep { step: state - 1, earlier: own.next(), before, after };
+        let Some(wrong) = self.steps.check(step) else { return };
+        let WrongStep { particle, quantity, residual, bound, expected } = wrong;
+        let (expected, got) = match quantity {
+            Quantity::Position => (expected.positions, &after.positions),
+            Quantity::Velocity => (expected.velocities, &after.velocities),
+        };
+        let axes = self.steps.dimension();
+        let difference = |axis: &usize| (expected[*axis] - got[*axis]).abs();
+        let range = particle * axes..(particle + 1) * axes;
+        let worst = range.max_by(|a, b| difference(a).total_cmp(&difference(b)));
+        let index = worst.unwrap_or(particle * axes);
+        let place = Place { step: state, particle, quantity, axis: index % axes };
+        self.drift = Some(format!(
+            "the states agree up to the prediction horizon, step {}, but a step is wrong by itself: {place} is {} after one \
+             step from the trace's own state {}, not {} (off by {residual:.1e}; correct programs differ by up to {:.1e}, \
+             tolerance {:.1e})",
+            self.horizon.step,
+            number(expected[index]),
+            state - 1,
+            number(got[index]),
+            bound.envelope,
+            bound.tolerance
+        ));
+    }
+
+    fn check(&mut self, step: u64, expected: &State, got: &State) {
+        if self.drift.is_some() {
+            return;
+        }
+        let of = |state: &State| self.physics.invariants(step, &state.positions, &state.velocities);
+        let (oracle, own) = (of(expected), of(got));
+        let Horizon { step: horizon, energy, momentum } = self.horizon;
+        let (by_energy, by_momentum) = calibration::difference(oracle, own);
+        let differences = [("energy", by_energy, energy), ("momentum", by_momentum, momentum)];
+        for (name, difference, envelope) in differences {
+            let tolerance = calibration::FACTOR_BEYOND * envelope;
+            // A NaN does not agree.
+            if difference <= tolerance {
+                continue;
+            }
+            let numbers = match name {
+                "energy" => format!(": {:.6e} instead of {:.6e}", own.energy, oracle.energy),
+                _ => String::new(),
+            };
+            self.drift = Some(format!(
+                "the states agree up to the prediction horizon, step {horizon}; at step {step} the {name} is \
+                 off by {difference:.1e}{numbers} (correct programs differ by up to {envelope:.1e}, \
+                 tolerance {tolerance:.1e})"
+            ));
+            return;
+        }
+    }
+}
+
+/// Euclidean distance.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+fn context_row(
+    expected: &State,
+    got: &State,
+    particle: usize,
+    step: u64,
+    dimension: usize,
+) -> ContextRow {
+    let range = particle * dimension..(particle + 1) * dimension;
+    let row = |state: &State| {
+        [&state.positions[range.clone()], &state.velocities[range.clone()]].concat()
+    };
+    ContextRow { step, expected: row(expected), got: row(got) }
+}

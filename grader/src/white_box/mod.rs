@@ -1,0 +1,400 @@
+//! Verification of the Jacobians of forces, block by block and as a whole.
+//!
+//! For every registered force, in two and three dimensions, at random states and at deliberately hard ones, each entry
+//! of `∂F/∂x` and `∂F/∂v` is compared with three estimates:
+//!
+//! ```text
+//! differences    (F(z+h) − F(z−h)) / 2h, extrapolated to h = 0, with an uncertainty (jacobian::ridders)
+//! dual numbers   an independent implementation of the law, F(z + ε e) = F(z) + ε J e (reference::law)
+//! Taylor         |F(z+te) − F(z) − t J e| falls as t² or as t (jacobian::taylor)
+//! ```
+//!
+//! and judged correct, wrong or inconclusive ([`Verdict`]). Two further checks cover properties of the whole
+//! ([`Property`]) and the Newton systems of the implicit methods ([`NewtonCheck`]). Cost: some ten thousand evaluations
+//! of the force for each state; all forces together take a twentieth of a second on two cores.
+
+mod check;
+mod curves;
+mod newton;
+mod states;
+mod structure;
+mod subject;
+mod tally;
+mod verdict;
+
+use nalgebra::{DMatrix, SMatrix};
+use rayon::prelude::*;
+use reference::law;
+use scene::Dimension;
+use simulator::force::{self, ForceKind};
+use simulator::solver::psd::Projection;
+
+pub use curves::{Curves, curves};
+pub use jacobian::ridders::{Difference, Estimate};
+pub use jacobian::taylor::{Taylor, Window};
+pub use newton::NewtonCheck;
+pub use states::{CheckState, states};
+pub use subject::{Maker, Subject, simulated};
+pub use verdict::{
+    BlockFinding, BlockKind, By, Entry, Exhibit, Part, Property, PropertyFinding, Reason, Verdict,
+};
+
+use structure::{Project, Structure};
+use tally::Tally;
+
+/// Settings of a check.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Config {
+    /// Number of random states for each force and dimension, beside the hard ones.
+    pub states: u32,
+    /// Seed of the random states.
+    pub seed: u64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self { states: 16, seed: 1 }
+    }
+}
+
+/// The results of all checks.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct JacobianReport {
+    /// One entry for each force and dimension.
+    pub forces: Vec<JacobianCheck>,
+    /// One entry for each implicit method and scene.
+    pub newton: Vec<NewtonCheck>,
+}
+
+impl JacobianReport {
+    /// Whether nothing was checked.
+    pub fn is_empty(&self) -> bool {
+        self.forces.is_empty()
+    }
+
+    /// Whether everything is correct.
+    pub fn is_pass(&self) -> bool {
+        self.verdicts().all(Verdict::is_correct)
+    }
+
+    /// Every verdict.
+    pub fn verdicts(&self) -> impl Iterator<Item = Verdict> {
+        let of_forces = self.forces.iter().flat_map(JacobianCheck::verdicts);
+        of_forces.chain(self.newton.iter().map(|check| check.verdict))
+    }
+
+    /// Number of correct verdicts, and number of all applicable ones.
+    pub fn counts(&self) -> (usize, usize) {
+        let asked = || self.verdicts().filter(|verdict| *verdict != Verdict::NotApplicable);
+        (asked().filter(|verdict| verdict.is_correct()).count(), asked().count())
+    }
+}
+
+/// The results for one force in the plane or in space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JacobianCheck {
+    /// The force's tag.
+    pub tag: &'static str,
+    /// Two or three dimensions.
+    pub dimension: Dimension,
+    /// Number of states checked.
+    pub states: usize,
+    /// Each kind of block, in the order of [`BlockKind::ALL`].
+    pub blocks: Vec<BlockFinding>,
+    /// Each property, in the order of [`Property::ALL`].
+    pub properties: Vec<PropertyFinding>,
+}
+
+impl JacobianCheck {
+    /// Whether everything is correct.
+    pub fn is_pass(&self) -> bool {
+        self.verdicts().all(Verdict::is_correct)
+    }
+
+    /// Whether something is wrong.
+    pub fn is_wrong(&self) -> bool {
+        self.verdicts().any(|verdict| verdict == Verdict::Wrong)
+    }
+
+    /// Every verdict: blocks, then properties.
+    pub fn verdicts(&self) -> impl Iterator<Item = Verdict> {
+        let properties = self.properties.iter().map(|finding| finding.verdict);
+        self.blocks.iter().map(|finding| finding.verdict).chain(properties)
+    }
+}
+
+/// Checks every registered force, and the Newton systems.
+pub fn check_all(config: Config) -> JacobianReport {
+    JacobianReport { forces: check_forces(config, |_| true), newton: newton::check_all() }
+}
+
+/// Checks every registered force whose tag `select` accepts, in parallel.
+pub fn check_forces(config: Config, select: impl Fn(&str) -> bool) -> Vec<JacobianCheck> {
+    let kinds = force::REGISTRY.iter().copied().filter(|kind| select(kind.schema.tag));
+    let both = |kind| [(kind, Dimension::Two), (kind, Dimension::Three)];
+    let jobs: Vec<(&'static ForceKind, Dimension)> = kinds.flat_map(both).collect();
+    jobs.into_par_iter()
+        .filter_map(|(kind, dimension)| check(kind, dimension, config, &simulated))
+        .collect()
+}
+
+/// Checks the subjects that `make` creates for the states of `kind`; `None` for a force without a law.
+pub fn check(
+    kind: &'static ForceKind,
+    dimension: Dimension,
+    config: Config,
+    make: &Maker<'_>,
+) -> Option<JacobianCheck> {
+    check_with(kind, dimension, config, make, &clamp)
+}
+
+fn check_with(
+    kind: &'static ForceKind,
+    dimension: Dimension,
+    config: Config,
+    make: &Maker<'_>,
+    project: Project<'_>,
+) -> Option<JacobianCheck> {
+    let law = law::find(kind.schema.tag)?;
+    let states = states(kind, dimension, config.states, config.seed);
+    let mut tallies = Tally::all(law);
+    let mut structure = Structure::new(law, project);
+    let subjects: Vec<_> = states.iter().map(|state| make(&state.scene)).collect();
+    let mut both = states.iter().zip(&subjects);
+    let is_the_laws =
+        both.all(|(state, subject)| check::has_the_laws_force(subject.as_ref(), state, law));
+    for (state, subject) in states.iter().zip(&subjects) {
+        match check::observe(subject.as_ref(), state, law, is_the_laws) {
+            Some(observation) => {
+                tallies.iter_mut().for_each(|tally| tally.add(state, &observation))
+            }
+            None => tallies.iter_mut().for_each(Tally::add_degenerate),
+        }
+        structure.add(subject.as_ref(), state);
+    }
+    Some(JacobianCheck {
+        tag: kind.schema.tag,
+        dimension,
+        states: states.len(),
+        blocks: tallies.map(Tally::finish).into(),
+        properties: structure.finish(),
+    })
+}
+
+/// The projection of `projected-newton`.
+fn clamp(block: &DMatrix<f64>) -> DMatrix<f64> {
+    fn project<const D: usize>(block: &DMatrix<f64>) -> DMatrix<f64> {
+        let block = SMatrix::<f64, D, D>::from_fn(|row, column| block[(row, column)]);
+        let (projected, _) = Projection::Clamp.project(block);
+        DMatrix::from_fn(D, D, |row, column| projected[(row, column)])
+    }
+    if block.nrows() == 2 { project::<2>(block) } else { project::<3>(block) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::Range;
+
+    use super::*;
+    use scene::schema::{ForceSchema, Vocabulary};
+    use scene::{ParseOptions, Scene, xml};
+    use simulator::force::{Degenerate, Force, JacobianSink, Numbered, State};
+    use simulator::system::BuildForce;
+
+    /// The reason why a force cannot be checked, if there is one: it has no law, or its example between two particles
+    /// in general position yields nothing to check.
+    fn registry_fault(kind: &'static ForceKind) -> Option<String> {
+        let tag = kind.schema.tag;
+        let Some(law) = law::find(tag) else { return Some(format!("{tag} has no law")) };
+        let text = format!(
+            r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>
+            <particle m="1.5" px="0.3" py="-0.7" vx="0.4" vy="1.1" fixed="0"/>
+            <particle m="0.8" px="1.9" py="0.6" vx="-0.9" vy="0.2" fixed="0"/>
+            <edge i="0" j="1"/>{}</scene>"#,
+            kind.schema.example
+        );
+        let integrators = simulator::vocabulary().integrators;
+        let vocabulary = Vocabulary { forces: vec![&kind.schema], integrators };
+        let scene = match xml::parse(&text, "example", &vocabulary, &ParseOptions::default()) {
+            Ok(parsed) => parsed.scene,
+            Err(error) => return Some(format!("{tag}: its example cannot be read: {error}")),
+        };
+        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+        let force: Box<dyn Force<2>> = kind.build(&scene, &elements);
+        let state = State {
+            masses: &[1.5, 0.8],
+            positions: &[0.3, -0.7, 1.9, 0.6],
+            velocities: &[0.4, 1.1, -0.9, 0.2],
+            time: 0.25,
+        };
+        let mut values = [0.0; 4];
+        let mut largest = Largest([0.0; 2]);
+        let defined = force
+            .add_force(state, 0..2, &mut values)
+            .and_then(|()| force.add_jacobians(state, &mut largest));
+        if defined.is_err() || values.iter().any(|value| !value.is_finite()) {
+            return Some(format!("{tag}: its example is degenerate"));
+        }
+        if values.iter().all(|value| *value == 0.0) {
+            return Some(format!("{tag}: its example exerts no force"));
+        }
+        let shows = [
+            law.terms().iter().any(|term| term.by_position),
+            law.terms().iter().any(|term| term.by_velocity),
+        ];
+        // An example need not have damping, but one that depends on nothing at all cannot be checked.
+        let Largest([by_position, by_velocity]) = largest;
+        let hidden = shows.iter().any(|shows| *shows) && by_position == 0.0 && by_velocity == 0.0;
+        hidden.then(|| format!("{tag}: the Jacobians of its example are zero"))
+    }
+
+    /// The largest entry by position and by velocity.
+    struct Largest([f64; 2]);
+
+    impl JacobianSink<2> for Largest {
+        fn add(
+            &mut self,
+            _: usize,
+            _: usize,
+            jacobian_x: &force::Block<2>,
+            jacobian_v: &force::Block<2>,
+        ) {
+            let [by_position, by_velocity] = &mut self.0;
+            *by_position = by_position.max(jacobian_x.amax());
+            *by_velocity = by_velocity.max(jacobian_v.amax());
+        }
+    }
+
+    #[test]
+    fn every_registered_force_can_be_checked() {
+        let faults: Vec<String> =
+            force::REGISTRY.iter().filter_map(|kind| registry_fault(kind)).collect();
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
+    }
+
+    /// A force that is always zero.
+    struct Idle;
+
+    impl<const D: usize> Force<D> for Idle {
+        fn energy(&self, _: State<'_>) -> Option<f64> {
+            None
+        }
+
+        fn add_force(
+            &self,
+            _: State<'_>,
+            _: Range<usize>,
+            _: &mut [f64],
+        ) -> Result<(), Degenerate> {
+            Ok(())
+        }
+
+        fn add_jacobians(
+            &self,
+            _: State<'_>,
+            _: &mut dyn JacobianSink<D>,
+        ) -> Result<(), Degenerate> {
+            Ok(())
+        }
+
+        fn couplings(&self, _: &mut dyn FnMut(force::Coupling)) {}
+    }
+
+    #[test]
+    fn a_force_that_cannot_be_checked_is_reported() {
+        fn idle<const D: usize>(_: &Scene, _: &[Numbered<'_>]) -> Box<dyn Force<D>> {
+            Box::new(Idle)
+        }
+        let spring = &force::REGISTRY.iter().find(|kind| kind.schema.tag == "springforce").unwrap();
+        let like_a_spring = |tag, example| ForceSchema {
+            tag,
+            example,
+            title: spring.schema.title,
+            stencil: spring.schema.stencil,
+            parameters: spring.schema.parameters,
+            formula: spring.schema.formula,
+            parts: spring.schema.parts,
+            masses: spring.schema.masses,
+            central: spring.schema.central,
+        };
+        let fault = |schema, build_2d, build_3d| {
+            registry_fault(Box::leak(Box::new(ForceKind { schema, build_2d, build_3d })))
+        };
+        let of_spring = |schema| fault(schema, spring.build_2d, spring.build_3d);
+        assert_eq!(of_spring(like_a_spring("springforce", spring.schema.example)), None);
+        let unknown = like_a_spring("rubberband", r#"<rubberband edge="0" k="1" l0="1"/>"#);
+        assert_eq!(of_spring(unknown).unwrap(), "rubberband has no law");
+        let slack = like_a_spring("springforce", r#"<springforce edge="0" k="0" l0="1"/>"#);
+        assert!(of_spring(slack).unwrap().ends_with("exerts no force"));
+        let unreadable = like_a_spring("springforce", r#"<springforce edge="3" k="1" l0="1"/>"#);
+        assert!(of_spring(unreadable).unwrap().contains("cannot be read"));
+        let silent = like_a_spring("springforce", spring.schema.example);
+        assert!(fault(silent, idle::<2>, idle::<3>).unwrap().ends_with("exerts no force"));
+    }
+
+    #[test]
+    fn parameters_show_only_where_their_law_says() {
+        for kind in force::REGISTRY {
+            let law = law::find(kind.schema.tag).unwrap();
+            let mut shown = vec![[false; 2]; law.terms().len()];
+            for state in states(kind, Dimension::Three, 4, 3) {
+                let subject = simulated(&state.scene);
+                let observation = check::observe(subject.as_ref(), &state, law, true).unwrap();
+                for block in &observation.blocks {
+                    for (shown, shows) in shown.iter_mut().zip(&block.terms) {
+                        shown[usize::from(block.kind.by == By::Velocity)] |= shows;
+                    }
+                }
+            }
+            let stated: Vec<[bool; 2]> =
+                law.terms().iter().map(|term| [term.by_position, term.by_velocity]).collect();
+            assert_eq!(shown, stated, "{}", kind.schema.tag);
+        }
+    }
+
+    #[test]
+    fn a_projection_that_is_not_the_nearest_is_called_wrong() {
+        let kind = force::REGISTRY.iter().find(|kind| kind.schema.tag == "gravitationalforce");
+        let verdict = |project: Project<'_>, dimension| {
+            let config = Config { states: 4, seed: 1 };
+            let check = check_with(kind.unwrap(), dimension, config, &simulated, project).unwrap();
+            let mut found = check.properties.iter();
+            found.find(|finding| finding.property == Property::Projection).unwrap().verdict
+        };
+        type Change = fn(&DMatrix<f64>) -> DMatrix<f64>;
+        let absolute: Change = |block| {
+            let mut eigen = block.clone().symmetric_eigen();
+            eigen.eigenvalues.apply(|eigenvalue| *eigenvalue = eigenvalue.abs());
+            eigen.recompose()
+        };
+        let shifted: Change = |block| {
+            let lowest = block.symmetric_eigenvalues().min().min(0.0);
+            block - DMatrix::identity(block.nrows(), block.nrows()) * lowest
+        };
+        let mistakes: [(&str, Change); 5] = [
+            ("nothing", |block| block.clone()),
+            ("absolute values", absolute),
+            ("shifted until it is semi-definite", shifted),
+            ("zero", |block| DMatrix::zeros(block.nrows(), block.nrows())),
+            ("off by 1e-9", |block| clamp(block) * (1.0 + 1e-9)),
+        ];
+        for dimension in [Dimension::Two, Dimension::Three] {
+            assert_eq!(verdict(&clamp, dimension), Verdict::Correct);
+            for (name, change) in mistakes {
+                assert_eq!(verdict(&change, dimension), Verdict::Wrong, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn results_do_not_depend_on_the_number_of_threads() {
+        let config = Config { states: 2, seed: 5 };
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| check_all(config))
+        };
+        let (one, four) = (with(1), with(4));
+        assert_eq!(format!("{one:?}"), format!("{four:?}"));
+        assert!(one.is_pass());
+    }
+}

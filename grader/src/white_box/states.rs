@@ -1,0 +1,302 @@
+//! States at which Jacobians are checked, each with a name.
+//!
+//! Half of them are random. The others are deliberately hard: almost zero length, compressed and stretched, mass ratios
+//! of 1e9, far from the origin, velocities along and across the line of two particles, no velocity, and every parameter
+//! that may be zero at zero. Some have three particles, with elements that share a particle, are listed backwards, or
+//! join the same two. Parameters are drawn from the schema's typical values.
+//!
+//! Coordinates are multiples of a power of two with spare digits, so that differences can take exact steps.
+
+use fastrand::Rng;
+use scene::schema::{Domain, ParameterSchema, Stencil};
+use scene::{Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Scene};
+use simulator::force::ForceKind;
+use simulator::integrator;
+
+/// A state: the initial state of a scene, at a given time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckState {
+    /// The name in reports.
+    pub name: String,
+    /// Masses, elements, positions and velocities.
+    pub scene: Scene,
+    /// Time, in seconds.
+    pub time: f64,
+}
+
+impl CheckState {
+    /// Positions, `n·D`, particle-major.
+    pub fn positions(&self) -> Vec<f64> {
+        self.scene.positions()
+    }
+
+    /// Velocities, the same shape.
+    pub fn velocities(&self) -> Vec<f64> {
+        self.scene.velocities()
+    }
+
+    /// Mass of each particle.
+    pub fn masses(&self) -> Vec<f64> {
+        self.scene.particles.iter().map(|particle| particle.mass).collect()
+    }
+}
+
+/// The distance between the first two particles.
+#[derive(Clone, Copy)]
+enum Length {
+    /// Between half a unit and three units.
+    Any,
+    /// This many rest lengths, or units if the force has no rest length.
+    Times(f64),
+}
+
+/// The velocities.
+#[derive(Clone, Copy, PartialEq)]
+enum Motion {
+    Any,
+    Along,
+    Across,
+    Alike,
+    Rest,
+}
+
+/// A recipe for a random state.
+#[derive(Clone, Copy)]
+struct Plan {
+    length: Length,
+    motion: Motion,
+    /// Distance of the first particle from the origin.
+    far: f64,
+    masses: [f64; 2],
+    /// A parameter to set to zero, or to the smallest value in its domain.
+    without: Option<usize>,
+    axis_aligned: bool,
+    arrangement: Arrangement,
+}
+
+/// The particles that the elements join.
+#[derive(Clone, Copy, PartialEq)]
+enum Arrangement {
+    /// 0 and 1.
+    Pair,
+    /// 1 and 0.
+    Backwards,
+    /// 0 and 1, 1 and 2.
+    Chain,
+    /// 0 and 1, 2 and 1.
+    ChainBackwards,
+    /// 0 and 2, twice; 1 is isolated.
+    Twice,
+}
+
+impl Arrangement {
+    fn pairs(self) -> &'static [[usize; 2]] {
+        match self {
+            Self::Pair => &[[0, 1]],
+            Self::Backwards => &[[1, 0]],
+            Self::Chain => &[[0, 1], [1, 2]],
+            Self::ChainBackwards => &[[0, 1], [2, 1]],
+            Self::Twice => &[[0, 2], [0, 2]],
+        }
+    }
+
+    fn n_particles(self) -> usize {
+        1 + self.pairs().iter().flatten().max().copied().unwrap_or(0)
+    }
+}
+
+const PLAIN: Plan = Plan {
+    length: Length::Any,
+    motion: Motion::Any,
+    far: 0.0,
+    masses: [0.5, 4.0],
+    without: None,
+    axis_aligned: false,
+    arrangement: Arrangement::Pair,
+};
+
+/// The states for `kind`: `random` random ones, and the hard ones.
+pub fn states(
+    kind: &'static ForceKind,
+    dimension: Dimension,
+    random: u32,
+    seed: u64,
+) -> Vec<CheckState> {
+    let mut plans: Vec<(String, Plan)> =
+        (1..=random).map(|number| (format!("random {number}"), PLAIN)).collect();
+    let mut hard = |name: &str, plan: Plan| plans.push((name.to_owned(), plan));
+    let length = |times: f64| Plan { length: Length::Times(times), ..PLAIN };
+    hard("length nearly zero", length(1e-6));
+    hard("compressed to a hundredth", length(0.01));
+    hard("stretched a hundred times", length(100.0));
+    hard("at rest length", length(1.0));
+    hard("just compressed", length(0.75));
+    hard("mass ratio 1e9", Plan { masses: [1e-3, 1e6], ..PLAIN });
+    hard("1e6 from the origin", Plan { far: 1e6, ..PLAIN });
+    hard("1e8 from the origin", Plan { far: 1e8, ..PLAIN });
+    hard("velocity along the line", Plan { motion: Motion::Along, ..PLAIN });
+    hard("velocity across the line", Plan { motion: Motion::Across, ..PLAIN });
+    hard("velocities alike", Plan { motion: Motion::Alike, ..PLAIN });
+    hard("at rest", Plan { motion: Motion::Rest, ..PLAIN });
+    hard("along the x axis", Plan { axis_aligned: true, ..PLAIN });
+    for (number, parameter) in kind.schema.parameters.iter().enumerate() {
+        if parameter.domain == Domain::NonNegative {
+            let name = parameter.name;
+            let plan = Plan { without: Some(number), ..PLAIN };
+            hard(&format!("{name} = 0"), plan);
+            let at = |times| Plan { length: Length::Times(times), ..plan };
+            hard(&format!("{name} = 0, compressed"), at(0.5));
+            hard(&format!("{name} = 0, stretched"), at(1.5));
+            let chain = Plan { arrangement: Arrangement::Chain, ..plan };
+            hard(&format!("{name} = 0, three particles"), chain);
+        }
+    }
+    let arranged = |arrangement| Plan { arrangement, ..PLAIN };
+    hard("listed backwards", arranged(Arrangement::Backwards));
+    hard("three particles, two elements", arranged(Arrangement::Chain));
+    hard("three particles, one element backwards", arranged(Arrangement::ChainBackwards));
+    hard("two elements on one pair, a particle beside", arranged(Arrangement::Twice));
+
+    // These are hard for differences of two positions. A field of the position itself is rounded with it: far from the origin,
+    // or in a tiny box, nothing can be measured.
+    if kind.schema.stencil.is_field() && kind.schema.depends_on().position {
+        plans.retain(|(_, plan)| plan.far == 0.0 && matches!(plan.length, Length::Any));
+    }
+    let mut rng = Rng::with_seed(seed);
+    plans.into_iter().map(|(name, plan)| draw(kind, dimension, name, plan, &mut rng)).collect()
+}
+
+fn draw(
+    kind: &'static ForceKind,
+    dimension: Dimension,
+    name: String,
+    plan: Plan,
+    rng: &mut Rng,
+) -> CheckState {
+    let stencil = kind.schema.stencil;
+    let mut rest_length = 1.0;
+    let elements = plan.arrangement.pairs().iter().enumerate().map(|(number, pair)| {
+        let mut parameters = kind.schema.zeros();
+        for (place, (value, parameter)) in
+            parameters.iter_mut().zip(kind.schema.parameters).enumerate()
+        {
+            let absent = plan.without == Some(place)
+                || (parameter.three_dimensional && dimension == Dimension::Two);
+            *value = if absent { 0.0 } else { typical(parameter, rng) };
+            if parameter.name == "l0" && number == 0 && *value > 0.0 {
+                rest_length = *value;
+            }
+        }
+        let particles: &[usize] = if stencil.is_field() { &[] } else { pair };
+        let edge = (stencil == Stencil::Edge).then_some(number);
+        ForceElement::new(&kind.schema, particles, edge, parameters)
+    });
+    let elements = elements.collect();
+    let (scene, time) = compose(elements, dimension, &plan, rest_length, rng);
+    CheckState { name, scene, time }
+}
+
+/// A value within the typical bounds, a multiple of 2⁻¹⁰ or a bound.
+fn typical(parameter: &ParameterSchema, rng: &mut Rng) -> f64 {
+    let (low, high) = parameter.typical;
+    on_grid(low + (high - low) * rng.f64(), 10).clamp(low, high)
+}
+
+fn compose(
+    elements: Vec<ForceElement>,
+    dimension: Dimension,
+    plan: &Plan,
+    rest_length: f64,
+    rng: &mut Rng,
+) -> (Scene, f64) {
+    let n_particles = plan.arrangement.n_particles();
+    let positions = positions(dimension, plan, rest_length, rng);
+    let line: [f64; 3] = std::array::from_fn(|axis| positions[1][axis] - positions[0][axis]);
+    let velocities = velocities(dimension, plan.motion, line, n_particles, rng);
+    let particles =
+        positions.into_iter().zip(velocities).enumerate().map(|(number, (position, velocity))| {
+            let mass = match plan.masses {
+                [low, high] if low * 1e6 > high => on_grid(low + (high - low) * rng.f64(), 10),
+                masses => masses[number % 2],
+            };
+            Particle { mass, position, velocity, fixed: false, radius: PARTICLE_RADIUS, tag: None }
+        });
+    let scene = Scene {
+        particles: particles.collect(),
+        edges: plan
+            .arrangement
+            .pairs()
+            .iter()
+            .map(|pair| Edge { particles: *pair, radius: EDGE_RADIUS })
+            .collect(),
+        forces: elements,
+        ..Scene::new("state", dimension, &integrator::REGISTRY[0].schema)
+    };
+    (scene, on_grid(8.0 * rng.f64(), 10))
+}
+
+fn positions(dimension: Dimension, plan: &Plan, rest_length: f64, rng: &mut Rng) -> Vec<[f64; 3]> {
+    let first = vector(dimension, rng).map(|component| on_grid(component + plan.far, 12));
+    let mut positions = vec![first];
+    while positions.len() < plan.arrangement.n_particles() {
+        let length = match plan.length {
+            Length::Any => 0.5 + 2.5 * rng.f64(),
+            Length::Times(times) => times * rest_length,
+        };
+        let mut direction = unit(vector(dimension, rng));
+        if plan.axis_aligned {
+            direction = [1.0, 0.0, 0.0];
+        }
+        // Twelve binary digits of the length: sums stay exact beside the origin.
+        let digits = 12 - length.log2().floor() as i32;
+        let last = positions[positions.len() - 1];
+        positions.push(std::array::from_fn(|axis| {
+            let offset = on_grid(length * direction[axis], digits);
+            if axis < dimension.count() { last[axis] + offset } else { 0.0 }
+        }));
+    }
+    positions.iter_mut().for_each(|position| position[dimension.count()..].fill(0.0));
+    positions
+}
+
+fn velocities(
+    dimension: Dimension,
+    motion: Motion,
+    line: [f64; 3],
+    n_particles: usize,
+    rng: &mut Rng,
+) -> Vec<[f64; 3]> {
+    let base = vector(dimension, rng).map(|component| on_grid(2.0 * component, 12));
+    let speed = on_grid(0.5 + rng.f64(), 12);
+    let along = unit(line);
+    // A quarter turn in the plane. In space it is perpendicular as well, unless the line is the z axis.
+    let across = [-along[1], along[0], 0.0];
+    (0..n_particles)
+        .map(|number| match motion {
+            Motion::Any => vector(dimension, rng).map(|component| on_grid(2.0 * component, 12)),
+            Motion::Rest => [0.0; 3],
+            _ if number == 0 => base,
+            Motion::Alike => base,
+            Motion::Along | Motion::Across => {
+                let direction = if motion == Motion::Along { along } else { across };
+                std::array::from_fn(|axis| base[axis] + on_grid(speed * direction[axis], 24))
+            }
+        })
+        .collect()
+}
+
+/// Components between −1 and 1; the third is 0 in two dimensions.
+fn vector(dimension: Dimension, rng: &mut Rng) -> [f64; 3] {
+    std::array::from_fn(|axis| if axis < dimension.count() { 2.0 * rng.f64() - 1.0 } else { 0.0 })
+}
+
+fn unit(vector: [f64; 3]) -> [f64; 3] {
+    let length = vector.iter().map(|component| component * component).sum::<f64>().sqrt();
+    if length == 0.0 { [1.0, 0.0, 0.0] } else { vector.map(|component| component / length) }
+}
+
+/// The nearest multiple of `2⁻ᵈⁱᵍⁱᵗˢ`.
+fn on_grid(value: f64, digits: i32) -> f64 {
+    let grid = 2.0_f64.powi(digits);
+    (value * grid).round() / grid
+}

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use scene::schema::{Dependence, ForceSchema, Masses, PartSchema, Potential};
+use scene::schema::{Dependence, ForceSchema, Masses, PartSchema, Potential, Stencil};
 use scene::{Dimension, ForceElement, ParseOptions, Scene, find_scene_files, json, load, xml};
-use simulator::force::{Block, Force, JacobianSink, Numbered, REGISTRY as FORCES, State};
+use simulator::force::{
+    ElementJacobians, Force, JacobianSink, Numbered, REGISTRY as FORCES, State,
+};
 use simulator::integrator::REGISTRY as INTEGRATORS;
 use simulator::vocabulary;
 
@@ -48,7 +50,7 @@ fn moved(values: &[f64], place: usize, by: f64) -> Vec<f64> {
     moved
 }
 
-/// What the force of a scene is seen to depend on.
+/// Measured dependence of the force of a scene.
 fn seen(force: &dyn Force<2>) -> Dependence {
     let here = force_at(force, &POSITIONS, &VELOCITIES, 0.0);
     let changes = |x: &[f64], v: &[f64], time| force_at(force, x, v, time) != here;
@@ -169,6 +171,32 @@ fn a_central_force_acts_along_the_line_of_its_particles() {
     }
 }
 
+/// The local step projects on springs whose force is proportional to their extension, with a constant rest length.
+#[test]
+fn fast_mass_spring_refuses_the_forces_on_edges_that_are_not_hookean() {
+    let mut methods = INTEGRATORS.iter().map(|kind| &kind.schema);
+    let method = methods.find(|schema| schema.name == "fast-mass-spring").unwrap();
+    let mut found = Vec::new();
+    for kind in FORCES {
+        let scene = scene(&kind.schema, 0);
+        let is_refused = (method.refuses)(&scene.forces[0]).is_some();
+        if kind.schema.stencil != Stencil::Edge {
+            assert!(!is_refused, "{}", kind.schema.tag);
+            continue;
+        }
+        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
+        let force = (kind.build_2d)(&scene, &elements);
+        let pull = |length: f64, time: f64| {
+            force_at(force.as_ref(), &[0.0, 0.0, length, 0.0], &[0.0; 4], time)[0]
+        };
+        let [one, two, three] = [1.0, 2.0, 3.0].map(|length| pull(length, 0.0));
+        let is_hookean = (one - 2.0 * two + three).abs() < 1e-9 && pull(2.0, 0.5) == two;
+        assert_eq!(is_refused, !is_hookean, "{}", kind.schema.tag);
+        found.push(is_hookean);
+    }
+    assert!(found.contains(&true) && found.contains(&false), "{found:?}");
+}
+
 #[test]
 fn every_force_and_every_integrator_has_a_scene() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
@@ -205,9 +233,9 @@ fn every_force_and_every_integrator_has_a_scene() {
 fn jacobian_bits(force: &dyn Force<2>, state: State<'_>) -> Vec<u64> {
     struct Bits(Vec<u64>);
     impl JacobianSink<2> for Bits {
-        fn add(&mut self, _: usize, _: usize, by_position: &Block<2>, by_velocity: &Block<2>) {
-            let entries = by_position.iter().chain(by_velocity.iter());
-            self.0.extend(entries.map(|entry| entry.to_bits()));
+        fn add(&mut self, element: ElementJacobians<'_, 2>) {
+            let blocks = element.by_position.iter().chain(element.by_velocity);
+            self.0.extend(blocks.flat_map(|block| block.iter()).map(|entry| entry.to_bits()));
         }
     }
     let mut bits = Bits(Vec::new());

@@ -9,10 +9,10 @@ use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
 use super::provenance::JsonProvenance;
 use super::{SCHEMA_VERSION, text};
+use diagnosis::findings::Diagnosis;
+use diagnosis::findings::{Finding, Progress, TaskFinding};
 use grader::compare::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
-use grader::diagnosis::Diagnosis;
-use grader::findings::{Finding, Progress, TaskFinding};
 use grader::grading::altered::{Copied, Withdrawn};
 use grader::grading::{
     Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, NotRunReason, SceneResult,

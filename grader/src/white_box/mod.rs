@@ -198,7 +198,7 @@ mod tests {
     use super::*;
     use scene::schema::{ForceSchema, Vocabulary};
     use scene::{ParseOptions, Scene, xml};
-    use simulator::force::{Degenerate, Force, JacobianSink, Numbered, State};
+    use simulator::force::{Degenerate, ElementJacobians, Force, JacobianSink, Numbered, State};
     use simulator::system::BuildForce;
 
     /// The reason why a force cannot be checked, if there is one: it has no law, or its example between two particles
@@ -252,16 +252,12 @@ mod tests {
     struct Largest([f64; 2]);
 
     impl JacobianSink<2> for Largest {
-        fn add(
-            &mut self,
-            _: usize,
-            _: usize,
-            jacobian_x: &force::Block<2>,
-            jacobian_v: &force::Block<2>,
-        ) {
-            let [by_position, by_velocity] = &mut self.0;
-            *by_position = by_position.max(jacobian_x.amax());
-            *by_velocity = by_velocity.max(jacobian_v.amax());
+        fn add(&mut self, element: ElementJacobians<'_, 2>) {
+            for (largest, blocks) in
+                self.0.iter_mut().zip([element.by_position, element.by_velocity])
+            {
+                *largest = blocks.iter().map(|block| block.amax()).fold(*largest, f64::max);
+            }
         }
     }
 

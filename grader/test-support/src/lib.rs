@@ -2,7 +2,8 @@
 
 mod schema;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use grader::suite::{Section, Suite};
 use scene::ParseOptions;
@@ -18,6 +19,12 @@ pub fn root() -> &'static Path {
         .expect("a crate two folders below the root")
 }
 
+/// The folder of the course's scenes and traces, which are not part of the repository.
+pub fn course() -> PathBuf {
+    let beside = root().join("../shared/fosssim");
+    std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from)
+}
+
 /// A scene of one free particle and six states.
 pub const FREE_PARTICLE: &str = r#"<scene>
   <duration time="0.5"/>
@@ -25,6 +32,27 @@ pub const FREE_PARTICLE: &str = r#"<scene>
   <particle m="1" px="0" py="0" vx="1" vy="2" fixed="0"/>
 </scene>
 "#;
+
+/// Seed of the samples of today: `SPRING_ORACLE_SEED`, or the number of days since 1970. It is printed, so that a failed
+/// test shows it.
+///
+/// # Panics
+/// If the variable is not a number.
+#[expect(clippy::print_stdout, reason = "shown by failed tests")]
+pub fn seed() -> u64 {
+    let today = || SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.as_secs() / 86_400);
+    let seed =
+        std::env::var("SPRING_ORACLE_SEED").map_or_else(|_| today(), |text| text.parse().unwrap());
+    println!("SPRING_ORACLE_SEED={seed} draws this sample again");
+    seed
+}
+
+/// `count` of the items, drawn by [`seed`]; all, if there are fewer.
+pub fn sample<T>(items: impl IntoIterator<Item = T>, count: usize) -> Vec<T> {
+    let items: Vec<T> = items.into_iter().collect();
+    let count = count.min(items.len());
+    fastrand::Rng::with_seed(seed()).choose_multiple(items, count)
+}
 
 /// Writes a file, and the folders that it lies in.
 ///

@@ -741,7 +741,7 @@ mod tests {
         let [left, right] = colors(&painter);
         assert!(left[0] > 150 && left[2] < 100, "{left:?}");
         assert!(right[2] > 150 && right[0] < 100, "{right:?}");
-        // What the face does not cover: an edge, and the particle at its end.
+        // The face does not cover an edge and the particle at its end.
         let drawing = painter.draw(0.0, &scene.positions());
         let of = |is: fn(&Shape) -> bool| drawing.shapes.iter().filter(|shape| is(shape)).count();
         let discs = of(|shape| matches!(shape, Shape::Disc { .. }));

@@ -9,7 +9,9 @@
 
 use std::ops::Range;
 
-use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
+use super::{
+    Block, Coupling, Degenerate, ElementJacobians, Force, ForceKind, JacobianSink, Numbered, State,
+};
 use super::{add_to, vector_of};
 use scene::Scene;
 use scene::schema::{
@@ -83,7 +85,7 @@ impl<const D: usize> Force<D> for Drag {
     ) -> Result<(), Degenerate> {
         let by_velocity = Block::identity() * -self.damping;
         for particle in 0..self.n_particles {
-            sink.add(particle, particle, &Block::zeros(), &by_velocity);
+            sink.add(ElementJacobians::single(&particle, None, &Block::zeros(), &by_velocity));
         }
         Ok(())
     }

@@ -108,7 +108,7 @@ impl<const D: usize> PairLaw<D> for ScriptedSpring {
 
 #[cfg(test)]
 mod tests {
-    use crate::force::{Block, Force, JacobianSink, Numbered, REGISTRY, State};
+    use crate::force::{Block, ElementJacobians, Force, JacobianSink, Numbered, REGISTRY, State};
     use crate::vocabulary;
     use scene::{ParseOptions, Scene, xml};
 
@@ -130,8 +130,9 @@ mod tests {
     struct Blocks(Vec<(usize, usize, Block<2>)>);
 
     impl JacobianSink<2> for Blocks {
-        fn add(&mut self, row: usize, column: usize, by_position: &Block<2>, _: &Block<2>) {
-            self.0.push((row, column, *by_position));
+        fn add(&mut self, element: ElementJacobians<'_, 2>) {
+            let push = |row, column, block: &Block<2>| self.0.push((row, column, *block));
+            element.spread(element.by_position, push);
         }
     }
 

@@ -120,9 +120,7 @@ fn unmeasurable_input_is_refused_with_a_remedy() {
 #[test]
 fn a_program_is_measured_from_its_traces() {
     let folder = tempfile::tempdir().unwrap();
-    if student::compile(folder.path(), "").is_none() {
-        return;
-    }
+    student::compile(folder.path(), "");
     let arguments =
         ["./student", "--quick", "--rungs", "6", "--scene", "kepler-orbit", "--format", "csv"];
     let run = grade(folder.path(), &arguments);

@@ -172,8 +172,11 @@ fn links_and_meshes_reveal_no_other_file() {
         assert!(card(&page, &format!("eve/{name}")).contains(line));
     }
     let output = grade(&eve, &["creative", "a_t1m2.xml"]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.code() == Some(2) && said.contains("a_t1m2.xml: is a link"), "{said}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.code() == Some(2) && printed.contains("a_t1m2.xml: is a link"),
+        "{printed}"
+    );
 }
 
 #[cfg(target_os = "linux")]
@@ -254,9 +257,12 @@ fn unprotected_checks_say_so_and_unknown_limits_are_refused() {
     let folder = folder.path();
     write(&folder.join("ada_t1m2.xml"), PAIR);
     let output = grade(folder, &["creative", "ada_t1m2.xml", "--unprotected"]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("warning: programs run unprotected, with all your rights"), "{said}");
-    assert_eq!(output.status.code(), Some(1), "no film: {said}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        printed.contains("warning: programs run unprotected, with all your rights"),
+        "{printed}"
+    );
+    assert_eq!(output.status.code(), Some(1), "no film: {printed}");
     let output = grade(folder, &["creative", "ada_t1m2.xml", "--limit", "colours=1"]);
     assert_eq!(output.status.code(), Some(2));
 }

@@ -12,7 +12,7 @@ use crate::student;
 
 fn grade(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    // The probed submissions are scripts that start a program beside them.
+    // The probed submissions are scripts that start a program in the same folder.
     command.arg("jacobians").args(["--readable", env!("CARGO_TARGET_TMPDIR")]).args(arguments);
     command.output().expect("grade can be run")
 }
@@ -34,9 +34,7 @@ fn every_format_reports_a_mistake_and_json_its_scenes() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("probe");
     let programs =
         ["block (j, i) transposed", ""].map(|mistake| student::compile(&folder, mistake));
-    let [Some(wrong), Some(right)] = &programs else { return };
-    let path = |path: &Path| path.to_str().expect("a path in UTF-8").to_owned();
-    let (wrong, right) = (path(wrong), path(right));
+    let [wrong, right] = programs.map(|path| path.to_str().expect("a path in UTF-8").to_owned());
 
     let run = grade(&[&right, "--force", "springforce"]);
     assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));

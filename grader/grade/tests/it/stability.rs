@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::process::{Command, Output};
-use test_support::root;
+use test_support::{root, sample};
 
 use simulator::vocabulary;
 use studies::stability::theory::amplification::amplifications;
@@ -110,8 +110,8 @@ fn a_changed_outcome_fails_until_it_is_accepted() {
     let path = path.to_str().unwrap();
     let output = grade(&["--quick", "--only", "coincident", "--expected", path]);
     assert_eq!(output.status.code(), Some(1));
-    let said = "expected survived, got coincident in step 1";
-    assert!(text(&output.stdout).contains(said), "{}", text(&output.stdout));
+    let printed = "expected survived, got coincident in step 1";
+    assert!(text(&output.stdout).contains(printed), "{}", text(&output.stdout));
 
     // Accepting restores the row and leaves all others unchanged.
     let output = grade(&["--quick", "--only", "coincident", "--expected", path, "--accept"]);
@@ -145,10 +145,22 @@ fn malformed_outcomes_file_is_refused_with_its_line() {
 }
 
 #[test]
-fn outcomes_match_the_stored_ones_and_runs_resume() {
+fn sampled_outcomes_match_the_stored_ones_and_runs_resume() {
+    let names = sample(cases::all().map(|case| case.name), 6);
+    assert_outcomes(&names.iter().flat_map(|name| ["--only", name]).collect::<Vec<_>>());
+}
+
+#[test]
+#[ignore = "long: a quarter of a minute"]
+fn long_all_outcomes_match_the_stored_ones_and_runs_resume() {
+    assert_outcomes(&[]);
+}
+
+fn assert_outcomes(cases: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let kept = folder.path().to_str().unwrap();
-    let run = || grade(&["--quick", "--robust", "--resume", kept, "--format", "csv"]);
+    let options = ["--quick", "--robust", "--resume", kept, "--format", "csv"];
+    let run = || grade(&[&options, cases].concat());
     let (first, names) = (run(), || {
         let mut names: Vec<_> =
             fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();

@@ -115,14 +115,14 @@ fn no_count_of_a_report_can_be_edited() {
         ("/copied", "copied: ", serde_json::json!({"passed": 3})),
         ("/hidden", "hidden: ", serde_json::json!("none")),
     ];
-    for (pointer, told, value) in edits {
+    for (pointer, shown, value) in edits {
         let mut edited = report.clone();
         let place = edited.pointer_mut(pointer).unwrap();
         assert_ne!(*place, value, "{pointer}");
         *place = value;
         project.write("edited.json", &edited.to_string());
         let run = verify(&project, "edited.json", "class/ada");
-        assert!(run.code == 1 && run.stdout.contains(told), "{pointer}: {}", run.stdout);
+        assert!(run.code == 1 && run.stdout.contains(shown), "{pointer}: {}", run.stdout);
     }
 }
 
@@ -141,7 +141,6 @@ fn a_file_that_is_no_report_is_bad_input() {
     }
 }
 
-/// What a report of a student may not do.
 #[test]
 fn report_contents_cannot_run_code_or_control_a_terminal() {
     let project = project();

@@ -101,13 +101,13 @@ fn tells(line: &str) -> bool {
 
 #[test]
 fn sampled_attacks_of_an_ordinary_user_are_refused() {
-    assert_refused(&ORDINARY, &sample(ATTACKS, 15));
+    assert_refused(&ORDINARY, &sample(ATTACKS, 8));
 }
 
 #[needs("test $(id -u) = 0")]
 #[test]
 fn sampled_attacks_of_the_superuser_are_refused() {
-    assert_refused(&SUPERUSER, &sample(ATTACKS, 20));
+    assert_refused(&SUPERUSER, &sample(ATTACKS, 8));
 }
 
 #[test]
@@ -354,18 +354,18 @@ fn killed_supervisor_leaves_no_process() {
 
 #[test]
 fn time_of_short_lived_children_of_an_ordinary_user_is_limited() {
-    assert_short_lived_children_are_limited(main_setting());
+    assert_time_is_limited(main_setting());
 }
 
 #[needs("test $(id -u) = 0")]
 #[test]
 fn time_of_short_lived_children_of_the_superuser_is_limited() {
-    assert_short_lived_children_are_limited(Setting::Root);
+    assert_time_is_limited(Setting::Root);
 }
 
-/// Children that live for 4 ms, and that nobody waits for, show no processor time. A control group counts it; elsewhere the
+/// Children that live for 4 ms and are not waited for show no processor time. A control group counts it; elsewhere the
 /// limit of elapsed time ends them.
-fn assert_short_lived_children_are_limited(setting: Setting) {
+fn assert_time_is_limited(setting: Setting) {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let shared_stage = SharedStage::new(Programs::get(), setting);
     let stage = shared_stage.stage();

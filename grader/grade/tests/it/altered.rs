@@ -4,12 +4,12 @@
 use needs::needs;
 use std::collections::BTreeSet;
 use std::fs;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use test_support::{root, sample, schema};
+use test_support::{assert_fits, root, sample};
 
+use crate::folder::Folder;
 use serde_json::Value;
-use tempfile::TempDir;
 
 /// Depending on its first argument, looks up the scene in `known` by its bytes or by its description, or simulates it. On
 /// other scenes it then stops, floods its output, or simulates without some forces.
@@ -66,14 +66,22 @@ with open(trace, "w") as file:
 "#;
 
 /// Shipped scenes with explicit methods, from four groups.
-struct Project(TempDir);
+struct Project(Folder);
+
+impl Deref for Project {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
+}
 
 impl Project {
     fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = Folder::new();
         let shipped = root().join("assets");
         for group in ["Inertia", "SimpleGravity", "ConstantForce", "LinearDrag"] {
-            let target = folder.path().join("assets").join(group);
+            let target = folder.path("assets").join(group);
             fs::create_dir_all(&target).unwrap();
             for file in xml_files(&shipped.join(group)) {
                 let name = file.file_name().unwrap().to_str().unwrap();
@@ -84,12 +92,8 @@ impl Project {
         }
         let project = Self(folder);
         let made = project.grade(&["oracle", "regenerate", "--accept"]);
-        assert!(made.status.success(), "{made:?}");
+        assert_eq!(made.code, 0, "{}", made.stderr);
         project
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
     }
 
     /// A submission that runs the program above in this mode, with the scenes and traces of `expected`.
@@ -114,19 +118,12 @@ impl Project {
         }
     }
 
-    fn grade(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-        command.current_dir(self.0.path()).args(arguments).output().unwrap()
-    }
-
     /// The report of a submission.
     fn json(&self, mode: &str, more: &[&str]) -> Value {
         let name = format!("class/{mode}");
         let output = self.grade(&[&[&name, "--format", "json"], more].concat());
-        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let schema = root().join("docs/report.schema.json");
-        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        schema::validate(&schema, &report).unwrap();
+        let report: Value = serde_json::from_str(&output.stdout).unwrap();
+        assert_fits("report.schema.json", &report);
         report
     }
 }
@@ -196,7 +193,7 @@ fn copied_answers_are_named_in_a_class() {
     // With --only, scenes are neither re-run nor altered.
     assert!(project.json("bytes", &["--only", "explicit"])["copied"].is_null());
     let class = project.grade(&["class", "class", "-o", "out", "--no-jacobians"]);
-    let summary = String::from_utf8(class.stdout).unwrap();
+    let summary = class.stdout;
     let named: Vec<&str> = summary.lines().filter(|line| line.contains("copied answers")).collect();
     assert_eq!(named.len(), 2, "{summary}");
     assert!(named[0].starts_with("  bytes: Possibly copied answers: of "), "{summary}");

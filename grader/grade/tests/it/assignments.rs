@@ -7,13 +7,13 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 use std::sync::LazyLock;
 
 use serde_json::Value;
 use test_support::{root, sample, write};
 
-const GRADE: &str = env!("CARGO_BIN_EXE_grade");
+use crate::folder::{self, Run, command, run};
 
 /// Compiles a source to `folder/name`.
 fn compile(source: &Path, folder: &Path, name: &str, flags: &[&str]) {
@@ -53,12 +53,14 @@ fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str)
 }
 
 fn grade(submission: &Path, arguments: &[&str]) -> (Option<i32>, Value) {
-    let mut command = Command::new(GRADE);
-    command.arg(submission).args(arguments).args(["--format", "json", "--root"]).arg(root());
-    let Output { status, stdout, stderr } = command.output().unwrap();
-    let report = serde_json::from_slice(&stdout);
-    let report = report.unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&stderr)));
-    (status.code(), report)
+    let graded = graded(submission, &[arguments, &["--format", "json"]].concat());
+    let report = serde_json::from_str(&graded.stdout);
+    (Some(graded.code), report.unwrap_or_else(|_| panic!("{}", graded.stderr)))
+}
+
+/// Grades a submission with the shipped scenes.
+fn graded(submission: &Path, arguments: &[&str]) -> Run {
+    run(command(root(), arguments).arg(submission))
 }
 
 /// Points earned and points of a section.
@@ -127,26 +129,30 @@ fn a_wrong_jacobian_costs_points_only_where_it_shows() {
     assert_eq!(printed, ["dF/dx of springforce's damping has the wrong sign"]);
     assert_eq!(findings[0]["kind"], "cause");
 
-    let output = explain("shearing-triangle-linearized", &submission, "t1m3");
-    let printed = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{printed}");
+    let output = explain("shearing-triangle-linearized", &submission);
+    let printed = &output.stdout;
+    assert_eq!(output.code, 1, "{printed}");
     // The remainder of the first step, and what the mistake makes of it.
     let rest = printed.split_once("sum, 0 up to rounding").expect("an equation").1;
     let numbers = rest.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
     let sizes: Vec<f64> = numbers.take(4).map(f64::abs).collect();
     assert!(sizes[0].min(sizes[1]) > 1e-3 && sizes[2].max(sizes[3]) < 1e-14, "{printed}");
-    let output = explain("Spring", &submission, "t1m3");
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("name one, such as Spring/"));
+    let output = explain("Spring", &submission);
+    assert_eq!(output.code, 2);
+    assert!(output.stderr.contains("name one, such as Spring/"));
 
     let (_, report) = grade(&submission, &["--no-jacobians"]);
     assert_eq!(report["fitting_assignment"], "t1m3", "the mistake does not hide what is offered");
 }
 
-fn explain(scene: &str, submission: &Path, assignment: &str) -> Output {
-    let mut command = Command::new(GRADE);
-    command.args(["explain", scene]).arg(submission).args(["--assignment", assignment, "--root"]);
-    command.arg(root()).output().unwrap()
+fn explain(scene: &str, submission: &Path) -> Run {
+    graded(submission, &["explain", scene, "--assignment", "t1m3"])
+}
+
+/// Writes a skeleton in Python.
+fn init(assignment: &str, submission: &Path) {
+    let made = graded(submission, &["init", "python", "--assignment", assignment]);
+    assert_eq!(made.code, 0, "{}", made.stderr);
 }
 
 /// Missing features of a skeleton are not failures. Its report fits a screen, and names the first task.
@@ -155,13 +161,9 @@ fn explain(scene: &str, submission: &Path, assignment: &str) -> Output {
 fn unfilled_skeleton_gets_its_first_task() {
     let folder = tempfile::tempdir().unwrap();
     let submission = folder.path().join("skeleton");
-    let init = ["init", "python", "--assignment", "t1m2"];
-    let made = Command::new(GRADE).args(init).arg(&submission).arg("--root").arg(root()).output();
-    assert!(made.unwrap().status.success());
-    let mut command = Command::new(GRADE);
-    let output = command.arg(&submission).arg("--root").arg(root()).output().unwrap();
-    let printed = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{printed}");
+    init("t1m2", &submission);
+    let Run { code, stdout: printed, .. } = graded(&submission, &[]);
+    assert_eq!(code, 1, "{printed}");
     assert!(printed.lines().count() <= 40, "{printed}");
     assert!(printed.starts_with("Findings\n  Not implemented: "), "{printed}");
     assert!(printed.contains("Implemented: free motion"), "{printed}");
@@ -212,23 +214,12 @@ fn a_class_refuses_a_submission_of_another_assignment() {
     let folder = tempfile::tempdir().unwrap();
     let class = folder.path().join("class");
     for (name, assignment) in [("ada", "t1m2"), ("bob", "t1m1")] {
-        let init = Command::new(GRADE)
-            .args(["init", "python", "--assignment", assignment, "--root"])
-            .arg(root())
-            .arg(class.join(name))
-            .output()
-            .unwrap();
-        assert!(init.status.success(), "{init:?}");
+        init(assignment, &class.join(name));
     }
-    let graded = Command::new(GRADE)
-        .args(["class", "--assignment", "t1m1", "--no-jacobians", "--root"])
-        .arg(root())
-        .arg(&class)
-        .arg("-o")
-        .arg(folder.path().join("out"))
-        .output()
-        .unwrap();
-    assert_eq!(graded.status.code(), Some(0), "{graded:?}");
+    let out = folder.path().join("out").display().to_string();
+    let options = ["class", "--assignment", "t1m1", "--no-jacobians", "-o", &out];
+    let graded = graded(&class, &options);
+    assert_eq!(graded.code, 0, "{}", graded.stderr);
     let csv = fs::read_to_string(folder.path().join("out/summary.csv")).unwrap();
     let verdicts: Vec<&str> =
         csv.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();
@@ -255,25 +246,23 @@ fn failed_scenes_can_be_regraded_and_runs_cut_short() {
     let submission = folder.path().join("traces");
     traces(&submission, &["Inertia", "SimpleGravity"]);
     let grade = |arguments: &[&str]| {
-        let mut command = Command::new(GRADE);
-        command.arg(&submission).args(["--assignment", "t1m1", "--root"]).arg(root());
-        let output = command.args(arguments).env("XDG_CACHE_HOME", folder.path()).output().unwrap();
-        let [text, notes] = [output.stdout, output.stderr]
-            .map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-        (output.status.code(), text, notes)
+        let mut command = command(root(), &["--assignment", "t1m1"]);
+        command.arg(&submission).args(arguments).env("XDG_CACHE_HOME", folder.path());
+        let Run { code, stdout, stderr } = run(&mut command);
+        (code, stdout, stderr)
     };
     let (code, text, notes) = grade(&["--last-failed", "--durations", "2"]);
-    assert_eq!(code, Some(1), "{text}");
+    assert_eq!(code, 1, "{text}");
     assert!(notes.contains("no failed scene is known"), "{notes}");
     assert_eq!(notes.matches(" s  ").count(), 2, "{notes}");
     let (code, text, notes) = grade(&["--last-failed"]);
     assert!(notes.contains("2 of 6 scenes are graded"), "{notes}");
-    assert!(code == Some(1) && text.contains("0/2 scenes"), "{text}");
+    assert!(code == 1 && text.contains("0/2 scenes"), "{text}");
     let (code, text, notes) = grade(&["--fail-fast", "1"]);
-    assert!(code == Some(1) && text.contains("no score"), "{text}");
+    assert!(code == 1 && text.contains("no score"), "{text}");
     assert!(notes.contains("ended by --fail-fast"), "{notes}");
     traces(&submission, &["FixedParticles"]);
-    assert_eq!(grade(&["--last-failed"]).0, Some(0));
+    assert_eq!(grade(&["--last-failed"]).0, 0);
     let (_, _, notes) = grade(&["--last-failed"]);
     assert!(notes.contains("no failed scene is known"), "{notes}");
 }
@@ -286,11 +275,8 @@ fn non_submission_gets_one_message() {
         (root().join("README.md"), "the file is not executable"),
         (folder.path().join("empty"), "no submission.toml in this folder, and no trace"),
     ] {
-        let graded =
-            Command::new(GRADE).arg(&submission).arg("--root").arg(root()).output().unwrap();
-        assert_eq!(graded.status.code(), Some(2));
-        assert!(graded.stdout.is_empty());
-        let message = String::from_utf8_lossy(&graded.stderr).into_owned();
+        let Run { code, stdout, stderr: message } = graded(&submission, &[]);
+        assert_eq!((code, stdout.as_str()), (2, ""));
         assert!(message.contains(reason) && message.lines().count() == 2, "{message}");
     }
 }
@@ -300,30 +286,26 @@ fn non_submission_gets_one_message() {
 fn unmeasurable_required_jacobians_fail() {
     let folder = tempfile::tempdir().unwrap();
     let measure = |name: &str, arguments: &[&str]| {
-        let mut command = Command::new(GRADE);
-        command.arg("jacobians").arg(folder.path().join(name)).args(arguments);
-        let output = command.arg("--root").arg(root()).output().unwrap();
-        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+        let run = graded(&folder.path().join(name), &[&["jacobians"], arguments].concat());
+        (run.code, run.stdout)
     };
     let submission = folder.path().join("explicit");
     student(&submission, &METHODS[..1], &["dragdamping", "vortexforce"], "");
     let (code, text) = measure("explicit", &["--force", "springforce"]);
-    assert!(code == Some(0), "{text}");
+    assert!(code == 0, "{text}");
     let (code, text) = measure("explicit", &["--require", "springforce,dragdamping"]);
-    assert!(code == Some(1) && text.contains("not offered: springforce, dragdamping."), "{text}");
+    assert!(code == 1 && text.contains("not offered: springforce, dragdamping."), "{text}");
     let (code, text) = measure("explicit", &["--force", "dragdamping"]);
-    assert!(code == Some(1) && text.contains("Nothing could be measured."), "{text}");
+    assert!(code == 1 && text.contains("Nothing could be measured."), "{text}");
     student(&folder.path().join("whole"), &METHODS, &["vortexforce"], "");
     let (code, text) = measure("whole", &["--assignment", "t1m3"]);
-    assert!(code == Some(0), "{text}");
+    assert!(code == 0, "{text}");
 }
 
 #[test]
 fn an_unknown_assignment_is_an_error_that_names_the_others() {
-    let graded =
-        Command::new(GRADE).args(["--assignment", "t1m4", "--root"]).arg(root()).output().unwrap();
-    assert_eq!(graded.status.code(), Some(2));
-    let message = String::from_utf8_lossy(&graded.stderr).into_owned();
+    let Run { code, stderr: message, .. } = folder::grade(root(), &["--assignment", "t1m4"]);
+    assert_eq!(code, 2);
     let known = "all, elastodynamics, fast-mass-spring, higher-order, t1m1, t1m2, t1m3";
     assert!(message.contains("no assignment \"t1m4\"") && message.contains(known), "{message}");
 }

@@ -3,13 +3,14 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
+use std::ops::Deref;
 use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-use test_support::{root, schema, seed, without_times};
+use test_support::{assert_fits, seed, without_times};
 
+use crate::folder::{Folder, Run, command};
 use serde_json::Value;
-use tempfile::TempDir;
 
 const SCENE: &str = r#"<scene>
   <!-- COMMENT -->
@@ -51,19 +52,19 @@ fn scene(number: &str) -> String {
 }
 
 /// A folder with two shipped scenes of one feature and one of another, and their oracle.
-pub(super) struct Project {
-    pub(super) folder: TempDir,
-}
+pub(super) struct Project(Folder);
 
-pub(super) struct Run {
-    pub(super) code: i32,
-    pub(super) stdout: String,
-    pub(super) stderr: String,
+impl Deref for Project {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
 }
 
 impl Project {
     pub(super) fn new() -> Self {
-        let project = Self { folder: tempfile::tempdir().unwrap() };
+        let project = Self(Folder::new());
         project.write("assets/Free/near.xml", &scene("1.5").replace("COMMENT", "SHOWN"));
         project.write("assets/Free/far.xml", &scene("150").replace("COMMENT", "SHOWN"));
         let symplectic = scene("3").replace("explicit", "symplectic").replace("COMMENT", "SHOWN");
@@ -86,43 +87,10 @@ impl Project {
         assert_eq!(run.code, 0, "{}", run.stderr);
     }
 
-    pub(super) fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    pub(super) fn write(&self, name: &str, text: &str) {
-        test_support::write(&self.path(name), text);
-    }
-
-    pub(super) fn program(&self, name: &str, text: &str) {
-        self.write(name, text);
-        fs::set_permissions(self.path(name), fs::Permissions::from_mode(0o755)).unwrap();
-    }
-
-    pub(super) fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap()
-    }
-
-    pub(super) fn grade(&self, arguments: &[&str]) -> Run {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-        command.current_dir(self.folder.path()).args(arguments);
-        let output = command.env_remove("CLICOLOR_FORCE").output().unwrap();
-        let text = |bytes| String::from_utf8(bytes).unwrap();
-        let run = Run {
-            code: output.status.code().unwrap(),
-            stdout: text(output.stdout),
-            stderr: text(output.stderr),
-        };
-        assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
-        run
-    }
-
     fn json(&self, arguments: &[&str]) -> Value {
         let run = self.grade(&[arguments, &["--format", "json", "--no-jacobians"]].concat());
         let report = serde_json::from_str(&run.stdout).unwrap();
-        let schema = root().join("docs/report.schema.json");
-        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        schema::validate(&schema, &report).unwrap();
+        assert_fits("report.schema.json", &report);
         report
     }
 
@@ -443,13 +411,12 @@ fn killed_class_can_be_resumed() {
     for _ in 0..4 {
         let moment = random.u64(0..500);
         fs::remove_dir_all(project.path("out")).unwrap();
-        let mut grader = Command::new(env!("CARGO_BIN_EXE_grade"))
-            .current_dir(project.folder.path())
-            .args(["class", "class", "-o", "out", "--no-jacobians"])
-            .args(arguments)
-            .stdout(std::process::Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut grader =
+            command(&project.path(""), &["class", "class", "-o", "out", "--no-jacobians"])
+                .args(arguments)
+                .stdout(std::process::Stdio::null())
+                .spawn()
+                .unwrap();
         std::thread::sleep(std::time::Duration::from_millis(moment));
         grader.kill().unwrap();
         grader.wait().unwrap();
@@ -705,8 +672,8 @@ pub(super) fn interrupted(project: &Project, arguments: &[&str], once: &Path) ->
     use rustix::process::{Pid, Signal, kill_process};
     use std::process::Stdio;
     fs::create_dir_all(project.path("tmp")).unwrap();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    command.current_dir(project.folder.path()).args(arguments).env("TMPDIR", project.path("tmp"));
+    let mut command = command(&project.path(""), arguments);
+    command.env("TMPDIR", project.path("tmp"));
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     while !once.exists() {
         std::thread::sleep(std::time::Duration::from_millis(5));

@@ -6,7 +6,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::class::{Project, RIGHT, Run};
+use crate::class::{Project, RIGHT};
+use crate::folder::Run;
 
 /// Reads a CSV file and prints its rows as JSON.
 const READER: &str = "import csv, json, sys\n\
@@ -104,7 +105,7 @@ fn libreoffice_finds_no_formula() {
         .arg(format!("-env:UserInstallation=file://{}", project.path("profile").display()))
         .args(["--headless", "--convert-to", "fods", "--outdir", "sheets", "formula.csv"])
         .args(files)
-        .current_dir(project.folder.path())
+        .current_dir(project.path(""))
         .output();
     let output = soffice.unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -4,7 +4,8 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use crate::class::{Project, RIGHT, Run, interrupted};
+use crate::class::{Project, RIGHT, interrupted};
+use crate::folder::Run;
 
 /// A project whose folder `mine` is a submission that passes all scenes but those that contain `wrong`.
 fn project(wrong: &str, rubric: &str) -> Project {

@@ -548,6 +548,13 @@ fn a_scene_beyond_a_limit_is_refused_with_its_name_and_shown_if_it_is_raised() {
         assert!(stderr(&run).contains(what) && stderr(&run).contains(&help), "{}", stderr(&run));
         assert_eq!(run.status.code(), Some(2));
     }
+    // Pictures and diagrams hold a scene in memory that may be somebody else's; a trace does not.
+    for output in ["--frames=frames", "--film=film.gif", "--plot=plot.svg", "--convergence=c.svg"] {
+        let run = simulate(folder.path(), &["face.json", output, "--duration", "0"]);
+        assert!(stderr(&run).contains("more than 1000000 forces"), "{output}: {}", stderr(&run));
+    }
+    let run = simulate(folder.path(), &["scene.xml", "-o", "trace.csv", "--limit", "forces=1"]);
+    assert!(stderr(&run).contains("more than 1 forces"), "{}", stderr(&run));
     let run = simulate(folder.path(), &["view", "scene.xml", "--limit", "colours=2"]);
     assert!(stderr(&run).contains("the limits are bytes, particles, forces"), "{}", stderr(&run));
 }

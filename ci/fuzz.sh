@@ -6,9 +6,11 @@ set -euo pipefail
 cd "$(dirname "$0")/fuzz"
 
 seconds=${1:-600}
+mkdir -p corpus
+tar -xf seeds.tar -C corpus
 for target in scene-xml scene-json trace-csv trace-fosssim manifest metadata printed record report sheet tokens; do
     echo "+ cargo fuzz run $target, for $seconds seconds"
-    mkdir -p "corpus/$target"
+    mkdir -p "corpus/$target" "seeds/$target"
     options=(-max_total_time="$seconds" -max_len=6000 -timeout=10 -rss_limit_mb=1024 -print_final_stats=1)
     if [ -f "dictionaries/$target.dict" ]; then
         options+=("-dict=dictionaries/$target.dict")

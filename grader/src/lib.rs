@@ -13,8 +13,6 @@
 //! - [`time`]: points in time.
 //! - [`white_box`]: each force's Jacobians against differences of the force.
 //! - [`probe`]: forces and Jacobians of a program, from its traces.
-//! - [`diagnosis`]: the steps of a trace that are wrong by themselves.
-//! - [`findings`]: what is wrong in a submission, proven by replay.
 //! - [`creative`]: checks of creative scenes.
 //! - [`sibling`]: scenes with the same features and other numbers, drawn by a seed.
 //! - [`oracle`]: regeneration and verification of the stored traces.
@@ -34,9 +32,6 @@ pub mod rubric;
 
 pub mod probe;
 pub mod white_box;
-
-pub mod diagnosis;
-pub mod findings;
 
 pub mod creative;
 pub mod sibling;

@@ -7,7 +7,7 @@ use sparse::LinearError;
 use sparse::linear::LinearSolver;
 
 use crate::fallback::MAX_HALVINGS;
-use crate::force::ForceKind;
+use crate::force::{Degenerate, ForceKind};
 use crate::growth::{EnergyWatch, Scale};
 use crate::integrator::{
     BuildIntegrator, Integrator, IntegratorKind, Interrupt, IterationRecorder, REGISTRY, Step,
@@ -35,7 +35,7 @@ pub struct SimulationOptions {
 pub struct Simulation {
     stepper: Box<dyn Stepper>,
     scene: String,
-    forces: Vec<(&'static str, Particles, Location)>,
+    forces: Vec<(&'static str, Location)>,
     dimension: Dimension,
     time_step: f64,
     n_steps: u64,
@@ -88,10 +88,7 @@ impl Simulation {
         scene: &Scene,
         SimulationOptions { solver, robust, watch_energy }: SimulationOptions,
     ) -> Self {
-        let forces = scene
-            .forces
-            .iter()
-            .map(|element| (element.schema.tag, element.particles.clone(), element.location));
+        let forces = scene.forces.iter().map(|element| (element.schema.tag, element.location));
         let (positions, velocities) = (scene.positions(), scene.velocities());
         let is_two_step = scene.integrator.equation.is_two_step();
         let start = (robust || is_two_step).then(|| State {
@@ -575,10 +572,10 @@ fn degenerate(tag: &str, particles: &[usize]) -> String {
 }
 
 impl FailureKind {
-    fn of(error: StepError, forces: &[(&'static str, Particles, Location)]) -> Self {
+    fn of(error: StepError, forces: &[(&'static str, Location)]) -> Self {
         match error {
-            StepError::Degenerate(degenerate) => {
-                let (tag, particles, location) = forces[degenerate.element].clone();
+            StepError::Degenerate(Degenerate { element, particles }) => {
+                let (tag, location) = forces[element];
                 Self::Degenerate { tag, particles, location }
             }
             StepError::NotConverged { iterations, update, residual } => {

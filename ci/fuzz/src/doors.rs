@@ -1,15 +1,15 @@
 //! What must hold of any bytes that a student hands to the grader: a parser takes or refuses them, and what is shown of
 //! them steers no terminal.
 //!
-//! The fuzzers call these, and `grader/grade/tests/it/doors.rs` does with the inputs in `ci/fuzz/seeds/`.
+//! The fuzzers call these, and `grader/grade/tests/it/doors.rs` does with the inputs of `ci/fuzz/src/seeds.rs`.
 
 use std::path::Path;
 use std::sync::LazyLock;
 
 use grader::boundary::printed::{Untrusted, steers};
+use grader::boundary::seal::Seal;
 use grader::class::record::Record;
 use grader::class::roster::Roster;
-use grader::class::seal::Seal;
 use grader::class::similar::Sources;
 use grader::submission::folder::SubmissionManifest;
 use platforms::gradescope::metadata::Metadata;

@@ -11,7 +11,7 @@ use grader::suite::assignment::{self, ALL, Assignment, AssignmentError};
 use grader::suite::{Case, Section, Suite};
 use scene::ParseOptions;
 
-use crate::args::{Judging, SuiteArgs};
+use crate::args::{CriteriaArg, JudgeArgs, RootArgs, SuiteArgs};
 use crate::stop::{Stop, complain};
 
 /// The inputs of a run.
@@ -53,6 +53,11 @@ impl Inputs {
         }
     }
 
+    /// The name of the assignment that is graded.
+    pub(super) fn assignment_name(&self) -> &str {
+        self.assignment.as_ref().map_or(ALL, |assignment| &assignment.name)
+    }
+
     /// The assignment that a submission fits, if every scene was graded and it fits exactly one.
     pub(super) fn fitting(&self, grading: &Grading) -> Option<AssignmentName> {
         if self.assignment.is_some() {
@@ -78,6 +83,30 @@ impl Inputs {
     pub(super) fn secrets(&self) -> Vec<PathBuf> {
         let hidden = self.hidden.iter().map(|(_, folder)| folder);
         [&self.expected].into_iter().chain(hidden).cloned().collect()
+    }
+}
+
+/// The choices of a command line about what is graded, and how.
+#[derive(Default)]
+pub(super) struct Judging<'a> {
+    /// The folder of the hidden scenes.
+    pub(super) hidden: Option<&'a Path>,
+    /// The criteria for scenes for which the rubric sets no tolerance.
+    pub(super) criteria: Option<CriteriaArg>,
+    /// The name of the assignment.
+    pub(super) assignment: Option<&'a str>,
+    /// The name of the assignment in submission.toml, which counts if nothing else names one.
+    pub(super) of_submission: Option<&'a str>,
+}
+
+impl JudgeArgs {
+    pub(super) fn judging(&self) -> Judging<'_> {
+        Judging {
+            hidden: self.hidden.as_deref(),
+            criteria: self.criteria,
+            assignment: self.assignment.as_deref(),
+            of_submission: None,
+        }
     }
 }
 
@@ -131,10 +160,10 @@ impl SuiteArgs {
             None => Rubric::default(),
         };
         let assignments = assets.join(assignment::FOLDER);
-        let mut assignment = match reading.narrows {
-            true => choose_assignment(&assignments, judging, &rubric)?,
-            false => None,
-        };
+        let mut assignment = None;
+        if reading.narrows {
+            assignment = choose_assignment(&assignments, judging, &rubric)?;
+        }
         let is_part = assignment.as_ref().is_some_and(|assignment| !assignment.is_all());
         // Entries of the rubric may be about scenes of other assignments.
         if let (Some(path), true) = (&rubric_path, is_part) {
@@ -166,7 +195,7 @@ impl SuiteArgs {
     }
 
     pub(super) fn folders(&self) -> Result<Folders, Stop> {
-        for folder in [&self.root, &self.assets, &self.extra_credit].into_iter().flatten() {
+        for folder in [&self.root.root, &self.assets, &self.extra_credit].into_iter().flatten() {
             if !folder.is_dir() {
                 return Err(Stop::bad_input(format!("{}: folder not found", folder.display())));
             }
@@ -174,10 +203,7 @@ impl SuiteArgs {
         let (assets, extra_credit) = match &self.assets {
             Some(assets) => (assets.clone(), self.extra_credit.clone()),
             None => {
-                let root = match &self.root {
-                    Some(root) => root.clone(),
-                    None => find_root()?,
-                };
+                let root = self.root.find()?;
                 let extra_credit = self.extra_credit.clone();
                 (root.join("assets"), Some(extra_credit.unwrap_or(root.join("extracreditassets"))))
             }
@@ -205,7 +231,7 @@ fn choose_assignment(
     match Assignment::load(folder, name) {
         Ok(assignment) => Ok(Some(assignment)),
         // Scenes of other folders need no assignments.
-        Err(AssignmentError::Unknown { .. }) if name == ALL => Ok(None),
+        Err(AssignmentError::Unknown { .. }) if name.eq_ignore_ascii_case(ALL) => Ok(None),
         Err(error) => Err(Stop::bad_input(error)),
     }
 }
@@ -242,11 +268,21 @@ fn read_hidden(
     Ok(Some((hidden, folder.to_path_buf())))
 }
 
-/// The assignment of this name, in the folder of the root, which is searched for if it is not given.
-pub(super) fn find_assignment(name: &str, root: Option<&Path>) -> Result<Assignment, Stop> {
-    let root = root.map_or_else(find_root, |root| Ok(root.to_path_buf()))?;
-    let folder = root.join("assets").join(assignment::FOLDER);
-    Assignment::load(&folder, name).map_err(Stop::bad_input)
+impl RootArgs {
+    /// The folder with assets/, searched for if it is not given.
+    pub(super) fn find(&self) -> Result<PathBuf, Stop> {
+        self.root.clone().map_or_else(find_root, Ok)
+    }
+
+    /// The assignment of this name.
+    pub(super) fn assignment(&self, name: &str) -> Result<Assignment, Stop> {
+        Assignment::load(&assignments_below(&self.find()?), name).map_err(Stop::bad_input)
+    }
+}
+
+/// The folder of the assignments of a root.
+pub(super) fn assignments_below(root: &Path) -> PathBuf {
+    root.join("assets").join(assignment::FOLDER)
 }
 
 /// The nearest folder with assets/ in it: the current one (as the empty path) or a parent.

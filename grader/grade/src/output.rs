@@ -13,9 +13,15 @@ use crate::terminal::terminal;
 pub(super) fn put(bytes: &[u8], output: Option<&Path>) -> Result<(), Stop> {
     match output {
         None => print(bytes),
-        Some(path) => write_file(path, bytes)
-            .map_err(|error| Stop::bad_input(format!("{}: {error}", path.display()))),
+        Some(path) => write_file(path, bytes).map_err(Stop::about(path)),
     }
+}
+
+/// What `write` writes.
+pub(super) fn written(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<Vec<u8>, Stop> {
+    let mut bytes = Vec::new();
+    write(&mut bytes).map_err(Stop::fault)?;
+    Ok(bytes)
 }
 
 pub(super) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {

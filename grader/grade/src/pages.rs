@@ -23,9 +23,8 @@ impl Pages {
     /// # Errors
     /// If it holds anything but pages of an earlier run: a page must not replace a file of the user's.
     pub(super) fn open(folder: &Path) -> Result<Self, Stop> {
-        let unusable = |error: io::Error| Stop::bad_input(format!("{}: {error}", folder.display()));
-        fs::create_dir_all(folder).map_err(unusable)?;
-        let is_empty = fs::read_dir(folder).map_err(unusable)?.next().is_none();
+        fs::create_dir_all(folder).map_err(Stop::about(folder))?;
+        let is_empty = fs::read_dir(folder).map_err(Stop::about(folder))?.next().is_none();
         let pages = Self { folder: folder.to_path_buf() };
         if is_empty || pages.is_written("") {
             return Ok(pages);
@@ -53,15 +52,13 @@ impl Pages {
         write: impl FnOnce(Sink<'_>) -> io::Result<()>,
     ) -> Result<(), Stop> {
         let folder = self.folder.join(below);
-        let unwritable =
-            |path: &Path, error: io::Error| Stop::bad_input(format!("{}: {error}", path.display()));
         let scenes = folder.join("scenes");
-        create_folder(&self.folder, below).map_err(|error| unwritable(&folder, error))?;
+        create_folder(&self.folder, below).map_err(Stop::about(&folder))?;
         // Scenes of an earlier run may not be in this one. They are removed last: another shard may write the same pages.
-        let mut others = match self.is_written(below) {
-            true => files_below(&scenes).map_err(|error| unwritable(&scenes, error))?,
-            false => BTreeSet::new(),
-        };
+        let mut others = BTreeSet::new();
+        if self.is_written(below) {
+            others = files_below(&scenes).map_err(Stop::about(&scenes))?;
+        }
         let mut last = folder.clone();
         let written = write(&mut |name, bytes| {
             last = folder.join(name);
@@ -70,11 +67,11 @@ impl Pages {
             create_folder(&self.folder, path.parent().unwrap_or(Path::new("")))?;
             write_bytes(&last, bytes)
         });
-        written.map_err(|error| unwritable(&last, error))?;
+        written.map_err(Stop::about(&last))?;
         for other in others {
             match fs::remove_file(&other) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                    return Err(unwritable(&other, error));
+                    return Err(Stop::about(&other)(error));
                 }
                 _ => {}
             }
@@ -82,9 +79,14 @@ impl Pages {
         Ok(())
     }
 
-    /// Says where the pages are.
-    pub(super) fn announce(&self) {
+    /// Writes the pages of the folder itself, and says where they are.
+    pub(super) fn publish(
+        &self,
+        write: impl FnOnce(Sink<'_>) -> io::Result<()>,
+    ) -> Result<(), Stop> {
+        self.write("", write)?;
         complain("note", format!("open {} in a browser", self.folder.join("index.html").display()));
+        Ok(())
     }
 }
 

@@ -10,9 +10,8 @@ use platforms::gradescope::score::Score;
 use platforms::prairielearn;
 
 use crate::actions::Actions;
-use crate::args::{GradeArgs, ReportArg, ReportKind};
 use crate::output::put;
-use crate::reports::Shown;
+use crate::reports::{ReportArg, Shown};
 use crate::stop::{Exit, Stop, complain};
 
 /// What students read if the reason is not theirs.
@@ -20,6 +19,7 @@ const FAULT: &str = "Your submission was not graded: the autograder has a fault,
                      see the reason, and run it again.";
 
 /// The platforms that the results are for.
+#[derive(Default)]
 pub(super) struct Platforms {
     gradescope: Option<PathBuf>,
     prairielearn: Option<PathBuf>,
@@ -31,17 +31,17 @@ impl Platforms {
     ///
     /// # Errors
     /// If this is not the environment of one of them.
-    pub(super) fn begin(args: &GradeArgs) -> Result<Self, Stop> {
-        let reports = args.reports();
-        let file = |kind| {
-            let mut files = reports.iter().filter(|report| report.kind == kind);
-            files.next().and_then(|ReportArg { file, .. }| file.clone())
-        };
-        let (gradescope, prairielearn) =
-            (file(ReportKind::Gradescope), file(ReportKind::Prairielearn));
-        let is_step = reports.iter().any(|report| report.kind == ReportKind::Github);
-        let actions = is_step.then(Actions::begin).transpose()?;
-        Ok(Self { gradescope, prairielearn, actions })
+    pub(super) fn begin(reports: &[ReportArg]) -> Result<Self, Stop> {
+        let mut platforms = Self::default();
+        for report in reports {
+            match report {
+                ReportArg::Gradescope(file) => platforms.gradescope = Some(file.clone()),
+                ReportArg::Prairielearn(file) => platforms.prairielearn = Some(file.clone()),
+                ReportArg::Github => platforms.actions = Some(Actions::begin()?),
+                ReportArg::Plain(..) | ReportArg::Html(_) => {}
+            }
+        }
+        Ok(platforms)
     }
 
     /// Whether no platform's results are to be written.
@@ -70,8 +70,12 @@ impl Platforms {
     }
 
     /// Writes results that say why nothing was graded. On Gradescope, students read whether time ran out, and only
-    /// instructors any other reason; an earlier submission counts as the rubric says, if that can be read.
-    pub(super) fn write_not_graded(&self, Stop(exit, reason): &Stop, args: &GradeArgs) {
+    /// instructors any other reason; `kept` are the points that earlier submissions keep there.
+    pub(super) fn write_not_graded(
+        &self,
+        Stop(exit, reason): &Stop,
+        kept: impl FnOnce() -> Option<Score>,
+    ) {
         let message = match exit {
             Exit::Interrupted => format!(
                 "Your submission was not graded to the end, because grading took too long ({reason}). It has no \
@@ -80,7 +84,7 @@ impl Platforms {
             _ => FAULT.to_owned(),
         };
         let gradescope = self.gradescope.as_ref().map(|file| {
-            let score = score_of_earlier(args).unwrap_or_default();
+            let score = kept().unwrap_or_default();
             let text = results::not_graded(&message, reason, score).map_err(Stop::fault)?;
             put(text.as_bytes(), Some(file))
         });
@@ -97,19 +101,13 @@ impl Platforms {
     }
 }
 
-/// The points that a submission keeps that was not graded.
-fn score_of_earlier(args: &GradeArgs) -> Option<Score> {
-    let metadata = read_metadata(args.metadata.as_deref()?).ok()?;
-    let inputs = args.suite.read_for(&args.judge.judging()).ok()?;
-    Some(Score::not_graded(inputs.rubric.platform(), &metadata))
-}
-
 /// Reads the metadata of a submission.
 pub(super) fn read_metadata(path: &Path) -> Result<Metadata, Stop> {
-    let unusable = |error: &dyn std::fmt::Display| {
-        let path = path.display();
-        Stop::bad_input(format!("{path}: the metadata of the submission cannot be used: {error}"))
+    let read = || {
+        let text = Door::Metadata.text(path).map_err(|error| error.to_string())?;
+        Metadata::parse(text.raw(RawUse::Parsing)).map_err(|error| error.to_string())
     };
-    let text = Door::Metadata.text(path).map_err(|error| unusable(&error))?;
-    Metadata::parse(text.raw(RawUse::Parsing)).map_err(|error| unusable(&error))
+    read().map_err(|error| {
+        Stop::about(path)(format!("the metadata of the submission cannot be used: {error}"))
+    })
 }

@@ -21,6 +21,14 @@ pub(super) struct Progress {
     interrupt: Interrupt,
 }
 
+/// A bar for tasks other than grading, if standard error is a terminal.
+pub(super) fn bar(template: &str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template(template);
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
 /// The content of the line.
 #[derive(Default)]
 struct ProgressState {

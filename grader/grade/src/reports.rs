@@ -9,10 +9,63 @@ use grader::suite::Suite;
 use report::SceneTimes;
 use report::text::TextOptions;
 
-use crate::args::{Format, GradeArgs, ReportArg, ReportKind};
-use crate::output::put;
+use crate::args::{Format, parse_kind};
+use crate::output::{put, written};
 use crate::pages::Pages;
 use crate::stop::Stop;
+
+/// A report that `--report` asks for.
+#[derive(Clone, PartialEq, Eq)]
+pub(super) enum ReportArg {
+    /// A format that stands alone, to a file or to the standard output.
+    Plain(Format, Option<PathBuf>),
+    /// Pages, in a folder.
+    Html(PathBuf),
+    /// Results for Gradescope.
+    Gradescope(PathBuf),
+    /// Results for PrairieLearn.
+    Prairielearn(PathBuf),
+    /// Summary, annotations and points, where the environment of GitHub Actions says.
+    Github,
+}
+
+/// A report with this file.
+type WithFile = fn(Option<PathBuf>) -> Result<ReportArg, &'static str>;
+
+impl ReportArg {
+    /// The kinds of reports, by name.
+    const KINDS: [(&str, WithFile); 7] = [
+        ("text", |file| Ok(Self::Plain(Format::Text, file))),
+        ("json", |file| Ok(Self::Plain(Format::Json, file))),
+        ("junit", |file| Ok(Self::Plain(Format::Junit, file))),
+        ("html", |file| file.map(Self::Html).ok_or("pages need a folder: html=DIR")),
+        ("gradescope", |file| {
+            file.map(Self::Gradescope).ok_or("the results need a file: gradescope=results.json")
+        }),
+        ("prairielearn", |file| {
+            file.map(Self::Prairielearn).ok_or("the results need a file: prairielearn=results.json")
+        }),
+        ("github", |file| match file {
+            None => Ok(Self::Github),
+            Some(_) => Err("the files are those that GitHub Actions names: leave out the file"),
+        }),
+    ];
+
+    /// Parses the value of `--report`.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let (with_file, file) = parse_kind(text, "report", &Self::KINDS)?;
+        with_file(file).map_err(str::to_owned)
+    }
+
+    /// The file or folder; `None` for the standard output.
+    pub(super) fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Plain(_, file) => file.as_deref(),
+            Self::Html(file) | Self::Gradescope(file) | Self::Prairielearn(file) => Some(file),
+            Self::Github => None,
+        }
+    }
+}
 
 /// The reports of one grading.
 pub(super) struct Reports {
@@ -37,43 +90,37 @@ impl Reports {
     ///
     /// # Errors
     /// If two of them have the same destination, or a folder cannot be used.
-    pub(super) fn open(args: &GradeArgs) -> Result<Self, Stop> {
-        let asked = args.reports();
-        let has_place = |report: &&ReportArg| report.kind != ReportKind::Github;
-        let places: Vec<&ReportArg> = asked.iter().filter(has_place).collect();
-        for (number, ReportArg { file, .. }) in places.iter().enumerate() {
-            if places[..number].iter().any(|earlier| earlier.file == *file) {
-                let place = file.as_deref().map_or("standard output".into(), Path::to_string_lossy);
+    pub(super) fn open(asked: Vec<ReportArg>, details: usize) -> Result<Self, Stop> {
+        let has_place = |report: &&ReportArg| **report != ReportArg::Github;
+        let places: Vec<Option<&Path>> =
+            asked.iter().filter(has_place).map(ReportArg::file).collect();
+        for (number, file) in places.iter().enumerate() {
+            if places[..number].contains(file) {
+                let place = file.map_or("standard output".into(), Path::to_string_lossy);
                 return Err(Stop::bad_input(format!(
                     "{place}: two reports have this destination\n  help: write one of them to another file, as in \
                      --report json=FILE"
                 )));
             }
         }
-        let has_commands = asked.iter().any(|report| report.kind == ReportKind::Github);
-        let is_document = |report: &&ReportArg| {
-            report.file.is_none()
-                && matches!(report.kind, ReportKind::Plain(Format::Json | Format::Junit))
+        let is_document = |report: &ReportArg| {
+            matches!(report, ReportArg::Plain(Format::Json | Format::Junit, None))
         };
-        if has_commands && asked.iter().any(|report| is_document(&report)) {
+        if asked.contains(&ReportArg::Github) && asked.iter().any(is_document) {
             return Err(Stop::bad_input(
                 "--report github prints commands, which would stand in the other report\n  help: write that to a file, \
                  as in --report json=FILE",
             ));
         }
-        let mut reports = Self {
-            plain: Vec::new(),
-            pages: Vec::new(),
-            has_pictures: asked.iter().any(|report| report.kind == ReportKind::Prairielearn),
-            details: args.judge.details,
-        };
-        for ReportArg { kind, file } in asked {
-            match (kind, file) {
-                (ReportKind::Plain(format), file) => reports.plain.push((format, file)),
-                (ReportKind::Html, Some(folder)) => reports.pages.push(Pages::open(&folder)?),
-                // The command line gives pages a folder. `Platforms` writes the others.
-                (ReportKind::Html, None) => {}
-                (ReportKind::Gradescope | ReportKind::Prairielearn | ReportKind::Github, _) => {}
+        let mut reports =
+            Self { plain: Vec::new(), pages: Vec::new(), has_pictures: false, details };
+        for report in asked {
+            match report {
+                ReportArg::Plain(format, file) => reports.plain.push((format, file)),
+                ReportArg::Html(folder) => reports.pages.push(Pages::open(&folder)?),
+                ReportArg::Prairielearn(_) => reports.has_pictures = true,
+                // `Platforms` writes the results of all platforms.
+                ReportArg::Gradescope(_) | ReportArg::Github => {}
             }
         }
         Ok(reports)
@@ -102,10 +149,8 @@ impl Reports {
             self.write_plain(*format, file, shown)?;
         }
         for pages in &self.pages {
-            pages.write("", |sink| {
-                report::html::submission(shown.grading, shown.suite, &[], sink)
-            })?;
-            pages.announce();
+            pages
+                .publish(|sink| report::html::submission(shown.grading, shown.suite, &[], sink))?;
         }
         Ok(())
     }
@@ -129,13 +174,9 @@ pub(super) fn render(
     times: &SceneTimes,
     text: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<Vec<u8>, Stop> {
-    let mut bytes = Vec::new();
-    match format {
-        Format::Text => text(&mut bytes).map_err(Stop::fault)?,
-        Format::Json => bytes = report::json::render(grading).map_err(Stop::fault)?.into_bytes(),
-        Format::Junit => {
-            bytes = report::junit::render(grading, times).map_err(Stop::fault)?.into_bytes();
-        }
-    }
-    Ok(bytes)
+    Ok(match format {
+        Format::Text => written(|bytes| text(bytes))?,
+        Format::Json => report::json::render(grading).map_err(Stop::fault)?.into_bytes(),
+        Format::Junit => report::junit::render(grading, times).map_err(Stop::fault)?.into_bytes(),
+    })
 }

@@ -1,6 +1,7 @@
 //! Exit codes, and messages on standard error.
 
 use std::io::Write;
+use std::path::Path;
 
 use crate::terminal::terminal;
 
@@ -19,6 +20,13 @@ pub(super) enum Exit {
     Interrupted = 130,
 }
 
+impl Exit {
+    /// Whether all passed.
+    pub(super) fn of(passed: bool) -> Self {
+        if passed { Self::Passed } else { Self::Failed }
+    }
+}
+
 /// An exit code, and the message for the user.
 pub(super) struct Stop(pub(super) Exit, pub(super) String);
 
@@ -29,6 +37,11 @@ impl Stop {
 
     pub(super) fn fault(error: impl std::fmt::Display) -> Self {
         Self(Exit::GraderFault, error.to_string())
+    }
+
+    /// Makes an error about a file or folder of the user's.
+    pub(super) fn about<E: std::fmt::Display>(path: &Path) -> impl Fn(E) -> Self {
+        move |error| Self::bad_input(format!("{}: {error}", path.display()))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use grader::boundary::printed::Untrusted;
+use grader::boundary::printed::{RawUse, Untrusted};
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};
@@ -11,9 +11,8 @@ use grader::submission::program::{Identified, Program, Runner};
 use grader::verdict::Failure;
 use sandbox::{self, Protection, Sandbox};
 use scene::trace::TraceFormat;
-use simulator::solver::linear::LinearSolver;
 
-use crate::args::{GradeArgs, ReportKind, RunArgs};
+use crate::args::RunArgs;
 use crate::inputs::Inputs;
 use crate::stop::{Stop, complain};
 use crate::watch;
@@ -25,10 +24,7 @@ impl RunArgs {
         for (name, value) in &self.limit {
             limits.set(name, *value).map_err(Stop::bad_input)?;
         }
-        let absolute = |path: &PathBuf| {
-            let found = std::fs::canonicalize(path);
-            found.map_err(|error| Stop::bad_input(format!("{}: {error}", path.display())))
-        };
+        let absolute = |path: &PathBuf| std::fs::canonicalize(path).map_err(Stop::about(path));
         let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
         let sandbox = open_sandbox(self.unprotected, rubric)?;
         let protections = sandbox.protections().to_vec();
@@ -75,28 +71,8 @@ fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
     Ok(())
 }
 
-/// The submission to grade, and, if it is a program, the protections in force.
-pub(super) fn open_submission(
-    args: &GradeArgs,
-    inputs: &Inputs,
-) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
-    if let Some(folder) = &args.traces {
-        return match folder.is_dir() {
-            true => open_traces(folder, inputs),
-            false => Err(Stop::bad_input(format!("{}: folder not found", folder.display()))),
-        };
-    }
-    let Some(path) = &args.submission else {
-        return Ok((Submission::BuiltIn(LinearSolver::Auto), None));
-    };
-    if args.is_handed_in() {
-        return open_handed_in(path, &args.run, inputs);
-    }
-    let reports = args.reports();
-    let written = reports.iter().filter(|report| report.kind == ReportKind::Html);
-    let pages: Vec<PathBuf> = written.filter_map(|report| report.file.clone()).collect();
-    open_path(path, &args.run, inputs, &pages)
-}
+/// A submission, and, if it runs programs, the protections in force.
+type Opened = (Submission, Option<Vec<Protection>>);
 
 /// The submission at `path`, which must be able to read neither the oracle and hidden scenes nor the `further` paths.
 pub(super) fn open_path(
@@ -104,7 +80,7 @@ pub(super) fn open_path(
     run: &RunArgs,
     inputs: &Inputs,
     further: &[PathBuf],
-) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+) -> Result<Opened, Stop> {
     if path.is_dir() && !folder::is_submission(path) {
         return open_traces(path, inputs);
     }
@@ -119,11 +95,7 @@ pub(super) fn open_path(
 
 /// A folder that a platform received from a student: its defects become its verdict. Traces alone are not accepted,
 /// because nothing shows that a program made them.
-fn open_handed_in(
-    path: &Path,
-    run: &RunArgs,
-    inputs: &Inputs,
-) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Result<Opened, Stop> {
     if path.is_file() {
         return Err(Stop::bad_input(format!(
             "{}: is a file, and the reports of platforms are of folders that were handed in\n  help: name the folder \
@@ -156,10 +128,7 @@ fn open_handed_in(
 }
 
 /// A folder with at least one trace, of whatever scene.
-fn open_traces(
-    folder: &Path,
-    inputs: &Inputs,
-) -> Result<(Submission, Option<Vec<Protection>>), Stop> {
+pub(super) fn open_traces(folder: &Path, inputs: &Inputs) -> Result<Opened, Stop> {
     if watch::files(folder).iter().any(|(path, ..)| TraceFormat::of_path(path).is_some()) {
         return Ok((Submission::Traces(folder.to_path_buf()), None));
     }
@@ -235,6 +204,20 @@ pub(super) fn open_program(
     Ok((submission, protections))
 }
 
+/// The program at `path`, for a command that needs no suite and no rubric.
+///
+/// # Errors
+/// If it is no program, or cannot be built or run.
+pub(super) fn open_measured(path: &Path, run: &RunArgs) -> Result<Program, Stop> {
+    match open_program(path, run, &Rubric::default(), &[])? {
+        (Submission::Program(program), _) => Ok(program),
+        (Submission::Unusable { name, failure }, _) => {
+            Err(Stop::bad_input(format!("{}: {failure}", name.line())))
+        }
+        _ => Err(Stop::bad_input(format!("{}: not a program", path.display()))),
+    }
+}
+
 /// Checks that a submission, which may read the system's folders and these, can read no secret.
 pub(super) fn check_secrets(secrets: &[PathBuf], readable: &[PathBuf]) -> Result<(), Stop> {
     for secret in secrets.iter().filter_map(|secret| std::fs::canonicalize(secret).ok()) {
@@ -294,4 +277,13 @@ pub(super) fn refused(name: Untrusted, error: &HandInError) -> Submission {
     } else {
         Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
     }
+}
+
+/// The assignment that the submission names; `None` if it names none, or cannot be read, which is reported when it is
+/// opened.
+pub(super) fn named_assignment(submission: &Path) -> Option<String> {
+    let is_folder = submission.is_dir() && folder::is_submission(submission);
+    let named = is_folder.then(|| folder::assignment_of(submission).ok().flatten()).flatten()?;
+    // It is looked up among the known names.
+    Some(named.raw(RawUse::Comparison).to_owned())
 }

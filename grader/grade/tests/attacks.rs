@@ -4,11 +4,10 @@
 //! `attacks/setting.rs` lists the settings in which each attack runs. `docs/attacks.md` is written from the table
 //! (`UPDATE_DOCS=1`).
 //!
-//! By default, each attack runs in one setting; with `-- --ignored`, as in CI, it runs in every one. `ATTACKS=text` runs only the attacks whose description or mode contains this text, `SETTINGS=text` only the
-//! settings whose name contains it.
+//! Each run draws some attacks anew. The long tests make each attack in each setting; `ATTACKS=text` restricts them to
+//! attacks whose description or mode contains this text.
 
 #![cfg(target_os = "linux")]
-#![expect(clippy::print_stderr, reason = "skipped settings are printed")]
 
 #[path = "attacks/gauge.rs"]
 mod gauge;
@@ -28,14 +27,16 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
-use test_support::assert_document;
+
+use needs::needs;
+use test_support::{assert_document, sample, seed};
 
 use sandbox::{End, Job, Keep, Limits, Sandbox};
 
 use gauge::Gauge;
-use setting::{Setting, is_superuser};
+use setting::Setting;
 use stage::{Machine, Programs, SharedStage};
-use table::{ATTACKS, Attack, SETTINGS, Target};
+use table::{ATTACKS, Attack, Target};
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
 
@@ -45,24 +46,13 @@ const AT_A_TIME: usize = 6;
 /// Runs one test at a time: attacks on the processor would delay the others.
 static SERIAL: Mutex<()> = Mutex::new(());
 
-fn programs() -> Option<&'static Programs> {
-    let programs = Programs::get();
-    if programs.is_none() {
-        eprintln!("skipped: there is no C compiler");
-    }
-    programs
-}
+/// Settings of an ordinary user, which every user can create.
+const ORDINARY: [Setting; 3] =
+    [Setting::User, Setting::UserWithoutNamespaces, Setting::UserWithoutLandlock];
 
-/// The settings that this process can create.
-fn settings() -> Vec<Setting> {
-    let wanted = std::env::var("SETTINGS").unwrap_or_default();
-    let (possible, skipped): (Vec<_>, Vec<_>) =
-        SETTINGS.into_iter().partition(|setting| !setting.needs_superuser() || is_superuser());
-    for setting in skipped {
-        eprintln!("skipped: {}: this user is not the superuser", setting.name());
-    }
-    possible.into_iter().filter(|setting| setting.name().contains(&wanted)).collect()
-}
+/// Settings that only the superuser can create.
+const SUPERUSER: [Setting; 4] =
+    [Setting::Root, Setting::Container, Setting::RootWithoutLandlock, Setting::RootlessContainer];
 
 /// The setting of the tests that need only one.
 fn main_setting() -> Setting {
@@ -109,27 +99,44 @@ fn tells(line: &str) -> bool {
     ["BREACH", "\"message\"", "error"].iter().any(|word| line.contains(word))
 }
 
-/// Attack number n in setting number n, beginning again after the last.
 #[test]
-fn every_attack_is_refused_in_one_setting() {
-    assert_refused(|attack, setting, settings| attack % settings == setting);
+fn sampled_attacks_of_an_ordinary_user_are_refused() {
+    assert_refused(&ORDINARY, &sample(ATTACKS, 8));
+}
+
+#[needs("test $(id -u) = 0")]
+#[test]
+fn sampled_attacks_of_the_superuser_are_refused() {
+    assert_refused(&SUPERUSER, &sample(ATTACKS, 8));
 }
 
 #[test]
-#[ignore = "it takes minutes"]
-fn every_attack_is_refused_in_every_setting() {
-    assert_refused(|_, _, _| true);
+#[ignore = "long: minutes"]
+fn long_every_attack_of_an_ordinary_user_is_refused() {
+    ORDINARY.iter().for_each(|setting| assert_refused(&[*setting], &wanted()));
 }
 
-/// Makes the attacks that `is_wanted` selects by the number of the attack, the number of the setting, and the number of
-/// settings.
-fn assert_refused(is_wanted: fn(usize, usize, usize) -> bool) {
+#[needs("test $(id -u) = 0")]
+#[test]
+#[ignore = "long: minutes"]
+fn long_every_attack_of_the_superuser_is_refused() {
+    SUPERUSER.iter().for_each(|setting| assert_refused(&[*setting], &wanted()));
+}
+
+/// The attacks whose description or mode contains the text of the variable `ATTACKS`.
+fn wanted() -> Vec<&'static Attack> {
+    let text = std::env::var("ATTACKS").unwrap_or_default();
+    let is_wanted = |attack: &&Attack| attack.what.contains(&text) || attack.mode.contains(&text);
+    ATTACKS.iter().filter(is_wanted).collect()
+}
+
+/// Makes attack number n in setting number n, beginning again after the last setting.
+fn assert_refused(settings: &[Setting], attacks: &[&Attack]) {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
-    let Some(programs) = programs() else { return };
-    let wanted = std::env::var("ATTACKS").unwrap_or_default();
+    let programs = Programs::get();
     let machine = Machine::look();
     let mut shared_stages: Vec<SharedStage> =
-        settings().into_iter().map(|setting| SharedStage::new(programs, setting)).collect();
+        settings.iter().map(|setting| SharedStage::new(programs, *setting)).collect();
     let good = |shared_stage: &SharedStage| {
         let stage = shared_stage.stage();
         let graded = stage.graded(&stage.submission("hand_in", "", Target::Nothing), &[]);
@@ -139,17 +146,10 @@ fn assert_refused(is_wanted: fn(usize, usize, usize) -> bool) {
         report.lines().filter(|line| !is_hash(line)).collect::<Vec<&str>>().join("\n")
     };
     let before: Vec<String> = shared_stages.iter().map(good).collect();
-    for (shared_stage, report) in shared_stages.iter().zip(&before) {
-        let json: serde_json::Value = serde_json::from_str(report).unwrap_or_default();
-        eprintln!("{}: protection {}", shared_stage.setting.name(), json["protection"]);
-    }
-    let settings = shared_stages.len();
-    // One setting after the other: an attack that is heavy does not run beside itself.
-    let tries: Vec<(usize, &Attack)> = (0..settings)
-        .flat_map(|setting| ATTACKS.iter().enumerate().map(move |attack| (setting, attack)))
-        .filter(|&(setting, (number, _))| is_wanted(number, setting, settings))
-        .map(|(setting, (_, attack))| (setting, attack))
-        .filter(|(_, attack)| attack.what.contains(&wanted) || attack.mode.contains(&wanted))
+    let tries: Vec<(usize, &Attack)> = attacks
+        .iter()
+        .enumerate()
+        .map(|(number, attack)| (number % settings.len(), *attack))
         .collect();
     let (next, failures) = (AtomicUsize::new(0), Mutex::new(BTreeSet::new()));
     let try_one = |(shared_stage, row): &(usize, &Attack)| {
@@ -164,7 +164,6 @@ fn assert_refused(is_wanted: fn(usize, usize, usize) -> bool) {
                 row.mode,
                 complaints.join("; ")
             );
-            eprintln!("FAILED {failure}");
             failures.lock().unwrap().insert(failure);
         }
     };
@@ -232,13 +231,23 @@ fn attacks_page_matches_the_table() {
     assert_document("attacks.md", &document, "cargo test --release -p grade --test attacks");
 }
 
-/// The umask is inherited from the parent of the grader; it must not open scratch folders.
 #[test]
-fn results_do_not_depend_on_umask() {
+fn results_of_an_ordinary_user_do_not_depend_on_umask() {
+    assert_independent_of_umask(&ORDINARY);
+}
+
+#[needs("test $(id -u) = 0")]
+#[test]
+fn results_of_the_superuser_do_not_depend_on_umask() {
+    assert_independent_of_umask(&SUPERUSER);
+}
+
+/// The umask is inherited from the parent of the grader; it must not open scratch folders.
+fn assert_independent_of_umask(settings: &[Setting]) {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
-    let Some(programs) = programs() else { return };
+    let programs = Programs::get();
     let mut failures = Vec::new();
-    for setting in settings() {
+    for &setting in settings {
         let shared_stage = SharedStage::new(programs, setting);
         let mut protections = Vec::new();
         for mask in ["022", "0", "027", "077"] {
@@ -251,21 +260,31 @@ fn results_do_not_depend_on_umask() {
             if output.status.code() != Some(0)
                 || protections[0] != protections[protections.len() - 1]
             {
-                let said = String::from_utf8_lossy(&output.stderr).into_owned();
+                let printed = String::from_utf8_lossy(&output.stderr).into_owned();
                 let protection = &report["protection"];
-                failures.push(format!("{}, mask {mask}: {protection} {said}", setting.name()));
+                failures.push(format!("{}, mask {mask}: {protection} {printed}", setting.name()));
             }
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// The grader is killed at random moments of a run, sixty in each setting. Each time, no process and no mount remains, no file is partially
-/// written, and the next run is correct.
 #[test]
 fn killed_grader_leaves_no_process_mount_or_partial_file() {
+    kill_graders(16);
+}
+
+#[test]
+#[ignore = "long: a minute"]
+fn long_killed_grader_leaves_no_process_mount_or_partial_file() {
+    kill_graders(600);
+}
+
+/// Kills the grader at random moments of a run, so often in each setting. Each time, no process and no mount remains, no
+/// file is partially written, and the next run is correct.
+fn kill_graders(count: usize) {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
-    let Some(programs) = programs() else { return };
+    let programs = Programs::get();
     for setting in [main_setting(), Setting::UserWithoutNamespaces] {
         let shared_stage = SharedStage::new(programs, setting);
         let stages = [shared_stage.stage(), shared_stage.stage()];
@@ -274,8 +293,8 @@ fn killed_grader_leaves_no_process_mount_or_partial_file() {
         let expected = stages[0].graded(&good, &[]).report;
         let machine = Machine::look();
         let files = stages.each_ref().map(|stage| stage.files());
-        let mut rng = fastrand::Rng::with_seed(1);
-        for moment in 0..60 {
+        let mut rng = fastrand::Rng::with_seed(seed());
+        for moment in 0..count {
             let (stage, submission) =
                 if moment % 2 == 0 { (&stages[0], &good) } else { (&stages[1], &slow) };
             let mut grader = stage.grade(submission, &[]).stderr(Stdio::null()).spawn().unwrap();
@@ -303,18 +322,18 @@ fn killed_grader_leaves_no_process_mount_or_partial_file() {
     }
 }
 
-/// A supervisor is killed twenty times while programs run that ignore every signal, without namespaces and without a control
-/// group. Each time, no process remains.
+/// A supervisor is killed while programs run that ignore every signal, without namespaces and without a control group. Each
+/// time, no process remains.
 #[test]
 fn killed_supervisor_leaves_no_process() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
-    let Some(programs) = programs() else { return };
+    let programs = Programs::get();
     for setting in [main_setting(), Setting::UserWithoutNamespaces] {
         let shared_stage = SharedStage::new(programs, setting);
         let stage = shared_stage.stage();
         let slow = stage.submission("lasting_daemons", "", Target::Nothing);
-        let mut rng = fastrand::Rng::with_seed(3);
-        for moment in 0..20 {
+        let mut rng = fastrand::Rng::with_seed(seed());
+        for moment in 0..6 {
             let mut grader = stage.grade(&slow, &[]).stderr(Stdio::null()).spawn().unwrap();
             while stage.running().len() < 3 {
                 assert!(matches!(grader.try_wait(), Ok(None)), "moment {moment}");
@@ -333,39 +352,64 @@ fn killed_supervisor_leaves_no_process() {
     }
 }
 
-/// Where all runs have to share a user ID, none ends another, and none ends a process of the machine that has it.
+#[test]
+fn time_of_short_lived_children_of_an_ordinary_user_is_limited() {
+    assert_time_is_limited(main_setting());
+}
+
+#[needs("test $(id -u) = 0")]
+#[test]
+fn time_of_short_lived_children_of_the_superuser_is_limited() {
+    assert_time_is_limited(Setting::Root);
+}
+
+/// Children that live for 4 ms and are not waited for show no processor time. A control group counts it; elsewhere the
+/// limit of elapsed time ends them.
+fn assert_time_is_limited(setting: Setting) {
+    let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
+    let shared_stage = SharedStage::new(Programs::get(), setting);
+    let stage = shared_stage.stage();
+    let spins = stage.submission("spin_in_shorter_children", "", Target::Nothing);
+    let graded = stage.graded(&spins, &["cpu=1", "wall=3"]);
+    let report: serde_json::Value = serde_json::from_str(&graded.report).unwrap();
+    let is_counted = report["protection"].to_string().contains("memory");
+    let limit = if is_counted { "1 s of processor time" } else { "after 3 s" };
+    assert!(graded.report.contains(limit), "{}: {}", setting.name(), graded.report);
+}
+
+/// Runs that share a user ID kill neither each other nor a process of the machine with the same ID.
+#[needs("test $(id -u) = 0")]
 #[test]
 fn runs_sharing_a_user_id_do_not_kill_each_other() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
-    let Some(programs) = programs() else { return };
-    for setting in settings().into_iter().filter(|it| *it == Setting::RootlessContainer) {
-        let shared_stage = SharedStage::new(programs, setting);
-        let user = setting.user().unwrap() + 1;
-        let mut bystander = Command::new(programs.launcher());
-        bystander.args(["--user", &user.to_string(), "--", "sleep", "600"]);
-        let mut bystander = bystander.spawn().unwrap();
-        let failures = Mutex::new(Vec::new());
-        std::thread::scope(|scope| {
-            for _ in 0..AT_A_TIME {
-                scope.spawn(|| {
-                    let stage = shared_stage.stage();
-                    let honest = stage.submission("honest_pause", "", Target::Nothing);
-                    for _ in 0..5 {
-                        let graded = stage.graded(&honest, &[]);
-                        if graded.verdict != "pass" {
-                            failures.lock().unwrap().push(graded.report);
-                        }
+    let programs = Programs::get();
+    let setting = Setting::RootlessContainer;
+    let shared_stage = SharedStage::new(programs, setting);
+    let user = setting.user().unwrap() + 1;
+    let mut bystander = Command::new(programs.launcher());
+    bystander.args(["--user", &user.to_string(), "--", "sleep", "600"]);
+    let mut bystander = bystander.spawn().unwrap();
+    let failures = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..AT_A_TIME {
+            scope.spawn(|| {
+                let stage = shared_stage.stage();
+                let honest = stage.submission("honest_pause", "", Target::Nothing);
+                for _ in 0..2 {
+                    let graded = stage.graded(&honest, &[]);
+                    if graded.verdict != "pass" {
+                        failures.lock().unwrap().push(graded.report);
                     }
-                });
-            }
-        });
-        let lives = matches!(bystander.try_wait(), Ok(None));
-        let _ = bystander.kill();
-        let _ = bystander.wait();
-        assert!(lives, "the bystander was killed");
-        let failures = failures.into_inner().unwrap();
-        assert!(failures.is_empty(), "{} of {}: {}", failures.len(), 5 * AT_A_TIME, failures[0]);
-    }
+                }
+            });
+        }
+    });
+    let lives = matches!(bystander.try_wait(), Ok(None));
+    let _ = bystander.kill();
+    let _ = bystander.wait();
+    assert!(lives, "the bystander was killed");
+    let failures = failures.into_inner().unwrap();
+    assert!(failures.is_empty(), "{} of {}: {}", failures.len(), 2 * AT_A_TIME, failures[0]);
 }
 
 fn kill(process: u32) {
@@ -373,19 +417,19 @@ fn kill(process: u32) {
     rustix::process::kill_process(process, rustix::process::Signal::KILL).unwrap();
 }
 
-/// A submission is killed from outside at twenty moments of its run: its verdict is a crash, the report is complete,
+/// A submission is killed from outside at random moments of its run: its verdict is a crash, the report is complete,
 /// and another submission gets the same verdict as before.
 #[test]
 fn killed_submission_is_reported_as_crashed() {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
-    let Some(programs) = programs() else { return };
+    let programs = Programs::get();
     let shared_stage = SharedStage::new(programs, main_setting());
     let stages = [shared_stage.stage(), shared_stage.stage()];
     let good = stages[0].submission("hand_in", "", Target::Nothing);
     let slow = stages[1].submission("sleep_long", "", Target::Nothing);
     let expected = stages[0].graded(&good, &[]).report;
-    let mut rng = fastrand::Rng::with_seed(2);
-    for moment in 0..20 {
+    let mut rng = fastrand::Rng::with_seed(seed());
+    for moment in 0..8 {
         let pause = Duration::from_micros(rng.u64(0..20_000));
         let done = AtomicBool::new(false);
         std::thread::scope(|scope| {
@@ -408,15 +452,21 @@ fn killed_submission_is_reported_as_crashed() {
     assert_eq!(stages[0].graded(&good, &[]).report, expected);
 }
 
-/// A thousand runs of a program that does nothing.
 #[test]
-fn thousand_runs_leave_no_process_or_file() {
+fn repeated_runs_leave_no_process_or_file() {
+    run_nothing(50);
+}
+
+#[test]
+#[ignore = "long: a quarter of a minute"]
+fn long_repeated_runs_leave_no_process_or_file() {
+    run_nothing(1_000);
+}
+
+/// Runs of a program that does nothing.
+fn run_nothing(count: usize) {
     let _one = SERIAL.lock().unwrap_or_else(PoisonError::into_inner);
     let nothing = Path::new("/bin/true");
-    if !nothing.exists() {
-        eprintln!("skipped: there is no {}", nothing.display());
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let scratch = folder.path().join("scratch");
     fs::create_dir(&scratch).unwrap();
@@ -437,7 +487,7 @@ fn thousand_runs_leave_no_process_or_file() {
     };
     let descriptors = || fs::read_dir("/proc/self/fd").unwrap().count();
     let before = (Machine::look(), stage::children(), folders(), descriptors());
-    for number in 0..1_000 {
+    for number in 0..count {
         let outcome = sandbox.run(&job).unwrap();
         assert_eq!(outcome.end, End::Exited(0), "run {number}");
     }

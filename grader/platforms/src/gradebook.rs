@@ -8,7 +8,7 @@
 //! A student without points has an empty cell. Formats: Canvas's guide "How do I import grades in the Gradebook?" and
 //! Moodle's page "Grade import", of 2026.
 
-use grader::boundary::printed::{InertCsv, inert};
+use grader::boundary::printed::{InertCsv, RawUse, Untrusted, inert};
 use grader::class::roster::{Roster, Student};
 use grader::class::sheet::SheetError;
 
@@ -24,7 +24,7 @@ pub enum GradebookKind {
 /// A column about the student.
 struct Column {
     name: &'static str,
-    of: fn(&Student) -> &str,
+    of: fn(&Student) -> &Untrusted,
     /// Whether the platform finds the student by it.
     identifies: bool,
 }
@@ -80,7 +80,7 @@ impl GradebookKind {
     pub fn check(self, roster: &Roster) -> Result<(), SheetError> {
         for student in &roster.students {
             let identities = self.all_columns().iter().filter(|column| column.identifies);
-            let identities: Vec<&str> =
+            let identities: Vec<&Untrusted> =
                 identities.map(|column| (column.of)(student)).filter(|id| !id.is_empty()).collect();
             let shown = student.shown();
             if identities.is_empty() {
@@ -94,7 +94,8 @@ impl GradebookKind {
                 );
                 return Err(roster.wrong(student.line, message));
             }
-            if let Some(id) = identities.into_iter().find(|id| inert(id) != **id) {
+            let is_changed = |id: &&Untrusted| inert(&id.text()) != id.raw(RawUse::Comparison);
+            if let Some(id) = identities.into_iter().find(is_changed) {
                 let message = format!(
                     "spreadsheets read {id:?} as a formula, and {} would not find {shown} by it if it were changed\n  \
                      help: leave the cell empty, and fill in another one",
@@ -112,8 +113,9 @@ impl GradebookKind {
     /// Never in practice.
     pub fn render(self, gradebook: &Gradebook<'_>) -> csv::Result<Vec<u8>> {
         let Gradebook { column, possible, rows } = *gradebook;
-        let is_used =
-            |of: fn(&Student) -> &str| rows.iter().any(|(student, _)| !of(student).is_empty());
+        let is_used = |of: fn(&Student) -> &Untrusted| {
+            rows.iter().any(|(student, _)| !of(student).is_empty())
+        };
         let columns = self.all_columns().iter();
         let columns: Vec<&Column> =
             columns.filter(|column| self == Self::Canvas || is_used(column.of)).collect();
@@ -124,8 +126,8 @@ impl GradebookKind {
             table.row(["    Points Possible"].into_iter().chain(empty).chain([possible]))?;
         }
         for (student, points) in rows {
-            let cells = columns.iter().map(|column| (column.of)(student));
-            table.row(cells.chain([points.as_deref().unwrap_or_default()]))?;
+            let cells = columns.iter().map(|column| (column.of)(student).text());
+            table.row(cells.chain([points.clone().unwrap_or_default()]))?;
         }
         table.bytes()
     }

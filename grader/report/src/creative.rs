@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 
 use frames::Painter;
-use grader::boundary::printed;
 use grader::creative::{Creative, Motion, Outcome, Wanted};
 use picture::canvas::Canvas;
 use scene::Scene;
@@ -25,7 +24,7 @@ const GAP: u32 = 8;
 /// # Errors
 /// If `out` takes no more.
 pub fn write(out: &mut dyn Write, creative: &Creative) -> io::Result<()> {
-    writeln!(out, "{BOLD}{}{BOLD:#}", printed::text(&creative.path.display().to_string()))?;
+    writeln!(out, "{BOLD}{}{BOLD:#}", creative.path.line())?;
     for check in &creative.checks {
         let style = match check.outcome {
             Outcome::Passed => GOOD,
@@ -90,6 +89,6 @@ pub fn draw(wanted: Wanted, scene: &Scene, motion: &Motion) -> io::Result<Vec<u8
     Ok(match wanted {
         Wanted::Nothing => Vec::new(),
         Wanted::Motion => serde_json::to_vec(&MotionData::of(scene, motion))?,
-        Wanted::Sheet => contact_sheet(scene, motion).png(),
+        Wanted::Sheet => contact_sheet(scene, motion).png()?,
     })
 }

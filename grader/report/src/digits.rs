@@ -2,7 +2,8 @@
 
 use similar::{Algorithm, DiffOp, capture_diff_slices};
 
-use grader::compare::{ContextRow, FirstWrong};
+use diagnosis::findings::ContextRow;
+use grader::compare::FirstWrong;
 use grader::verdict::number;
 
 /// The shortest decimal that reads back as this number, with its sign.

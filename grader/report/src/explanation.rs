@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
-use grader::diagnosis::{Balance, Explanation};
-use grader::findings::Finding;
+use diagnosis::explanation::{Balance, Explanation};
+use diagnosis::findings::Finding;
 use grader::grading::{Grading, SceneResult};
 
 use crate::table::{self, BOLD, Cell, DIM};

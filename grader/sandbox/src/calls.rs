@@ -348,9 +348,11 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
         let others = u64::from((!HARMLESS_FLAGS).cast_unsigned());
         rules.insert(*call, vec![rule(&[(5, SeccompCmpOp::MaskedEq(others), 0)])?]);
     }
-    // A process that hides its files from the supervisor could fill the disk with them.
-    let hides = u64::from(libc::PR_SET_DUMPABLE.cast_unsigned());
-    rules.insert(libc::SYS_prctl, vec![rule(&[(0, SeccompCmpOp::Ne, hides)])?]);
+    // A process that hides its files from the supervisor could fill the disk with them, and one that gets huge pages back
+    // could hide memory behind their parts.
+    let refused = [libc::PR_SET_DUMPABLE, libc::PR_SET_THP_DISABLE];
+    let other = refused.map(|control| (0, SeccompCmpOp::Ne, u64::from(control.cast_unsigned())));
+    rules.insert(libc::SYS_prctl, vec![rule(&other)?]);
     rules.insert(libc::SYS_mmap, mappings(policy)?);
     let namespaces = u64::from(NAMESPACES.cast_unsigned());
     rules.insert(libc::SYS_clone, vec![rule(&[(0, SeccompCmpOp::MaskedEq(namespaces), 0)])?]);

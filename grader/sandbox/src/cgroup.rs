@@ -8,7 +8,7 @@
 //!   into a child group, because the kernel enables controllers in a group only if its parent contains no process.
 //!   `systemd-run --user --scope -p Delegate=yes grade …` creates a delegated group.
 //! - **Version 2, superuser**: below the nearest group above that gives memory controllers to its children.
-//! - **Version 1**: below the group of `grade`, for the superuser.
+//! - **Version 1**: below the groups of `grade`, for the superuser. Each controller has a hierarchy of its own.
 //! - **Scopes**: for an ordinary user without a delegated group, the service manager starts each starter in a delegated one.
 //!
 //! Each starter has one group, because the runs of a starter follow one another.
@@ -43,8 +43,11 @@ const MARKS: [&str; 2] = ["user.delegate", "trusted.delegate"];
 /// Time limit for the kernel to kill a group's processes.
 const KILL_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Pause between two checks whether they have ended.
-const KILL_PAUSE: Duration = Duration::from_millis(1);
+/// Time limit for the test of a scope.
+const SCOPE_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Pause between two checks whether processes have ended.
+const PAUSE: Duration = Duration::from_millis(1);
 
 /// First argument of a process that tests whether its scope is delegated.
 pub(super) const SCOPE: &str = "--sandbox-scope";
@@ -62,11 +65,30 @@ pub(super) enum Groups {
     Scopes,
 }
 
-/// A group, and the version of its hierarchy.
+/// A group with the memory controller, below which groups are made.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Parent {
     folder: PathBuf,
-    is_v1: bool,
+    version: Version,
+}
+
+/// The version of the memory controller's hierarchy.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+enum Version {
+    /// Version 1, where another group counts processor time, if one can be had.
+    One { time: Option<PathBuf> },
+    /// Version 2, where one group counts all.
+    Two,
+}
+
+impl Version {
+    /// The folder of the group that counts processor time only.
+    fn time(&self) -> Option<&Path> {
+        match self {
+            Self::One { time } => time.as_deref(),
+            Self::Two => None,
+        }
+    }
 }
 
 impl Groups {
@@ -77,19 +99,24 @@ impl Groups {
     pub(super) fn find(launcher: &Path) -> Result<Self, String> {
         let is_root = rustix::process::geteuid().is_root();
         let above = || if is_root { above_with_memory() } else { None };
-        let found = delegated().or_else(above).map(|folder| Parent { folder, is_v1: false });
+        let found =
+            delegated().or_else(above).map(|folder| Parent { folder, version: Version::Two });
         let found = found.or_else(|| {
-            let (folder, _) = current("cgroup", "memory")?;
-            Some(Parent { folder, is_v1: true }).filter(Parent::is_usable)
+            let usable = |controller| {
+                let (folder, _) = current("cgroup", controller)?;
+                is_usable(&folder).then_some(folder)
+            };
+            let version = Version::One { time: usable("cpuacct") };
+            Some(Parent { folder: usable("memory")?, version })
         });
         if let Some(parent) = found {
-            sweep(&parent.folder);
+            parent.folders().for_each(sweep);
             return Ok(Self::Below(parent));
         }
         let tested = || {
             let mut command = Self::Scopes.command(launcher);
             command.arg(SCOPE).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-            command.status().is_ok_and(|status| status.success())
+            succeeds_within(SCOPE_TIMEOUT, &mut command)
         };
         // Without this variable, there is no service manager of a user.
         match !is_root && std::env::var_os(MANAGER[1]).is_some() && tested() {
@@ -122,29 +149,53 @@ impl Groups {
             Self::Below(parent) => Ok(parent),
             Self::Scopes => {
                 let folder = delegated().ok_or("control group: the scope is not delegated")?;
-                Ok(Parent { folder, is_v1: false })
+                Ok(Parent { folder, version: Version::Two })
             }
         }
     }
 }
 
 impl Parent {
-    /// Whether groups can be made below it.
-    fn is_usable(&self) -> bool {
-        let tried = self.group_of(std::process::id());
-        fs::create_dir(&tried).and_then(|()| fs::remove_dir(&tried)).is_ok()
-    }
-
-    /// The folder of the group of a starter.
-    fn group_of(&self, starter: u32) -> PathBuf {
-        self.folder.join(format!("{RUN_PREFIX}{starter}"))
+    /// The folders below which groups are made.
+    fn folders(&self) -> impl Iterator<Item = &Path> {
+        [&*self.folder].into_iter().chain(self.version.time())
     }
 
     /// Removes the group of a starter that has ended.
     pub(super) fn remove(&self, starter: u32) {
-        // There is none if the starter ran nothing.
-        let _ = fs::remove_dir(self.group_of(starter));
+        for folder in self.folders() {
+            // There is none if the starter ran nothing.
+            let _ = fs::remove_dir(group_of(folder, starter));
+        }
     }
+}
+
+/// Whether groups can be made below this one.
+fn is_usable(folder: &Path) -> bool {
+    let tried = group_of(folder, std::process::id());
+    fs::create_dir(&tried).and_then(|()| fs::remove_dir(&tried)).is_ok()
+}
+
+/// The folder of the group of a starter below another group.
+fn group_of(folder: &Path, starter: u32) -> PathBuf {
+    folder.join(format!("{RUN_PREFIX}{starter}"))
+}
+
+/// Whether a command succeeds in this time; it is killed otherwise.
+fn succeeds_within(time: Duration, command: &mut Command) -> bool {
+    let Ok(mut child) = command.spawn() else { return false };
+    let started = Instant::now();
+    while started.elapsed() < time {
+        match child.try_wait() {
+            Ok(Some(status)) => return status.success(),
+            Ok(None) => std::thread::sleep(PAUSE),
+            Err(_) => break,
+        }
+    }
+    // It may have ended by itself.
+    let _ = child.kill();
+    let _ = child.wait();
+    false
 }
 
 /// The command that starts the launcher in the group of `grade`. It does not name the launcher's folder, which programs
@@ -193,8 +244,7 @@ fn above_with_memory() -> Option<PathBuf> {
     let (group, mount) = current("cgroup2", "")?;
     for group in group.ancestors().take_while(|group| group.starts_with(&mount)) {
         if lists_memory(group, "cgroup.subtree_control") {
-            let parent = Parent { folder: group.to_path_buf(), is_v1: false };
-            return parent.is_usable().then_some(parent.folder);
+            return is_usable(group).then(|| group.to_path_buf());
         }
         let limit = fs::read_to_string(group.join("memory.max"));
         if limit.is_ok_and(|limit| limit.trim() != "max") {
@@ -308,7 +358,7 @@ fn sweep(group: &Path) {
 #[derive(Debug)]
 pub(super) struct ControlGroup {
     folder: PathBuf,
-    is_v1: bool,
+    version: Version,
     /// The counters before the run.
     before: Counters,
 }
@@ -318,7 +368,7 @@ pub(super) struct ControlGroup {
 struct Counters {
     /// Processes killed for want of memory.
     killed: u64,
-    /// Microseconds of processor time; 0 in version 1.
+    /// Microseconds of processor time, if they are counted.
     microseconds: u64,
 }
 
@@ -333,10 +383,14 @@ impl ControlGroup {
         limits: &Limits,
         first: Pid,
     ) -> Result<Self, String> {
-        let folder = parent.group_of(starter.as_raw_nonzero().get().cast_unsigned());
+        let of = |folder: &Path| group_of(folder, starter.as_raw_nonzero().get().cast_unsigned());
+        let folder = of(&parent.folder);
         let fail = |error: io::Error| format!("control group {}: {error}", folder.display());
-        let mut group =
-            Self { folder: folder.clone(), is_v1: parent.is_v1, before: Counters::default() };
+        let version = match &parent.version {
+            Version::One { time } => Version::One { time: time.as_deref().map(of) },
+            Version::Two => Version::Two,
+        };
+        let mut group = Self { folder: folder.clone(), version, before: Counters::default() };
         let began =
             group.prepare(limits, first).or_else(|error| match Errno::from_io_error(&error) {
                 // Another grader swept it.
@@ -348,14 +402,16 @@ impl ControlGroup {
     }
 
     fn prepare(&self, limits: &Limits, first: Pid) -> io::Result<Counters> {
-        match fs::create_dir(&self.folder) {
-            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
-            _ => {}
+        for folder in [&*self.folder].into_iter().chain(self.version.time()) {
+            match fs::create_dir(folder) {
+                Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
+                _ => {}
+            }
         }
         // Memory includes the files in its tmpfs; processes include the keeper and its threads.
         let memory = limits.memory + limits.trace;
-        match self.is_v1 {
-            true => {
+        match self.version {
+            Version::One { .. } => {
                 let swap = self.folder.join("memory.memsw.limit_in_bytes");
                 if !self.is_limited("memory.limit_in_bytes", memory) {
                     // The limit with swap must not be the lower one. It is missing where swap is not counted.
@@ -364,7 +420,7 @@ impl ControlGroup {
                     let _ = write(&swap, &memory.to_string());
                 }
             }
-            false => {
+            Version::Two => {
                 // Without it, nothing limits the run.
                 if !self.is_limited("memory.max", memory) {
                     write(&self.folder.join("memory.max"), &memory.to_string())?;
@@ -374,7 +430,9 @@ impl ControlGroup {
             }
         }
         let before = self.counters();
-        write(&self.folder.join("cgroup.procs"), &first.as_raw_nonzero().to_string())?;
+        for folder in [&*self.folder].into_iter().chain(self.version.time()) {
+            write(&folder.join("cgroup.procs"), &first.as_raw_nonzero().to_string())?;
+        }
         Ok(before)
     }
 
@@ -408,16 +466,20 @@ impl ControlGroup {
     }
 
     fn counters(&self) -> Counters {
-        let number = |file: &str, name: &str| {
-            let text = fs::read_to_string(self.folder.join(file)).unwrap_or_default();
+        let number = |folder: &Path, file: &str, name: &str| {
+            let text = fs::read_to_string(folder.join(file)).unwrap_or_default();
             let line = text.lines().find_map(|line| line.strip_prefix(name));
-            line.and_then(|number| number.parse().ok()).unwrap_or(0)
+            line.and_then(|number| number.parse::<u64>().ok()).unwrap_or(0)
         };
-        match self.is_v1 {
-            true => Counters { killed: number("memory.oom_control", "oom_kill "), microseconds: 0 },
-            false => Counters {
-                killed: number("memory.events", "oom_kill "),
-                microseconds: number("cpu.stat", "usage_usec "),
+        let nanoseconds = |folder| number(folder, "cpuacct.usage", "");
+        match &self.version {
+            Version::One { time } => Counters {
+                killed: number(&self.folder, "memory.oom_control", "oom_kill "),
+                microseconds: time.as_deref().map_or(0, nanoseconds) / 1000,
+            },
+            Version::Two => Counters {
+                killed: number(&self.folder, "memory.events", "oom_kill "),
+                microseconds: number(&self.folder, "cpu.stat", "usage_usec "),
             },
         }
     }
@@ -439,7 +501,7 @@ impl Drop for ControlGroup {
                     let _ = kill_process(process, Signal::KILL);
                 }
             }
-            std::thread::sleep(KILL_PAUSE);
+            std::thread::sleep(PAUSE);
         }
     }
 }
@@ -453,9 +515,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let limits = Limits { cpu: 2.0, ..Limits::default() };
         let write = |file: &str, text: &str| fs::write(folder.path().join(file), text).unwrap();
-        let group = |is_v1| {
+        let group = |version| {
             let folder = folder.path().to_path_buf();
-            let mut group = ControlGroup { folder, is_v1, before: Counters::default() };
+            let mut group = ControlGroup { folder, version, before: Counters::default() };
             group.before = group.counters();
             group
         };
@@ -464,17 +526,34 @@ mod tests {
             write("cpu.stat", stat);
             group.exceeded(&limits)
         };
-        let first = group(false);
+        let first = group(Version::Two);
         assert_eq!(first.exceeded(&limits), None);
         let within = "usage_usec 2000000\nuser_usec 9000000\n";
         assert_eq!(exceeded(&first, "low 0\nmax 8\noom 1\noom_kill 0\n", within), None);
         assert_eq!(exceeded(&first, "oom 1\noom_kill 1\n", within), Some(Exceeded::Memory));
-        let second = group(false);
+        let second = group(Version::Two);
         assert_eq!(exceeded(&second, "oom_kill 1\n", "usage_usec 4000000\n"), None);
         assert_eq!(exceeded(&second, "oom_kill 1\n", "usage_usec 4000001\n"), Some(Exceeded::Cpu));
-        let third = group(true);
+        let time = Some(folder.path().to_path_buf());
+        let third = group(Version::One { time: time.clone() });
         write("memory.oom_control", "oom_kill_disable 0\nunder_oom 0\noom_kill 1\n");
         assert_eq!(third.exceeded(&limits), Some(Exceeded::Memory));
+        write("cpuacct.usage", "7000000000\n");
+        let fourth = group(Version::One { time });
+        write("cpuacct.usage", "9000000999\n");
+        assert_eq!(fourth.exceeded(&limits), None);
+        write("cpuacct.usage", "9000001000\n");
+        assert_eq!(fourth.exceeded(&limits), Some(Exceeded::Cpu));
+    }
+
+    #[test]
+    fn a_command_that_hangs_has_failed() {
+        let is_done = |program: &str, time| {
+            let mut command = Command::new("sh");
+            succeeds_within(time, command.args(["-c", program]))
+        };
+        assert!(is_done("exit 0", SCOPE_TIMEOUT) && !is_done("exit 1", SCOPE_TIMEOUT));
+        assert!(!is_done("exec sleep 600", 20 * PAUSE));
     }
 
     #[test]

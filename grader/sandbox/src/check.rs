@@ -23,6 +23,9 @@ use super::{
 /// First argument of the test program.
 pub(super) const CHECK: &str = "--sandbox-check";
 
+/// Time limit of the test program, in seconds.
+const LONGEST: f64 = 30.0;
+
 /// Timeout of a connection.
 const CONNECTION: Duration = Duration::from_millis(200);
 
@@ -113,7 +116,7 @@ fn test(
     }
     let before = fs::metadata(&file).map_err(fail)?;
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0));
-    let limits = Limits::default();
+    let limits = Limits { wall: LONGEST, ..Limits::default() };
     let targets = Targets {
         file: file.clone(),
         port: listener.as_ref().ok().and_then(|at| at.local_addr().ok()).map_or(0, |at| at.port()),

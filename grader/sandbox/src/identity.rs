@@ -7,6 +7,7 @@ use std::os::fd::AsFd;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::fs::MetadataExt;
 use std::os::unix::net::{SocketAddr, UnixListener};
+use std::time::Instant;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Gid, Mode, Uid};
@@ -17,7 +18,7 @@ use rustix::thread::{
 };
 
 use super::tree::{self, Owner};
-use super::{Job, scratch};
+use super::{Job, Limits, scratch};
 
 /// First of a range of user IDs that systems assign to no person, service or container. The low bits are the number of
 /// a process of the run.
@@ -34,6 +35,9 @@ const TRIED: usize = 256;
 
 /// Pause while other runs have all IDs.
 const PAUSE: Timespec = Timespec { tv_sec: 0, tv_nsec: 5_000_000 };
+
+/// Runs that a run waits for, each as long as it may take itself.
+const TURNS: f64 = 20.0;
 
 /// User of a run.
 #[derive(Debug, Clone, Copy)]
@@ -55,8 +59,8 @@ impl Claim {
     /// The user and group of the run that this process serves. Waits while other runs have all IDs that a container maps.
     ///
     /// # Errors
-    /// If only root is mapped, or the grader ends meanwhile.
-    pub(super) fn new(grader: impl AsFd) -> io::Result<Self> {
+    /// If only root is mapped, the grader ends meanwhile, or no ID becomes free.
+    pub(super) fn new(grader: impl AsFd, limits: &Limits) -> io::Result<Self> {
         let [users, groups] =
             ["uid_map", "gid_map"].map(|map| mapped(&read(&format!("/proc/self/{map}"))));
         let maps = |ranges: &[(u32, u32)], number: u32| {
@@ -76,11 +80,17 @@ impl Claim {
         if free.is_empty() {
             return Err(none());
         }
+        Self::one_of(&free, group, grader, TURNS * limits.wall)
+    }
+
+    /// One of these users, as soon as another run leaves it, within so many seconds.
+    fn one_of(free: &[u32], group: Gid, grader: impl AsFd, longest: f64) -> io::Result<Self> {
+        let started = Instant::now();
         loop {
             let busy = users_of_processes();
             // An ID that other processes have as well is the last choice: they cannot be told from the run's by it.
             let mut shared = None;
-            for number in &free {
+            for number in free {
                 let name = SocketAddr::from_abstract_name(format!("{}{number}", scratch::PREFIX))?;
                 let Ok(name) = UnixListener::bind_addr(&name) else { continue };
                 let is_exclusive = !busy.contains(number);
@@ -93,6 +103,13 @@ impl Claim {
             }
             if let Some(claim) = shared {
                 return Ok(claim);
+            }
+            if started.elapsed().as_secs_f64() > longest {
+                let message = format!(
+                    "for {longest} s, other runs had every user ID that this container maps\n  help: end other graders, \
+                     or map more IDs (--uidmap)"
+                );
+                return Err(io::Error::other(message));
             }
             if poll(&mut [PollFd::new(&grader, PollFlags::empty())], Some(&PAUSE))? > 0 {
                 return Err(io::ErrorKind::BrokenPipe.into());
@@ -181,6 +198,22 @@ pub(super) fn hand_over(job: &Job, owner: Owner) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_waits_for_its_user_until_a_limit_or_the_end_of_the_grader() {
+        let (grader, other_end) = std::os::unix::net::UnixStream::pair().unwrap();
+        // No process has it.
+        let free = [FIRST_USER - 2];
+        let claim = |longest| Claim::one_of(&free, Gid::from_raw(GROUP), &grader, longest);
+        let first = claim(0.0).unwrap();
+        assert!(first.user.is_exclusive);
+        let error = claim(0.01).unwrap_err().to_string();
+        assert!(error.starts_with("for 0.01 s, other runs had every user ID"), "{error}");
+        drop(other_end);
+        assert_eq!(claim(1e6).unwrap_err().kind(), io::ErrorKind::BrokenPipe);
+        drop(first);
+        assert!(claim(0.0).is_ok());
+    }
 
     #[test]
     fn a_run_gets_the_highest_mapped_ids_but_never_root() {

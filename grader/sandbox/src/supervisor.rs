@@ -85,7 +85,7 @@ fn supervise(
     if getppid() != Some(starter) {
         return Err("the grader ended".to_owned());
     }
-    let claim = walls.own_user.then(|| Claim::new(grader)).transpose();
+    let claim = walls.own_user.then(|| Claim::new(grader, &job.limits)).transpose();
     let claim = claim.map_err(|error| format!("the user of the run: {error}"))?;
     let user = claim.as_ref().map(|claim| claim.user);
     let fail = |error: io::Error| format!("the folder of the run: {error}");

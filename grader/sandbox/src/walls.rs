@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rustix::thread::disable_transparent_huge_pages;
 use serde::{Deserialize, Serialize};
 
 use super::calls::{self, Policy};
@@ -125,6 +126,10 @@ pub(super) fn restrict(walls: &Walls, job: &Job, user: Option<User>) -> Result<(
         devices: written.collect(),
         writable: writable(job, walls.namespaces),
     };
+    if walls.groups.is_none() {
+        // The kernel keeps a huge page as long as a part of it is mapped, and no process shows the rest.
+        disable_transparent_huge_pages(true).map_err(|error| format!("huge pages: {error}"))?;
+    }
     let in_force = landlock::restrict(&reach).map_err(|error| format!("Landlock: {error}"))?;
     if walls.landlock && !in_force.files {
         return Err("Landlock: not in force".to_owned());

@@ -12,9 +12,9 @@
 
 use std::collections::BTreeMap;
 
+use diagnosis::findings::{Family, Feature, FindingKind, Part};
 use fastrand::Rng;
 use grader::compare::Criteria;
-use grader::findings::{Family, Feature, FindingKind, Part};
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;

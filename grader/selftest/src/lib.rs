@@ -22,8 +22,8 @@ pub mod sibling;
 
 mod library;
 
+use diagnosis::findings::{Feature, Finding, FindingKind, Symptom};
 use grader::compare::{Comparison, Criteria, Tolerances};
-use grader::findings::{Feature, Finding, FindingKind, Symptom};
 use grader::grading::Grading;
 
 /// Required fraction of mistakes blamed on the right feature.
@@ -245,7 +245,7 @@ mod tests {
     use super::*;
 
     const DAMPING: (Symptom, Feature) =
-        (Symptom::Wrong, Feature::Force(grader::findings::Part::One("springforce", "damping")));
+        (Symptom::Wrong, Feature::Force(diagnosis::findings::Part::One("springforce", "damping")));
     const OUTPUT: (Symptom, Feature) = (Symptom::Wrong, Feature::Output);
 
     fn row(expectation: Expectation, failed: usize, named: &[(Symptom, Feature)]) -> Row {

@@ -3,7 +3,7 @@
 //! The labels follow from the nature of each mistake and were written before any run.
 
 use super::Expectation;
-use grader::findings::{Family, Feature, Part, Symptom};
+use diagnosis::findings::{Family, Feature, Part, Symptom};
 
 /// A source file and its build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! Text from students' files and programs, and the forms in which it is inert: it steers no terminal, starts no formula.
 
 use std::fmt;
+use std::path::Path;
 
 use sandbox::Printed;
 use sandbox::scratch::without_paths;
@@ -68,6 +69,11 @@ impl Untrusted {
         inert(&self.line())
     }
 
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// The text as it was written.
     pub fn raw(&self, _: RawUse) -> &str {
         &self.0
@@ -89,6 +95,12 @@ impl Serialize for Untrusted {
 impl From<String> for Untrusted {
     fn from(text: String) -> Self {
         Self(text)
+    }
+}
+
+impl From<&Path> for Untrusted {
+    fn from(path: &Path) -> Self {
+        path.to_string_lossy().into_owned().into()
     }
 }
 

@@ -9,10 +9,11 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use crate::boundary::seal::hexadecimal;
 use crate::grading::hidden::HiddenSuite;
 use crate::oracle::Oracle;
 use crate::submission::hand_in::{HandIn, HandInError, WalkStep};
-use crate::suite::{Case, Suite, hash_file, hexadecimal};
+use crate::suite::{Case, Suite, hash_file};
 
 /// A hash of several parts. Each part is preceded by its length, so that different lists of parts differ in the hash.
 #[derive(Debug, Clone, Default)]

@@ -246,7 +246,7 @@ mod tests {
         let ada = vec![[7.0, 8.5, 9.0], [1.0, 2.0, 3.0]];
         let of = [("ada", ada), ("ada b", vec![[0.0, 0.0, 10.0]])];
         assert_eq!(marks.of, of.map(|(name, marks)| (name.to_owned(), marks)).into());
-        // What is missing is not zero.
+        // Missing marks are not zero.
         assert_eq!(
             marks.remarks,
             [

@@ -19,18 +19,17 @@ pub mod phase;
 pub mod plan;
 pub mod record;
 pub mod roster;
-pub mod seal;
 pub mod sheet;
 pub mod similar;
 
 use serde::{Deserialize, Serialize};
 
-use crate::findings::Finding;
 use crate::grading::points;
 use crate::grading::{Grading, GradingOutcome, Hidden, SceneResult};
 use crate::probe::Probing;
 use crate::suite::Section;
 use crate::verdict::Verdict;
+use diagnosis::findings::Finding;
 
 /// The table row of one submission. Points are text, as in the report, so that storing and reading them again cannot
 /// change their hundredths.

@@ -18,8 +18,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 
-use super::seal::Seal;
 use crate::boundary::own_file::read_text;
+use crate::boundary::seal::Seal;
 
 /// The record's file name.
 const NAME: &str = "phase.json";
@@ -76,18 +76,17 @@ impl FirstPhase {
         let record = serde_json::to_string_pretty(self)?;
         let record = seal.wrap(&signed_name(runs.path(), folder)?, &record);
         fs::write(runs.path().join(NAME), record)?;
-        let runs = runs.0.keep();
         if Self::read(folder, seal).is_none_or(|there| there.anew != self.anew) {
             match fs::remove_dir_all(folder) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                 _ => {}
             }
-            match fs::rename(&runs, folder) {
-                Err(_) if folder.is_dir() => {}
-                renamed => return renamed,
+            match fs::rename(runs.path(), folder) {
+                Err(error) if !folder.is_dir() => return Err(error),
+                _ => {}
             }
         }
-        fs::remove_dir_all(runs)
+        Ok(())
     }
 }
 
@@ -102,4 +101,38 @@ fn signed_name(runs: &Path, folder: &Path) -> io::Result<String> {
     let folder = folder.file_name().unwrap_or_default().to_string_lossy();
     // No report has a line end in its name.
     Ok(format!("phase\n{folder} {}", names.join(" ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_left_of_a_phase_that_cannot_be_published() {
+        let results = tempfile::tempdir().unwrap();
+        let seal = Seal::of(results.path()).unwrap();
+        let phases = results.path().join("first-phase");
+        fs::create_dir(&phases).unwrap();
+        let phase = FirstPhase { anew: None, seconds: 1.0, spent: 0.5 };
+        let publish = |folder: &Path| {
+            let runs = Unfinished::new(&phases).unwrap();
+            fs::write(runs.path().join("run"), "trace").unwrap();
+            phase.publish(runs, folder, &seal)
+        };
+        let listed = || fs::read_dir(&phases).unwrap().count();
+        assert!(publish(&results.path().join("no/such/folder")).is_err());
+        assert_eq!(listed(), 0);
+        let folder = phases.join("key");
+        for _ in 0..2 {
+            publish(&folder).unwrap();
+            assert_eq!(FirstPhase::read(&folder, &seal).as_ref(), Some(&phase));
+            assert_eq!(listed(), 1);
+        }
+        // Its record is signed with its name and those of the runs.
+        fs::write(folder.join("more"), "trace").unwrap();
+        assert_eq!(FirstPhase::read(&folder, &seal), None);
+        fs::remove_file(folder.join("more")).unwrap();
+        fs::rename(&folder, phases.join("other")).unwrap();
+        assert_eq!(FirstPhase::read(&phases.join("other"), &seal), None);
+    }
 }

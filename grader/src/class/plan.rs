@@ -19,8 +19,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::entry::{ClassEntry, PassedOver};
-use super::seal::{LINES_BEFORE, Seal};
 use crate::boundary::own_file::read_text;
+use crate::boundary::seal::{LINES_BEFORE, Seal};
 
 /// The name that plans are signed with. No report has a line end in its name.
 const NAME: &str = "plan\n";

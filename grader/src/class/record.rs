@@ -13,9 +13,9 @@ use sandbox::Protection;
 use serde::{Deserialize, Serialize};
 
 use super::Row;
-use super::seal::Seal;
 use crate::boundary::door::{Door, DoorError};
 use crate::boundary::printed::{RawUse, Untrusted};
+use crate::boundary::seal::Seal;
 use crate::suite::hash_file;
 
 /// A record.

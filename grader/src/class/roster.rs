@@ -33,19 +33,19 @@ pub struct Student {
     /// Line in the file, from 1.
     pub line: u64,
     /// Name.
-    pub name: String,
+    pub name: Untrusted,
     /// The university's ID.
-    pub id: String,
+    pub id: Untrusted,
     /// The ID in Canvas.
-    pub canvas_id: String,
+    pub canvas_id: Untrusted,
     /// Login.
-    pub login: String,
+    pub login: Untrusted,
     /// Email address.
-    pub email: String,
+    pub email: Untrusted,
     /// Section.
-    pub section: String,
+    pub section: Untrusted,
     /// The name of the submission.
-    pub folder: String,
+    pub folder: Untrusted,
     /// When the submission came in.
     pub submitted: Option<Time>,
     /// The deadline, if it is the student's own.
@@ -110,16 +110,18 @@ impl Student {
     /// Name, else email address, login or ID, for display.
     pub fn shown(&self) -> String {
         let known = [&self.name, &self.email, &self.login, &self.id, &self.canvas_id];
-        let known = known.into_iter().find(|text| !text.is_empty());
-        printed::text(known.map_or("", |text| text))
+        known.into_iter().find(|text| !text.is_empty()).map_or_else(String::new, Untrusted::line)
     }
 
     /// The texts by which a submission is recognised, normalised.
     fn keys(&self) -> Vec<String> {
-        let local = self.email.split('@').next().unwrap_or_default();
-        let last_first = self.name.split_once(',');
+        let [id, canvas_id, login, email, name] =
+            [&self.id, &self.canvas_id, &self.login, &self.email, &self.name]
+                .map(|text| text.raw(RawUse::Comparison));
+        let local = email.split('@').next().unwrap_or_default();
+        let last_first = name.split_once(',');
         let first_last = last_first.map(|(last, first)| format!("{first} {last}"));
-        let texts = [&self.id, &self.canvas_id, &self.login, &self.email, local, &self.name];
+        let texts = [id, canvas_id, login, email, local, name];
         let texts = texts.into_iter().chain(first_last.as_deref());
         texts.map(normalised).filter(|key| !key.is_empty()).collect()
     }
@@ -208,28 +210,28 @@ impl Roster {
             cell => cell.parse().map(Some).map_err(|error| self.wrong(line, format!("{error}"))),
         };
         let mut student = Student { line, ..Student::default() };
-        let mut last_name = String::new();
+        let (mut name, mut last_name) = ("", "");
         for (column, cell) in columns.iter().zip(record) {
             match column {
-                Some(Column::Name | Column::FirstName) => cell.clone_into(&mut student.name),
-                Some(Column::LastName) => cell.clone_into(&mut last_name),
-                Some(Column::Id) => cell.clone_into(&mut student.id),
-                Some(Column::CanvasId) => cell.clone_into(&mut student.canvas_id),
-                Some(Column::Login) => cell.clone_into(&mut student.login),
-                Some(Column::Email) => cell.clone_into(&mut student.email),
-                Some(Column::Section) => cell.clone_into(&mut student.section),
-                Some(Column::Folder) => cell.clone_into(&mut student.folder),
+                Some(Column::Name | Column::FirstName) => name = cell,
+                Some(Column::LastName) => last_name = cell,
+                Some(Column::Id) => student.id = cell.into(),
+                Some(Column::CanvasId) => student.canvas_id = cell.into(),
+                Some(Column::Login) => student.login = cell.into(),
+                Some(Column::Email) => student.email = cell.into(),
+                Some(Column::Section) => student.section = cell.into(),
+                Some(Column::Folder) => student.folder = cell.into(),
                 Some(Column::Submitted) => student.submitted = time(cell)?,
                 Some(Column::Due) => student.due = time(cell)?,
                 None => {}
             }
         }
-        student.name = format!("{} {last_name}", student.name).trim().to_owned();
+        student.name = format!("{name} {last_name}").trim().into();
         Ok(student)
     }
 
     fn refuse_duplicates(&self) -> Result<(), SheetError> {
-        type Fact = fn(&Student) -> &str;
+        type Fact = fn(&Student) -> &Untrusted;
         let facts: [(&str, Fact); 4] = [
             ("ID", |student| &student.id),
             ("Canvas ID", |student| &student.canvas_id),
@@ -239,7 +241,9 @@ impl Roster {
         for (fact, of) in facts {
             let mut seen: HashMap<String, u64> = HashMap::new();
             for student in self.students.iter().filter(|student| !of(student).is_empty()) {
-                if let Some(line) = seen.insert(normalised(of(student)), student.line) {
+                if let Some(line) =
+                    seen.insert(normalised(of(student).raw(RawUse::Comparison)), student.line)
+                {
                     let message = format!(
                         "the {fact} {:?} is that of line {line} too\n  help: correct one of the lines",
                         of(student)
@@ -253,7 +257,10 @@ impl Roster {
 
     /// Finds the submission of each student among these names.
     pub fn find_submissions(&self, names: &[&str]) -> Matching {
-        let named = |student: &Student| names.iter().position(|name| *name == student.folder);
+        let named = |student: &Student| {
+            let folder = student.folder.raw(RawUse::Comparison);
+            names.iter().position(|name| *name == folder)
+        };
         let mut submissions: Vec<Option<usize>> = self.students.iter().map(named).collect();
         let (mut unknown, mut ambiguous) = (Vec::new(), Vec::new());
         // Students whom the column `folder` does not decide.
@@ -365,16 +372,22 @@ mod tests {
         ] {
             let student = &parse(text).unwrap().students[0];
             let facts = [&student.name, &student.id, &student.login, &student.email];
+            let facts = facts.map(Untrusted::text);
             assert_eq!(facts, ["Ada", "7", "ada", "ada@x.edu"], "{text}");
-            assert_eq!((student.section.as_str(), student.canvas_id.as_str()), ("1", ""));
+            assert_eq!((student.section.text(), student.canvas_id.text()), ("1".into(), "".into()));
         }
+        let student = &parse("name,id\n\"\u{1b}[2JEve\nAda\",1\n").unwrap().students[0];
+        assert_eq!(student.shown(), "\u{fffd}[2JEve\u{fffd}Ada");
         // An export of Canvas has rows about the assignments.
         let canvas = "Student,ID,SIS User ID,SIS Login ID,Section,Lab (9)\n,,,,,Manual Posting\n    Points Possible,,,,,10\n\"Lovelace, Ada\",11,7,ada,1,\n";
         let roster = parse(canvas).unwrap();
         assert_eq!(roster.students.len(), 1);
         let Student { line, name, canvas_id, id, login, .. } = &roster.students[0];
-        assert_eq!((*line, name.as_str()), (4, "Lovelace, Ada"));
-        assert_eq!([canvas_id, id, login], ["11", "7", "ada"]);
+        let facts = [name, canvas_id, id, login].map(Untrusted::text);
+        assert_eq!(
+            (*line, facts.each_ref()),
+            (4, ["Lovelace, Ada", "11", "7", "ada"].map(str::to_owned).each_ref())
+        );
     }
 
     #[test]

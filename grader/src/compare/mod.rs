@@ -11,7 +11,6 @@
 
 pub mod calibration;
 pub mod recording;
-pub mod stepping;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -23,7 +22,8 @@ use simulator::solver::linear::LinearSolver;
 use crate::submission::StateSource;
 use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, number, prefix};
 use calibration::{Bound, Envelope, Horizon, SingleStep, SingleSteps, WrongStep};
-use stepping::Stepper;
+use diagnosis::findings::ContextRow;
+use diagnosis::stepping::Stepper;
 
 /// States kept before and after the first wrong one.
 const CONTEXT: usize = 2;
@@ -189,17 +189,6 @@ pub struct FirstWrong {
     pub accumulated: bool,
     /// The particle's rows around that state.
     pub context: Vec<ContextRow>,
-}
-
-/// A particle in one state, in the oracle's trace and in the graded one.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContextRow {
-    /// Step number of the state.
-    pub step: u64,
-    /// The oracle's position, then velocity.
-    pub expected: Vec<f64>,
-    /// The same numbers of the graded trace.
-    pub got: Vec<f64>,
 }
 
 /// Two states that were compared.

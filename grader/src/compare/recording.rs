@@ -22,8 +22,8 @@ use scene::trace::{Shape, State};
 use simulator::solver::linear::LinearSolver;
 
 use super::calibration::Bound;
-use super::stepping::Stepper;
 use crate::compare::Pair;
+use diagnosis::stepping::Stepper;
 
 /// Maximum number of frames.
 const MAX_FRAMES: u64 = 1_000;

@@ -291,7 +291,7 @@ fn answer(
 mod tests {
     use super::*;
 
-    /// What is found in a result of these bytes.
+    /// The findings in a result of these bytes.
     fn found(bytes: &[u8]) -> Result<(Examined, Option<Vec<u8>>), String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("result");

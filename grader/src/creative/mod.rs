@@ -27,13 +27,13 @@ mod motion;
 mod overlap;
 mod run;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use sandbox::SandboxError;
 use sha2::{Digest, Sha256};
 
 use crate::boundary::door::Door;
-use crate::boundary::printed;
+use crate::boundary::printed::{self, Untrusted};
 use crate::submission::hand_in::HandInError;
 use crate::submission::hand_in::place::Place;
 use crate::suite::assignment::{Assignment, Scope};
@@ -47,14 +47,16 @@ pub(crate) use run::blows_up;
 /// A creative scene with the results of its checks.
 #[derive(Debug)]
 pub struct Creative {
-    /// The file.
-    pub path: PathBuf,
+    /// The path of the file.
+    pub path: Untrusted,
+    /// Its path from the folder of all scenes.
+    pub below: Untrusted,
     /// The name of the assignment that the file's name ends in, or that was given.
     pub assignment: Option<String>,
     /// The checks, in a fixed order.
     pub checks: Vec<Check>,
     /// What the scene says of itself.
-    pub description: Option<String>,
+    pub description: Option<Untrusted>,
     /// What was drawn of it; `None` if the file is no scene, or its check was ended.
     pub picture: Option<Picture>,
     /// SHA-256 of the file; of its path, if it is refused.
@@ -156,21 +158,29 @@ pub fn check(
         Err(ended) => (Err(ended), None),
     };
     let description = match &found {
-        Ok(Examined::Scene(facts)) => facts.description.clone(),
+        Ok(Examined::Scene(facts)) => facts.description.as_deref().map(Untrusted::from),
         _ => None,
     };
     let film = film::check(&place, &path);
     let (assignment, checks) = judge(&path, found, film, rules);
     let hash = Sha256::digest(&bytes).into();
-    Ok(Some(Creative { path, assignment, checks, description, picture, hash }))
+    let (path, below) = (path.as_path().into(), below.into());
+    Ok(Some(Creative { path, below, assignment, checks, description, picture, hash }))
 }
 
 impl Creative {
-    /// A file or a folder that is not read.
-    pub fn refused(path: PathBuf, reason: String) -> Self {
-        let hash = Sha256::digest(path.as_os_str().as_encoded_bytes()).into();
-        let checks = vec![Check::new("file", Err(reason))];
-        Self { path, assignment: None, checks, description: None, picture: None, hash }
+    /// A file or a folder that is not read, at the path `below` from the folder `base`.
+    pub fn refused((base, below): (&Path, &Path), reason: String) -> Self {
+        let path = base.join(below);
+        Self {
+            path: path.as_path().into(),
+            below: below.into(),
+            assignment: None,
+            checks: vec![Check::new("file", Err(reason))],
+            description: None,
+            picture: None,
+            hash: Sha256::digest(path.as_os_str().as_encoded_bytes()).into(),
+        }
     }
 }
 

@@ -48,7 +48,7 @@ fn a_good_scene_passes_and_names_its_new_features() {
 
 #[test]
 fn each_check_can_fail() {
-    // The scene of a later milestone, in a file without the name of one, and a film that is none.
+    // The scene of a later milestone, in a file without a milestone in its name, and an invalid film.
     let found = checked("t1m2.xml", &spring("symplectic-euler", 0.01, 1.2), "RIFF");
     assert_eq!(outcomes(&found), "-+?++-", "{found:#?}");
     let found = checked("ab_t1m1.xml", &spring("symplectic-euler", 0.01, 1.2), "GIF89a");

@@ -1,4 +1,4 @@
-//! Judges one scene: compares the trace with the oracle's, and records it for the [findings](crate::findings).
+//! Judges one scene: compares the trace with the oracle's, and records it for the [findings](diagnosis::findings).
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,17 +7,19 @@ use rayon::prelude::*;
 use scene::Scene;
 use scene::trace::{self, Shape, State};
 
+use super::refusal::refusal;
+use super::restart::restart;
 use super::result::SceneResult;
 use crate::compare::recording::Recorder;
 use crate::compare::{Comparison, Criteria, Expectation, Pair, compare_watched};
-use crate::diagnosis::{Diagnosis, other_root, restart};
-use crate::findings::{Findings, JudgedScene, is_recorded, refusal, tasks_of_passed};
 use crate::oracle::Oracle;
 use crate::rubric::{OtherRoot, Rubric};
 use crate::submission::program::Program;
 use crate::submission::{StateSource, Submission};
 use crate::suite::Case;
 use crate::verdict::{Failure, Fault, Verdict};
+use diagnosis::findings::{Diagnosis, is_recorded};
+use diagnosis::roots;
 
 /// Maximum number of scenes for which a program is restarted from the oracle's states.
 const RESTARTED: usize = 5;
@@ -148,7 +150,7 @@ fn judge_watched(
         let mut states = Vec::new();
         let comparison = match start() {
             Ok(mut actual) => {
-                let is_recorded = is_recorded(case);
+                let is_recorded = is_recorded(&case.scene);
                 let mut watch = |pair: Pair<'_>| {
                     if is_recorded {
                         states.push(pair.got.clone());
@@ -199,23 +201,12 @@ fn fill_velocities(scene: &Scene, states: &mut [State]) {
     }
 }
 
-/// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
-pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
-    if judged.iter().all(|judged| judged.result.comparison.verdict.is_pass()) {
-        let tasks = tasks_of_passed(judged.iter().map(|judged| &judged.case.scene));
-        return Findings { tasks, ..Findings::default() };
-    }
-    catch_unwind(AssertUnwindSafe(|| {
-        let scenes = judged.iter_mut().map(|Judged { case, result, states }| JudgedScene {
-            case,
-            comparison: &mut result.comparison,
-            criteria: &result.criteria,
-            states,
-            diagnosis: &mut result.diagnosis,
-        });
-        Findings::of(scenes.collect())
-    }))
-    .unwrap_or_default()
+/// The first state of a trace that differs from the oracle's, if every step of the trace solves its equation.
+fn other_root(scene: &Scene, comparison: &Comparison, states: &[State]) -> Option<u64> {
+    let first = comparison.first_wrong.as_ref()?.place.step;
+    let is_complete = states.len() as u64 == Expectation::of(scene).n_states;
+    let differs = comparison.verdict == Verdict::Fail(Failure::Differs);
+    (differs && first > 0 && is_complete && roots::solve_all(scene, states)).then_some(first)
 }
 
 /// Restarts the program from the oracle's states in the first scenes that differ.

@@ -14,7 +14,10 @@ pub mod points;
 pub mod provenance;
 
 mod breaker;
+mod diagnose;
 mod judge;
+mod refusal;
+mod restart;
 mod result;
 
 use std::collections::HashSet;
@@ -38,7 +41,8 @@ use events::{Event, Observer, Task};
 use hidden::HiddenSuite;
 use sandbox::Protection;
 
-use judge::{Judged, judge_case, look_into, of_case, restart_some};
+use diagnose::look_into;
+use judge::{Judged, judge_case, of_case, restart_some};
 pub use judge::{judge, panic_message};
 use result::gather;
 pub use result::{

@@ -7,8 +7,6 @@ use super::altered::{Copied, Passed};
 use crate::boundary::printed::Untrusted;
 use crate::compare::recording::Recording;
 use crate::compare::{Comparison, Criteria};
-use crate::diagnosis::Diagnosis;
-use crate::findings::Findings;
 use crate::probe::Probing;
 use crate::rubric::creative::{CRITERIA, CreativeCredit, CreativeRule};
 use crate::rubric::{FaultPoints, OtherRoot, Rubric};
@@ -16,12 +14,14 @@ use crate::suite::assignment::Assignment;
 use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::{Fault, Verdict};
 use crate::white_box::JacobianReport;
+use diagnosis::findings::Diagnosis;
+use diagnosis::findings::Findings;
 use sandbox::Protection;
 
 use super::provenance::Provenance;
 
 /// The content of a report.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Grading {
     /// The submission's name.
     pub submission: Untrusted,
@@ -530,24 +530,7 @@ pub(super) fn gather(
         }
     }
     features.sort_by(|a, b| a.feature.cmp(&b.feature));
-    Grading {
-        submission,
-        assignment: None,
-        fitting: None,
-        is_own: false,
-        features,
-        protection: None,
-        repetition: None,
-        probing: None,
-        copied: None,
-        creative: None,
-        findings,
-        jacobians: JacobianReport::default(),
-        hidden: Hidden::None,
-        faults: rubric.fault_points(),
-        interrupted: None,
-        provenance: None,
-    }
+    Grading { submission, features, findings, faults: rubric.fault_points(), ..Grading::default() }
 }
 
 #[cfg(test)]

@@ -675,7 +675,7 @@ mod tests {
         |_, _| Err(io::ErrorKind::Unsupported.into());
     const NO_REMOVAL: fn(&Path) -> io::Result<()> = |_| Err(io::ErrorKind::ResourceBusy.into());
 
-    /// A folder with `expected/old.txt`, and one beside it with `new.txt` to take its place.
+    /// A folder with `expected/old.txt`, and a second one with `new.txt` that replaces it.
     fn prepare() -> (TempDir, PathBuf, TempDir) {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("expected");

@@ -8,7 +8,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use scene::{Dimension, Scene};
-use simulator::force::{Block, ForceKind, JacobianSink};
+use simulator::force::{ElementJacobians, ForceKind, JacobianSink};
 use simulator::system::{BuildForce, System};
 
 use super::noise::{self, DIFFERENCE};
@@ -296,10 +296,15 @@ where
 struct Matrices([DMatrix<f64>; 2]);
 
 impl<const D: usize> JacobianSink<D> for Matrices {
-    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        for (matrix, block) in self.0.iter_mut().zip([jacobian_x, jacobian_v]) {
-            let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
-            view += block;
+    fn add(&mut self, element: ElementJacobians<'_, D>) {
+        let [by_position, by_velocity] = &mut self.0;
+        for (matrix, blocks) in
+            [(by_position, element.by_position), (by_velocity, element.by_velocity)]
+        {
+            element.spread(blocks, |row, column, block| {
+                let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
+                view += block;
+            });
         }
     }
 }

@@ -229,7 +229,7 @@ mod tests {
             probe(&counting, |force, of| force == "gravitationalforce" && of == dimension);
             counting.0.into_inner()
         };
-        // Two for the methods' names; gravitation is measured beside springs, which are measured as well.
+        // Two for the methods' names; gravitation is measured together with springs, which are measured as well.
         assert_eq!(runs(Dimension::Two), 2 + 2 * (1 + 3) + 1);
         assert_eq!(runs(Dimension::Three), 2 + 2 * (4 + 9) + 1);
     }

@@ -26,7 +26,7 @@ fn drawn(case: &Case, seed: u64) -> Drawn {
         .unwrap_or_else(|fault| panic!("{}: {fault}", case.id))
 }
 
-/// What a sibling has in common with its original, independent of the order of its elements: each particle with the number
+/// The structure that a sibling shares with its original, independent of the order of its elements: each particle with the number
 /// of forces on it, each force with its zeros and defaults, equal values, options.
 fn structure(scene: &Scene) -> impl PartialEq + std::fmt::Debug {
     let touches = |particle: usize| {

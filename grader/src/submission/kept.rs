@@ -1,29 +1,33 @@
 //! Traces of a program's earlier runs, so that an unchanged program does not run again on an unchanged scene.
 //!
 //! ```text
-//! FOLDER/KEY.HASH           a trace, as the program wrote it
-//! FOLDER/KEY.HASH.failure   how a run failed: the failure's name and message
-//! KEY                       SHA-256 of the arguments, of the scene's files, and of how many runs of the same went before
-//! HASH                      SHA-256 of the file
+//! FOLDER/KEY.SIGNATURE           a trace, as the program wrote it
+//! FOLDER/KEY.SIGNATURE.failure   how a run failed: the failure's name and message
+//! KEY                            SHA-256 of the arguments, of the scene's files, and of how many runs of the same went before
+//! SIGNATURE                      that of the class, of the folder's name, the key, the ending and SHA-256 of the file
 //! ```
 //!
-//! A folder holds the runs of one program, run in one way. A file is used only if its bytes have the hash in its name, so
-//! that nothing depends on how it came to be there. Runs that fail are kept only for a second phase, which repeats no run
-//! of the first one.
+//! A folder holds the runs of one program, run in one way. A file is used only if the class has signed it under its name:
+//! one that was edited, or is of another scene, program or class, does not count. Runs that fail are kept only for a second
+//! phase, which repeats no run of the first one.
 
 use std::collections::HashMap;
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use rustix::fs::CWD;
+
+use crate::boundary::door::open_regular;
 use crate::boundary::own_file;
 use crate::boundary::printed::Untrusted;
+use crate::boundary::seal::Seal;
 use crate::suite::{hash_bytes, hash_file};
 use crate::verdict::Failure;
 
-/// Number of digits of a hash.
+/// Number of digits of a key and of a signature.
 const DIGITS: usize = 64;
 
 /// Ending of the name of a kept failure.
@@ -45,6 +49,7 @@ const FAILURES: [fn(Untrusted) -> Failure; 7] = [
 pub struct KeptRuns {
     folder: PathBuf,
     scope: Scope,
+    seal: Seal,
     /// By key.
     ends: Mutex<HashMap<String, Kept>>,
     /// Whether something could not be written.
@@ -72,51 +77,52 @@ struct Kept {
 /// How a kept run ended.
 #[derive(Debug)]
 pub(super) enum KeptEnd {
-    /// With a trace, which is this file.
-    Trace(PathBuf),
+    /// With a trace.
+    Trace,
     /// With a failure.
     Failed(Failure),
 }
 
 impl KeptRuns {
-    /// The runs in `folder`, which is created if missing. None of those in it is used if they are to be run `anew`.
+    /// The runs in `folder`, which is created if missing. None of those in it is used if they are to be run `anew`. `seal` is
+    /// that of the class.
     ///
     /// # Errors
     /// If the folder cannot be created or read.
-    pub fn open(folder: PathBuf, anew: bool) -> io::Result<Self> {
-        Self::read(folder, Scope::Traces, anew)
+    pub fn open(folder: PathBuf, seal: &Seal, anew: bool) -> io::Result<Self> {
+        Self::read(folder, seal, Scope::Traces, anew)
     }
 
     /// All runs of a first phase, in an empty folder.
     ///
     /// # Errors
     /// If the folder cannot be read.
-    pub fn first_phase(folder: PathBuf) -> io::Result<Self> {
-        Self::read(folder, Scope::All, false)
+    pub fn first_phase(folder: PathBuf, seal: &Seal) -> io::Result<Self> {
+        Self::read(folder, seal, Scope::All, false)
     }
 
     /// The runs of a first phase, for the second one.
     ///
     /// # Errors
     /// If the folder cannot be read.
-    pub fn second_phase(folder: PathBuf) -> io::Result<Self> {
-        Self::read(folder, Scope::Closed, false)
+    pub fn second_phase(folder: PathBuf, seal: &Seal) -> io::Result<Self> {
+        Self::read(folder, seal, Scope::Closed, false)
     }
 
-    fn read(folder: PathBuf, scope: Scope, anew: bool) -> io::Result<Self> {
+    fn read(folder: PathBuf, seal: &Seal, scope: Scope, anew: bool) -> io::Result<Self> {
         fs::create_dir_all(&folder)?;
         let mut ends = HashMap::new();
         for entry in fs::read_dir(&folder)?.filter(|_| !anew) {
             let name = entry?.file_name();
             if let Some((key, rest)) = name.to_str().and_then(|name| name.split_once('.'))
-                && (key.len(), hash_of(rest).len()) == (DIGITS, DIGITS)
+                && (key.len(), rest.trim_end_matches(FAILURE).len()) == (DIGITS, DIGITS)
             {
                 let kept = Kept { rest: rest.to_owned(), is_used: false };
                 ends.insert(key.to_owned(), kept);
             }
         }
         let (ends, has_lost) = (Mutex::new(ends), AtomicBool::new(false));
-        Ok(Self { folder, scope, ends, has_lost })
+        Ok(Self { folder, scope, seal: seal.clone(), ends, has_lost })
     }
 
     /// Whether a run that is not kept must not be made.
@@ -129,16 +135,22 @@ impl KeptRuns {
         self.has_lost.load(Ordering::Relaxed)
     }
 
-    /// How a run ended, if it is kept.
-    pub(super) fn find(&self, key: &str) -> Option<KeptEnd> {
+    /// How a run ended, if it is kept; its trace is put to `trace`.
+    pub(super) fn find(&self, key: &str, trace: &Path) -> Option<KeptEnd> {
         let rest = self.ends().get(key)?.rest.clone();
-        let path = self.path(key, &rest);
-        if hash_file(&path).ok()? != hash_of(&rest) {
+        let mut kept = open_regular(CWD, &self.path(key, &rest)).ok()?;
+        // What is verified is the copy, which nobody else can change.
+        let copy = trace.with_extension("unverified");
+        io::copy(&mut kept, &mut File::create(&copy).ok()?).ok()?;
+        let ending = if rest.ends_with(FAILURE) { FAILURE } else { "" };
+        if self.signed(key, &hash_file(&copy).ok()?, ending) != rest {
             return None;
         }
-        let end = match rest.ends_with(FAILURE) {
-            true => KeptEnd::Failed(failure(&own_file::read(&path).ok()?)?),
-            false => KeptEnd::Trace(path),
+        let end = if ending.is_empty() {
+            fs::rename(&copy, trace).ok()?;
+            KeptEnd::Trace
+        } else {
+            KeptEnd::Failed(failure(&own_file::read(&copy).ok()?)?)
         };
         self.ends().get_mut(key)?.is_used = true;
         Some(end)
@@ -146,7 +158,10 @@ impl KeptRuns {
 
     /// Keeps the trace of a run. If it cannot be written, it is not kept, and the program will run again.
     pub(super) fn keep(&self, key: &str, trace: &Path) {
-        let write = || self.write(key, hash_file(trace)?, |file| fs::copy(trace, file).map(drop));
+        let write = || {
+            let rest = self.signed(key, &hash_file(trace)?, "");
+            self.write(key, rest, |file| fs::copy(trace, file).map(drop))
+        };
         self.has_lost.fetch_or(write().is_err(), Ordering::Relaxed);
     }
 
@@ -156,7 +171,7 @@ impl KeptRuns {
             return;
         }
         let text = serde_json::json!([failure.name(), failure.to_string()]).to_string();
-        let rest = hash_bytes(text.as_bytes()) + FAILURE;
+        let rest = self.signed(key, &hash_bytes(text.as_bytes()), FAILURE);
         let written = self.write(key, rest, |file| fs::write(file, &text));
         self.has_lost.fetch_or(written.is_err(), Ordering::Relaxed);
     }
@@ -187,6 +202,17 @@ impl KeptRuns {
         }
     }
 
+    /// The name, after its key, of a file with this hash and ending.
+    fn signed(&self, key: &str, hash: &str, ending: &str) -> String {
+        // A first phase is moved when it is complete; its record names the folder and the files.
+        let folder = match self.scope {
+            Scope::Traces => self.folder.file_name().unwrap_or_default().to_string_lossy(),
+            Scope::All | Scope::Closed => "".into(),
+        };
+        // No report has a line end in its name.
+        self.seal.sign(&format!("run\n{folder} {key}{ending}"), hash) + ending
+    }
+
     fn path(&self, key: &str, rest: &str) -> PathBuf {
         self.folder.join(format!("{key}.{rest}"))
     }
@@ -194,11 +220,6 @@ impl KeptRuns {
     fn ends(&self) -> MutexGuard<'_, HashMap<String, Kept>> {
         self.ends.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// The hash in a file's name, of which this follows the key.
-fn hash_of(rest: &str) -> &str {
-    rest.strip_suffix(FAILURE).unwrap_or(rest)
 }
 
 /// The failure of a kept run.
@@ -212,58 +233,79 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kept_traces_are_found_by_content() {
+    fn kept_traces_need_the_signature_of_their_name() {
         let folder = tempfile::tempdir().unwrap();
-        let (runs, trace) = (folder.path().join("runs"), folder.path().join("trace"));
+        let seal = Seal::of(folder.path()).unwrap();
+        let [runs, trace, copy] = ["runs", "trace", "copy"].map(|name| folder.path().join(name));
         fs::write(&trace, "t,x\n0,1\n").unwrap();
         let [key, other] = ["a", "b"].map(|digit| digit.repeat(DIGITS));
-        let kept = KeptRuns::open(runs.clone(), false).unwrap();
-        assert!(kept.find(&key).is_none());
+        let open = || KeptRuns::open(runs.clone(), &seal, false).unwrap();
+        let is_kept = |kept: &KeptRuns| matches!(kept.find(&key, &copy), Some(KeptEnd::Trace));
+        let kept = open();
+        assert!(!is_kept(&kept));
         kept.keep(&key, &trace);
         kept.keep(&other, &trace);
-        let found = |kept: &KeptRuns| match kept.find(&key).unwrap() {
-            KeptEnd::Trace(path) => path,
-            KeptEnd::Failed(failure) => panic!("{failure}"),
-        };
-        assert_eq!(fs::read(found(&kept)).unwrap(), fs::read(&trace).unwrap());
+        assert!(is_kept(&kept));
+        assert_eq!(fs::read(&copy).unwrap(), fs::read(&trace).unwrap());
 
         // Another grading of the same program finds it, and drops what it does not need.
-        let again = KeptRuns::open(runs.clone(), false).unwrap();
-        let path = found(&again);
+        let again = open();
+        assert!(is_kept(&again));
         fs::write(runs.join("half-written"), "").unwrap();
+        let signature_of = |key: &str| open().ends()[key].rest.clone();
+        let (signature, of_other) = (signature_of(&key), signature_of(&other));
         again.remove_unused();
+        let path = runs.join(format!("{key}.{signature}"));
         let left: Vec<_> =
             fs::read_dir(&runs).unwrap().map(|entry| entry.unwrap().path()).collect();
         assert_eq!(left, std::slice::from_ref(&path));
 
-        // A damaged one is not used, and replaced.
+        // None of another class, program or scene is used, nor one that was edited or is a pipe.
+        let elsewhere = tempfile::tempdir().unwrap();
+        let foreign = Seal::of(elsewhere.path()).unwrap();
+        assert!(!is_kept(&KeptRuns::open(runs.clone(), &foreign, false).unwrap()));
+        fs::rename(&runs, folder.path().join("moved")).unwrap();
+        assert!(!is_kept(&KeptRuns::open(folder.path().join("moved"), &seal, false).unwrap()));
+        fs::rename(folder.path().join("moved"), &runs).unwrap();
+        let moved = runs.join(format!("{key}.{of_other}"));
+        fs::rename(&path, &moved).unwrap();
+        assert!(!is_kept(&open()));
+        fs::rename(&moved, &path).unwrap();
+        assert!(is_kept(&open()) && !is_kept(&KeptRuns::open(runs.clone(), &seal, true).unwrap()));
         fs::write(&path, "t,x\n0,2\n").unwrap();
-        let damaged = KeptRuns::open(runs.clone(), false).unwrap();
-        assert!(damaged.find(&key).is_none());
-        damaged.keep(&key, &trace);
-        assert!(damaged.find(&key).is_some());
-        assert!(KeptRuns::open(runs, true).unwrap().find(&key).is_none());
+        let edited = open();
+        assert!(!is_kept(&edited));
+        edited.keep(&key, &trace);
+        assert!(is_kept(&edited));
+        let hashed = runs.join(format!("{key}.{}", hash_bytes(b"t,x\n0,2\n")));
+        fs::rename(&path, &hashed).unwrap();
+        fs::write(&hashed, "t,x\n0,2\n").unwrap();
+        assert!(!is_kept(&open()));
+        fs::remove_file(&hashed).unwrap();
+        rustix::fs::mkfifoat(CWD, &path, rustix::fs::Mode::RWXU).unwrap();
+        assert!(!is_kept(&open()));
     }
 
     #[test]
     fn second_phase_reads_every_outcome_of_the_first() {
         let folder = tempfile::tempdir().unwrap();
-        let path = || folder.path().join("runs");
-        let first = KeptRuns::first_phase(path()).unwrap();
+        let seal = Seal::of(folder.path()).unwrap();
+        let (path, copy) = (folder.path().join("runs"), folder.path().join("copy"));
+        let first = KeptRuns::first_phase(path.clone(), &seal).unwrap();
         for make in FAILURES {
             let failure = make("why\nnot".into());
             let key = hash_bytes(failure.name().as_bytes());
             first.keep_failure(&key, &failure);
-            let second = KeptRuns::second_phase(path()).unwrap();
+            let second = KeptRuns::second_phase(path.clone(), &seal).unwrap();
             assert!(second.is_closed() && !first.has_lost());
-            let Some(KeptEnd::Failed(found)) = second.find(&key) else {
+            let Some(KeptEnd::Failed(found)) = second.find(&key, &copy) else {
                 panic!("{}", failure.name())
             };
             assert_eq!(found, failure);
         }
         // Gradings that are taken up later repeat what failed.
         let later = folder.path().join("later");
-        let kept = KeptRuns::open(later.clone(), false).unwrap();
+        let kept = KeptRuns::open(later.clone(), &seal, false).unwrap();
         kept.keep_failure(&"a".repeat(DIGITS), &FAILURES[0](Untrusted::default()));
         assert_eq!(fs::read_dir(later).unwrap().count(), 0);
     }

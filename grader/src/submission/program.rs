@@ -384,8 +384,13 @@ impl Program {
 
     /// How a run ends: as it did before where that is kept. The workspace holds its trace.
     fn end(&self, scene: SceneSource<'_>, before: u32) -> Result<Workspace, RunError> {
+        if self.runner.kept.is_empty() {
+            return self.end_now(scene);
+        }
         let key = self.key(scene, before);
-        let find = |kept: &Arc<KeptRuns>| (Arc::clone(kept), kept.find(&key));
+        // A trace is read from here: messages name it as that of any run.
+        let workspace = Workspace::empty().map_err(SandboxError::no_scratch)?;
+        let find = |kept: &Arc<KeptRuns>| (Arc::clone(kept), kept.find(&key, &workspace.trace()));
         let (found, missing): (Vec<_>, Vec<_>) =
             self.runner.kept.iter().map(find).partition(|(_, end)| end.is_some());
         if missing.iter().any(|(kept, _)| kept.is_closed()) {
@@ -395,9 +400,7 @@ impl Program {
         }
         let end = match found.into_iter().find_map(|(_, end)| end) {
             Some(KeptEnd::Failed(failure)) => Err(RunError::Failed(failure)),
-            Some(KeptEnd::Trace(path)) => {
-                Ok(Workspace::holding(&path).map_err(SandboxError::no_scratch)?)
-            }
+            Some(KeptEnd::Trace) => Ok(workspace),
             None => self.end_now(scene),
         };
         for (kept, _) in missing {
@@ -532,13 +535,6 @@ impl Workspace {
                 }
             }
         }
-        Ok(workspace)
-    }
-
-    /// One that holds a copy of this trace: messages name it as that of any run.
-    fn holding(trace: &Path) -> io::Result<Self> {
-        let workspace = Self::empty()?;
-        fs::copy(trace, workspace.trace())?;
         Ok(workspace)
     }
 

@@ -182,17 +182,19 @@ fn known_names(known: &[String]) -> String {
 }
 
 impl Assignment {
-    /// Reads the assignment `name` from a folder of assignments.
+    /// Reads the assignment `name`, in upper or lower case, from a folder of assignments.
     ///
     /// # Errors
     /// If there is no such file, or it is not a valid assignment.
     pub fn load(folder: &Path, name: &str) -> Result<Self, AssignmentError> {
         let known = names(folder)?;
         // A name is no path: only files of the folder are read.
-        if !known.iter().any(|known| known == name) {
+        let exact = known.iter().find(|known| *known == name);
+        let Some(name) = exact.or(known.iter().find(|known| known.eq_ignore_ascii_case(name)))
+        else {
             let (name, folder) = (name.to_owned(), folder.to_path_buf());
             return Err(AssignmentError::Unknown { name, folder, known });
-        }
+        };
         let path = folder.join(format!("{name}.toml"));
         let text = read_text(&path, MAX_MEBIBYTES)
             .map_err(|source| AssignmentError::Unreadable { path: path.clone(), source })?;

@@ -21,6 +21,8 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use simulator::vocabulary;
 
+use crate::boundary::seal::hexadecimal;
+
 /// Whether a scene is required or earns extra credit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Section {
@@ -318,10 +320,6 @@ fn feed(hasher: &mut Sha256, mut file: impl Read) -> io::Result<()> {
 /// SHA-256 of bytes, in hexadecimal.
 pub fn hash_bytes(bytes: &[u8]) -> String {
     hash([bytes, &[]])
-}
-
-pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Line and column of a byte of a text, both from 1; columns count characters.

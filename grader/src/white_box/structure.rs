@@ -226,7 +226,7 @@ impl<'a> Scenario<'a> {
         let claimed = !couplings.is_empty()
             && couplings.iter().all(|coupling| match coupling {
                 Coupling::Diagonal(_) => true,
-                Coupling::Pair { symmetric, .. } => *symmetric,
+                Coupling::Stencil { symmetric, .. } => *symmetric,
             });
         for by in [By::Position, By::Velocity] {
             if !(claimed || (by == By::Position && self.conservative && self.bends())) {
@@ -309,7 +309,7 @@ impl<'a> Scenario<'a> {
         let claims = |a: usize, b: usize| {
             couplings.iter().any(|coupling| match coupling {
                 Coupling::Diagonal(particle) => a == b && a == *particle,
-                Coupling::Pair { particles, .. } => {
+                Coupling::Stencil { particles, .. } => {
                     particles.contains(&a) && particles.contains(&b)
                 }
             })
@@ -317,7 +317,7 @@ impl<'a> Scenario<'a> {
         let only_diagonal = |a: usize| {
             !couplings.iter().any(|coupling| match coupling {
                 Coupling::Diagonal(_) => false,
-                Coupling::Pair { particles, .. } => particles.contains(&a),
+                Coupling::Stencil { particles, .. } => particles.contains(&a),
             })
         };
         let mut outside = 0;

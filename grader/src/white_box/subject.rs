@@ -10,7 +10,7 @@
 use reference::law::Jacobians;
 use scene::{Dimension, Scene};
 use simulator::force::{
-    self, Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State,
+    self, Coupling, Degenerate, ElementJacobians, Force, ForceKind, JacobianSink, Numbered, State,
 };
 use simulator::system::{BuildForce, System};
 
@@ -98,11 +98,15 @@ impl<const D: usize> Subject for Simulated<D> {
 struct Dense(Jacobians);
 
 impl<const D: usize> JacobianSink<D> for Dense {
-    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
+    fn add(&mut self, element: ElementJacobians<'_, D>) {
         let Jacobians { by_position, by_velocity } = &mut self.0;
-        for (matrix, block) in [(by_position, jacobian_x), (by_velocity, jacobian_v)] {
-            let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
-            view += block;
+        for (matrix, blocks) in
+            [(by_position, element.by_position), (by_velocity, element.by_velocity)]
+        {
+            element.spread(blocks, |row, column, block| {
+                let mut view = matrix.fixed_view_mut::<D, D>(row * D, column * D);
+                view += block;
+            });
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Shared support of integration tests: the repository's folders and scenes, and generated documents.
 
-pub mod schema;
+mod schema;
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use grader::suite::{Section, Suite};
 use scene::ParseOptions;
@@ -18,6 +19,12 @@ pub fn root() -> &'static Path {
         .expect("a crate two folders below the root")
 }
 
+/// The folder of the course's scenes and traces, which are not part of the repository.
+pub fn course() -> PathBuf {
+    let beside = root().join("../shared/fosssim");
+    std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from)
+}
+
 /// A scene of one free particle and six states.
 pub const FREE_PARTICLE: &str = r#"<scene>
   <duration time="0.5"/>
@@ -25,6 +32,27 @@ pub const FREE_PARTICLE: &str = r#"<scene>
   <particle m="1" px="0" py="0" vx="1" vy="2" fixed="0"/>
 </scene>
 "#;
+
+/// Seed of the samples of today: `SPRING_ORACLE_SEED`, or the number of days since 1970. It is printed, so that a failed
+/// test shows it.
+///
+/// # Panics
+/// If the variable is not a number.
+#[expect(clippy::print_stdout, reason = "shown by failed tests")]
+pub fn seed() -> u64 {
+    let today = || SystemTime::UNIX_EPOCH.elapsed().map_or(0, |elapsed| elapsed.as_secs() / 86_400);
+    let seed =
+        std::env::var("SPRING_ORACLE_SEED").map_or_else(|_| today(), |text| text.parse().unwrap());
+    println!("SPRING_ORACLE_SEED={seed} draws this sample again");
+    seed
+}
+
+/// `count` of the items, drawn by [`seed`]; all, if there are fewer.
+pub fn sample<T>(items: impl IntoIterator<Item = T>, count: usize) -> Vec<T> {
+    let items: Vec<T> = items.into_iter().collect();
+    let count = count.min(items.len());
+    fastrand::Rng::with_seed(seed()).choose_multiple(items, count)
+}
 
 /// Writes a file, and the folders that it lies in.
 ///
@@ -53,7 +81,10 @@ pub fn suite() -> Suite {
 /// # Panics
 /// If they differ; the message names the first differing line and `command`, which writes the document.
 pub fn assert_document(name: &str, text: &str, command: &str) {
-    let path = document(name, text.as_bytes());
+    let path = root().join("docs").join(name);
+    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
+        std::fs::write(&path, text).expect("a document");
+    }
     let stored = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
     let differing = stored.lines().zip(text.lines()).find(|(stored, new)| stored != new);
     assert!(
@@ -63,25 +94,16 @@ pub fn assert_document(name: &str, text: &str, command: &str) {
     );
 }
 
-/// Asserts that a picture of `docs/` has these bytes, or rewrites it, as [`assert_document`] does.
+/// Asserts that a report fits its schema, `docs/NAME`.
 ///
 /// # Panics
-/// If it has other bytes, or cannot be written.
-pub fn assert_picture(name: &str, bytes: &[u8], command: &str) {
-    let stored = std::fs::read(document(name, bytes)).unwrap_or_default();
-    assert!(
-        stored == bytes,
-        "docs/{name} is out of date\nhelp: look at it and accept it with `UPDATE_DOCS=1 {command}`"
-    );
-}
-
-/// The path of a document, which holds `bytes` if documents are to be rewritten.
-fn document(name: &str, bytes: &[u8]) -> PathBuf {
-    let path = root().join("docs").join(name);
-    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
-        std::fs::write(&path, bytes).expect("a document");
+/// If it does not; the message names the place and the reason.
+pub fn assert_fits(name: &str, report: &serde_json::Value) {
+    let text = std::fs::read_to_string(root().join("docs").join(name)).expect("a schema");
+    let schema = serde_json::from_str(&text).expect("JSON");
+    if let Err(reason) = schema::validate(&schema, report) {
+        panic!("docs/{name}: {reason}");
     }
-    path
 }
 
 /// A JUnit report without the times, which no two runs have in common.

@@ -3,8 +3,8 @@
 use std::path::Path;
 use test_support::{root, suite};
 
+use diagnosis::stepping::Stepper;
 use grader::compare::calibration::{Bound, Class, calibrate, calibrate_by};
-use grader::compare::stepping::Stepper;
 use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
 use grader::oracle::Oracle;
 use grader::submission::StateSource;

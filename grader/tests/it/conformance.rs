@@ -1,7 +1,7 @@
 //! Compares the course's own traces of its own scenes with the built-in simulator, where they are available.
 
-use std::path::PathBuf;
-use test_support::root;
+use needs::needs;
+use test_support::course;
 
 use grader::grading::{Grader, GradingOutcome};
 use grader::oracle::Oracle;
@@ -11,20 +11,10 @@ use grader::suite::{Section, Suite};
 use scene::ParseOptions;
 use simulator::solver::linear::LinearSolver;
 
-/// The folder of the course's data, if it is available.
-fn course() -> Option<PathBuf> {
-    let beside = root().join("../shared/fosssim");
-    let folder = std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from);
-    folder.join("scenes").is_dir().then_some(folder)
-}
-
+#[needs("test -d ${SPRING_ORACLE_FOSSSIM:-../shared/fosssim}")]
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says why")]
 fn the_courses_own_traces_are_reproduced() {
-    let Some(course) = course() else {
-        eprintln!("skipped: no scenes of the course; set SPRING_ORACLE_FOSSSIM to their folder");
-        return;
-    };
+    let course = course();
     let sections = [(Section::Required, course.join("scenes"))];
     let suite = Suite::load(&sections, &ParseOptions::default()).unwrap();
     assert!(suite.cases.len() >= 45 && suite.warnings.is_empty());

@@ -1,6 +1,6 @@
 //! Steps that are redone from the states of a trace.
 
-use grader::diagnosis;
+use diagnosis::steps;
 use scene::trace::State;
 use simulator::simulation::Simulation;
 use test_support::suite;
@@ -22,7 +22,7 @@ fn wrong(scene: &str, changed: Option<usize>) -> Vec<[u64; 2]> {
     if let Some(number) = changed {
         states[number].velocities[0] += 1e-6;
     }
-    let (found, _) = diagnosis::examine(&case.scene, &states);
+    let (found, _) = steps::examine(&case.scene, &states);
     assert_eq!(found.total + 1, states.len() as u64);
     found.ranges
 }
@@ -34,7 +34,7 @@ fn wrong_state_spoils_only_steps_that_use_it() {
     for scene in [one_step, two_step] {
         assert_eq!(wrong(scene, None), [[0; 2]; 0], "{scene}");
     }
-    // The step that ends there, and that which starts there; then that which uses it as the earlier state.
+    // The step that ends in the wrong state, the step that starts there, and a two-step method's next one.
     assert_eq!(wrong(one_step, Some(10)), [[10, 11]]);
     assert_eq!(wrong(two_step, Some(10)), [[10, 12]]);
     // The second step of a run is the first that uses an earlier state.

@@ -2,7 +2,7 @@
 
 use diagnosis::change::candidates;
 use diagnosis::change::{Change, Model, Term};
-use grader::findings::{Finding, FindingKind};
+use diagnosis::findings::{Finding, FindingKind};
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use scene::Scene;
-use simulator::force::{Block, Coupling, Degenerate, JacobianSink};
+use simulator::force::{Coupling, Degenerate, ElementJacobians, JacobianSink};
 use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
 use simulator::simulation::Simulation;
 use simulator::sizes::PARALLEL;
@@ -124,8 +124,10 @@ impl Factor {
         let physics = System::<2>::new(&scene);
         let mut couplings = Vec::new();
         physics.couplings(&mut |coupling| {
-            if let Coupling::Pair { particles, .. } = coupling {
-                couplings.push(particles);
+            if let Coupling::Stencil { particles, .. } = coupling
+                && let [i, j] = particles[..]
+            {
+                couplings.push([i, j]);
             }
         });
         let mut system = SparseSystem::new(physics.n_particles(), &couplings, true);
@@ -136,7 +138,7 @@ impl Factor {
         let (x, v) = (scene.positions(), scene.velocities());
         physics
             .jacobians(&x, &v, 0.0, &mut sink)
-            .map_err(|Degenerate { element }| format!("spring {element} has no direction"))?;
+            .map_err(|Degenerate { element, .. }| format!("spring {element} has no direction"))?;
         let mut factor = Self { system: sink.system, operations: 0.0 };
         factor.system.right_mut().fill(1.0);
         let work = |of: LinearStatistics| of.factor.operations as f64;
@@ -176,8 +178,10 @@ struct Sink {
 }
 
 impl JacobianSink<2> for Sink {
-    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<2>, _: &Block<2>) {
-        self.system.add(row, column, &(jacobian_x * self.scale));
+    fn add(&mut self, element: ElementJacobians<'_, 2>) {
+        element.spread(element.by_position, |row, column, block| {
+            self.system.add(row, column, &(block * self.scale));
+        });
     }
 }
 

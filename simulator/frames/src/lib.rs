@@ -737,11 +737,11 @@ mod tests {
         for [red, green, blue] in [left, right] {
             assert!(red < 240 && red > green && green > blue, "{left:?} {right:?}");
         }
-        painter.set_materials(&Materials::of(Texture::from_png(&picture.png()).unwrap()));
+        painter.set_materials(&Materials::of(Texture::from_png(&picture.png().unwrap()).unwrap()));
         let [left, right] = colors(&painter);
         assert!(left[0] > 150 && left[2] < 100, "{left:?}");
         assert!(right[2] > 150 && right[0] < 100, "{right:?}");
-        // What the face does not cover: an edge, and the particle at its end.
+        // The face does not cover an edge and the particle at its end.
         let drawing = painter.draw(0.0, &scene.positions());
         let of = |is: fn(&Shape) -> bool| drawing.shapes.iter().filter(|shape| is(shape)).count();
         let discs = of(|shape| matches!(shape, Shape::Disc { .. }));

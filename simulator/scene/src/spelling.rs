@@ -17,7 +17,7 @@ pub fn similarity(word: &str, known: &str) -> f64 {
 }
 
 /// The known word most similar to `word`, if any is similar.
-pub(crate) fn closest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+pub fn closest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let similar = known.iter().map(|known| (similarity(word, known), *known));
     // Of equally similar words, the first.
     let best = similar.rev().max_by(|(a, _), (b, _)| a.total_cmp(b));

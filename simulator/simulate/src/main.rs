@@ -5,6 +5,7 @@ mod film;
 mod generate;
 mod iterations;
 mod plot;
+mod reading;
 mod svg;
 mod view;
 
@@ -21,6 +22,7 @@ use film::{Film, FilmArgs};
 use frames::materials::Materials;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use iterations::Iterations;
+use reading::{DRAWN, Reading};
 use scene::output::OutputFile;
 use scene::printable;
 use scene::schema::{IntegratorSchema, OptionKind, OptionSchema};
@@ -28,7 +30,7 @@ use scene::trace::csv::CsvWriter;
 use scene::trace::energy::EnergyWriter;
 use scene::trace::fosssim::FosssimWriter;
 use scene::trace::{Shape, TraceFormat, TraceWriter};
-use scene::{Overrides, ParseOptions, Parsed, Scene};
+use scene::{Overrides, ParseOptions, Parsed, Scene, SceneLimits};
 use simulator::fallback::FallbackStatistics;
 use simulator::generate::{parse_integrator, parse_option};
 use simulator::growth::EnergyGrowth;
@@ -134,13 +136,8 @@ struct Cli {
     #[arg(long)]
     stats: bool,
 
-    /// Unknown elements and attributes of the scene are errors, not warnings
-    #[arg(long)]
-    strict: bool,
-
-    /// Read meshes, material libraries and pictures only from below the scene's folder, as for a scene of somebody else
-    #[arg(long)]
-    confined: bool,
+    #[command(flatten)]
+    reading: Reading,
 
     #[command(flatten)]
     film: FilmArgs,
@@ -250,17 +247,15 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Failure> {
-    let options = ParseOptions {
-        strict: cli.strict,
-        overrides: Overrides {
-            integrator: cli.integrator.first().copied(),
-            time_step: cli.dt,
-            duration: cli.duration,
-            options: cli.options.clone(),
-        },
-        confined: cli.confined,
-        ..ParseOptions::default()
+    let overrides = Overrides {
+        integrator: cli.integrator.first().copied(),
+        time_step: cli.dt,
+        duration: cli.duration,
+        options: cli.options.clone(),
     };
+    let is_drawn = cli.film.is_asked() || cli.plot.is_some() || cli.convergence.is_some();
+    let limits = if is_drawn { DRAWN } else { SceneLimits::default() };
+    let options = cli.reading.options(overrides, limits);
     let path = cli.scene.as_ref().or(cli.scene_option.as_ref());
     let path = path.ok_or_else(|| Failure::Input("no scene file given".to_owned()))?;
     let format = trace_format(cli)?;

@@ -332,7 +332,7 @@ mod tests {
         (result, statistics)
     }
 
-    /// The chain matrix with `diagonal` on its diagonal and -1 beside it, and the solution 1, 2, 3, …
+    /// The chain matrix with `diagonal` on its diagonal and -1 off it, and the solution 1, 2, 3, …
     fn solve_chain(size: usize, diagonal: f64, method: DenseMethod) -> (f64, LinearStatistics) {
         let entry = |row: usize, column: usize| match row.abs_diff(column) {
             0 => diagonal,

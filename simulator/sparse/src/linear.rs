@@ -616,7 +616,7 @@ mod tests {
             links.iter_mut().for_each(|link| link.symmetric = symmetric);
             let choices = [LinearSolver::Dense, LinearSolver::Sparse];
             let shown = choices.map(|choice| {
-                // Block 6 is by itself.
+                // Block 6 is coupled to no other.
                 let mut matrix = BlockMatrix::<2>::new(7, &links, choice);
                 let mut random = fastrand::Rng::with_seed(3);
                 for Link { blocks: [i, j], .. } in &links {

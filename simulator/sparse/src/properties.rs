@@ -232,8 +232,8 @@ fn forests_have_the_same_bits_by_any_number_of_threads() {
 }
 
 #[test]
-#[ignore = "it takes minutes"]
-fn two_thousand_forests_have_the_same_bits_by_any_number_of_threads() {
+#[ignore = "long: minutes"]
+fn long_two_thousand_forests_have_the_same_bits_by_any_number_of_threads() {
     let mut met = Met::default();
     for seed in 1_000..3_000 {
         check_forest(seed, 1_500 << (seed % 5), &mut met);

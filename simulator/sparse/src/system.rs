@@ -487,7 +487,7 @@ mod tests {
         assert_eq!((statistics.symbolic_analyses, statistics.factorisations), (1, 3));
     }
 
-    /// A net's system with an entry of its own on each diagonal, that `change` moves.
+    /// Fills a net's system with different diagonal entries, which `change` moves.
     fn fill(system: &mut SparseSystem<2>, side: usize, weight: f64, change: f64) {
         system.clear();
         let mut random = fastrand::Rng::with_seed(4);

@@ -9,11 +9,13 @@
 
 use std::ops::Range;
 
-use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
+use super::{
+    Block, Coupling, Degenerate, ElementJacobians, Force, ForceKind, JacobianSink, Numbered, State,
+};
 use super::{add_to, vector_of};
 use scene::Scene;
 use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -36,7 +38,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             derives_from: Potential::Dissipation,
         }],
         masses: Masses::None,
-        central: false,
+        conserves: Conserves::Nothing,
         example: r#"<dragdamping b="0.5"/>"#,
     },
     build_2d: build::<2>,
@@ -83,7 +85,7 @@ impl<const D: usize> Force<D> for Drag {
     ) -> Result<(), Degenerate> {
         let by_velocity = Block::identity() * -self.damping;
         for particle in 0..self.n_particles {
-            sink.add(particle, particle, &Block::zeros(), &by_velocity);
+            sink.add(ElementJacobians::single(&particle, None, &Block::zeros(), &by_velocity));
         }
         Ok(())
     }

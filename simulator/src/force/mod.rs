@@ -29,12 +29,13 @@ use std::ops::Range;
 use nalgebra::{SMatrix, SVector};
 
 use scene::schema::ForceSchema;
-use scene::{ForceElement, Scene};
+use scene::{ForceElement, Particles, Scene};
 
 mod batches;
 mod law;
 mod pair;
 mod reciprocal;
+pub mod stencil;
 mod uniform;
 
 mod constant;
@@ -102,8 +103,8 @@ pub trait Force<const D: usize>: Send + Sync {
         force: &mut [f64],
     ) -> Result<(), Degenerate>;
 
-    /// Hands every block of both Jacobians that is not zero by construction to `sink`. A block may
-    /// come in several parts; they add up. There are none in a force that depends on neither.
+    /// Hands the Jacobians of each element to `sink`; there are none in a force that depends on neither positions nor
+    /// velocities.
     ///
     /// # Errors
     /// Where the force is not defined at this state.
@@ -139,19 +140,58 @@ pub trait Force<const D: usize>: Send + Sync {
     fn couplings(&self, _visit: &mut dyn FnMut(Coupling)) {}
 }
 
-/// Where blocks of Jacobians go.
+/// Receives Jacobians.
 pub trait JacobianSink<const D: usize> {
-    /// Adds to the derivative of the force on particle `row` by the position (`jacobian_x`) and
-    /// velocity (`jacobian_v`) of particle `column`.
-    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>);
+    /// Adds the Jacobians of one element.
+    fn add(&mut self, element: ElementJacobians<'_, D>);
+}
 
-    /// Adds the blocks of two particles whose force depends on their difference alone: these to `(i, i)`
-    /// and `(j, j)`, their negatives to `(i, j)` and `(j, i)`.
-    fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        self.add(i, i, jacobian_x, jacobian_v);
-        self.add(j, j, jacobian_x, jacobian_v);
-        self.add(i, j, &-jacobian_x, &-jacobian_v);
-        self.add(j, i, &-jacobian_x, &-jacobian_v);
+/// The Jacobians of one element, on its local coordinates: of `m` particles, relative to another one, the origin. With
+/// `d_b` the position of particle `b` from the origin's and `f_a` the force on particle `a`, block `(a, b)` is
+/// `∂f_a/∂d_b`; the force on the origin is `−Σ f_a`. An element without an origin depends on the particles' own
+/// positions and velocities.
+#[derive(Debug, Clone, Copy)]
+pub struct ElementJacobians<'a, const D: usize> {
+    /// The `m` particles.
+    pub particles: &'a [usize],
+    /// The particle that they are relative to.
+    pub origin: Option<usize>,
+    /// Blocks by position, `m²` of them, row by row.
+    pub by_position: &'a [Block<D>],
+    /// Blocks by velocity, likewise.
+    pub by_velocity: &'a [Block<D>],
+}
+
+impl<'a, const D: usize> ElementJacobians<'a, D> {
+    /// Those of one particle, or of one relative to the origin.
+    pub fn single(
+        particle: &'a usize,
+        origin: Option<usize>,
+        by_position: &'a Block<D>,
+        by_velocity: &'a Block<D>,
+    ) -> Self {
+        let [by_position, by_velocity] = [by_position, by_velocity].map(std::slice::from_ref);
+        Self { particles: std::slice::from_ref(particle), origin, by_position, by_velocity }
+    }
+
+    /// Calls `add` with row, column and block of each pair of particles, the origin among them, of blocks on the local
+    /// coordinates: [`by_position`](Self::by_position) or [`by_velocity`](Self::by_velocity).
+    pub fn spread(&self, blocks: &[Block<D>], mut add: impl FnMut(usize, usize, &Block<D>)) {
+        let m = self.particles.len();
+        let minus = |total: Block<D>, block: &Block<D>| total - block;
+        for (row, blocks) in self.particles.iter().zip(blocks.chunks_exact(m)) {
+            self.particles.iter().zip(blocks).for_each(|(column, block)| add(*row, *column, block));
+            if let Some(origin) = self.origin {
+                add(*row, origin, &blocks.iter().fold(Block::zeros(), minus));
+            }
+        }
+        if let Some(origin) = self.origin {
+            for (place, column) in self.particles.iter().enumerate() {
+                let below = blocks.iter().skip(place).step_by(m);
+                add(origin, *column, &below.fold(Block::zeros(), minus));
+            }
+            add(origin, origin, &blocks.iter().sum());
+        }
     }
 }
 
@@ -168,25 +208,27 @@ pub struct State<'a> {
     pub time: f64,
 }
 
-/// What the Jacobians of one element couple.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The particles that the Jacobians of one element couple.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Coupling {
-    /// The particle to itself, coordinate by coordinate: a multiple of the identity.
+    /// A particle to itself, coordinate by coordinate: a multiple of the identity.
     Diagonal(usize),
-    /// Two particles to themselves and each other; or one to itself, with a full block, where both are the same.
-    Pair {
-        /// The two.
-        particles: [usize; 2],
+    /// All particles of a stencil to themselves and each other.
+    Stencil {
+        /// The particles, all different.
+        particles: Particles,
         /// Whether all blocks together are a symmetric matrix.
         symmetric: bool,
     },
 }
 
-/// A force element has no value: its particles are in the same place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A force element has no value where its particles are.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Degenerate {
     /// The element's number among the scene's forces.
     pub element: usize,
+    /// The particles.
+    pub particles: Particles,
 }
 
 /// The vector of one particle in a slice of `n·D` numbers.

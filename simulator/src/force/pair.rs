@@ -16,9 +16,12 @@ use pulp::Simd;
 
 use super::batches::Batches;
 use super::law::{PairLaw, PairLaws, Undefined};
-use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
+use super::{
+    Block, Coupling, Degenerate, ElementJacobians, Force, JacobianSink, Numbered, State, Vector,
+    vector_of,
+};
 use crate::parts::Parts;
-use scene::{ForceElement, Scene};
+use scene::{ForceElement, Particles, Scene};
 
 /// All elements of one law in a scene.
 pub(super) struct PairForce<L> {
@@ -43,6 +46,15 @@ struct PairElement {
 impl PairElement {
     fn pair(&self) -> [u32; 2] {
         [self.i, self.j]
+    }
+
+    fn particles(&self) -> Particles {
+        self.pair().map(|particle| particle as usize).into()
+    }
+
+    #[cold]
+    fn degenerate(&self) -> Degenerate {
+        Degenerate { element: self.element as usize, particles: self.particles() }
     }
 }
 
@@ -138,9 +150,13 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
         for active in &self.active {
             let (d, w) = relative(state, active.pair());
             let law = self.laws.law(active.slot as usize).at(state.time);
-            let jacobians = law.jacobians(&d, &w);
-            let (a, b) = jacobians.ok_or(Degenerate { element: active.element as usize })?;
-            sink.add_pair([active.i as usize, active.j as usize], &a, &b);
+            let (a, b) = law.jacobians(&d, &w).ok_or_else(|| active.degenerate())?;
+            sink.add(ElementJacobians::single(
+                &(active.i as usize),
+                Some(active.j as usize),
+                &a,
+                &b,
+            ));
         }
         Ok(())
     }
@@ -161,23 +177,23 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
             let (d, w) = relative(state, active.pair());
             let law = self.laws.law(active.slot as usize).at(state.time);
             let values = law.force(&d, &w).zip(law.jacobians(&d, &w));
-            let (f, (a, b)) = values.ok_or(Degenerate { element: active.element as usize })?;
+            let (f, (a, b)) = values.ok_or_else(|| active.degenerate())?;
             let energy = law.energy(d.norm()).unwrap_or(0.0);
             let along = match energy {
                 0.0 => d.try_normalize(0.0).map_or(a, |n| n * n.dot(&(a * n)) * n.transpose()),
                 _ if energy > 0.0 => f * (-0.5 / energy) * f.transpose(),
                 _ => Block::zeros(),
             };
-            sink.add_pair([active.i as usize, active.j as usize], &along, &b);
+            let (i, j) = (active.i as usize, active.j as usize);
+            sink.add(ElementJacobians::single(&i, Some(j), &along, &b));
         }
         Ok(())
     }
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
         for element in &self.active {
-            let particles = element.pair().map(|particle| particle as usize);
             let symmetric = self.laws.law(element.slot as usize).symmetric();
-            visit(Coupling::Pair { particles, symmetric });
+            visit(Coupling::Stencil { particles: element.particles(), symmetric });
         }
     }
 }
@@ -195,7 +211,7 @@ impl<L> PairForce<L> {
             law.force(&d, &w).is_none()
         };
         let first = self.active.iter().find(is_undefined).expect("one of them is not defined");
-        Degenerate { element: first.element as usize }
+        first.degenerate()
     }
 }
 
@@ -319,10 +335,8 @@ mod tests {
     struct FirstBlock(Option<Block<3>>);
 
     impl JacobianSink<3> for FirstBlock {
-        fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<3>, _: &Block<3>) {
-            if (row, column) == (0, 0) {
-                self.0 = Some(*jacobian_x);
-            }
+        fn add(&mut self, element: ElementJacobians<'_, 3>) {
+            self.0 = Some(element.by_position[0]);
         }
     }
 

@@ -18,12 +18,14 @@ use std::ops::Range;
 
 use libm::{cos, sin};
 
-use super::{Block, Coupling, Degenerate, Force, ForceKind, JacobianSink, Numbered, State};
-use super::{Vector, add_to};
-use scene::Scene;
-use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+use super::{
+    Block, Coupling, Degenerate, ElementJacobians, Force, ForceKind, JacobianSink, Numbered, State,
 };
+use super::{Vector, add_to};
+use scene::schema::{
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+};
+use scene::{Particles, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -44,7 +46,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             derives_from: Potential::Neither,
         }],
         masses: Masses::None,
-        central: false,
+        conserves: Conserves::Nothing,
         example: r#"<windforce strength="1"/>"#,
     },
     build_2d: build::<2>,
@@ -115,7 +117,7 @@ impl<const D: usize> Force<D> for Wind {
             let by_phase = self.vector::<D>([-7.5 * sin(5.0 * phi), -sin(0.3 + phi), cos(phi)]);
             let mut by_position = Block::<D>::zeros();
             by_position.set_column(0, &(by_phase * self.wave_number));
-            sink.add(particle, particle, &by_position, &Block::zeros());
+            sink.add(ElementJacobians::single(&particle, None, &by_position, &Block::zeros()));
         }
         Ok(())
     }
@@ -126,7 +128,10 @@ impl<const D: usize> Force<D> for Wind {
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
         if self.wave_number != 0.0 {
-            let own = |particle| Coupling::Pair { particles: [particle; 2], symmetric: false };
+            let own = |particle| {
+                let particles = Particles::from_slice(&[particle]);
+                Coupling::Stencil { particles, symmetric: false }
+            };
             (0..self.n_particles).map(own).for_each(visit);
         }
     }

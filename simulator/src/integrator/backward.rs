@@ -25,7 +25,9 @@ use sparse::statistics::LinearStatistics;
 use super::StepError;
 use super::interrupt::Interrupt;
 use super::observe::{NewtonSystem, Observer};
-use crate::force::{Block, Coupling, Degenerate, JacobianSink, Vector, add_to, vector_of};
+use crate::force::{
+    Block, Coupling, Degenerate, ElementJacobians, JacobianSink, Vector, add_to, vector_of,
+};
 use crate::solver::psd::Projection;
 use crate::statistics::{NEARLY_SINGULAR, Statistics};
 use crate::system::System;
@@ -66,8 +68,7 @@ pub(super) struct Linearisation<const D: usize> {
     kept: Option<f64>,
     /// Largest entry of a contribution to the matrix, relative to the smallest mass.
     stiffness: f64,
-    /// Contributions that were projected.
-    projected: u64,
+    elements: Elements<D>,
     /// l2 norm of the last right-hand side.
     pub(super) residual: f64,
     /// Allocated at the first stiff step.
@@ -102,12 +103,11 @@ pub(super) enum Curvature {
 }
 
 impl Curvature {
-    fn elements(self, h: f64) -> Elements {
-        let projection = match self {
+    fn projection(self) -> Projection {
+        match self {
             Self::Jacobians(projection) => projection,
             Self::GaussNewton | Self::Mass => Projection::None,
-        };
-        Elements { h, projection, projected: 0 }
+        }
     }
 
     fn add<const D: usize>(
@@ -149,30 +149,28 @@ impl<const D: usize> Linearisation<D> {
         }
         let mut links = Vec::new();
         system.couplings(&mut |coupling| {
-            if let Coupling::Pair { particles: [i, j], symmetric } = coupling {
-                let blocks = match (free[i], free[j]) {
-                    (Some(i), Some(j)) => [i, j],
-                    (Some(block), None) | (None, Some(block)) => [block, block],
-                    (None, None) => return,
-                };
-                links.push(Link { blocks, symmetric });
+            if let Coupling::Stencil { particles, symmetric } = coupling {
+                let blocks: Vec<usize> = particles.iter().filter_map(|each| free[*each]).collect();
+                let link = |blocks| Link { blocks, symmetric };
+                for (place, block) in blocks.iter().enumerate() {
+                    links.extend(blocks[place + 1..].iter().map(|other| link([*block, *other])));
+                }
+                if let [block] = blocks[..] {
+                    links.push(link([block, block]));
+                }
             }
         });
         let matrix = BlockMatrix::new(n_free, &links, choice);
         let mut slots = Vec::with_capacity(links.len());
         system.couplings(&mut |coupling| {
-            if let Coupling::Pair { particles, .. } = coupling
-                && particles[0] != particles[1]
+            if let Coupling::Stencil { particles, .. } = coupling
+                && let [i, j] = particles[..]
             {
-                let blocks = particles.map(|particle| free[particle]);
-                let place = match blocks {
+                let place = match [i, j].map(|particle| free[particle]) {
                     [Some(i), Some(j)] => matrix.pair_slot([i, j]),
                     _ => None,
                 };
-                slots.push(PairLocation {
-                    particles: particles.map(|particle| particle as u32),
-                    place,
-                });
+                slots.push(PairLocation { particles: [i as u32, j as u32], place });
             }
         });
         Self {
@@ -192,7 +190,7 @@ impl<const D: usize> Linearisation<D> {
             is_constant: system.has_constant_jacobians(),
             kept: None,
             stiffness: 0.0,
-            projected: 0,
+            elements: Elements::default(),
             residual: 0.0,
             stiff: None,
             observer: None,
@@ -255,7 +253,7 @@ impl<const D: usize> Linearisation<D> {
         let is_kept = self.kept == Some(h);
         if !is_kept {
             self.assemble(system, h, time, iterate)?;
-            statistics.projections += self.projected;
+            statistics.projections += self.elements.projected;
             statistics.assemblies += 1;
         }
 
@@ -269,11 +267,12 @@ impl<const D: usize> Linearisation<D> {
                 iterate,
                 matrix: self.matrix.to_dense(),
                 residual: &self.reduced,
-                exact: matches!(self.curvature, Curvature::Jacobians(_)) && self.projected == 0,
+                exact: matches!(self.curvature, Curvature::Jacobians(_))
+                    && self.elements.projected == 0,
             });
         }
         if self.stiffness > STIFF_RATIO {
-            self.solve_stiff(system, (h, time, iterate), delta, is_kept, statistics)?;
+            self.solve_stiff(system, (time, iterate), delta, is_kept, statistics)?;
         } else {
             match is_kept {
                 true => self.matrix.solve_again(&mut self.reduced, &mut statistics.linear)?,
@@ -345,8 +344,9 @@ impl<const D: usize> Linearisation<D> {
                 self.matrix.add_diagonal(*number, *mass);
             }
         }
+        self.elements.start(h, self.curvature.projection());
         let mut sink = Assembly {
-            elements: self.curvature.elements(h),
+            elements: &mut self.elements,
             free: &self.free,
             matrix: &mut self.matrix,
             slots: self.slots.iter(),
@@ -354,7 +354,6 @@ impl<const D: usize> Linearisation<D> {
         };
         self.curvature.add(system, [&self.trial, iterate], time, &mut sink)?;
         self.stiffness = sink.largest_entry / self.smallest_mass;
-        self.projected = sink.elements.projected;
         Ok(())
     }
 
@@ -363,7 +362,7 @@ impl<const D: usize> Linearisation<D> {
     fn solve_stiff(
         &mut self,
         system: &System<D>,
-        (h, time, iterate): (f64, f64, &[f64]),
+        (time, iterate): (f64, &[f64]),
         delta: &mut [f64],
         is_kept: bool,
         statistics: &mut Statistics,
@@ -406,7 +405,7 @@ impl<const D: usize> Linearisation<D> {
             statistics.linear.refinements += 1;
 
             product.fill(0.0);
-            let elements = self.curvature.elements(h);
+            let elements = &mut self.elements;
             let mut sink = ElementProduct { elements, delta: &*delta, product };
             self.curvature.add(system, [&self.trial, iterate], time, &mut sink)?;
             for (particle, mass) in system.masses().iter().enumerate() {
@@ -441,24 +440,47 @@ fn l2(values: &[f64]) -> f64 {
 }
 
 /// Computes element contributions to the matrix from Jacobians.
-struct Elements {
+#[derive(Default)]
+struct Elements<const D: usize> {
     h: f64,
     projection: Projection,
-    /// Number of contributions that the projection changed.
+    /// Number of elements that the projection changed.
     projected: u64,
+    /// The blocks of an element.
+    blocks: Vec<Block<D>>,
+    scratch: Vec<f64>,
 }
 
-impl Elements {
-    /// `−(h² ∂F/∂x + h ∂F/∂v)`, projected.
-    fn element_contribution<const D: usize>(
-        &mut self,
-        jacobian_x: &Block<D>,
-        jacobian_v: &Block<D>,
-    ) -> Block<D> {
+impl<const D: usize> Elements<D> {
+    fn start(&mut self, h: f64, projection: Projection) {
+        (self.h, self.projection, self.projected) = (h, projection, 0);
+    }
+
+    /// `−(h² ∂F/∂x + h ∂F/∂v)`, projected, of one particle or of one relative to an origin.
+    #[inline]
+    fn single(&mut self, jacobian_x: &Block<D>, jacobian_v: &Block<D>) -> Block<D> {
         let contribution = jacobian_x * -(self.h * self.h) - jacobian_v * self.h;
         let (contribution, changed) = self.projection.project(contribution);
         self.projected += u64::from(changed);
         contribution
+    }
+
+    /// The same of any element, by blocks on its local coordinates.
+    fn several(&mut self, element: &ElementJacobians<'_, D>) -> &[Block<D>] {
+        self.blocks.clear();
+        if let ([jacobian_x], [jacobian_v]) = (element.by_position, element.by_velocity) {
+            let block = self.single(jacobian_x, jacobian_v);
+            self.blocks.push(block);
+            return &self.blocks;
+        }
+        let h = self.h;
+        let jacobians = element.by_position.iter().zip(element.by_velocity);
+        self.blocks.extend(jacobians.map(|(x, v)| x * -(h * h) - v * h));
+        let is_relative = element.origin.is_some();
+        let (projection, scratch) = (self.projection, &mut self.scratch);
+        let changed = projection.project_element(&mut self.blocks, is_relative, scratch);
+        self.projected += u64::from(changed);
+        &self.blocks
     }
 }
 
@@ -472,7 +494,7 @@ fn largest_entry<const D: usize>(known: f64, block: &Block<D>) -> f64 {
 
 /// Subtracts `h² ∂F/∂x + h ∂F/∂v` from the matrix, rows and columns of fixed particles left out.
 struct Assembly<'a, const D: usize> {
-    elements: Elements,
+    elements: &'a mut Elements<D>,
     free: &'a [Option<usize>],
     matrix: &'a mut BlockMatrix<D>,
     /// Of the pairs that are still to come.
@@ -482,56 +504,50 @@ struct Assembly<'a, const D: usize> {
 }
 
 impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
-    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        if let (Some(row), Some(column)) = (self.free[row], self.free[column]) {
-            let block = self.elements.element_contribution(jacobian_x, jacobian_v);
-            self.largest_entry = largest_entry(self.largest_entry, &block);
-            self.matrix.add(row, column, &block);
+    fn add(&mut self, element: ElementJacobians<'_, D>) {
+        if let (&[i], Some(j)) = (element.particles, element.origin) {
+            // If a force yields its pairs in another order than in `couplings`, look the blocks up: slower, same result.
+            if let Some(PairLocation { particles, place: Some(place) }) = self.slots.next()
+                && *particles == [i as u32, j as u32]
+            {
+                let (by_position, by_velocity) = (&element.by_position[0], &element.by_velocity[0]);
+                let block = self.elements.single(by_position, by_velocity);
+                self.largest_entry = largest_entry(self.largest_entry, &block);
+                self.matrix.add_pair(*place, &block);
+                return;
+            }
         }
-    }
-
-    fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        let block = self.elements.element_contribution(jacobian_x, jacobian_v);
-        self.largest_entry = largest_entry(self.largest_entry, &block);
-        // If a force yields its pairs in another order than in `couplings`, look the blocks up: slower, same result.
-        if let Some(PairLocation { particles, place: Some(place) }) = self.slots.next()
-            && *particles == [i as u32, j as u32]
-        {
-            self.matrix.add_pair(*place, &block);
-            return;
-        }
-        let (i, j) = (self.free[i], self.free[j]);
-        for own in [i, j].into_iter().flatten() {
-            self.matrix.add(own, own, &block);
-        }
-        if let (Some(i), Some(j)) = (i, j) {
-            self.matrix.add(i, j, &-block);
-            self.matrix.add(j, i, &-block);
-        }
+        let blocks = self.elements.several(&element);
+        self.largest_entry = blocks.iter().fold(self.largest_entry, largest_entry);
+        element.spread(blocks, |row, column, block| {
+            if let (Some(row), Some(column)) = (self.free[row], self.free[column]) {
+                self.matrix.add(row, column, block);
+            }
+        });
     }
 }
 
 /// Adds `−(h² ∂F/∂x + h ∂F/∂v) δ`, element by element.
-struct ElementProduct<'a> {
-    elements: Elements,
+struct ElementProduct<'a, const D: usize> {
+    elements: &'a mut Elements<D>,
     delta: &'a [f64],
     product: &'a mut [f64],
 }
 
-impl<const D: usize> JacobianSink<D> for ElementProduct<'_> {
-    fn add(&mut self, row: usize, column: usize, jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        let delta = vector_of(self.delta, column);
-        add_to(
-            self.product,
-            row,
-            &(self.elements.element_contribution(jacobian_x, jacobian_v) * delta),
-        );
-    }
-
-    fn add_pair(&mut self, [i, j]: [usize; 2], jacobian_x: &Block<D>, jacobian_v: &Block<D>) {
-        let stretch: Vector<D> = vector_of(self.delta, i) - vector_of(self.delta, j);
-        let product = self.elements.element_contribution(jacobian_x, jacobian_v) * stretch;
-        add_to(self.product, i, &product);
-        add_to(self.product, j, &-product);
+impl<const D: usize> JacobianSink<D> for ElementProduct<'_, D> {
+    fn add(&mut self, element: ElementJacobians<'_, D>) {
+        let ElementJacobians { particles, origin, .. } = element;
+        let of_origin = origin.map_or(Vector::zeros(), |origin| vector_of(self.delta, origin));
+        let blocks = self.elements.several(&element);
+        for (row, blocks) in particles.iter().zip(blocks.chunks_exact(particles.len())) {
+            let mut product = Vector::<D>::zeros();
+            for (column, block) in particles.iter().zip(blocks) {
+                product += block * (vector_of::<D>(self.delta, *column) - of_origin);
+            }
+            add_to(self.product, *row, &product);
+            if let Some(origin) = origin {
+                add_to(self.product, origin, &-product);
+            }
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Projection of a symmetric block to a positive semi-definite one.
+//! Projection of a symmetric matrix to a positive semi-definite one.
 //!
 //! With the eigendecomposition `A = Q Λ Qᵀ`, the projection is `Q f(Λ) Qᵀ`:
 //!
@@ -8,13 +8,20 @@
 //! ```
 //!
 //! The lecture's `make_PD` is the first. Projected element by element, the sum of the elements is
-//! semi-definite as well (Teran et al. 2005). The Hessian of two particles by their difference is
-//! `(H −H; −H H)`, with twice the eigenvalues of `H` and as many zeros: projecting `H` projects it. A
-//! block that is semi-definite already is returned as it is, to the bit.
+//! semi-definite as well (Teran et al. 2005). A matrix that is semi-definite already is returned as it is, to the bit.
+//!
+//! An element whose energy depends on the differences `d_a = x_a − x_o` of `M` particles from another one, the origin,
+//! has the Hessian `B K Bᵀ` by its positions, with `K` that by the differences and `Bᵀ B = I + 1 1ᵀ` for each axis. With
+//! `S = (I + 1 1ᵀ)^½`, the columns of `Q = B S⁻¹` are orthonormal, and `B K Bᵀ = Q (S K S) Qᵀ`: the projection of the
+//! whole is `B S⁻¹ P(S K S) S⁻¹ Bᵀ`. Of two particles, `S` is a factor, and projecting `K` projects the whole.
+//!
+//! ```text
+//! S = I + (√(M + 1) − 1)/M 1 1ᵀ        S⁻¹ = I + (1/√(M + 1) − 1)/M 1 1ᵀ
+//! ```
 
 use nalgebra::SMatrix;
 
-/// The projection of a block.
+/// The projection of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Projection {
     /// Nothing.
@@ -33,42 +40,112 @@ impl Projection {
         if self == Self::None {
             return (block, false);
         }
-        self.project_negative(block)
+        let (mut projected, mut turned, mut vectors) = (block, block, SMatrix::zeros());
+        let [turned, vectors] = [&mut turned, &mut vectors].map(SMatrix::as_mut_slice);
+        let changed = self.project_negative(D, projected.as_mut_slice(), turned, vectors);
+        (projected, changed)
     }
 
-    fn project_negative<const D: usize>(
+    /// Projects the whole Hessian of an element of several particles, given by its blocks on local coordinates, row by
+    /// row, and says whether it was another. The coordinates are relative to an origin or not. `scratch` is any vector.
+    pub fn project_element<const D: usize>(
         self,
-        block: SMatrix<f64, D, D>,
-    ) -> (SMatrix<f64, D, D>, bool) {
-        let (eigenvalues, vectors) = eigen(block);
-        let (mut projected, mut changed) = (block, false);
-        for (number, eigenvalue) in eigenvalues.into_iter().enumerate() {
+        blocks: &mut [SMatrix<f64, D, D>],
+        is_relative: bool,
+        scratch: &mut Vec<f64>,
+    ) -> bool {
+        if self == Self::None {
+            return false;
+        }
+        let m = blocks.len().isqrt();
+        let root = if is_relative { ((m + 1) as f64).sqrt() } else { 1.0 };
+        let n = m * D;
+        scratch.clear();
+        scratch.resize(3 * n * n, 0.0);
+        let (matrix, rest) = scratch.split_at_mut(n * n);
+        let (turned, vectors) = rest.split_at_mut(n * n);
+        let place = |row: usize, column: usize| {
+            let (a, b) = (row / D, column / D);
+            (a * m + b, (row % D, column % D))
+        };
+        let places = || (0..n).flat_map(|column| (0..n).map(move |row| (row, column)));
+        for (entry, (row, column)) in matrix.iter_mut().zip(places()) {
+            let (block, within) = place(row, column);
+            *entry = blocks[block][within];
+        }
+        scale_mean::<D>(n, matrix, root);
+        turned.copy_from_slice(matrix);
+        if !self.project_negative(n, matrix, turned, vectors) {
+            return false;
+        }
+        scale_mean::<D>(n, matrix, 1.0 / root);
+        for (entry, (row, column)) in matrix.iter().zip(places()) {
+            let (block, within) = place(row, column);
+            blocks[block][within] = *entry;
+        }
+        true
+    }
+
+    /// Projects a matrix of `n` rows in place, given a copy of it and room for its eigenvectors.
+    #[inline(always)]
+    fn project_negative(
+        self,
+        n: usize,
+        matrix: &mut [f64],
+        turned: &mut [f64],
+        vectors: &mut [f64],
+    ) -> bool {
+        diagonalise(n, turned, vectors);
+        let mut changed = false;
+        for number in 0..n {
+            let eigenvalue = turned[number * n + number];
             if eigenvalue < 0.0 {
                 let change = if self == Self::Clamp { -eigenvalue } else { -2.0 * eigenvalue };
-                let vector = vectors.column(number);
-                projected += vector * vector.transpose() * change;
+                let vector = &vectors[number * n..][..n];
+                for (column, entries) in vector.iter().zip(matrix.chunks_exact_mut(n)) {
+                    for (entry, row) in entries.iter_mut().zip(vector) {
+                        *entry += row * column * change;
+                    }
+                }
                 changed = true;
             }
         }
-        (projected, changed)
+        changed
+    }
+}
+
+/// Multiplies rows and columns of a matrix, stored column by column, by `I + (root − 1)/m 1 1ᵀ` for each of `D` axes.
+fn scale_mean<const D: usize>(n: usize, matrix: &mut [f64], root: f64) {
+    let m = n / D;
+    let factor = (root - 1.0) / m as f64;
+    for _ in 0..2 {
+        for column in matrix.chunks_exact_mut(n) {
+            for axis in 0..D {
+                let sum: f64 = column.iter().skip(axis).step_by(D).sum();
+                column.iter_mut().skip(axis).step_by(D).for_each(|entry| *entry += factor * sum);
+            }
+        }
+        transpose(n, matrix);
     }
 }
 
 /// Sweeps after which a block of a few rows is diagonal: they converge quadratically.
 const MAX_SWEEPS: usize = 20;
 
-/// Eigenvalues and, as columns, eigenvectors of a symmetric block, by Jacobi's rotations: exact to
-/// rounding for small eigenvalues beside large ones (Demmel and Veselić 1992), and an axis that the block
-/// does not couple to the others is left alone to the bit. A library's method for any size would
-/// be neither here.
-fn eigen<const D: usize>(mut block: SMatrix<f64, D, D>) -> ([f64; D], SMatrix<f64, D, D>) {
-    let mut vectors = SMatrix::identity();
+/// Turns a symmetric matrix of `n` rows into its eigenvalues, on the diagonal, and sets `vectors` to its eigenvectors, as
+/// columns, by Jacobi's rotations: exact to rounding for small eigenvalues beside large ones (Demmel and Veselić 1992),
+/// and an axis that the block does not couple to the others is left alone to the bit. A library's method for any size
+/// would be neither here. Both are stored column by column.
+#[inline(always)]
+fn diagonalise(n: usize, matrix: &mut [f64], vectors: &mut [f64]) {
+    vectors.fill(0.0);
+    (0..n).for_each(|number| vectors[number * n + number] = 1.0);
     for _ in 0..MAX_SWEEPS {
         let mut rotated = false;
-        for p in 0..D {
-            for q in p + 1..D {
-                let coupling = block[(p, q)];
-                let (first, second) = (block[(p, p)], block[(q, q)]);
+        for p in 0..n {
+            for q in p + 1..n {
+                let coupling = matrix[q * n + p];
+                let (first, second) = (matrix[p * n + p], matrix[q * n + q]);
                 if coupling.abs() <= f64::EPSILON * 0.125 * (first.abs() * second.abs()).sqrt()
                     || coupling == 0.0
                 {
@@ -78,34 +155,35 @@ fn eigen<const D: usize>(mut block: SMatrix<f64, D, D>) -> ([f64; D], SMatrix<f6
                 let theta = (second - first) / (2.0 * coupling);
                 let tangent = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
                 let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
-                let sine = tangent * cosine;
-                rotate(&mut block, p, q, cosine, sine);
-                block = block.transpose();
-                rotate(&mut block, p, q, cosine, sine);
-                block[(p, q)] = 0.0;
-                block[(q, p)] = 0.0;
-                rotate(&mut vectors, p, q, cosine, sine);
+                let turn = (cosine, tangent * cosine);
+                rotate(n, matrix, p, q, turn);
+                transpose(n, matrix);
+                rotate(n, matrix, p, q, turn);
+                matrix[q * n + p] = 0.0;
+                matrix[p * n + q] = 0.0;
+                rotate(n, vectors, p, q, turn);
             }
         }
         if !rotated {
             break;
         }
     }
-    (std::array::from_fn(|number| block[(number, number)]), vectors)
 }
 
 /// Turns columns `p` and `q` into each other.
-fn rotate<const D: usize>(
-    matrix: &mut SMatrix<f64, D, D>,
-    p: usize,
-    q: usize,
-    cosine: f64,
-    sine: f64,
-) {
-    for row in 0..D {
-        let (first, second) = (matrix[(row, p)], matrix[(row, q)]);
-        matrix[(row, p)] = cosine * first - sine * second;
-        matrix[(row, q)] = sine * first + cosine * second;
+#[inline(always)]
+fn rotate(n: usize, matrix: &mut [f64], p: usize, q: usize, (cosine, sine): (f64, f64)) {
+    for row in 0..n {
+        let (first, second) = (matrix[p * n + row], matrix[q * n + row]);
+        matrix[p * n + row] = cosine * first - sine * second;
+        matrix[q * n + row] = sine * first + cosine * second;
+    }
+}
+
+#[inline(always)]
+fn transpose(n: usize, matrix: &mut [f64]) {
+    for (row, column) in (0..n).flat_map(|row| (0..row).map(move |column| (row, column))) {
+        matrix.swap(column * n + row, row * n + column);
     }
 }
 

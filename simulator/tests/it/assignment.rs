@@ -1,15 +1,18 @@
 //! The assignment's own scenes against the assignment's algorithm in plain dense algebra: one matrix, one
 //! factorisation, 50 rounds a step. That side uses no code of the simulator, not even its mesh reader.
 
+use needs::needs;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::{DMatrix, MatrixXx3};
 use scene::{ParseOptions, load};
 use serde_json::Value;
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
+
+use crate::support::shared::assignment_scenes;
 
 const STEPS: usize = 30;
 const ROUNDS: usize = 50;
@@ -30,7 +33,7 @@ fn dot(a: Point, b: Point) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What the assignment's program reads.
+/// Input of the assignment's program.
 struct Assignment {
     stiffness: f64,
     masses: Vec<f64>,
@@ -200,27 +203,10 @@ fn voronoi_areas(vertices: &[Point], faces: &[Vec<usize>]) -> Vec<f64> {
     areas
 }
 
+#[needs("test -d ${SPRING_ORACLE_JACOBSON:-../shared/jacobson}")]
 #[test]
-#[ignore = "it takes a minute"]
-#[expect(
-    clippy::print_stderr,
-    reason = "a skipped test says why, and a passed one how far it is from failing"
-)]
 fn assignment_scenes_match_the_assignments_algorithm() {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/jacobson");
-    let folder = std::env::var_os("SPRING_ORACLE_JACOBSON").map_or(beside, PathBuf::from);
-    let Ok(entries) = fs::read_dir(&folder) else {
-        eprintln!(
-            "skipped: the assignment's scenes are not there (SPRING_ORACLE_JACOBSON names their folder)"
-        );
-        return;
-    };
-    let files = entries.map(|entry| entry.unwrap().path());
-    let scenes: Vec<PathBuf> = files
-        .filter(|path| path.extension().is_some_and(|extension| extension == "json"))
-        .collect();
-    assert!(scenes.len() >= 4);
-    for path in scenes {
+    for path in assignment_scenes() {
         let expected = Assignment::read(&path).run();
         let parsed = load(&path, &vocabulary(), &ParseOptions::default()).unwrap();
         let mut simulation = Simulation::new(&parsed.scene);
@@ -236,7 +222,6 @@ fn assignment_scenes_match_the_assignments_algorithm() {
         }
         assert_eq!(simulation.statistics().steps as usize, STEPS);
         let name = path.file_name().unwrap().display();
-        eprintln!("{name}: {} vertices, {worst:.1e}", expected[0].len());
         assert!(worst < 1e-9, "{name}: {worst:e}");
     }
 }

@@ -3,15 +3,15 @@
 #[path = "../../sparse/src/forest.rs"]
 mod forest;
 
-use std::path::{Path, PathBuf};
-
-use scene::{self, Dimension, ForceElement, ParseOptions, Particle, Scene, find_scene_files};
+use needs::needs;
+use scene::{self, Dimension, ForceElement, ParseOptions, Particle, Scene};
 use simulator::generate::{Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Timeline};
 use simulator::sizes::PARALLEL;
 use simulator::vocabulary;
 
 use self::forest::Forest;
 use crate::sizes::with;
+use crate::support::shared::assignment_scenes;
 use crate::threads::run;
 
 /// The methods that solve linear systems, and one that does not.
@@ -87,8 +87,8 @@ fn forests_have_the_same_states_by_any_number_of_threads() {
 }
 
 #[test]
-#[ignore = "it takes minutes"]
-fn many_forests_have_the_same_states_by_any_number_of_threads() {
+#[ignore = "long: minutes"]
+fn long_many_forests_have_the_same_states_by_any_number_of_threads() {
     for seed in 100..300 {
         check_forest(&Forest::new(seed, 1_500 << (seed % 4)), seed);
     }
@@ -152,20 +152,10 @@ fn every_generated_kind_has_the_same_states_by_any_number_of_threads() {
     }
 }
 
+#[needs("test -d ${SPRING_ORACLE_JACOBSON:-../shared/jacobson}")]
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says why")]
 fn the_scenes_of_the_assignment_have_the_same_states_by_any_number_of_threads() {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/jacobson");
-    let folder = std::env::var_os("SPRING_ORACLE_JACOBSON").map_or(beside, PathBuf::from);
-    if !folder.is_dir() {
-        eprintln!(
-            "skipped: the assignment's scenes are not there (SPRING_ORACLE_JACOBSON names their folder)"
-        );
-        return;
-    }
-    let scenes = find_scene_files(&folder).unwrap();
-    assert!(scenes.len() >= 4);
-    for path in scenes {
+    for path in assignment_scenes() {
         let scene = scene::load(&path, &vocabulary(), &ParseOptions::default()).unwrap().scene;
         let scene = Scene { duration: 3.0 * scene.time_step, ..scene };
         for pins in ["penalty", "elimination"] {

@@ -1,21 +1,18 @@
-//! Regression tests from the fuzzers: `ci/fuzz/seeds/<target>/` holds inputs that reach different parts of the
-//! parsers of scenes and readers of traces, and every input that once failed.
+//! Regression tests from the fuzzers: inputs that reach different parts of the parsers of scenes and readers of traces,
+//! and every input that failed before a correction.
 
 #[path = "../../../ci/fuzz/src/checks.rs"]
 mod checks;
 
-use std::path::Path;
+#[path = "../../../ci/fuzz/src/seeds.rs"]
+mod seeds;
 
 fn try_seeds(target: &str, check: fn(&[u8])) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ci/fuzz/seeds").join(target);
-    let entries = std::fs::read_dir(&folder).expect("the folder of the seeds can be read");
-    let mut seeds: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
-    seeds.sort();
-    assert!(seeds.len() >= 20, "{}: only {} seeds", folder.display(), seeds.len());
-    for seed in seeds {
-        let bytes = std::fs::read(&seed).expect("a seed can be read");
+    let seeds = seeds::seeds(target);
+    assert!(seeds.len() >= 20, "{target}: only {} seeds", seeds.len());
+    for (name, bytes) in seeds {
         let outcome = std::panic::catch_unwind(|| check(&bytes));
-        assert!(outcome.is_ok(), "{}", seed.display());
+        assert!(outcome.is_ok(), "{name}");
     }
 }
 

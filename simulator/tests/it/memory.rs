@@ -12,7 +12,7 @@ use simulator::vocabulary;
 /// How long the hostile traces are, in bytes: much more than a reader may hold.
 const LENGTH: u64 = 20 << 20;
 
-/// Bytes that readers may hold whatever the shape: their buffers and messages.
+/// Bytes that readers may hold for any shape: buffers and messages.
 const BUFFERS: usize = 256 << 10;
 
 /// Bytes for each number of a state. A line has 64, which are 64 fields where all of them are commas; a field is

@@ -1,5 +1,6 @@
 //! Projected Newton: the lecture's examples, what it shares with implicit Euler, and what it refuses.
 
+use needs::needs;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
@@ -83,66 +84,45 @@ fn peer(segments: u64, spring: &str, steps: u64, nudge: f64) -> Vec<Vec<f64>> {
     text.lines().skip(1).map(state).collect()
 }
 
-/// Prints why nothing is compared, where numpy and scipy are not there.
-fn peer_is_there() -> bool {
-    let look = Command::new("python3").args(["-c", "import numpy, scipy"]).output();
-    let there = look.is_ok_and(|output| output.status.success());
-    if !there {
-        say("skipped: python3 with numpy and scipy is not there");
-    }
-    there
-}
-
-/// For whoever runs the tests with `--nocapture`.
-#[expect(clippy::print_stdout, reason = "why a test is skipped, and how far it is from failing")]
-fn say(what: &str) {
-    println!("{what}");
-}
-
 /// Positions of size 1 and velocities of size 10, each step ended at a tolerance of 1e-9.
 const AGREEMENT: f64 = 1e-8;
 
 fn agrees_with_the_peer(segments: u64, law: SpringLaw, spring: &str) {
-    if !peer_is_there() {
-        return;
-    }
     let (found, _) = run(&square(segments, law, 20, &[("tolerance", "1e-9")])).unwrap();
     let difference = largest_difference(&found, &peer(segments, spring, 20, 0.0).concat());
-    say(&format!("{segments} segments, {spring}, 20 steps: {difference:.1e}"));
     assert!(difference < AGREEMENT, "{segments} segments, {spring}: {difference:e}");
 }
 
+#[needs("python3 -c 'import numpy, scipy'")]
 #[test]
 fn stretched_square_of_4_matches_the_lecture() {
     agrees_with_the_peer(4, SpringLaw::Green, "green");
 }
 
+#[needs("python3 -c 'import numpy, scipy'")]
 #[test]
 fn stretched_square_of_8_matches_the_lecture() {
     agrees_with_the_peer(8, SpringLaw::Green, "green");
 }
 
+#[needs("python3 -c 'import numpy, scipy'")]
 #[test]
 fn hookean_square_of_4_matches_the_lecture() {
     agrees_with_the_peer(4, SpringLaw::Hooke, "hooke");
 }
 
 #[test]
-#[ignore = "the peer takes half a minute"]
-fn hookean_square_of_16_matches_the_lecture() {
+#[ignore = "long: the peer takes half a minute"]
+fn long_hookean_square_of_16_matches_the_lecture() {
     agrees_with_the_peer(16, SpringLaw::Hooke, "hooke");
 }
 
 #[test]
-#[ignore = "the peer takes a minute"]
-fn stretched_square_of_16_matches_the_lecture_until_it_buckles() {
+#[ignore = "long: the peer takes a minute"]
+fn long_stretched_square_of_16_matches_the_lecture_until_it_buckles() {
     // In the ninth step this square stands at a saddle of the incremental potential, and rounding decides
-    // to which side it buckles. What the algorithm itself does not agree on, nudged by a rounding error, is
-    // nobody's to agree with.
+    // to which side it buckles. States are compared while the peer agrees with itself after a nudge of a rounding error.
     const STEPS: u64 = 10;
-    if !peer_is_there() {
-        return;
-    }
     let (found, _) = run(&square(16, SpringLaw::Green, STEPS, &[("tolerance", "1e-9")])).unwrap();
     let found: Vec<&[f64]> = found.chunks(found.len() / (STEPS as usize + 1)).collect();
     let [expected, nudged] = std::thread::scope(|scope| {
@@ -153,13 +133,9 @@ fn stretched_square_of_16_matches_the_lecture_until_it_buckles() {
     for ((found, expected), nudged) in found.into_iter().zip(&expected).zip(&nudged) {
         let unsure = largest_difference(expected, nudged);
         if unsure > AGREEMENT {
-            say(&format!(
-                "16 segments: nudged by 1e-15, the peer differs from itself by {unsure:.1e} in step {steps}"
-            ));
             break;
         }
         let difference = largest_difference(found, expected);
-        say(&format!("16 segments, green, step {steps}: {difference:.1e}"));
         assert!(difference < AGREEMENT, "step {steps}: {difference:e}");
         steps += 1;
     }

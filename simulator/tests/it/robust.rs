@@ -56,7 +56,7 @@ fn a_line_search_solves_the_equations_that_plain_newton_does_not() {
     let (states, statistics, failure) = run(&scene, ROBUST);
     assert_eq!((failure, statistics.fallback.substepped), (None, 0));
     assert!(statistics.fallback.line_searched > 0);
-    // What came before is what it was.
+    // States before the failure are unchanged.
     assert_eq!(states[..plain.len()], plain);
     // v' − v = h F(x'): to the change of force of an update below 1e-9, by springs of 5e8 N/m.
     let step = failure_step(&plain);

@@ -45,7 +45,7 @@ impl Gauge {
         Self { done, watcher }
     }
 
-    /// What the machine had to give beyond the limits, if anything.
+    /// Describes memory or disk used beyond the limits.
     pub(crate) fn breach(self) -> Option<String> {
         self.done.store(true, Ordering::Relaxed);
         let [memory, disk] = self.watcher.join().unwrap();
@@ -60,14 +60,22 @@ impl Gauge {
     }
 }
 
-/// Bytes of memory of the hidden kinds.
+/// Bytes of memory of the hidden kinds, and of huge pages of which a part is mapped.
 fn memory() -> u64 {
     let table = fs::read_to_string("/proc/meminfo").unwrap_or_default();
     let kibibytes = |line: &str| -> Option<u64> {
         let rest = HIDDEN.iter().find_map(|name| line.strip_prefix(name))?;
         rest.split_ascii_whitespace().next()?.parse().ok()
     };
-    1024 * table.lines().filter_map(kibibytes).sum::<u64>()
+    let sizes = fs::read_dir("/sys/kernel/mm/transparent_hugepage").into_iter().flatten().flatten();
+    let in_parts = |size: fs::DirEntry| -> Option<u64> {
+        let name = size.file_name().into_string().ok()?;
+        let kibibytes: u64 = name.strip_prefix("hugepages-")?.strip_suffix("kB")?.parse().ok()?;
+        let count = fs::read_to_string(size.path().join("stats/nr_anon_partially_mapped")).ok()?;
+        Some(kibibytes * count.trim().parse::<u64>().ok()?)
+    };
+    let shown = table.lines().filter_map(kibibytes).sum::<u64>();
+    1024 * (shown + sizes.filter_map(in_parts).sum::<u64>())
 }
 
 /// Bytes in use on the disk of this folder.

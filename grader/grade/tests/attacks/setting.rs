@@ -41,11 +41,6 @@ impl Setting {
         matches!(self, Self::Root | Self::Container | Self::RootWithoutLandlock)
     }
 
-    /// Whether only the superuser can create it.
-    pub(crate) fn needs_superuser(self) -> bool {
-        self.is_root() || self == Self::RootlessContainer
-    }
-
     /// The user of the grader, if not this process's. Each setting and each test process has a different one, so that
     /// processes left running are found. The next one is a container's 65534.
     pub(crate) fn user(self) -> Option<u32> {

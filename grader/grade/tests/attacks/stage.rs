@@ -10,7 +10,7 @@ use std::net::TcpListener;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, lchown};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
@@ -47,13 +47,13 @@ pub(crate) struct Programs {
 }
 
 impl Programs {
-    /// Compiles them once; `None` if there is no compiler.
-    pub(crate) fn get() -> Option<&'static Self> {
-        static PROGRAMS: OnceLock<Option<Programs>> = OnceLock::new();
-        PROGRAMS.get_or_init(Self::compile).as_ref()
+    /// Compiles them once, with the compiler that Rust links with.
+    pub(crate) fn get() -> &'static Self {
+        static PROGRAMS: LazyLock<Programs> = LazyLock::new(Programs::compile);
+        &PROGRAMS
     }
 
-    fn compile() -> Option<Self> {
+    fn compile() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/attacks");
         let hostile = fs::read_dir(sources.join("hostile")).unwrap().flatten();
@@ -67,13 +67,11 @@ impl Programs {
         {
             let mut compiler = Command::new("cc");
             compiler.args(["-O0", "-pthread", "-o"]).arg(folder.path().join(name));
-            match compiler.args(sources).arg("-lrt").status() {
-                Ok(status) => assert!(status.success(), "{name} is not accepted"),
-                Err(_) => return None,
-            }
+            let status = compiler.args(sources).arg("-lrt").status().unwrap();
+            assert!(status.success(), "{name} is not accepted");
         }
         open_to_all(folder.path());
-        Some(Self { folder })
+        Self { folder }
     }
 
     fn path(&self, name: &str) -> PathBuf {

@@ -1,10 +1,7 @@
 //! Table of attacks, one row each.
 
 use super::setting::Setting;
-use super::setting::Setting::{
-    Container, Root, RootWithoutLandlock, RootlessContainer, User, UserWithoutLandlock,
-    UserWithoutNamespaces,
-};
+use super::setting::Setting::{Container, RootlessContainer, UserWithoutNamespaces};
 
 /// The target of an attack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +43,7 @@ type Verdicts = &'static [&'static str];
 /// One attack.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Attack {
-    /// What it does.
+    /// Description in the document.
     pub(crate) what: &'static str,
     /// The mode of the hostile program.
     pub(crate) mode: &'static str,
@@ -56,7 +53,7 @@ pub(crate) struct Attack {
     pub(crate) expected: Verdicts,
     /// The mode of its build; empty if there is no build.
     pub(crate) build: &'static str,
-    /// The mode of an earlier run of the same submission; empty if there is none.
+    /// The mode of an earlier run of the same submission; or empty.
     pub(crate) earlier: &'static str,
     /// Limits that override the usual ones.
     pub(crate) limits: &'static [&'static str],
@@ -429,6 +426,16 @@ pub(crate) const ATTACKS: &[Attack] = &[
     )
     .measured(),
     Attack::new(
+        "huge pages of which a part is kept",
+        "parts_of_huge_pages",
+        Nothing,
+        REFUSED_OR_COUNTED,
+    )
+    .measured(),
+    Attack::new("pages in a chain of forks", "chain_of_pages", Nothing, OUT_OF_MEMORY),
+    Attack::new("mappings in a chain of forks", "chain_of_mappings", Nothing, REFUSED_OR_COUNTED)
+        .measured(),
+    Attack::new(
         "memory in unlinked files",
         "unlinked_mappings",
         Nothing,
@@ -696,15 +703,4 @@ pub(crate) const ATTACKS: &[Attack] = &[
         .built_by("leave_shared_names"),
     Attack::new("honest: a build that locks a file", "hand_in", Nothing, PASS)
         .built_by("build_locks"),
-];
-
-/// All settings.
-pub(crate) const SETTINGS: [Setting; 7] = [
-    User,
-    Root,
-    UserWithoutNamespaces,
-    Container,
-    UserWithoutLandlock,
-    RootWithoutLandlock,
-    RootlessContainer,
 ];

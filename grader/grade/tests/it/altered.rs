@@ -1,16 +1,15 @@
 //! Detection of copied traces by the `grade` binary: scenes of which a program looks up the traces do not count, those that
 //! it simulates do.
 
-#![expect(clippy::print_stderr, reason = "a skipped test is told")]
-
+use needs::needs;
 use std::collections::BTreeSet;
 use std::fs;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use test_support::{root, schema};
+use test_support::{assert_fits, root, sample};
 
+use crate::folder::Folder;
 use serde_json::Value;
-use tempfile::TempDir;
 
 /// Depending on its first argument, looks up the scene in `known` by its bytes or by its description, or simulates it. On
 /// other scenes it then stops, floods its output, or simulates without some forces.
@@ -67,20 +66,22 @@ with open(trace, "w") as file:
 "#;
 
 /// Shipped scenes with explicit methods, from four groups.
-struct Project(TempDir);
+struct Project(Folder);
+
+impl Deref for Project {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
+}
 
 impl Project {
-    /// `None` if Python is missing.
-    fn new() -> Option<Self> {
-        let is_there = |folder: &str| Path::new(folder).join("python3").exists();
-        if !["/usr/local/bin", "/usr/bin", "/bin"].into_iter().any(is_there) {
-            eprintln!("skipped: there is no python3");
-            return None;
-        }
-        let folder = tempfile::tempdir().unwrap();
+    fn new() -> Self {
+        let folder = Folder::new();
         let shipped = root().join("assets");
         for group in ["Inertia", "SimpleGravity", "ConstantForce", "LinearDrag"] {
-            let target = folder.path().join("assets").join(group);
+            let target = folder.path("assets").join(group);
             fs::create_dir_all(&target).unwrap();
             for file in xml_files(&shipped.join(group)) {
                 let name = file.file_name().unwrap().to_str().unwrap();
@@ -91,12 +92,8 @@ impl Project {
         }
         let project = Self(folder);
         let made = project.grade(&["oracle", "regenerate", "--accept"]);
-        assert!(made.status.success(), "{made:?}");
-        Some(project)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        assert_eq!(made.code, 0, "{}", made.stderr);
+        project
     }
 
     /// A submission that runs the program above in this mode, with the scenes and traces of `expected`.
@@ -121,19 +118,12 @@ impl Project {
         }
     }
 
-    fn grade(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-        command.current_dir(self.0.path()).args(arguments).output().unwrap()
-    }
-
     /// The report of a submission.
     fn json(&self, mode: &str, more: &[&str]) -> Value {
         let name = format!("class/{mode}");
         let output = self.grade(&[&[&name, "--format", "json"], more].concat());
-        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let schema = root().join("docs/report.schema.json");
-        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        schema::validate(&schema, &report).unwrap();
+        let report: Value = serde_json::from_str(&output.stdout).unwrap();
+        assert_fits("report.schema.json", &report);
         report
     }
 }
@@ -152,12 +142,24 @@ fn xml_files(folder: &Path) -> Vec<PathBuf> {
     entries.filter(|path| path.extension().is_some_and(|extension| extension == "xml")).collect()
 }
 
+#[needs("test -x /usr/bin/python3")]
 #[test]
-fn looked_up_scenes_earn_no_credit() {
-    let Some(project) = Project::new() else { return };
+fn sampled_looked_up_scenes_earn_no_credit() {
+    assert_no_credit(2);
+}
+
+#[test]
+#[ignore = "long: half a minute"]
+fn long_looked_up_scenes_earn_no_credit() {
+    assert_no_credit(usize::MAX);
+}
+
+/// Grades a program in so many of its modes.
+fn assert_no_credit(count: usize) {
+    let project = Project::new();
     let short = ["--no-jacobians", "--limit", "wall=2"];
     let by_bytes = |report: &Value| report["copied"]["bytes"].is_string();
-    for (mode, counted, has_bytes) in [
+    let modes = [
         ("bytes", &[][..], true),
         ("description", &[], false),
         ("silent", &[], true),
@@ -165,7 +167,8 @@ fn looked_up_scenes_earn_no_credit() {
         ("endless", &[], false),
         ("drift", &["Inertia"], true),
         ("falling", &["Inertia", "SimpleGravity"], true),
-    ] {
+    ];
+    for (mode, counted, has_bytes) in sample(modes, count) {
         project.submit(mode);
         let report = project.json(mode, &short);
         let copied = &report["copied"];
@@ -180,14 +183,17 @@ fn looked_up_scenes_earn_no_credit() {
         assert_eq!(by_bytes(&report), has_bytes, "{mode}: {copied}");
         assert_eq!(report["required"]["points_earned"] == 0.0, counted.is_empty(), "{mode}");
     }
+}
+
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn copied_answers_are_named_in_a_class() {
+    let project = Project::new();
+    ["bytes", "description", "honest"].iter().for_each(|mode| project.submit(mode));
     // With --only, scenes are neither re-run nor altered.
     assert!(project.json("bytes", &["--only", "explicit"])["copied"].is_null());
-    for mode in ["flood", "endless", "silent", "drift", "falling"] {
-        fs::remove_dir_all(project.path(&format!("class/{mode}"))).unwrap();
-    }
-    project.submit("honest");
     let class = project.grade(&["class", "class", "-o", "out", "--no-jacobians"]);
-    let summary = String::from_utf8(class.stdout).unwrap();
+    let summary = class.stdout;
     let named: Vec<&str> = summary.lines().filter(|line| line.contains("copied answers")).collect();
     assert_eq!(named.len(), 2, "{summary}");
     assert!(named[0].starts_with("  bytes: Possibly copied answers: of "), "{summary}");
@@ -199,9 +205,10 @@ fn looked_up_scenes_earn_no_credit() {
     );
 }
 
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn simulated_scenes_count_even_if_others_are_looked_up() {
-    let Some(project) = Project::new() else { return };
+    let project = Project::new();
     for mode in ["honest", "wrong", "blind"] {
         project.submit(mode);
         let report = project.json(mode, &["--no-jacobians"]);
@@ -218,9 +225,10 @@ fn simulated_scenes_count_even_if_others_are_looked_up() {
 }
 
 /// A rubric with a wide tolerance accepts rounded numbers of copies as well.
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn copies_are_judged_by_the_tolerance_of_their_scenes() {
-    let Some(project) = Project::new() else { return };
+    let project = Project::new();
     project.submit("honest");
     let path = project.path("class/honest/program.py");
     let rounded = fs::read_to_string(&path).unwrap().replace("repr(n)", "f'{n:.4f}'");

@@ -2,47 +2,36 @@
 //!
 //! The programs are students of the self-test, reduced by a script to what the assignment asks for.
 
-#![expect(clippy::print_stderr, reason = "a test that is skipped says why")]
-
+use needs::needs;
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 use std::sync::LazyLock;
 
 use serde_json::Value;
-use test_support::{root, write};
+use test_support::{root, sample, write};
 
-const GRADE: &str = env!("CARGO_BIN_EXE_grade");
+use crate::folder::{self, Run, command, run};
 
-/// Compiles a source to `folder/name`. False, with a printed reason, if there is no compiler.
-fn compile(source: &Path, folder: &Path, name: &str, flags: &[&str]) -> bool {
+/// Compiles a source to `folder/name`.
+fn compile(source: &Path, folder: &Path, name: &str, flags: &[&str]) {
     fs::create_dir_all(folder).unwrap();
     let mut compiler = Command::new("c++");
     compiler.args(["-O2", "-o"]).arg(folder.join(name)).args(flags).arg(source);
-    match compiler.output() {
-        Ok(output) => {
-            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            true
-        }
-        Err(error) => {
-            eprintln!("skipped: c++: {error}");
-            false
-        }
-    }
+    let output = compiler.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// A submission that reads these integrators and refuses these forces. Like the course's starter code, it passes over
-/// constant forces. False if there is no compiler.
-fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str) -> bool {
-    static COMPILED: LazyLock<bool> = LazyLock::new(|| {
+/// constant forces.
+fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str) {
+    static COMPILED: LazyLock<()> = LazyLock::new(|| {
         let source = root().join("grader/selftest/src/programs/student.cpp");
         compile(&source, Path::new(env!("CARGO_TARGET_TMPDIR")), "student", &[])
     });
-    if !*COMPILED {
-        return false;
-    }
+    LazyLock::force(&COMPILED);
     fs::create_dir_all(folder).unwrap();
     fs::copy(Path::new(env!("CARGO_TARGET_TMPDIR")).join("student"), folder.join("student"))
         .unwrap();
@@ -61,16 +50,17 @@ fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str)
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
     let run = r#"["./reduced", "{scene}", "{trace}", "{folder}/student"]"#;
     write(&folder.join("submission.toml"), &format!("run = {run}\nformat = \"fosssim\"\n"));
-    true
 }
 
 fn grade(submission: &Path, arguments: &[&str]) -> (Option<i32>, Value) {
-    let mut command = Command::new(GRADE);
-    command.arg(submission).args(arguments).args(["--format", "json", "--root"]).arg(root());
-    let Output { status, stdout, stderr } = command.output().unwrap();
-    let report = serde_json::from_slice(&stdout);
-    let report = report.unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&stderr)));
-    (status.code(), report)
+    let graded = graded(submission, &[arguments, &["--format", "json"]].concat());
+    let report = serde_json::from_str(&graded.stdout);
+    (Some(graded.code), report.unwrap_or_else(|_| panic!("{}", graded.stderr)))
+}
+
+/// Grades a submission with the shipped scenes.
+fn graded(submission: &Path, arguments: &[&str]) -> Run {
+    run(command(root(), arguments).arg(submission))
 }
 
 /// Points earned and points of a section.
@@ -92,21 +82,21 @@ const METHODS: [&str; 4] =
     ["explicit-euler", "symplectic-euler", "linearized-implicit-euler", "implicit-euler"];
 const PAIRS: [&str; 3] = ["springforce", "gravitationalforce", "dragdamping"];
 
+#[needs("command -v c++")]
 #[test]
 fn a_correct_program_of_a_milestone_earns_all_its_points() {
     let folder = tempfile::tempdir().unwrap();
     let first: Vec<&str> = PAIRS.into_iter().chain(["vortexforce"]).collect();
-    for (name, integrators, refused, extra) in [
+    let milestones = [
         ("t1m1", &METHODS[..1], &first[..], false),
         ("t1m2", &METHODS[..2], &["vortexforce"], false),
         ("t1m3", &METHODS[..3], &["vortexforce"], false),
         // The vortex comes with the starter code.
         ("t1m3", &METHODS[..], &["nothing"], true),
-    ] {
+    ];
+    for (name, integrators, refused, extra) in sample(milestones, 2) {
         let submission = folder.path().join(format!("{name}-{}", integrators.len()));
-        if !student(&submission, integrators, refused, "") {
-            return;
-        }
+        student(&submission, integrators, refused, "");
         let (code, report) = grade(&submission, &["--assignment", name]);
         assert_eq!(code, Some(0), "{name}");
         assert_eq!(report["assignment"], name);
@@ -120,65 +110,67 @@ fn a_correct_program_of_a_milestone_earns_all_its_points() {
     }
 }
 
+#[needs("command -v c++")]
 #[test]
 fn a_wrong_jacobian_costs_points_only_where_it_shows() {
     let folder = tempfile::tempdir().unwrap();
     let submission = folder.path().join("submission");
     let mistake = "damping: dF/dx has the wrong sign";
-    if !student(&submission, &METHODS, &["nothing"], mistake) {
-        return;
-    }
-    let (code, report) = grade(&submission, &["--assignment", "t1m3", "--no-jacobians"]);
+    student(&submission, &METHODS, &["nothing"], mistake);
+    // The case of a name is ignored.
+    let (code, report) = grade(&submission, &["--assignment", "T1M3", "--no-jacobians"]);
     assert_eq!(code, Some(1));
     let damped: BTreeSet<String> =
         ["Combined", "FixedParticles", "SpringDamping"].map(str::to_owned).into();
     assert_eq!(lost(&report, "required"), damped);
     assert!(lost(&report, "extra-credit").is_subset(&damped));
     let findings = report["findings"].as_array().unwrap();
-    let said: Vec<&str> = findings.iter().map(|f| f["message"].as_str().unwrap()).collect();
-    assert_eq!(said, ["dF/dx of springforce's damping has the wrong sign"]);
+    let printed: Vec<&str> = findings.iter().map(|f| f["message"].as_str().unwrap()).collect();
+    assert_eq!(printed, ["dF/dx of springforce's damping has the wrong sign"]);
     assert_eq!(findings[0]["kind"], "cause");
 
-    let output = explain("shearing-triangle-linearized", &submission, "t1m3");
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{said}");
+    let output = explain("shearing-triangle-linearized", &submission);
+    let printed = &output.stdout;
+    assert_eq!(output.code, 1, "{printed}");
     // The remainder of the first step, and what the mistake makes of it.
-    let rest = said.split_once("sum, 0 up to rounding").expect("an equation").1;
+    let rest = printed.split_once("sum, 0 up to rounding").expect("an equation").1;
     let numbers = rest.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
     let sizes: Vec<f64> = numbers.take(4).map(f64::abs).collect();
-    assert!(sizes[0].min(sizes[1]) > 1e-3 && sizes[2].max(sizes[3]) < 1e-14, "{said}");
-    let output = explain("Spring", &submission, "t1m3");
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("name one, such as Spring/"));
+    assert!(sizes[0].min(sizes[1]) > 1e-3 && sizes[2].max(sizes[3]) < 1e-14, "{printed}");
+    let output = explain("Spring", &submission);
+    assert_eq!(output.code, 2);
+    assert!(output.stderr.contains("name one, such as Spring/"));
 
     let (_, report) = grade(&submission, &["--no-jacobians"]);
     assert_eq!(report["fitting_assignment"], "t1m3", "the mistake does not hide what is offered");
 }
 
-fn explain(scene: &str, submission: &Path, assignment: &str) -> Output {
-    let mut command = Command::new(GRADE);
-    command.args(["explain", scene]).arg(submission).args(["--assignment", assignment, "--root"]);
-    command.arg(root()).output().unwrap()
+fn explain(scene: &str, submission: &Path) -> Run {
+    graded(submission, &["explain", scene, "--assignment", "t1m3"])
 }
 
-/// What a skeleton lacks is not wrong, and its report fits a screen. It says what to do first.
+/// Writes a skeleton in Python.
+fn init(assignment: &str, submission: &Path) {
+    let made = graded(submission, &["init", "python", "--assignment", assignment]);
+    assert_eq!(made.code, 0, "{}", made.stderr);
+}
+
+/// Missing features of a skeleton are not failures. Its report fits a screen, and names the first task.
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn unfilled_skeleton_gets_its_first_task() {
     let folder = tempfile::tempdir().unwrap();
     let submission = folder.path().join("skeleton");
-    let init = ["init", "python", "--assignment", "t1m2"];
-    let made = Command::new(GRADE).args(init).arg(&submission).arg("--root").arg(root()).output();
-    assert!(made.unwrap().status.success());
-    let mut command = Command::new(GRADE);
-    let output = command.arg(&submission).arg("--root").arg(root()).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.lines().count() <= 40, "{said}");
-    assert!(said.starts_with("Findings\n  Not implemented: "), "{said}");
-    assert!(said.contains("Implemented: free motion"), "{said}");
-    assert!(said.contains("; next: free motion under symplectic-euler, scene "), "{said}");
+    init("t1m2", &submission);
+    let Run { code, stdout: printed, .. } = graded(&submission, &[]);
+    assert_eq!(code, 1, "{printed}");
+    assert!(printed.lines().count() <= 40, "{printed}");
+    assert!(printed.starts_with("Findings\n  Not implemented: "), "{printed}");
+    assert!(printed.contains("Implemented: free motion"), "{printed}");
+    assert!(printed.contains("; next: free motion under symplectic-euler, scene "), "{printed}");
 }
 
+#[needs("command -v c++")]
 #[test]
 fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
     let folder = tempfile::tempdir().unwrap();
@@ -188,9 +180,7 @@ fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
         // The dense program is not called for large scenes.
         for (name, largest) in [("springs_dense", "20"), ("springs_sparse", "1000")] {
             let flags = [format!("-DREFUSES_WIND={refuses}"), format!("-DLARGEST={largest}")];
-            if !compile(&source, &submission, name, &flags.each_ref().map(String::as_str)) {
-                return;
-            }
+            compile(&source, &submission, name, &flags.each_ref().map(String::as_str));
         }
         let manifest = "run = [\"./springs_{solver}\", \"{scene}\", \"{trace}\"]\n\
                         assignment = \"fast-mass-spring\"\n";
@@ -202,13 +192,10 @@ fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
     }
 }
 
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn lecture_code_passes_its_assignment() {
     let interpreter = "/usr/bin/python3";
-    if !Path::new(interpreter).exists() {
-        eprintln!("skipped: the lecture's code: there is no {interpreter}");
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let source = root().join("grader/grade/tests/it/programs/elastodynamics.py");
     fs::copy(source, folder.path().join("elastodynamics.py")).unwrap();
@@ -221,28 +208,18 @@ fn lecture_code_passes_its_assignment() {
     assert_eq!((code, points(&report, "required")), (Some(0), (5.0, 5.0)));
 }
 
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn a_class_refuses_a_submission_of_another_assignment() {
     let folder = tempfile::tempdir().unwrap();
     let class = folder.path().join("class");
     for (name, assignment) in [("ada", "t1m2"), ("bob", "t1m1")] {
-        let init = Command::new(GRADE)
-            .args(["init", "python", "--assignment", assignment, "--root"])
-            .arg(root())
-            .arg(class.join(name))
-            .output()
-            .unwrap();
-        assert!(init.status.success(), "{init:?}");
+        init(assignment, &class.join(name));
     }
-    let graded = Command::new(GRADE)
-        .args(["class", "--assignment", "t1m1", "--no-jacobians", "--root"])
-        .arg(root())
-        .arg(&class)
-        .arg("-o")
-        .arg(folder.path().join("out"))
-        .output()
-        .unwrap();
-    assert_eq!(graded.status.code(), Some(0), "{graded:?}");
+    let out = folder.path().join("out").display().to_string();
+    let options = ["class", "--assignment", "t1m1", "--no-jacobians", "-o", &out];
+    let graded = graded(&class, &options);
+    assert_eq!(graded.code, 0, "{}", graded.stderr);
     let csv = fs::read_to_string(folder.path().join("out/summary.csv")).unwrap();
     let verdicts: Vec<&str> =
         csv.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();
@@ -269,25 +246,23 @@ fn failed_scenes_can_be_regraded_and_runs_cut_short() {
     let submission = folder.path().join("traces");
     traces(&submission, &["Inertia", "SimpleGravity"]);
     let grade = |arguments: &[&str]| {
-        let mut command = Command::new(GRADE);
-        command.arg(&submission).args(["--assignment", "t1m1", "--root"]).arg(root());
-        let output = command.args(arguments).env("XDG_CACHE_HOME", folder.path()).output().unwrap();
-        let [text, notes] = [output.stdout, output.stderr]
-            .map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-        (output.status.code(), text, notes)
+        let mut command = command(root(), &["--assignment", "t1m1"]);
+        command.arg(&submission).args(arguments).env("XDG_CACHE_HOME", folder.path());
+        let Run { code, stdout, stderr } = run(&mut command);
+        (code, stdout, stderr)
     };
     let (code, text, notes) = grade(&["--last-failed", "--durations", "2"]);
-    assert_eq!(code, Some(1), "{text}");
+    assert_eq!(code, 1, "{text}");
     assert!(notes.contains("no failed scene is known"), "{notes}");
     assert_eq!(notes.matches(" s  ").count(), 2, "{notes}");
     let (code, text, notes) = grade(&["--last-failed"]);
     assert!(notes.contains("2 of 6 scenes are graded"), "{notes}");
-    assert!(code == Some(1) && text.contains("0/2 scenes"), "{text}");
+    assert!(code == 1 && text.contains("0/2 scenes"), "{text}");
     let (code, text, notes) = grade(&["--fail-fast", "1"]);
-    assert!(code == Some(1) && text.contains("no score"), "{text}");
+    assert!(code == 1 && text.contains("no score"), "{text}");
     assert!(notes.contains("ended by --fail-fast"), "{notes}");
     traces(&submission, &["FixedParticles"]);
-    assert_eq!(grade(&["--last-failed"]).0, Some(0));
+    assert_eq!(grade(&["--last-failed"]).0, 0);
     let (_, _, notes) = grade(&["--last-failed"]);
     assert!(notes.contains("no failed scene is known"), "{notes}");
 }
@@ -300,45 +275,37 @@ fn non_submission_gets_one_message() {
         (root().join("README.md"), "the file is not executable"),
         (folder.path().join("empty"), "no submission.toml in this folder, and no trace"),
     ] {
-        let graded =
-            Command::new(GRADE).arg(&submission).arg("--root").arg(root()).output().unwrap();
-        assert_eq!(graded.status.code(), Some(2));
-        assert!(graded.stdout.is_empty());
-        let message = String::from_utf8_lossy(&graded.stderr).into_owned();
+        let Run { code, stdout, stderr: message } = graded(&submission, &[]);
+        assert_eq!((code, stdout.as_str()), (2, ""));
         assert!(message.contains(reason) && message.lines().count() == 2, "{message}");
     }
 }
 
+#[needs("command -v c++")]
 #[test]
 fn unmeasurable_required_jacobians_fail() {
     let folder = tempfile::tempdir().unwrap();
     let measure = |name: &str, arguments: &[&str]| {
-        let mut command = Command::new(GRADE);
-        command.arg("jacobians").arg(folder.path().join(name)).args(arguments);
-        let output = command.arg("--root").arg(root()).output().unwrap();
-        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+        let run = graded(&folder.path().join(name), &[&["jacobians"], arguments].concat());
+        (run.code, run.stdout)
     };
     let submission = folder.path().join("explicit");
-    if !student(&submission, &METHODS[..1], &["dragdamping", "vortexforce"], "") {
-        return;
-    }
+    student(&submission, &METHODS[..1], &["dragdamping", "vortexforce"], "");
     let (code, text) = measure("explicit", &["--force", "springforce"]);
-    assert!(code == Some(0), "{text}");
+    assert!(code == 0, "{text}");
     let (code, text) = measure("explicit", &["--require", "springforce,dragdamping"]);
-    assert!(code == Some(1) && text.contains("not offered: springforce, dragdamping."), "{text}");
+    assert!(code == 1 && text.contains("not offered: springforce, dragdamping."), "{text}");
     let (code, text) = measure("explicit", &["--force", "dragdamping"]);
-    assert!(code == Some(1) && text.contains("Nothing could be measured."), "{text}");
-    assert!(student(&folder.path().join("whole"), &METHODS, &["vortexforce"], ""));
+    assert!(code == 1 && text.contains("Nothing could be measured."), "{text}");
+    student(&folder.path().join("whole"), &METHODS, &["vortexforce"], "");
     let (code, text) = measure("whole", &["--assignment", "t1m3"]);
-    assert!(code == Some(0), "{text}");
+    assert!(code == 0, "{text}");
 }
 
 #[test]
 fn an_unknown_assignment_is_an_error_that_names_the_others() {
-    let graded =
-        Command::new(GRADE).args(["--assignment", "t1m4", "--root"]).arg(root()).output().unwrap();
-    assert_eq!(graded.status.code(), Some(2));
-    let message = String::from_utf8_lossy(&graded.stderr).into_owned();
+    let Run { code, stderr: message, .. } = folder::grade(root(), &["--assignment", "t1m4"]);
+    assert_eq!(code, 2);
     let known = "all, elastodynamics, fast-mass-spring, higher-order, t1m1, t1m2, t1m3";
     assert!(message.contains("no assignment \"t1m4\"") && message.contains(known), "{message}");
 }

@@ -20,15 +20,15 @@ fn oracle_copy_earns_no_credit_in_a_class() {
     let run = project.class(&["--hidden", "hidden"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
     assert_eq!(project.row("eve"), "eve,bad-hand-in,0,3,0,0,0,0,0,3,0,2,,,,");
-    let told = project.read("out/reports/eve.txt");
-    assert!(told.contains("there is no submission.toml in this folder"), "{told}");
-    // Where they are allowed, the hidden scenes that they lack are wrong.
+    let shown = project.read("out/reports/eve.txt");
+    assert!(shown.contains("there is no submission.toml in this folder"), "{shown}");
+    // If the rubric allows folders of traces, missing hidden scenes fail.
     project.write("assets/rubric.toml", "[class]\ntraces = true\n");
     project.class(&["--hidden", "hidden"]);
     assert!(project.row("eve").starts_with("eve,failed,"), "{}", project.row("eve"));
     assert!(project.row("eve").ends_with(",3,3,0,2,,,,"), "{}", project.row("eve"));
-    let told = project.read("out/reports/eve.json");
-    assert!(told.contains("\"missing\": 1"), "{told}");
+    let shown = project.read("out/reports/eve.json");
+    assert!(shown.contains("\"missing\": 1"), "{shown}");
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn github_workflow_refuses_hidden_scenes() {
     );
 }
 
-/// Adds a right program that says on which scene it runs, in a file of its own.
+/// Adds a correct program that logs the scenes on which it runs.
 fn logging(project: &Project, name: &str, more: &str) {
     let log = project.path("log").display().to_string();
     let text =
@@ -323,8 +323,8 @@ fn output_after_hidden_scenes_is_not_shown() {
     assert!(project.path("seen").exists());
     assert!(project.row("ada").ends_with(",3,3,1,2,,,,"), "{}", project.row("ada"));
     assert!(project.row("eve").ends_with(",3,3,0,2,,,,"), "{}", project.row("eve"));
-    let told = project.read("out/reports/mal.txt");
-    assert!(told.contains("  trace:5: ") && !told.contains("first-phase"), "{told}");
+    let shown = project.read("out/reports/mal.txt");
+    assert!(shown.contains("  trace:5: ") && !shown.contains("first-phase"), "{shown}");
     let files = std::process::Command::new("grep")
         .args(["-rlE", "0\\.8765|moonlight|Starlight|COMMENT", "out", "pages"])
         .current_dir(project.path(""))
@@ -346,10 +346,13 @@ fn a_hand_in_has_a_budget_of_time() {
     let row = project.row("ada");
     assert!(row.starts_with("ada,failed,") || row.starts_with("ada,not-run,"), "{row}");
     assert!(row.ends_with(",0,2,,,,"), "{row}");
-    let told = project.read("out/reports/ada.txt");
-    assert!(told.contains("not run: the hand-in used its budget of 1 s"), "{told}");
-    let told = project.read("out/reports/ada.json");
-    assert!(told.contains("\"verdict\": \"not-run\"") && told.contains("\"not-run\": 1"), "{told}");
+    let shown = project.read("out/reports/ada.txt");
+    assert!(shown.contains("not run: the hand-in used its budget of 1 s"), "{shown}");
+    let shown = project.read("out/reports/ada.json");
+    assert!(
+        shown.contains("\"verdict\": \"not-run\"") && shown.contains("\"not-run\": 1"),
+        "{shown}"
+    );
 }
 
 /// Runs every job at once, and prints its number.

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 use test_support::{root, write};
+
+use crate::folder::{Run, command, run};
 
 /// A swinging pair: for t1m2.
 const PAIR: &str = r#"<scene>
@@ -20,9 +22,8 @@ const PAIR: &str = r#"<scene>
 </scene>
 "#;
 
-fn grade(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    command.args(arguments).arg("--root").arg(root()).current_dir(folder).output().unwrap()
+fn grade(folder: &Path, arguments: &[&str]) -> Run {
+    run(command(folder, arguments).arg("--root").arg(root()))
 }
 
 #[test]
@@ -32,8 +33,8 @@ fn a_scene_is_checked_and_shown_on_a_contact_sheet() {
     write(&folder.join("ada_t1m2.xml"), PAIR);
     write(&folder.join("ada_t1m2.gif"), "GIF89a");
     let output = grade(folder, &["creative", "ada_t1m2.xml", "--sheet", "sheet.png"]);
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{text}");
+    let text = output.stdout;
+    assert_eq!(output.code, 0, "{text}");
     assert_eq!(text.matches(" passed ").count(), 6, "{text}");
     let sheet = fs::read(folder.join("sheet.png")).unwrap();
     assert!(sheet.starts_with(b"\x89PNG"));
@@ -42,12 +43,12 @@ fn a_scene_is_checked_and_shown_on_a_contact_sheet() {
 
     fs::remove_file(folder.join("ada_t1m2.gif")).unwrap();
     let output = grade(folder, &["creative", "ada_t1m2.xml"]);
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    let text = output.stdout;
+    assert_eq!(output.code, 1, "{text}");
     assert!(text.contains("film      failed       no film called ada_t1m2 in ."), "{text}");
 
     let output = grade(folder, &["creative", "missing.xml"]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.code, 2);
 }
 
 #[test]
@@ -58,7 +59,7 @@ fn a_gallery_shows_every_scene_and_hides_names_on_request() {
     write(&folder.join("hand-ins/bob/Creative/bob_t1m2.xml"), "<scene>");
     write(&folder.join("hand-ins/bob/assets/other.xml"), PAIR);
     let output = grade(folder, &["gallery", "hand-ins", "-o", "open"]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.code, 0, "{}", output.stderr);
     let page = fs::read_to_string(folder.join("open/index.html")).unwrap();
     assert!(page.contains("ada/Creative/ada_t1m2.xml"));
     assert!(page.contains("By Ada &amp; &lt;b&gt;friends") && !page.contains("<b>"));
@@ -66,7 +67,7 @@ fn a_gallery_shows_every_scene_and_hides_names_on_request() {
 
     let arguments = ["gallery", "hand-ins", "-o", "hidden", "--hide-names", "key.csv"];
     let output = grade(folder, &arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.code, 0, "{}", output.stderr);
     let mut files = vec![folder.join("hidden")];
     let mut n_files = 0;
     while let Some(path) = files.pop() {
@@ -98,7 +99,7 @@ fn our_creative_scenes_are_well_formed_and_have_their_films() {
     let scenes = root().join("creative");
     let arguments = ["gallery", scenes.to_str().unwrap(), "-o", "gallery", "--seconds", "1"];
     let output = grade(folder.path(), &arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.code, 0, "{}", output.stderr);
     let marks = fs::read_to_string(folder.path().join("gallery/marks.csv")).unwrap();
     assert_eq!(marks.lines().count(), 7, "{marks}");
     for row in marks.lines().skip(1) {
@@ -115,7 +116,7 @@ const SECRET: &str = "machine example.org login ta password hunter2";
 fn gallery(folder: &Path, more: &[&str]) -> (String, String) {
     let arguments = ["gallery", "class", "-o", "gallery", "--seconds", "2"];
     let output = grade(folder, &[&arguments[..], more].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.code, 0, "{}", output.stderr);
     let read = |name: &str| fs::read_to_string(folder.join("gallery").join(name)).unwrap();
     (read("index.html"), read("marks.csv"))
 }
@@ -172,8 +173,8 @@ fn links_and_meshes_reveal_no_other_file() {
         assert!(card(&page, &format!("eve/{name}")).contains(line));
     }
     let output = grade(&eve, &["creative", "a_t1m2.xml"]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.code() == Some(2) && said.contains("a_t1m2.xml: is a link"), "{said}");
+    let printed = output.stderr;
+    assert!(output.code == 2 && printed.contains("a_t1m2.xml: is a link"), "{printed}");
 }
 
 #[cfg(target_os = "linux")]
@@ -254,9 +255,12 @@ fn unprotected_checks_say_so_and_unknown_limits_are_refused() {
     let folder = folder.path();
     write(&folder.join("ada_t1m2.xml"), PAIR);
     let output = grade(folder, &["creative", "ada_t1m2.xml", "--unprotected"]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("warning: programs run unprotected, with all your rights"), "{said}");
-    assert_eq!(output.status.code(), Some(1), "no film: {said}");
+    let printed = output.stderr;
+    assert!(
+        printed.contains("warning: programs run unprotected, with all your rights"),
+        "{printed}"
+    );
+    assert_eq!(output.code, 1, "no film: {printed}");
     let output = grade(folder, &["creative", "ada_t1m2.xml", "--limit", "colours=1"]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.code, 2);
 }

@@ -8,6 +8,8 @@ use test_support::{assert_document, root};
 
 #[path = "../../../../ci/fuzz/src/doors.rs"]
 mod checks;
+#[path = "../../../../ci/fuzz/src/seeds.rs"]
+mod seeds;
 
 const START: &str =
     "| what a student writes | largest | parser | fuzz targets |\n| --- | --- | --- | --- |\n";
@@ -95,16 +97,13 @@ fn openings(path: &Path) -> Option<String> {
 #[test]
 fn parsers_survive_fuzzing_seeds() {
     for (target, _) in checks::ALL {
-        let folder = root().join("ci/fuzz/seeds").join(target);
-        let seeds = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{target}: {error}"));
-        let seeds: Vec<_> = seeds.map(|entry| entry.unwrap().path()).collect();
+        let seeds = seeds::seeds(target);
         assert!(seeds.len() >= 2, "{target}");
-        for seed in seeds {
-            let bytes = fs::read(&seed).unwrap();
-            // Cut off anywhere, too.
+        for (name, bytes) in seeds {
+            // Truncated inputs as well.
             for end in (0..=bytes.len()).step_by(bytes.len() / 50 + 1).chain([bytes.len()]) {
                 let outcome = std::panic::catch_unwind(|| checks::run(target, &bytes[..end]));
-                assert!(outcome.is_ok(), "{}, {end} bytes", seed.display());
+                assert!(outcome.is_ok(), "{name}, {end} bytes");
             }
         }
     }

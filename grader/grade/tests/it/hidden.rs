@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use tempfile::TempDir;
 use test_support::{root, write};
+
+use crate::folder::{Run, grade};
 
 const SPRING: &str = r#"<!-- A pair. Catches a missing rest length. -->
 <scene>
@@ -18,17 +19,8 @@ const SPRING: &str = r#"<!-- A pair. Catches a missing rest length. -->
 </scene>
 "#;
 
-fn grade(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    command.current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn generate(folder: &Path, arguments: &[&str]) -> Output {
+fn generate(folder: &Path, arguments: &[&str]) -> Run {
     grade(folder, &[&["oracle", "generate-hidden"], arguments].concat())
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
 }
 
 /// A folder with a required scene and one for extra credit.
@@ -38,7 +30,7 @@ fn project() -> TempDir {
     let implicit = SPRING.replace("symplectic", "implicit");
     write(&folder.path().join("extracreditassets/Spring/other.xml"), &implicit);
     let made = grade(folder.path(), &["oracle", "regenerate"]);
-    assert!(made.status.success(), "{}", text(&made.stderr));
+    assert!(made.code == 0, "{}", made.stderr);
     folder
 }
 
@@ -47,8 +39,8 @@ fn hidden_scenes_are_drawn_by_seed_and_graded_at_once() {
     let project = project();
     let folder = project.path();
     let made = generate(folder, &["--seed", "5", "-o", "hidden"]);
-    assert!(made.status.success(), "{}", text(&made.stderr));
-    let shown = text(&made.stdout);
+    assert!(made.code == 0, "{}", made.stderr);
+    let shown = made.stdout;
     assert!(shown.contains("\nSpring/pair ") && shown.contains("\nSpring/other "), "{shown}");
     assert!(shown.contains("hidden: 2 hidden scenes"), "{shown}");
 
@@ -58,7 +50,7 @@ fn hidden_scenes_are_drawn_by_seed_and_graded_at_once() {
     assert!(own.starts_with("<!-- 2 particles; "), "{own}");
     assert!(own.contains("Catches a missing rest length."), "{own}");
     for (seed, is_same) in [("5", true), ("6", false)] {
-        assert!(generate(folder, &["--seed", seed, "-o", seed]).status.success());
+        assert!(generate(folder, &["--seed", seed, "-o", seed]).code == 0);
         let files = [scene, "expected/Spring/other.csv", "expected/manifest.toml"];
         for name in files {
             let [ours, theirs] = [format!("hidden/{name}"), format!("{seed}/{name}")];
@@ -66,14 +58,14 @@ fn hidden_scenes_are_drawn_by_seed_and_graded_at_once() {
         }
     }
     // A scene alone is drawn as it is among others.
-    assert!(generate(folder, &["Spring/pair", "--seed", "5", "-o", "one"]).status.success());
+    assert!(generate(folder, &["Spring/pair", "--seed", "5", "-o", "one"]).code == 0);
     assert_eq!(read(&format!("one/{scene}")), own);
     assert!(!folder.join("one/extracreditassets").exists());
 
     let graded = grade(folder, &["--hidden", "hidden", "--no-jacobians"]);
-    assert!(graded.status.success() && text(&graded.stdout).contains("All passed."));
+    assert!(graded.code == 0 && graded.stdout.contains("All passed."));
     let verified = grade(folder, &["oracle", "verify", "--root", "hidden"]);
-    assert!(verified.status.success(), "{}", text(&verified.stdout));
+    assert!(verified.code == 0, "{}", verified.stdout);
 }
 
 #[test]
@@ -82,16 +74,16 @@ fn hidden_scenes_are_written_atomically_and_never_overwrite() {
     let folder = project.path();
     fs::create_dir(folder.join("hidden")).unwrap();
     let refused = generate(folder, &["--seed", "5", "-o", "hidden"]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("hidden: exists already"), "{}", text(&refused.stderr));
+    assert_eq!(refused.code, 2);
+    assert!(refused.stderr.contains("hidden: exists already"), "{}", refused.stderr);
     assert_eq!(fs::read_dir(folder.join("hidden")).unwrap().count(), 0);
 
     // The spring has no direction: the first step fails.
     let collapsed = SPRING.replace("px=\"1.1\" py=\"0.4\"", "px=\"0\" py=\"0.1\"");
     write(&folder.join("assets/Spring/collapsed.xml"), &collapsed);
     let failed = generate(folder, &["--seed", "5", "-o", "new"]);
-    assert_eq!(failed.status.code(), Some(2));
-    let message = text(&failed.stderr);
+    assert_eq!(failed.code, 2);
+    let message = failed.stderr;
     assert!(message.contains("Spring/collapsed: no sibling"), "{message}");
     assert!(message.contains("nothing was written"), "{message}");
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
@@ -106,10 +98,10 @@ fn hidden_scenes_of_an_assignment_are_those_with_points() {
     let arguments = ["--assignment", "t1m2", "--root", root];
     let made =
         generate(folder.path(), &[&arguments[..], &["--seed", "5", "-o", "hidden"]].concat());
-    assert!(made.status.success(), "{}", text(&made.stderr));
+    assert!(made.code == 0, "{}", made.stderr);
     let graded =
         grade(folder.path(), &[&arguments[..], &["--hidden", "hidden", "--no-jacobians"]].concat());
-    let shown = text(&graded.stdout);
+    let shown = graded.stdout;
     let counts: Vec<&str> = shown
         .lines()
         .filter(|line| line.starts_with("  Required ") || line.starts_with("    hidden "))
@@ -117,5 +109,5 @@ fn hidden_scenes_of_an_assignment_are_those_with_points() {
         .collect();
     let [shipped, hidden] = counts[..] else { panic!("{shown}") };
     assert_eq!(hidden, shipped, "{shown}");
-    assert!(graded.status.success(), "{shown}");
+    assert!(graded.code == 0, "{shown}");
 }

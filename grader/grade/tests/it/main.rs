@@ -15,6 +15,7 @@ mod creative;
 mod docs;
 #[cfg(target_os = "linux")]
 mod doors;
+mod folder;
 #[cfg(target_os = "linux")]
 mod gradebooks;
 mod hidden;

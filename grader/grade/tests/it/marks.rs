@@ -123,7 +123,7 @@ fn invalid_marks_are_refused_before_grading() {
     }
 }
 
-/// The sheet of a gallery, filled in, is a sheet of marks, whatever the names of submissions.
+/// A filled-in sheet of a gallery is a valid sheet of marks, for any names of submissions.
 #[test]
 fn gallery_sheet_round_trips() {
     let project = Project::new();

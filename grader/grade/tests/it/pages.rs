@@ -2,48 +2,40 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::ops::Deref;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use test_support::FREE_PARTICLE;
 
-use tempfile::TempDir;
+use crate::folder::Folder;
 
 /// Prints a text that must not become markup, and fails.
 const HOSTILE: &str = "#!/bin/sh\necho \"</script><script>alert('run')</script>]]>\" >&2\nexit 3\n";
 
-struct Project {
-    folder: TempDir,
+struct Project(Folder);
+
+impl Deref for Project {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
 }
 
 impl Project {
     /// A scene with its oracle.
     fn new() -> Self {
-        let project = Self { folder: tempfile::tempdir().unwrap() };
+        let project = Self(Folder::new());
         project.write("assets/Free/flight.xml", FREE_PARTICLE);
         project.grade(&["oracle", "regenerate"], 0);
         project
     }
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        test_support::write(&self.path(name), text);
-    }
-
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap()
-    }
-
     /// Runs `grade`, and returns what it wrote to standard error.
     fn grade(&self, arguments: &[&str], code: i32) -> String {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-        let output = command.args(arguments).current_dir(self.folder.path()).output().unwrap();
-        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(code), "{errors}");
-        errors
+        let run = self.0.grade(arguments);
+        assert_eq!(run.code, code, "{}", run.stderr);
+        run.stderr
     }
 
     /// Traces of which the state `step` is wrong.

@@ -4,7 +4,8 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use crate::class::{Project, RIGHT, Run, interrupted};
+use crate::class::{Project, RIGHT, interrupted};
+use crate::folder::Run;
 
 /// A project whose folder `mine` is a submission that passes all scenes but those that contain `wrong`.
 fn project(wrong: &str, rubric: &str) -> Project {
@@ -141,9 +142,9 @@ fn grader_fault_is_a_readable_result_with_a_reason() {
         assert_eq!((run.code, &results["score"]), (2, &json!(0.0)), "{}", run.stderr);
         let output = results["output"].as_str().unwrap();
         assert!(output.contains("which is not yours") && !output.contains(reason), "{output}");
-        let told = test(&results, "Reason, for the instructor");
-        assert_eq!(told["visibility"], "hidden");
-        assert!(told["output"].as_str().unwrap().contains(reason), "{told}");
+        let shown = test(&results, "Reason, for the instructor");
+        assert_eq!(shown["visibility"], "hidden");
+        assert!(shown["output"].as_str().unwrap().contains(reason), "{shown}");
     }
 }
 

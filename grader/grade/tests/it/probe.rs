@@ -1,30 +1,19 @@
 //! `grade jacobians PROGRAM`: exit codes and content of each format.
 
 use std::path::Path;
-use std::process::{Command, Output};
-use test_support::{assert_document, root, schema};
+use test_support::assert_fits;
 
 use grader::probe::{BuiltIn, probe};
 use scene::ParseOptions;
 use serde_json::Value;
 
+use crate::folder::{self, Run};
 use crate::student;
 
-fn grade(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    // The probed submissions are scripts that start a program beside them.
-    command.arg("jacobians").args(["--readable", env!("CARGO_TARGET_TMPDIR")]).args(arguments);
-    command.output().expect("grade can be run")
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).expect("reports are UTF-8")
-}
-
-#[test]
-fn documented_schema_is_current() {
-    let schema = report::probe::json::schema().unwrap();
-    assert_document("probe.schema.json", &schema, "cargo test --release -p grade schema");
+fn grade(arguments: &[&str]) -> Run {
+    // The probed submissions are scripts that start a program in the same folder.
+    let probing = ["jacobians", "--readable", env!("CARGO_TARGET_TMPDIR")];
+    folder::grade(Path::new("."), &[&probing, arguments].concat())
 }
 
 #[test]
@@ -32,7 +21,7 @@ fn the_report_of_the_built_in_simulator() {
     let mut bytes = Vec::new();
     let config = report::probe::text::ProbeTextOptions { details: false };
     report::probe::text::write(&mut bytes, &probe(&BuiltIn, |_, _| true), config).unwrap();
-    insta::assert_snapshot!(anstream::adapter::strip_str(text(&bytes)));
+    insta::assert_snapshot!(anstream::adapter::strip_str(std::str::from_utf8(&bytes).unwrap()));
 }
 
 #[test]
@@ -40,28 +29,24 @@ fn every_format_reports_a_mistake_and_json_its_scenes() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("probe");
     let programs =
         ["block (j, i) transposed", ""].map(|mistake| student::compile(&folder, mistake));
-    let [Some(wrong), Some(right)] = &programs else { return };
-    let path = |path: &Path| path.to_str().expect("a path in UTF-8").to_owned();
-    let (wrong, right) = (path(wrong), path(right));
+    let [wrong, right] = programs.map(|path| path.to_str().expect("a path in UTF-8").to_owned());
 
     let run = grade(&[&right, "--force", "springforce"]);
-    assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
-    assert!(text(&run.stdout).contains("All that is offered is correct. 12 correct, 0 wrong"));
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("All that is offered is correct. 12 correct, 0 wrong"));
 
     let run = grade(&[&wrong, "--force", "springforce"]);
-    assert_eq!(run.status.code(), Some(1));
-    assert!(text(&run.stdout).contains("dF/dx cross: wrong"), "{}", text(&run.stdout));
+    assert_eq!(run.code, 1);
+    assert!(run.stdout.contains("dF/dx cross: wrong"), "{}", run.stdout);
 
     let run = grade(&[&wrong, "--force", "springforce", "--format", "junit"]);
-    assert_eq!(run.status.code(), Some(1));
-    assert!(text(&run.stdout).contains("tests=\"12\" skipped=\"0\" failures=\"1\""));
+    assert_eq!(run.code, 1);
+    assert!(run.stdout.contains("tests=\"12\" skipped=\"0\" failures=\"1\""));
 
     let run = grade(&[&wrong, "--force", "springforce", "--format", "json"]);
-    assert_eq!(run.status.code(), Some(1));
-    let report: Value = serde_json::from_slice(&run.stdout).unwrap();
-    let documented = std::fs::read_to_string(root().join("docs/probe.schema.json")).unwrap();
-    let documented = serde_json::from_str(&documented).unwrap();
-    schema::validate(&documented, &report).unwrap();
+    assert_eq!(run.code, 1);
+    let report: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_fits("probe.schema.json", &report);
     let damping = report["parts"].as_array().unwrap().iter().find(|part| part["part"] == "damping");
     let replay = &damping.unwrap()["replay"];
     for name in ["explicit_scene", "implicit_scene"] {
@@ -86,7 +71,7 @@ fn unprobeable_program_is_a_usage_error() {
         (&["program", "--limit", "walls=1"], "unknown limit walls"),
     ] {
         let run = grade(arguments);
-        assert_eq!(run.status.code(), Some(2), "{arguments:?}");
-        assert!(text(&run.stderr).contains(message), "{}", text(&run.stderr));
+        assert_eq!(run.code, 2, "{arguments:?}");
+        assert!(run.stderr.contains(message), "{}", run.stderr);
     }
 }

@@ -1,15 +1,12 @@
 //! Programs in students' languages build and run in the sandbox, and pass.
 //!
-//! Each builds with the tools of its language and simulates free particles by explicit Euler. If a tool is missing,
-//! the test prints a message and skips the program.
+//! Each builds with the tools of its language and simulates free particles by explicit Euler.
 
-#![expect(clippy::print_stderr, reason = "skipped programs are printed")]
-
+use needs::needs;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use grader::submission::init::Language;
 use test_support::FREE_PARTICLE;
 
 const GRADE: &str = env!("CARGO_BIN_EXE_grade");
@@ -161,22 +158,10 @@ impl Suite {
         let mut grade = Command::new(GRADE);
         grade.arg(folder).args(options).args(["--no-jacobians", "--root"]).arg(self.root.path());
         let graded = grade.output().unwrap();
-        let said = String::from_utf8_lossy(&graded.stdout).into_owned();
+        let printed = String::from_utf8_lossy(&graded.stdout).into_owned();
         let errors = String::from_utf8_lossy(&graded.stderr).into_owned();
-        assert_eq!(graded.status.code(), Some(0), "{name}:\n{said}\n{errors}");
+        assert_eq!(graded.status.code(), Some(0), "{name}:\n{printed}\n{errors}");
     }
-}
-
-/// Whether the system has all these tools; prints a message if not.
-fn has(name: &str, tools: &[&str]) -> bool {
-    let folders = ["/usr/local/bin", "/usr/bin", "/bin"];
-    let missing = tools
-        .iter()
-        .find(|tool| !folders.iter().any(|folder| Path::new(folder).join(tool).exists()));
-    if let Some(tool) = missing {
-        eprintln!("skipped: {name}: there is no {tool}");
-    }
-    missing.is_none()
 }
 
 fn manifest(build: &[&str], run: &[&str]) -> String {
@@ -186,110 +171,80 @@ fn manifest(build: &[&str], run: &[&str]) -> String {
 }
 
 #[test]
-fn skeletons_run_in_the_sandbox() {
-    let suite = Suite::new();
-    for language in Language::ALL {
-        let folder = suite.root.path().join(language.name());
-        let sysroot = Command::new("rustc").args(["--print", "sysroot"]).output();
-        let sysroot =
-            sysroot.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
-        let rust = match sysroot {
-            Ok(sysroot) if language == Language::Rust => sysroot,
-            _ if language == Language::Rust || !has(language.name(), &[language.tool()]) => {
-                continue;
-            }
-            _ => String::new(),
-        };
-        grader::submission::init::write(language, None, &folder).unwrap();
-        let readable = ["--readable", &rust];
-        suite.pass_folder(language.name(), &folder, if rust.is_empty() { &[] } else { &readable });
-    }
-}
-
-#[test]
 fn gcc_runs_in_the_sandbox() {
-    if has("C", &["cc"]) {
-        let source = C.replace("PARALLEL", "");
-        let build =
-            manifest(&["cc", "-O2", "-o", "simulate", "simulate.c", "-lm"], &["./simulate"]);
-        Suite::new().pass("c", &[("simulate.c", &source), ("submission.toml", &build)], &[]);
-    }
+    let source = C.replace("PARALLEL", "");
+    let build = manifest(&["cc", "-O2", "-o", "simulate", "simulate.c", "-lm"], &["./simulate"]);
+    Suite::new().pass("c", &[("simulate.c", &source), ("submission.toml", &build)], &[]);
 }
 
+#[needs("command -v gcc")]
 #[test]
 fn openmp_runs_in_the_sandbox() {
-    if has("OpenMP", &["gcc"]) {
-        let source = C.replace("PARALLEL", "#pragma omp parallel for");
-        let build = ["gcc", "-O2", "-fopenmp", "-o", "simulate", "simulate.c", "-lm"];
-        let build = manifest(&build, &["./simulate"]);
-        Suite::new().pass("openmp", &[("simulate.c", &source), ("submission.toml", &build)], &[]);
-    }
+    let source = C.replace("PARALLEL", "#pragma omp parallel for");
+    let build = ["gcc", "-O2", "-fopenmp", "-o", "simulate", "simulate.c", "-lm"];
+    let build = manifest(&build, &["./simulate"]);
+    Suite::new().pass("openmp", &[("simulate.c", &source), ("submission.toml", &build)], &[]);
 }
 
+#[needs("command -v make && command -v ar")]
 #[test]
 fn parallel_make_runs_in_the_sandbox() {
-    if has("make", &["make", "cc", "ar"]) {
-        let source = C.replace("PARALLEL", "");
-        let rules = "simulate: simulate.o libother.a\n\tcc -o $@ $^ -lm\nlibother.a: other.o\n\tar rcs $@ $^\n\
-                     %.o: %.c\n\tcc -O2 -c -o $@ $<\n";
-        let files = [
-            ("simulate.c", source.as_str()),
-            ("other.c", "int other;\n"),
-            ("Makefile", rules),
-            ("submission.toml", &manifest(&["make", "-j2"], &["./simulate"])),
-        ];
-        Suite::new().pass("make", &files, &[]);
-    }
+    let source = C.replace("PARALLEL", "");
+    let rules = "simulate: simulate.o libother.a\n\tcc -o $@ $^ -lm\nlibother.a: other.o\n\tar rcs $@ $^\n\
+                 %.o: %.c\n\tcc -O2 -c -o $@ $<\n";
+    let files = [
+        ("simulate.c", source.as_str()),
+        ("other.c", "int other;\n"),
+        ("Makefile", rules),
+        ("submission.toml", &manifest(&["make", "-j2"], &["./simulate"])),
+    ];
+    Suite::new().pass("make", &files, &[]);
 }
 
 const CMAKE: &str = "cmake_minimum_required(VERSION 3.10)\nproject(simulate CXX)\n\
                      add_executable(simulate simulate.cpp)\n";
 
+#[needs("command -v cmake && command -v ninja && command -v c++")]
 #[test]
 fn cmake_and_ninja_run_in_the_sandbox() {
-    if has("CMake", &["cmake", "ninja", "c++"]) {
-        let build = "set -e; cmake -G Ninja -B out -DCMAKE_BUILD_TYPE=Release .; cmake --build out";
-        let files = [
-            ("simulate.cpp", C.replace("PARALLEL", "")),
-            ("CMakeLists.txt", CMAKE.to_owned()),
-            ("submission.toml", manifest(&["sh", "-c", build], &["./out/simulate"])),
-        ];
-        let files = files.each_ref().map(|(name, text)| (*name, text.as_str()));
-        Suite::new().pass("cmake", &files, &[]);
-    }
+    let build = "set -e; cmake -G Ninja -B out -DCMAKE_BUILD_TYPE=Release .; cmake --build out";
+    let files = [
+        ("simulate.cpp", C.replace("PARALLEL", "")),
+        ("CMakeLists.txt", CMAKE.to_owned()),
+        ("submission.toml", manifest(&["sh", "-c", build], &["./out/simulate"])),
+    ];
+    let files = files.each_ref().map(|(name, text)| (*name, text.as_str()));
+    Suite::new().pass("cmake", &files, &[]);
 }
 
+#[needs("command -v cmake && command -v make && command -v ccache && command -v c++")]
 #[test]
 fn ccache_runs_in_the_sandbox() {
-    if has("ccache", &["cmake", "make", "ccache", "c++"]) {
-        // Twice, so that the second run uses the cache.
-        let build = "set -e; cmake -B out -DCMAKE_CXX_COMPILER_LAUNCHER=ccache .; cmake --build out; \
-                     cmake --build out --target clean; cmake --build out";
-        let files = [
-            ("simulate.cpp", C.replace("PARALLEL", "")),
-            ("CMakeLists.txt", CMAKE.to_owned()),
-            ("submission.toml", manifest(&["sh", "-c", build], &["./out/simulate"])),
-        ];
-        let files = files.each_ref().map(|(name, text)| (*name, text.as_str()));
-        Suite::new().pass("ccache", &files, &[]);
-    }
+    // Twice, so that the second run uses the cache.
+    let build = "set -e; cmake -B out -DCMAKE_CXX_COMPILER_LAUNCHER=ccache .; cmake --build out; \
+                 cmake --build out --target clean; cmake --build out";
+    let files = [
+        ("simulate.cpp", C.replace("PARALLEL", "")),
+        ("CMakeLists.txt", CMAKE.to_owned()),
+        ("submission.toml", manifest(&["sh", "-c", build], &["./out/simulate"])),
+    ];
+    let files = files.each_ref().map(|(name, text)| (*name, text.as_str()));
+    Suite::new().pass("ccache", &files, &[]);
 }
 
+#[needs("command -v javac && command -v java")]
 #[test]
 fn java_runs_in_the_sandbox() {
-    if has("Java", &["javac", "java"]) {
-        let run = ["java", "-cp", "{folder}", "Simulate"];
-        let build = manifest(&["javac", "Simulate.java"], &run);
-        Suite::new().pass("java", &[("Simulate.java", JAVA), ("submission.toml", &build)], &[]);
-    }
+    let run = ["java", "-cp", "{folder}", "Simulate"];
+    let build = manifest(&["javac", "Simulate.java"], &run);
+    Suite::new().pass("java", &[("Simulate.java", JAVA), ("submission.toml", &build)], &[]);
 }
 
+#[needs("command -v node")]
 #[test]
 fn node_runs_in_the_sandbox() {
-    if has("Node", &["node"]) {
-        let run = manifest(&[], &["node", "{folder}/simulate.js"]);
-        Suite::new().pass("node", &[("simulate.js", NODE), ("submission.toml", &run)], &[]);
-    }
+    let run = manifest(&[], &["node", "{folder}/simulate.js"]);
+    Suite::new().pass("node", &[("simulate.js", NODE), ("submission.toml", &run)], &[]);
 }
 
 /// The Python interpreter, and the folders that it needs for imports.
@@ -299,31 +254,18 @@ fn pass_python(name: &str, program: &str, imports: &str, step: &str) {
     Suite::new().pass(name, &[("simulate.py", &source), ("submission.toml", &run)], &[]);
 }
 
-fn imports(python: &str, module: &str) -> bool {
-    let tried = Command::new(python).args(["-c", &format!("import {module}")]).output();
-    tried.is_ok_and(|output| output.status.success())
-}
-
+#[needs("/usr/bin/python3 -c 'import numpy'")]
 #[test]
 fn numpy_runs_in_the_sandbox() {
-    if !imports("/usr/bin/python3", "numpy") {
-        eprintln!("skipped: numpy: /usr/bin/python3 cannot import it");
-        return;
-    }
     let step = "array = numpy.array(state); array[:, :2] += dt * array[:, 2:]; \
                 numpy.linalg.solve(numpy.eye(4), numpy.ones(4)); state = array.tolist()";
     pass_python("numpy", "/usr/bin/python3", "import numpy", step);
 }
 
 /// A virtual environment inside the hand-in.
+#[needs("/usr/bin/python3 -c 'import venv, ensurepip'")]
 #[test]
 fn python_virtual_environment_runs_in_the_sandbox() {
-    if !has("a virtual environment", &["python3"])
-        || !imports("/usr/bin/python3", "venv, ensurepip")
-    {
-        eprintln!("skipped: a virtual environment: /usr/bin/python3 cannot make one");
-        return;
-    }
     let suite = Suite::new();
     let folder: PathBuf = suite.root.path().join("venv");
     fs::create_dir(&folder).unwrap();
@@ -339,11 +281,9 @@ fn python_virtual_environment_runs_in_the_sandbox() {
     suite.pass_folder("venv", &folder, &[]);
 }
 
+#[needs("test -x /usr/bin/python3")]
 #[test]
 fn python_multiprocessing_runs_in_the_sandbox() {
-    if !has("multiprocessing", &["python3"]) {
-        return;
-    }
     let imports = "import multiprocessing\nfrom multiprocessing import shared_memory";
     let pool = "pool = multiprocessing.Pool(2); state = pool.map(moved, [row + [dt] for row in state]); \
                 pool.close(); pool.join()";

@@ -1,9 +1,9 @@
 //! `grade stability`: agreement with theory, stored outcomes, and error reports.
 
 use std::fs;
-use std::process::{Command, Output};
-use test_support::root;
+use test_support::{root, sample};
 
+use crate::folder::{self, Run};
 use simulator::vocabulary;
 use studies::stability::theory::amplification::amplifications;
 use studies::stability::theory::boundary::{boundaries, boundary};
@@ -11,13 +11,8 @@ use studies::stability::theory::measured::Linear;
 use studies::stability::trial::{self, Task};
 use studies::stability::{Expectations, Outcome, cases};
 
-fn grade(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
-    command.arg("stability").args(arguments).current_dir(root()).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
+fn grade(arguments: &[&str]) -> Run {
+    folder::grade(root(), &[&["stability"], arguments].concat())
 }
 
 #[test]
@@ -109,22 +104,22 @@ fn a_changed_outcome_fails_until_it_is_accepted() {
         .unwrap();
     let path = path.to_str().unwrap();
     let output = grade(&["--quick", "--only", "coincident", "--expected", path]);
-    assert_eq!(output.status.code(), Some(1));
-    let said = "expected survived, got coincident in step 1";
-    assert!(text(&output.stdout).contains(said), "{}", text(&output.stdout));
+    assert_eq!(output.code, 1);
+    let printed = "expected survived, got coincident in step 1";
+    assert!(output.stdout.contains(printed), "{}", output.stdout);
 
     // Accepting restores the row and leaves all others unchanged.
     let output = grade(&["--quick", "--only", "coincident", "--expected", path, "--accept"]);
-    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(output.code, 0);
     assert_eq!(fs::read_to_string(path).unwrap(), stored);
 }
 
 #[test]
 fn unknown_case_gets_suggestions() {
     let output = grade(&["--quick", "--only", "coincidnet"]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.code, 2);
     let message = "error: nothing matches \"coincidnet\"\n  help: did you mean coincident";
-    assert!(text(&output.stderr).starts_with(message), "{}", text(&output.stderr));
+    assert!(output.stderr.starts_with(message), "{}", output.stderr);
 }
 
 #[test]
@@ -136,37 +131,49 @@ fn malformed_outcomes_file_is_refused_with_its_line() {
     fs::write(&path, text_of).unwrap();
     assert!(Expectations::load(&path).is_err());
     let output = grade(&["--quick", "--expected", path.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("expected.csv:2: steps is no count"));
+    assert_eq!(output.code, 2);
+    assert!(output.stderr.contains("expected.csv:2: steps is no count"));
     // Accepting neither repairs nor overwrites it.
     let output = grade(&["--quick", "--accept", "--expected", path.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.code, 2);
     assert_eq!(fs::read_to_string(&path).unwrap(), text_of);
 }
 
 #[test]
-fn outcomes_match_the_stored_ones_and_runs_resume() {
+fn sampled_outcomes_match_the_stored_ones_and_runs_resume() {
+    let names = sample(cases::all().map(|case| case.name), 6);
+    assert_outcomes(&names.iter().flat_map(|name| ["--only", name]).collect::<Vec<_>>());
+}
+
+#[test]
+#[ignore = "long: a quarter of a minute"]
+fn long_all_outcomes_match_the_stored_ones_and_runs_resume() {
+    assert_outcomes(&[]);
+}
+
+fn assert_outcomes(cases: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let kept = folder.path().to_str().unwrap();
-    let run = || grade(&["--quick", "--robust", "--resume", kept, "--format", "csv"]);
+    let options = ["--quick", "--robust", "--resume", kept, "--format", "csv"];
+    let run = || grade(&[&options, cases].concat());
     let (first, names) = (run(), || {
         let mut names: Vec<_> =
             fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         names.sort();
         names
     });
-    assert_eq!(first.status.code(), Some(0), "{}", text(&first.stdout));
+    assert_eq!(first.code, 0, "{}", first.stdout);
     let kept_files = names();
     // All cases, including those that no scene file can express.
-    assert_eq!(kept_files.len(), text(&first.stdout).lines().count() - 1);
+    assert_eq!(kept_files.len(), first.stdout.lines().count() - 1);
     // Times are loaded too: nothing was run again.
-    assert_eq!(text(&first.stdout), text(&run().stdout));
+    assert_eq!(first.stdout, run().stdout);
     // A partially written trial runs again.
     let broken = folder.path().join(&kept_files[0]);
     fs::write(&broken, "{\"outcome\":").unwrap();
     let again = run();
-    let untimed = |output: &Output| -> Vec<String> {
-        let rows = text(&output.stdout).lines();
+    let untimed = |output: &Run| -> Vec<String> {
+        let rows = output.stdout.lines();
         rows.map(|row| row.rsplit_once(',').unwrap().0.to_owned()).collect()
     };
     assert_eq!(untimed(&first), untimed(&again));

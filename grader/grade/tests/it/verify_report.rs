@@ -3,9 +3,10 @@
 use std::fs;
 
 use serde_json::Value;
-use test_support::{root, schema};
+use test_support::assert_fits;
 
-use crate::class::{Project, RIGHT, Run};
+use crate::class::{Project, RIGHT};
+use crate::folder::Run;
 
 /// Grades `class/ada` into `report.json`.
 fn project() -> Project {
@@ -38,8 +39,7 @@ fn verify(project: &Project, report: &str, submission: &str) -> Run {
 fn report_names_its_inputs() {
     let project = project();
     let report: Value = serde_json::from_str(&project.read("report.json")).unwrap();
-    let schema = fs::read_to_string(root().join("docs/report.schema.json")).unwrap();
-    schema::validate(&serde_json::from_str(&schema).unwrap(), &report).unwrap();
+    assert_fits("report.schema.json", &report);
     let provenance = &report["provenance"];
     assert_eq!(provenance["submission"]["path"], "class/ada");
     assert_eq!(provenance["options"]["criteria"], "course");
@@ -116,14 +116,14 @@ fn no_count_of_a_report_can_be_edited() {
         ("/copied", "copied: ", serde_json::json!({"passed": 3})),
         ("/hidden", "hidden: ", serde_json::json!("none")),
     ];
-    for (pointer, told, value) in edits {
+    for (pointer, shown, value) in edits {
         let mut edited = report.clone();
         let place = edited.pointer_mut(pointer).unwrap();
         assert_ne!(*place, value, "{pointer}");
         *place = value;
         project.write("edited.json", &edited.to_string());
         let run = verify(&project, "edited.json", "class/ada");
-        assert!(run.code == 1 && run.stdout.contains(told), "{pointer}: {}", run.stdout);
+        assert!(run.code == 1 && run.stdout.contains(shown), "{pointer}: {}", run.stdout);
     }
 }
 
@@ -142,7 +142,6 @@ fn a_file_that_is_no_report_is_bad_input() {
     }
 }
 
-/// What a report of a student may not do.
 #[test]
 fn report_contents_cannot_run_code_or_control_a_terminal() {
     let project = project();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use grader::findings::{Finding, TaskFinding};
+use diagnosis::findings::{Finding, TaskFinding};
 use grader::grading::{Grading, SceneResult};
 use grader::probe;
 use grader::verdict::Verdict;

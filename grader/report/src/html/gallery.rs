@@ -6,11 +6,9 @@
 //! DIR/marks.csv          a row for each scene, a column for each criterion
 //! ```
 
-use std::path::Path;
-
 use frames::Palette;
 use frames::materials::Materials;
-use grader::boundary::printed::{self, InertCsv};
+use grader::boundary::printed::{InertCsv, Untrusted};
 use grader::creative::{Creative, Motion, Outcome};
 use grader::rubric::creative::CRITERIA;
 use scene::Scene;
@@ -24,20 +22,20 @@ use super::page::{Html, Page};
 pub struct Gallery {
     scenes: Vec<Creative>,
     /// The name of each scene on the page.
-    names: Vec<String>,
+    names: Vec<Untrusted>,
     hides_names: bool,
 }
 
 impl Gallery {
-    /// A gallery of the scenes of a folder. If it hides names, scenes are numbered in the order of their hashes, which
+    /// A gallery of the scenes. If it hides names, scenes are numbered in the order of their hashes, which
     /// says nothing about their names.
-    pub fn new(mut scenes: Vec<Creative>, folder: &Path, hides_names: bool) -> Self {
+    pub fn new(mut scenes: Vec<Creative>, hides_names: bool) -> Self {
         if hides_names {
             scenes.sort_by(|a, b| (a.hash, &a.path).cmp(&(b.hash, &b.path)));
         }
         let name = |(number, scene): (usize, &Creative)| match hides_names {
-            true => format!("Scene {}", number + 1),
-            false => scene.path.strip_prefix(folder).unwrap_or(&scene.path).display().to_string(),
+            true => format!("Scene {}", number + 1).into(),
+            false => scene.below.clone(),
         };
         let names = scenes.iter().enumerate().map(name).collect();
         Self { scenes, names, hides_names }
@@ -50,7 +48,7 @@ impl Gallery {
     pub fn key(&self) -> csv::Result<Vec<u8>> {
         let mut table = InertCsv::new(["scene", "file"])?;
         for (name, scene) in self.names.iter().zip(&self.scenes) {
-            table.row([name, &scene.path.display().to_string()])?;
+            table.row([name.text(), scene.path.text()])?;
         }
         table.bytes()
     }
@@ -64,7 +62,7 @@ impl Gallery {
             let failed = scene.checks.iter().filter(|check| check.outcome != Outcome::Passed);
             let failed: Vec<&str> = failed.map(|check| check.name).collect();
             let assignment = scene.assignment.as_deref().unwrap_or("");
-            table.row([name.as_str(), assignment, &failed.join(" "), "", "", "", "", ""])?;
+            table.row([&name.text(), assignment, &failed.join(" "), "", "", "", "", ""])?;
         }
         table.bytes()
     }
@@ -107,10 +105,10 @@ fn card(
     html: &mut Html,
     gallery: &Gallery,
     scene: &Creative,
-    (number, name): (usize, &str),
+    (number, name): (usize, &Untrusted),
     moves: bool,
 ) {
-    let name = &printed::text(name);
+    let name = &name.text();
     let id = format!("scene-{number}");
     html.open("section", &[("class", "card"), ("aria-labelledby", &id)]);
     html.element("h2", &[("id", &id)], name);
@@ -122,7 +120,7 @@ fn card(
     }
     // Descriptions may name their authors.
     if let (Some(description), false) = (&scene.description, gallery.hides_names) {
-        html.element("p", &[("class", "said")], description);
+        html.element("p", &[("class", "said")], &description.text());
     }
     html.markup("<ul class=\"checks\">");
     for check in &scene.checks {

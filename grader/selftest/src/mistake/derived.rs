@@ -1,6 +1,6 @@
 //! Mistakes in the forces and methods for which none is written by hand: derived from the registries.
 
-use grader::findings::Part;
+use diagnosis::findings::Part;
 use reference::method::{Method, Substep};
 use scene::schema::{Family, ForceSchema, IntegratorSchema};
 use simulator::{force, integrator};

@@ -1,7 +1,7 @@
 //! Mistakes in fast mass-spring: operations on the terms of `Q` and `b`; and its local step, rounds, pins and wind.
 
 use diagnosis::change::Task;
-use grader::findings::{Feature, Part};
+use diagnosis::findings::{Feature, Part};
 use scene::schema::StepEquation;
 use scene::{ForceElement, Scene};
 

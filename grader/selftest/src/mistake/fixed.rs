@@ -1,6 +1,6 @@
 //! Mistakes in the treatment of fixed particles.
 
-use grader::findings::Family;
+use diagnosis::findings::Family;
 use scene::Scene;
 
 use super::super::student::Vec2;

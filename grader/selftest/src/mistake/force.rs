@@ -1,6 +1,6 @@
 //! Mistakes in forces.
 
-use grader::findings::Part;
+use diagnosis::findings::Part;
 use scene::Scene;
 
 use super::super::student::{

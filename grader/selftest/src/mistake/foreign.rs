@@ -1,6 +1,6 @@
 //! Mistakes that were outside the vocabulary of the grader's search when the list was written.
 
-use grader::findings::Part;
+use diagnosis::findings::Part;
 
 use super::super::student::{
     Explicit, Jacobian, Mat2, PairForce, Student, Vec2, drag, four_blocks, quarter_turn,

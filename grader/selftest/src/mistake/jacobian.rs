@@ -5,7 +5,7 @@ use super::super::student::{
     DragJacobian, Jacobian, Mat2, Pair, Parameters, Student, drag_dv, four_blocks, quarter_turn,
 };
 use super::{Area, Mistake, Scope, Subject};
-use grader::findings::Part;
+use diagnosis::findings::Part;
 
 pub(super) fn mistakes() -> Vec<Mistake> {
     let groups = [

@@ -19,7 +19,7 @@ mod integrator;
 mod jacobian;
 mod projected_newton;
 
-use grader::findings::{Family, Feature, Part};
+use diagnosis::findings::{Family, Feature, Part};
 use grader::suite::{Case, Suite};
 use scene::Scene;
 use scene::schema::{self, Convergence, Matrix, StepEquation};

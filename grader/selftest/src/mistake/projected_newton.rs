@@ -1,6 +1,6 @@
 //! Mistakes in projected Newton: operations on the terms of the energy, its gradient and its Hessian; and its rules.
 
-use grader::findings::{Feature, Part};
+use diagnosis::findings::{Feature, Part};
 use scene::Scene;
 use scene::schema::Family;
 

@@ -20,7 +20,7 @@ pub(super) fn rates(selftest: &SelfTest) -> [(&'static str, Rate, f64); 3] {
 pub(super) fn expected(row: &Row) -> String {
     match row.expectation {
         Expectation::Correct => "passes".to_owned(),
-        Expectation::Mistake(grader::findings::Symptom::Wrong, feature) => feature.to_string(),
+        Expectation::Mistake(diagnosis::findings::Symptom::Wrong, feature) => feature.to_string(),
         Expectation::Mistake(symptom, feature) => format!("{symptom}: {feature}"),
     }
 }

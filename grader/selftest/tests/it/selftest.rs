@@ -1,6 +1,6 @@
 //! Drawn programs, and the self-test's documents. `ci/selftest.sh` runs the planted mistakes and the correct variants.
 
-use test_support::{assert_document, root, suite};
+use test_support::{root, sample, seed, suite};
 
 use grader::grading::altered;
 use grader::oracle::Oracle;
@@ -26,28 +26,24 @@ fn inputs() -> (Suite, Oracle, Rubric) {
 #[test]
 fn drawn_programs_are_judged_correctly() {
     let (suite, oracle, rubric) = inputs();
-    let results = drawn::run(&suite, &oracle, &rubric, Plan { first: 0, count: 30, seed: 2 });
+    let results = drawn::run(&suite, &oracle, &rubric, Plan { first: 0, count: 20, seed: seed() });
     let rates = report::drawn::rates(&results);
     let of = |name: &str| rates.iter().find(|rate| rate.name.starts_with(name)).expect("a rate");
     let details = report::drawn::details(&results);
     assert!(of("mistakes caught").is_met(), "{details}");
-    assert!(of("programs with a false").rate.right <= 1, "{details}");
-    assert!(of("one mistake: named").rate.value() > 0.8, "{details}");
-}
-
-#[test]
-fn selftest_schema_is_documented() {
-    let schema = report::json::schema().expect("a schema");
-    assert_document("selftest.schema.json", &schema, "cargo test --release -p selftest schema");
+    // Of 200 programs, one may have a false finding, and of 30, one may not be named first: `ci/selftest.sh` draws enough
+    // programs to see that.
+    assert!(of("programs with a false").rate.right <= 2, "{details}");
+    let named = of("one mistake: named").rate;
+    assert!(named.right + 2 >= named.all, "{details}");
 }
 
 /// A simulator with mistakes loses no scene that it passes.
-#[test]
-fn mistakes_are_not_taken_for_copies() {
+fn assert_no_copies(count: usize) {
     let (suite, oracle, rubric) = inputs();
     let mistakes = mistake::possible(&suite, mistake::all());
     let mut wrongly = Vec::new();
-    for (number, first) in mistakes.iter().enumerate().step_by(9) {
+    for (number, first) in sample(mistakes.iter().enumerate(), count) {
         for second in [first, &mistakes[(number + 121) % mistakes.len()]] {
             let student = first.and(second);
             let grading = in_process::of_two(&suite, &oracle, &rubric, [first, second]);
@@ -63,4 +59,15 @@ fn mistakes_are_not_taken_for_copies() {
         }
     }
     assert!(wrongly.is_empty(), "{}", wrongly.join("\n"));
+}
+
+#[test]
+fn sampled_mistakes_are_not_taken_for_copies() {
+    assert_no_copies(10);
+}
+
+#[test]
+#[ignore = "long: a minute"]
+fn long_mistakes_are_not_taken_for_copies() {
+    assert_no_copies(usize::MAX);
 }

@@ -54,7 +54,7 @@ fn listed(class: Vec<Sources>, starter: &[Sources]) -> Vec<(String, [u32; 2])> {
     found.pairs.iter().map(shown).collect()
 }
 
-/// What `grade init` writes.
+/// The skeleton of `grade init`.
 fn skeleton() -> String {
     Skeleton::new(InLanguage::Cpp, None).sources.remove(0).1
 }
@@ -93,13 +93,12 @@ fn starter_code_is_subtracted() {
     let own = |text: &str| {
         text.lines().skip(20).take(60).map(|line| format!("{line}\n")).collect::<String>()
     };
-    // Each adds code of its own.
     let ada = format!("{skeleton}\n{}", own(INDEPENDENT[3].1));
     let bob = format!("{}\n{skeleton}", own(INDEPENDENT[1].1));
     let class = || vec![sources("ada", &ada), sources("bob", &bob)];
     assert_eq!(listed(class(), &[]).len(), 1, "the skeleton is a large part of both");
     assert_eq!(listed(class(), &[sources("starter", &skeleton)]), []);
-    // What is nothing but starter code is not compared.
+    // Submissions of starter code alone are not compared.
     let found = compare(
         vec![sources("ada", &ada), sources("cleo", &skeleton)],
         &[sources("starter", &skeleton)],

@@ -5,8 +5,6 @@
 
 use serde::Deserialize;
 
-use super::{FACTOR, FLOOR};
-
 /// Maximum growth of the envelope within a step, as a factor.
 const GROWTH: f64 = 1.5;
 
@@ -48,22 +46,6 @@ pub struct Horizon {
     pub energy: f64,
     /// The largest difference in momentum between variants from there on.
     pub momentum: f64,
-}
-
-/// An envelope and the resulting tolerance.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Bound {
-    /// Largest difference between variants.
-    pub envelope: f64,
-    /// Largest accepted difference of a program.
-    pub tolerance: f64,
-}
-
-impl Bound {
-    /// The tolerance for a quantity of this size.
-    pub fn of(envelope: f64, size: f64) -> Self {
-        Self { envelope, tolerance: FACTOR * (envelope + FLOOR * size) }
-    }
 }
 
 impl Envelope {

@@ -30,22 +30,17 @@ mod variant;
 use scene::Scene;
 use simulator::solver::linear::LinearSolver;
 
-pub use envelope::{Bound, Bounds, Envelope, Horizon, StoredEnvelope};
+pub use diagnosis::bound::{Bound, FACTOR};
+pub use envelope::{Bounds, Envelope, Horizon, StoredEnvelope};
 pub use single::{SingleStep, SingleSteps, WrongStep};
 pub use variant::Class;
 
-use crate::compare::stepping::{Invariants, Stepper};
+use diagnosis::stepping::{Invariants, Stepper};
 use envelope::Builder;
 use variant::{Variant, variants};
 
-/// `F`: ratio of the tolerance to the envelope.
-pub const FACTOR: f64 = 10.0;
-
 /// Ratio of the tolerance to the variants' difference in energy and momentum, beyond the horizon.
 pub const FACTOR_BEYOND: f64 = 3.0;
-
-/// Rounding error of a coordinate, relative to its size.
-const FLOOR: f64 = 4.0 * f64::EPSILON;
 
 /// The tolerance that defines the horizon, relative to the extent of the motion.
 const PREDICTABLE: f64 = 1e-3;

@@ -17,7 +17,7 @@ use scene::schema::{Convergence, Family, Matrix, OptionValue};
 use scene::trace::State;
 use simulator::solver::linear::LinearSolver;
 
-use crate::compare::stepping::Stepper;
+use diagnosis::stepping::Stepper;
 use reference::second::arithmetic::Arithmetic;
 use reference::second::{Second, Solver, Stop, Style};
 

@@ -27,7 +27,7 @@ use scene::{Scene, write};
 pub use ::reference::closed::Closed;
 pub use store::{Store, file_name};
 
-use grader::submission::Submission;
+use grader::submission::program::Program;
 use ladder::Method;
 use order::{Exception, Expected, Fit};
 use problem::Problem;
@@ -375,7 +375,7 @@ pub enum AccuracyError {
 /// If a scene has no reference, or results cannot be stored.
 pub fn study(
     targets: Vec<Target>,
-    submission: Option<&Submission>,
+    submission: Option<&Program>,
     config: AccuracyConfig,
     store: Option<&Store>,
     progress: &mut dyn FnMut(&str, usize, usize),
@@ -404,7 +404,7 @@ pub fn study(
 }
 
 /// The methods of a scene: those of the built-in simulator, then those that a program may offer.
-fn plan(scene: &Scene, submission: Option<&Submission>) -> Vec<(Method, bool)> {
+fn plan(scene: &Scene, submission: Option<&Program>) -> Vec<(Method, bool)> {
     let ours = ladder::methods(scene);
     // Only the built-in simulator has these options; a program offers the methods of the course.
     let theirs = ours.iter().filter(|method| method.setting.is_none() && submission.is_some());
@@ -415,7 +415,7 @@ fn plan(scene: &Scene, submission: Option<&Submission>) -> Vec<(Method, bool)> {
 /// What is measured besides the built-in simulator, how, and where results are kept.
 #[derive(Clone, Copy)]
 struct Measuring<'a> {
-    submission: Option<&'a Submission>,
+    submission: Option<&'a Program>,
     config: AccuracyConfig,
     store: Option<&'a Store>,
 }
@@ -446,7 +446,7 @@ fn fill(
     for refinement in config.refinements(target.steps) {
         let scene = curve.method.scene(&target.scene, refinement);
         let point = match (curve.foreign, submission) {
-            (true, Some(Submission::Program(program))) => {
+            (true, Some(program)) => {
                 let method = &curve.method;
                 let spelt = match spelling {
                     Some(spelling) => Ok(spelling),

@@ -79,7 +79,7 @@ enum Event {
     Started,
     /// Its job has graded a submission.
     Graded,
-    /// Its job is killed, by itself or with the node.
+    /// Its job is killed, alone or with the node.
     Killed,
 }
 

@@ -57,7 +57,9 @@ pub(crate) fn all() -> Vec<Broken> {
                 Box::new(Claims {
                     inner,
                     claim: |coupling| match coupling {
-                        Coupling::Pair { particles: [i, _], .. } => Some(Coupling::Diagonal(i)),
+                        Coupling::Stencil { particles, .. } => {
+                            Some(Coupling::Diagonal(particles[0]))
+                        }
                         other => Some(other),
                     },
                 })
@@ -74,7 +76,9 @@ pub(crate) fn all() -> Vec<Broken> {
 
 fn symmetric(coupling: Coupling) -> Option<Coupling> {
     match coupling {
-        Coupling::Pair { particles, .. } => Some(Coupling::Pair { particles, symmetric: true }),
+        Coupling::Stencil { particles, .. } => {
+            Some(Coupling::Stencil { particles, symmetric: true })
+        }
         other => Some(other),
     }
 }
@@ -216,11 +220,11 @@ pub(crate) struct Undefined;
 
 impl Subject for Undefined {
     fn force(&self, _: &[f64], _: &[f64], _: f64, _: &mut [f64]) -> Result<(), Degenerate> {
-        Err(Degenerate { element: 0 })
+        Err(Degenerate { element: 0, particles: [0, 1].into() })
     }
 
     fn jacobians(&self, _: &[f64], _: &[f64], _: f64) -> Result<Jacobians, Degenerate> {
-        Err(Degenerate { element: 0 })
+        Err(Degenerate { element: 0, particles: [0, 1].into() })
     }
 
     fn energy(&self, _: &[f64], _: &[f64], _: f64) -> Option<f64> {

@@ -91,7 +91,9 @@ impl JsonProblem {
                 "name an OBJ file by its path from the scene's folder".into()
             }
             Self::Outside { .. } => {
-                "put the file into the scene's folder, and name it by its path from there".into()
+                "put the file into the scene's folder, and name it by its path from there; `simulate --unconfined` reads it \
+                 elsewhere"
+                    .into()
             }
             Self::NoVertices => "check that this is an OBJ file: a vertex is \"v 0.5 1 0\"".into(),
             Self::NoSprings => "join vertices, for instance by \"f 1 2\"".into(),

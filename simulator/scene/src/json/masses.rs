@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn an_obtuse_triangle_gives_half_to_its_obtuse_corner() {
-        // Base 4, height 1, its top beside the base: area 2.
+        // Base 4, height 1, its top outside the base: area 2.
         let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [-1.0, 1.0, 0.0]];
         for turn in 0..3 {
             let turned = std::array::from_fn(|i| corners[(i + turn) % 3]);

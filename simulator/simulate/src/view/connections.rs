@@ -1,7 +1,8 @@
-//! The open connections of the viewer: each request has one deadline, and strangers hold few connections.
+//! The open connections of the viewer: each request has one deadline, and there are few connections of each kind.
 //!
-//! A connection is a stranger's until it has sent the token. If there are too many of those, the one that was opened first
-//! is closed: whoever opens connections and sends nothing, or a byte now and then, does not keep the page out.
+//! A connection is a stranger's until it has sent the token. If there are too many of a kind, the one whose last request is
+//! the oldest is closed: whoever opens connections and sends nothing, or a byte now and then, does not keep the page out,
+//! with or without the token.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::net::{Shutdown, TcpStream};
@@ -20,7 +21,7 @@ const REQUEST: Duration = Duration::from_secs(10);
 /// Time between two requests of a connection with the token.
 const IDLE: Duration = Duration::from_secs(60);
 
-/// The open connections, the oldest first.
+/// The open connections, by their last request; the oldest first.
 #[derive(Default)]
 pub(super) struct Connections(Mutex<State>);
 
@@ -41,34 +42,43 @@ impl Connections {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Admits a stranger, and closes another one if there are too many. `None` if there are too many with the token.
+    /// Admits a stranger. `None` if the system has no more of what a connection takes.
     pub(super) fn admit(&self, stream: &TcpStream) -> Option<u64> {
         let mut state = self.state();
-        let known = state.open.iter().filter(|connection| connection.is_known).count();
-        if known >= MAX_KNOWN {
-            return None;
-        }
-        if state.open.len() - known >= MAX_STRANGERS {
-            let first = state.open.iter().position(|connection| !connection.is_known)?;
-            // The thread that reads it comes to its end.
-            let _ = state.open.remove(first).stream.shutdown(Shutdown::Both);
-        }
         state.number += 1;
         let (number, stream) = (state.number, stream.try_clone().ok()?);
-        state.open.push(Connection { number, is_known: false, stream });
+        state.add(Connection { number, is_known: false, stream });
         Some(number)
     }
 
-    /// Notes that a connection has sent the token.
+    /// Notes that a connection has sent a request with the token.
     pub(super) fn know(&self, number: u64) {
         let mut state = self.state();
-        let found = state.open.iter_mut().find(|connection| connection.number == number);
-        found.into_iter().for_each(|connection| connection.is_known = true);
+        // Another one may have taken its place.
+        let Some(place) = state.open.iter().position(|each| each.number == number) else { return };
+        let connection = state.open.remove(place);
+        state.add(Connection { is_known: true, ..connection });
     }
 
     /// Forgets a connection that has ended.
     pub(super) fn forget(&self, number: u64) {
         self.state().open.retain(|connection| connection.number != number);
+    }
+}
+
+impl State {
+    /// Adds a connection, and closes one of its kind if there are too many.
+    fn add(&mut self, connection: Connection) {
+        let is_known = connection.is_known;
+        let most = if is_known { MAX_KNOWN } else { MAX_STRANGERS };
+        let of_kind = |each: &Connection| each.is_known == is_known;
+        if self.open.iter().filter(|each| of_kind(each)).count() >= most
+            && let Some(first) = self.open.iter().position(of_kind)
+        {
+            // The thread that reads it comes to its end.
+            let _ = self.open.remove(first).stream.shutdown(Shutdown::Both);
+        }
+        self.open.push(connection);
     }
 }
 
@@ -143,19 +153,33 @@ mod tests {
     }
 
     #[test]
-    fn oldest_unauthenticated_connection_is_dropped_first() {
+    fn connection_with_the_oldest_request_is_dropped_first() {
         let connections = Connections::default();
-        let pairs: Vec<_> = (0..MAX_STRANGERS + 3).map(|_| pair()).collect();
-        let known = connections.admit(&pairs[0].0).unwrap();
-        connections.know(known);
-        for (ours, _) in &pairs[1..] {
-            connections.admit(ours).unwrap();
+        let pairs: Vec<_> = (0..MAX_KNOWN + MAX_STRANGERS + 2).map(|_| pair()).collect();
+        let open =
+            || -> Vec<u64> { connections.state().open.iter().map(|each| each.number).collect() };
+        let is_closed = |number: u64| {
+            let stream = &pairs[number as usize - 1].1;
+            stream.set_nonblocking(true).unwrap();
+            matches!(stream.try_clone().unwrap().read(&mut [0]), Ok(0))
+        };
+        let mut admitted = pairs.iter().map(|(ours, _)| connections.admit(ours).unwrap());
+        for number in admitted.by_ref().take(MAX_KNOWN) {
+            connections.know(number);
         }
-        let open: Vec<u64> = connections.state().open.iter().map(|each| each.number).collect();
-        let expected: Vec<u64> = [1].into_iter().chain(4..=MAX_STRANGERS as u64 + 3).collect();
-        assert_eq!(open, expected);
-        // The closed one has come to its end.
-        let mut closed = pairs[1].1.try_clone().unwrap();
-        assert_eq!(closed.read(&mut [0]).unwrap(), 0);
+        let strangers: Vec<u64> = admitted.by_ref().take(MAX_STRANGERS + 1).collect();
+        // One stranger had to go, and none with the token.
+        let known: Vec<u64> = (1..=MAX_KNOWN as u64).collect();
+        assert_eq!(open(), [&known[..], &strangers[1..]].concat());
+        assert!(is_closed(strangers[0]) && !is_closed(1));
+        // The first one has just made a request: the second one makes room.
+        connections.know(1);
+        connections.know(strangers[1]);
+        assert!(is_closed(2) && !is_closed(1));
+        assert_eq!(open().last(), Some(&strangers[1]));
+        // One that was closed is not known again.
+        let before = open();
+        connections.know(2);
+        assert_eq!(open(), before);
     }
 }

@@ -38,12 +38,13 @@ use http::{Request, Response, Status};
 use picture::web;
 use run::{Advance, Hold, Run, Settings};
 use scene::schema::IntegratorSchema;
-use scene::{EDGE_RADIUS, Edge, Overrides, PARTICLE_RADIUS, ParseOptions, Scene, SceneLimits};
+use scene::{EDGE_RADIUS, Edge, Overrides, PARTICLE_RADIUS, Scene};
 use serde::{Deserialize, Serialize};
 use simulator::generate::{parse_integrator, parse_option};
 use simulator::integrator::{self, Interrupt};
 use simulator::simulation::Simulation;
 
+use super::reading::{DRAWN, Reading};
 use super::{Failure, load, materials, parse_time_step};
 
 /// Computing time of a frame: less than a sixtieth of a second.
@@ -70,9 +71,6 @@ const MAX_RUNS: usize = 2;
 
 /// Time after which a response that nobody takes is given up.
 const WRITE: Duration = Duration::from_secs(60);
-
-/// Sizes of scenes that are shown unless others are given.
-const LIMITS: SceneLimits = SceneLimits { bytes: 64 << 20, particles: 100_000, forces: 1_000_000 };
 
 /// How long, and for how many bytes, the rest of a refused request is read.
 const LINGER: Duration = Duration::from_secs(1);
@@ -120,27 +118,8 @@ pub(super) struct View {
     #[arg(long = "option", value_name = "NAME=VALUE", value_parser = parse_option)]
     options: Vec<(String, String)>,
 
-    /// Unknown elements and attributes of the scene are errors, not warnings
-    #[arg(long)]
-    strict: bool,
-
-    /// Read meshes, material libraries and pictures only from below the scene's folder
-    #[arg(long)]
-    confined: bool,
-
-    /// Set a limit of the scene, as in --limit particles=500000 (repeatable). Limits: bytes of each file (64 MiB), particles
-    /// (100,000), forces (1,000,000)
-    #[arg(long = "limit", value_name = "NAME=NUMBER", value_parser = parse_limit)]
-    limits: Vec<(String, u64)>,
-}
-
-fn parse_limit(text: &str) -> Result<(String, u64), String> {
-    let (name, number) = parse_option(text)?;
-    let limits = SceneLimits::NAMES.join(", ");
-    let limit = SceneLimits::default().named(&name).is_some().then_some(number);
-    let number = limit.ok_or_else(|| format!("the limits are {limits}"))?;
-    let number = number.parse().map_err(|_| format!("{number:?} is not a whole number"))?;
-    Ok((name, number))
+    #[command(flatten)]
+    reading: Reading,
 }
 
 /// Serves the page until the program is ended.
@@ -151,12 +130,7 @@ pub(super) fn run(view: &View) -> Result<(), Failure> {
         duration: None,
         options: view.options.clone(),
     };
-    let mut limits = LIMITS;
-    for (name, number) in &view.limits {
-        limits.named(name).into_iter().for_each(|limit| *limit = *number);
-    }
-    let (strict, confined) = (view.strict, view.confined);
-    let scene = load(&view.scene, &ParseOptions { strict, overrides, confined, limits })?.scene;
+    let scene = load(&view.scene, &view.reading.options(overrides, DRAWN))?.scene;
     let cannot = |error: io::Error| Failure::Input(format!("no port on 127.0.0.1: {error}"));
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).map_err(cannot)?;
     let host = listener.local_addr().map_err(cannot)?.to_string();

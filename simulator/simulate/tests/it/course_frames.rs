@@ -1,6 +1,7 @@
 //! Frames of the course's own scenes, where they are at hand: pixels against the course's traces and what the scenes ask
 //! for.
 
+use needs::needs;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -9,6 +10,7 @@ use scene::{Color, ParseOptions, Scene, find_scene_files, load};
 use simulator::vocabulary;
 use tempfile::TempDir;
 
+use crate::shared::root;
 use crate::support::{simulate, stderr};
 
 const SIZE: [f64; 2] = [400.0, 300.0];
@@ -134,17 +136,11 @@ fn compare(scene: &Scene, frame: &Frame, states: &[Vec<[f64; 2]>], name: &str) {
     }
 }
 
+#[needs("test -d ${SPRING_ORACLE_FOSSSIM:-../shared/fosssim}")]
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says why")]
 fn course_frames_show_what_their_scenes_ask_for() {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/fosssim");
+    let beside = root().join("../shared/fosssim");
     let folder = std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from);
-    if !folder.is_dir() {
-        eprintln!(
-            "skipped: the course's scenes are not there (SPRING_ORACLE_FOSSSIM names their folder)"
-        );
-        return;
-    }
     let scenes = find_scene_files(&folder.join("scenes")).unwrap();
     let colored =
         scenes.iter().filter(|path| fs::read_to_string(path).unwrap().contains("<particlecolor"));

@@ -1,11 +1,12 @@
 //! Generated scenes: their content, and the round trip through XML.
 
+use needs::needs;
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::shared::{parse, shipped_scenes};
+use crate::shared::{parse, root, shipped_scenes};
 use crate::support::{simulate, stderr};
 use frames::{Bounds, Painter};
 use scene::{
@@ -17,7 +18,7 @@ use simulator::simulation::Simulation;
 use simulator::vocabulary;
 use tempfile::TempDir;
 
-/// What `simulate generate` with these options prints.
+/// Output of `simulate generate` with these options.
 fn generate(options: &[&str]) -> String {
     let folder = TempDir::new().unwrap();
     let run = simulate(folder.path(), &[&["generate"], options].concat());
@@ -130,15 +131,10 @@ fn unwritable_values_are_refused_by_name() {
     assert_eq!(target, "<springforce>, force 1 of the scene, lacks the edge it acts on");
 }
 
+#[needs("test -f ../shared/peers/gen_net.py && python3 --version")]
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn generated_net_equals_the_peers_net() {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/peers/gen_net.py");
-    let python_runs = Command::new("python3").arg("--version").output().is_ok();
-    if !script.is_file() || !python_runs {
-        eprintln!("skipped: it needs {} and python3", script.display());
-        return;
-    }
+    let script = root().join("../shared/peers/gen_net.py");
     for (n, integrator, dt, steps, k, b) in [
         ("4", "symplectic-euler", "0.001", "200", "1000", "0"),
         ("1", "explicit-euler", "0.1", "1", "7.3", "0.01"),

@@ -60,7 +60,7 @@ impl Viewer {
         Self { host: host.to_owned(), token: token.to_owned(), child, folder }
     }
 
-    /// Sends bytes on a connection of their own, and reads to its end.
+    /// Sends bytes on a new connection, and reads to its end.
     fn send(&self, bytes: &[u8]) -> Answer {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         stream.set_read_timeout(Some(HANGS)).unwrap();
@@ -233,7 +233,7 @@ fn requests_without_the_token_or_from_elsewhere_are_refused() {
         assert_eq!(status("POST", &open, &headers), 403, "{other}");
         assert_eq!(status("OPTIONS", &open, &headers), 403, "{other}");
     }
-    // What changes something must say where it comes from.
+    // Requests that change something need an origin.
     assert_eq!(status("POST", &open, &[("Host", host)]), 403);
     assert_eq!(status("POST", &open, &[("Host", host), ("Origin", &origin)]), 200);
 
@@ -484,7 +484,6 @@ fn a_scene_that_cannot_be_read_is_an_error() {
     assert!(stderr(&run).contains("scene.xml"), "{}", stderr(&run));
 }
 
-/// Whoever opens connections and sends a byte now and then does not keep the page out.
 #[test]
 fn dripping_connections_delay_no_request() {
     let viewer = Viewer::start(SCENE);
@@ -502,6 +501,25 @@ fn dripping_connections_delay_no_request() {
     assert_eq!(status[0]["step"], 1);
     // Nobody gave up before.
     drop(dripping);
+}
+
+/// Nor does whoever has the token and leaves connections open.
+#[test]
+fn idle_connections_with_the_token_delay_no_request() {
+    let viewer = Viewer::start(SCENE);
+    let mut idle = Vec::new();
+    for _ in 0..210 {
+        let mut stream = TcpStream::connect(&viewer.host).unwrap();
+        let head = format!("GET /{}/ HTTP/1.1\r\nHost: {}\r\n\r\n", viewer.token, viewer.host);
+        stream.write_all(head.as_bytes()).unwrap();
+        // The connection stays open after its response has begun.
+        assert_eq!(stream.read(&mut [0]).unwrap(), 1);
+        idle.push(stream);
+    }
+    assert_eq!(viewer.get("").status, 200);
+    let opened = viewer.open();
+    assert_eq!(viewer.frame(&step(&opened)).0[0]["step"], 1);
+    drop(idle);
 }
 
 #[test]
@@ -530,6 +548,13 @@ fn a_scene_beyond_a_limit_is_refused_with_its_name_and_shown_if_it_is_raised() {
         assert!(stderr(&run).contains(what) && stderr(&run).contains(&help), "{}", stderr(&run));
         assert_eq!(run.status.code(), Some(2));
     }
+    // Pictures and diagrams hold a scene in memory that may be somebody else's; a trace does not.
+    for output in ["--frames=frames", "--film=film.gif", "--plot=plot.svg", "--convergence=c.svg"] {
+        let run = simulate(folder.path(), &["face.json", output, "--duration", "0"]);
+        assert!(stderr(&run).contains("more than 1000000 forces"), "{output}: {}", stderr(&run));
+    }
+    let run = simulate(folder.path(), &["scene.xml", "-o", "trace.csv", "--limit", "forces=1"]);
+    assert!(stderr(&run).contains("more than 1 forces"), "{}", stderr(&run));
     let run = simulate(folder.path(), &["view", "scene.xml", "--limit", "colours=2"]);
     assert!(stderr(&run).contains("the limits are bytes, particles, forces"), "{}", stderr(&run));
 }

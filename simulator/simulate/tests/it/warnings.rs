@@ -15,12 +15,12 @@ fn doubtful_steps_are_warned_once_and_written() {
     fs::write(folder.path().join("flat.xml"), &text).unwrap();
     let plain = simulate(folder.path(), &["flat.xml", "-o", "flat.csv", "--stats"]);
     assert_eq!(plain.status.code(), Some(0), "{}", stderr(&plain));
-    let said = stderr(&plain);
+    let printed = stderr(&plain);
     let singular =
         "warning: flat.xml: step 1 (from t = 0 s): the matrix of the step is nearly singular";
-    assert_eq!(said.matches(singular).count(), 1, "{said}");
+    assert_eq!(printed.matches(singular).count(), 1, "{printed}");
     let grown = "warning: flat.xml: step 1 (to t = 0.1 s): the energy has grown to ";
-    assert_eq!(said.matches(grown).count(), 1, "{said}");
+    assert_eq!(printed.matches(grown).count(), 1, "{printed}");
     let stats = String::from_utf8_lossy(&plain.stdout);
     assert!(stats.contains("nearly singular steps  1"), "{stats}");
     let trace = fs::read_to_string(folder.path().join("flat.csv")).unwrap();
@@ -54,9 +54,9 @@ fn fallbacks_are_reported() {
     assert!(folder.path().join("flung.csv").exists());
 
     let onto = simulate(folder.path(), &["onto.xml", "--robust"]);
-    let said = "1 were replaced by 2 substeps, so the trace differs from plain \
+    let printed = "1 were replaced by 2 substeps, so the trace differs from plain \
                 linearized-implicit-euler at dt = 0.5";
-    assert!(stderr(&onto).contains(said), "{}", stderr(&onto));
+    assert!(stderr(&onto).contains(printed), "{}", stderr(&onto));
 }
 
 #[test]
@@ -69,8 +69,8 @@ fn frozen_steps_are_counted_and_warned_once() {
     // The particle flies upwards; once its next velocity is below the tolerance of 0.01, it stops for good.
     let expected = "warning: scene.xml: projected-newton left the particles where they were in 999 steps, first in step 2: the first Newton iteration was within the tolerance\n  help: set min_iterations to 1, or a smaller tolerance\n";
     assert_eq!((run.status.code(), stderr(&run)), (Some(0), expected));
-    let said = String::from_utf8_lossy(&run.stdout).into_owned();
-    assert!(said.contains("frozen steps           999, first 2\n"), "{said}");
+    let printed = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert!(printed.contains("frozen steps           999, first 2\n"), "{printed}");
     let run = simulate(folder.path(), &["scene.xml", "--stats"]);
     assert_eq!((run.status.code(), stderr(&run)), (Some(0), ""));
     assert!(!String::from_utf8_lossy(&run.stdout).contains("frozen"));

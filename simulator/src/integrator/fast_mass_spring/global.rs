@@ -320,8 +320,8 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "it takes minutes"]
-    fn several_right_hand_sides_of_two_thousand_forests_have_the_same_bits() {
+    #[ignore = "long: minutes"]
+    fn long_several_right_hand_sides_of_two_thousand_forests_have_the_same_bits() {
         for seed in 1_000..3_000 {
             check(&Forest::new(seed, 1_500 << (seed % 5)));
         }

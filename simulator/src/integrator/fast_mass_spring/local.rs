@@ -23,6 +23,15 @@ pub(super) struct ElasticSpring {
     pub(super) element: usize,
 }
 
+/// A spring without a direction.
+#[derive(Debug, Default)]
+pub(super) struct Undirected {
+    /// Number among the scene's forces.
+    pub(super) element: usize,
+    /// Slots of its particles.
+    pub(super) slots: [usize; 2],
+}
+
 /// All springs of a scene, in groups; the last is filled up with springs that do nothing.
 pub(super) struct SpringGroups {
     ends: Vec<[[u32; 2]; GROUP]>,
@@ -56,12 +65,12 @@ impl SpringGroups {
     /// is true.
     ///
     /// # Errors
-    /// The number of a spring of length zero that has a rest length, and so no direction.
+    /// A spring of length zero that has a rest length, and so no direction.
     pub(super) fn pull<const P: usize, const ENERGY: bool>(
         &self,
         x: &[[f64; P]],
         right: &mut [[f64; P]],
-    ) -> Result<f64, usize> {
+    ) -> Result<f64, Undirected> {
         let mut energy = [0.0; GROUP];
         let mut undefined = false;
         for ((ends, stiffness), rest_length) in
@@ -109,7 +118,7 @@ impl SpringGroups {
     }
 
     /// The first element of the file that is of length zero, and should not be.
-    fn find_undefined<const P: usize>(&self, x: &[[f64; P]]) -> usize {
+    fn find_undefined<const P: usize>(&self, x: &[[f64; P]]) -> Undirected {
         let ends = self.ends.as_flattened().iter();
         let springs = ends.zip(self.rest_length.as_flattened()).zip(&self.elements);
         let undefined = springs.filter(|(([i, j], rest_length), _)| {
@@ -117,6 +126,10 @@ impl SpringGroups {
             let squared: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
             squared == 0.0 && **rest_length > 0.0
         });
-        undefined.map(|(_, element)| *element).min().unwrap_or_default()
+        let first = undefined.min_by_key(|(_, element)| **element);
+        first.map_or(Undirected::default(), |((slots, _), element)| Undirected {
+            element: *element,
+            slots: slots.map(|slot| slot as usize),
+        })
     }
 }

@@ -17,7 +17,7 @@ use sparse::LinearError;
 use sparse::statistics::FactorWork;
 
 use super::global::{GlobalMatrix, GlobalSolver, Storage, add};
-use super::local::{ElasticSpring, SpringGroups};
+use super::local::{ElasticSpring, SpringGroups, Undirected};
 use crate::force::Degenerate;
 use crate::integrator::StepError;
 use crate::sizes::MAX_DENSE_GLOBAL_ROWS;
@@ -207,7 +207,10 @@ impl<const P: usize> StepObjective<P> {
             energy.magnitude += inertial + work.abs();
         }
         let springs = self.springs.pull::<P, ENERGY>(&self.x, &mut self.residual);
-        let elastic = springs.map_err(|element| Degenerate { element })?;
+        let elastic = springs.map_err(|Undirected { element, slots }| Degenerate {
+            element,
+            particles: slots.map(|slot| self.particles[slot]).into(),
+        })?;
         energy.value += elastic;
         energy.magnitude += elastic;
         Ok(energy)

@@ -1,6 +1,6 @@
 //! Scenes with steps that fail, or succeed doubtfully.
 
-/// Four particles, flung at 30 m/s with every pair of five tied by a spring of its own stiffness: plain Newton runs
+/// Four particles, flung at 30 m/s with every pair of five tied by a spring of another stiffness: plain Newton runs
 /// in circles in the first step of 1 s. `b` is the springs' damping.
 pub(crate) fn flung(b: &str) -> String {
     let particles = [

@@ -13,11 +13,24 @@ pub(crate) fn parse(text: &str) -> Scene {
     parsed.unwrap_or_else(|error| panic!("{error}\n{text}")).scene
 }
 
+/// The root of the repository.
+pub(crate) fn root() -> &'static Path {
+    let mut folders = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    folders.find(|folder| folder.join("assets").is_dir()).unwrap()
+}
+
+/// The scenes of the fast mass-spring assignment, which are not part of the repository.
+pub(crate) fn assignment_scenes() -> Vec<PathBuf> {
+    let beside = root().join("../shared/jacobson");
+    let folder = std::env::var_os("SPRING_ORACLE_JACOBSON").map_or(beside, PathBuf::from);
+    let scenes = find_scene_files(&folder).unwrap();
+    assert!(scenes.len() >= 4);
+    scenes
+}
+
 /// The shipped scene files.
 pub(crate) fn shipped_scenes() -> Vec<PathBuf> {
-    let mut folders = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
-    let root = folders.find(|folder| folder.join("assets").is_dir()).unwrap();
-    let folders = ["assets", "extracreditassets"].map(|folder| root.join(folder));
+    let folders = ["assets", "extracreditassets"].map(|folder| root().join(folder));
     folders.iter().flat_map(|folder| find_scene_files(folder).unwrap()).collect()
 }
 

@@ -105,6 +105,53 @@ static void huge_pages(void) {
     }
     breach("a gigabyte of huge pages");
 }
+/* The kernel keeps a huge page as long as one of its small pages is mapped: 600 MB behind 300 of them. */
+static void parts_of_huge_pages(void) {
+    const size_t huge = 2 << 20;
+    prctl(PR_SET_THP_DISABLE, 0, 0, 0, 0);
+    for (int k = 0; k < 300; ++k) {
+        char *memory = mmap(NULL, 2 * huge, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (memory == MAP_FAILED) abort();
+        char *page = (char *)(((uintptr_t)memory + huge - 1) & ~(huge - 1));
+        madvise(page, huge, MADV_HUGEPAGE);
+        page[0] = 1;
+        munmap(page + 4096, memory + huge - page + huge - 4096);
+        if (page > memory) munmap(memory, page - memory);
+    }
+    usleep(500000);
+}
+/* Each process of a chain has pages of its own, and shares those of its ancestors. */
+static void chain_of_pages(void) {
+    const size_t size = 24 << 20;
+    char *memory = malloc(size);
+    if (!memory) abort();
+    memset(memory, 1, size);
+    for (int k = 0; k < 20; ++k) {
+        if (fork()) pause_for_ever();
+        memset(memory, k, size / 2);
+    }
+    sleep(1);
+    breach("250 MB in a chain of forks");
+}
+/* The kernel's memory for mappings that each process of a chain has from all its ancestors, which end. */
+static void chain_of_mappings(void) {
+    enum { MANY = 10000 };
+    static char *pages[MANY];
+    for (int k = 0; k < MANY; ++k) {
+        int protection = k % 2 ? PROT_READ : PROT_READ | PROT_WRITE;
+        pages[k] = mmap(NULL, 4096, protection, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (pages[k] == MAP_FAILED) abort();
+    }
+    double end = seconds() + 3;
+    if (fork()) {
+        usleep(3500000);
+        return;
+    }
+    while (seconds() < end) {
+        for (int k = 0; k < MANY; k += 2) pages[k][0] = 1;
+        if (fork()) _exit(0);
+    }
+}
 static void unlinked_mappings(void) {
     for (int k = 0; k < 100; ++k) {
         int file = open("mapped", O_RDWR | O_CREAT | O_TRUNC, 0644);
@@ -221,7 +268,7 @@ static void honest_reservation(void) {
 const struct mode memory_modes[] = {
     MODE(memory_bomb), MODE(shared_memory_bomb), MODE(forked_memory_bomb), MODE(memory_at_once),
     MODE(memory_of_orphans), MODE(page_tables), MODE(hidden_pages), MODE(hidden_pages_of_zero),
-    MODE(many_mappings), MODE(many_objects), MODE(huge_pages), MODE(unlinked_mappings), MODE(full_pipes),
-    MODE(full_socketpairs), MODE(descriptors_in_flight), MODE(endless_recursion), MODE(locked_memory),
+    MODE(many_mappings), MODE(many_objects), MODE(huge_pages), MODE(parts_of_huge_pages), MODE(chain_of_pages),
+    MODE(chain_of_mappings), MODE(unlinked_mappings), MODE(full_pipes), MODE(full_socketpairs), MODE(descriptors_in_flight), MODE(endless_recursion), MODE(locked_memory),
     MODE(honest_sharing), MODE(honest_mappings), MODE(honest_reservation), {0},
 };

@@ -91,19 +91,21 @@ static void until_closed(int ends[2]) {
     close(ends[0]);
 }
 /* Each ends before anyone looks, and nobody waits for it. */
-static void spin_in_short_children(void) {
+static void spin_in_children(double time) {
     signal(SIGCHLD, SIG_IGN);
     double start = seconds();
     while (seconds() < start + 20) {
         int ends[2];
         if (pipe(ends) != 0) return;
         if (fork() == 0) {
-            burn(0.02);
+            burn(time);
             _exit(0);
         }
         until_closed(ends);
     }
 }
+static void spin_in_short_children(void) { spin_in_children(0.02); }
+static void spin_in_shorter_children(void) { spin_in_children(0.004); }
 static void spin_in_orphans(void) {
     double start = seconds();
     while (seconds() < start + 20) {
@@ -527,7 +529,7 @@ static void environment(void) {
 const struct mode process_modes[] = {
     MODE(fork_bomb), MODE(thread_bomb), MODE(vfork_bomb), MODE(processes_and_threads), MODE(zombie_flood),
     MODE(spin), MODE(sleep_long), MODE(stop_itself), MODE(ignore_signals), MODE(vfork_without_end),
-    MODE(execute_without_end), MODE(spin_in_short_children), MODE(spin_in_orphans), MODE(spin_in_short_threads),
+    MODE(execute_without_end), MODE(spin_in_short_children), MODE(spin_in_shorter_children), MODE(spin_in_orphans), MODE(spin_in_short_threads),
     MODE(daemon_outlives), MODE(stubborn_daemons), MODE(lasting_daemons),
     MODE(honest_pause), MODE(stopped_daemon), MODE(own_reaper), MODE(output_kept_open),
     MODE(alter_afterwards), MODE(leader_ends_first), MODE(leader_ends_and_thread_spins), MODE(kill_others),

@@ -29,42 +29,24 @@ impl Build {
         }
     }
 
-    /// The command of the program, or the reason why it cannot run.
-    fn make(self, folder: &Path) -> Result<String, String> {
+    /// Builds the program, and returns its command.
+    fn make(self, folder: &Path) -> String {
         let source =
             |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("src/programs").join(name);
         let (compiler, flags, source) = match self {
             Self::Cpp(flags) => ("c++", flags, source("student.cpp")),
             Self::C(flags) => ("cc", flags, source("student.c")),
-            Self::Python => {
-                let found = Command::new("python3")
-                    .args(["-c", "import sys; print(sys.executable)"])
-                    .output()
-                    .map_err(|error| format!("python3: {error}"))?;
-                let python = String::from_utf8_lossy(&found.stdout).trim().to_owned();
-                if !found.status.success() || python.is_empty() {
-                    return Err("python3 does not run".to_owned());
-                }
-                return Ok(format!("'{python}' -S -E '{}'", source("student.py").display()));
-            }
+            Self::Python => return format!("python3 -S -E '{}'", source("student.py").display()),
         };
         let name: String = flags.iter().flat_map(|flag| flag.chars()).collect();
         let name: String =
             name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
         let program = folder.join(format!("{compiler}{name}"));
-        let made = Command::new(compiler)
-            .args(flags)
-            .arg("-o")
-            .arg(&program)
-            .arg(source)
-            .arg("-lm")
-            .output()
-            .map_err(|error| format!("{compiler}: {error}"))?;
-        if !made.status.success() {
-            let said = String::from_utf8_lossy(&made.stderr);
-            return Err(format!("{compiler} {flags:?}: {said}"));
-        }
-        Ok(format!("'{}'", program.display()))
+        let mut command = Command::new(compiler);
+        command.args(flags).arg("-o").arg(&program).arg(source).arg("-lm");
+        let made = command.output().expect("a compiler");
+        assert!(made.status.success(), "{flags:?}: {}", String::from_utf8_lossy(&made.stderr));
+        format!("'{}'", program.display())
     }
 }
 
@@ -75,47 +57,27 @@ pub(crate) struct Variant {
     pub(crate) environment: Vec<(&'static str, &'static str)>,
 }
 
-/// A folder with one script per variant, and the reasons for missing builds.
-pub(crate) struct Workshop {
-    scripts: Vec<Result<PathBuf, String>>,
-}
-
-impl Workshop {
-    pub(crate) fn new(name: &str, variants: &[Variant]) -> Self {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-        fs::create_dir_all(&folder).expect("a folder below target");
-        let mut made: Vec<(Build, Result<String, String>)> = Vec::new();
-        for variant in variants {
-            if !made.iter().any(|(build, _)| *build == variant.build) {
-                made.push((variant.build, variant.build.make(&folder)));
-            }
+/// Builds the variants, and writes a script for each.
+pub(crate) fn scripts(name: &str, variants: &[Variant]) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(&folder).expect("a folder below target");
+    let mut made: Vec<(Build, String)> = Vec::new();
+    let mut paths = Vec::new();
+    for (number, variant) in variants.iter().enumerate() {
+        if !made.iter().any(|(build, _)| *build == variant.build) {
+            made.push((variant.build, variant.build.make(&folder)));
         }
-        let script = |(number, variant): (usize, &Variant)| {
-            let known = made.iter().find(|(build, _)| *build == variant.build);
-            let program = known.expect("every build was made").1.clone()?;
-            let mut text = "#!/bin/sh\n".to_owned();
-            for (name, value) in &variant.environment {
-                let value = value.replace('\'', r"'\''");
-                let _ = writeln!(text, "export {name}='{value}'");
-            }
-            let _ = writeln!(text, "exec {program} \"$@\"");
-            let path = folder.join(format!("variant{number}"));
-            fs::write(&path, text).expect("a script can be written");
-            fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("permissions");
-            Ok(path)
-        };
-        Self { scripts: variants.iter().enumerate().map(script).collect() }
-    }
-
-    /// The program of the variant with this number; `None`, with a printed reason, if it cannot be built.
-    #[expect(clippy::print_stderr, reason = "a test that is skipped says why")]
-    pub(crate) fn program(&self, number: usize) -> Option<&Path> {
-        match &self.scripts[number] {
-            Ok(path) => Some(path),
-            Err(reason) => {
-                eprintln!("skipped: {reason}");
-                None
-            }
+        let (_, program) = made.iter().find(|(build, _)| *build == variant.build).unwrap();
+        let mut text = "#!/bin/sh\n".to_owned();
+        for (name, value) in &variant.environment {
+            let value = value.replace('\'', r"'\''");
+            let _ = writeln!(text, "export {name}='{value}'");
         }
+        let _ = writeln!(text, "exec {program} \"$@\"");
+        let path = folder.join(format!("variant{number}"));
+        fs::write(&path, text).expect("a script can be written");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("permissions");
+        paths.push(path);
     }
+    paths
 }

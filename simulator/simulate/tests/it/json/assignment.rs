@@ -1,10 +1,10 @@
 //! The assignment's own scenes, if they are available.
 
+use needs::needs;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
 
-use scene::find_scene_files;
+use crate::shared::assignment_scenes;
 
 use super::{load, masses, pins};
 
@@ -36,20 +36,10 @@ fn by_lines(obj: &str) -> (usize, usize, f64) {
     (vertices.len(), pairs.len(), area)
 }
 
+#[needs("test -d ${SPRING_ORACLE_JACOBSON:-../shared/jacobson}")]
 #[test]
-#[expect(clippy::print_stderr, reason = "a skipped test says why")]
 fn the_scenes_of_the_assignment_load() {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/jacobson");
-    let folder = std::env::var_os("SPRING_ORACLE_JACOBSON").map_or(beside, PathBuf::from);
-    if !folder.is_dir() {
-        eprintln!(
-            "skipped: the assignment's scenes are not there (SPRING_ORACLE_JACOBSON names their folder)"
-        );
-        return;
-    }
-    let scenes = find_scene_files(&folder).unwrap();
-    assert!(scenes.len() >= 4);
-    for path in scenes {
+    for path in assignment_scenes() {
         let json = fs::read_to_string(&path).unwrap();
         let (_, list) = json.split_once("\"b\"").unwrap();
         let list = &list[list.find('[').unwrap() + 1..list.find(']').unwrap()];

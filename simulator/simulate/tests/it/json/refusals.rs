@@ -113,7 +113,7 @@ fn a_wrong_value_is_named_at_its_place() {
         obj empty | "mesh.obj" | ¶"" | "obj": "" must be the name of a file | give "obj"
         obj missing | "mesh.obj" | ¶"no.obj" | the mesh no.obj cannot be read: No such file | name an OBJ file
         obj a folder | "mesh.obj" | ¶"." | the mesh . cannot be read: is a directory | name an OBJ file
-        obj a device | "mesh.obj" | ¶"/dev/zero" | /dev/zero cannot be read: it is a pipe, a socket or a device, and not a regular file | name an OBJ file
+        obj a device | "mesh.obj" | ¶"/dev/zero" | which is not below the scene's folder | put the file into the scene's folder
         obj impossible | "mesh.obj" | ¶"a\u0000b" | cannot be read: | name an OBJ file
         no k | "k": 100, |  | there is no key "k" | "k": 100
         k a string | 100 | ¶"100" | "k": "100" must be a finite number, 0 or more | give "k"
@@ -341,14 +341,16 @@ fn a_confined_scene_reads_no_file_outside_its_folder() {
         (run.status.code(), stderr(&run).to_owned())
     };
     for mesh in [absolute.to_str().unwrap(), "../mesh.obj", "meshes/../../mesh.obj", "link.obj"] {
-        assert_eq!(read(mesh, "a.png", &[]).0, Some(0), "{mesh}");
-        let (code, message) = read(mesh, "a.png", &["--confined"]);
+        assert_eq!(read(mesh, "a.png", &["--unconfined"]).0, Some(0), "{mesh}");
+        let (code, message) = read(mesh, "a.png", &[]);
         assert!(code == Some(2) && message.contains("scene.json:2:9: \"obj\" names"), "{message}");
         assert!(message.contains("which is not below the scene's folder"), "{message}");
     }
-    let (code, message) = read("meshes/mesh.obj", "../a.png", &["--confined"]);
+    let (code, message) = read("meshes/mesh.obj", "../a.png", &[]);
     assert!(code == Some(2) && message.contains("\"png\" names"), "{message}");
-    assert_eq!(read("meshes/mesh.obj", "a.png", &["--confined"]).0, Some(0));
+    assert_eq!(read("meshes/mesh.obj", "a.png", &[]).0, Some(0));
+    let (code, message) = read("/dev/zero", "", &["--unconfined"]);
+    assert!(code == Some(2) && message.contains("it is a pipe, a socket or a device"), "{message}");
     // The mesh names a library, and the library a picture.
     let with = |library: &str| format!("mtllib {library}\nusemtl red\n{OBJ}");
     fs::write(folder.path().join("red.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
@@ -356,7 +358,7 @@ fn a_confined_scene_reads_no_file_outside_its_folder() {
     for (library, notes) in [("../../red.mtl", 1), ("../own.mtl", 1)] {
         fs::write(inside.join("meshes/mesh.obj"), with(library)).unwrap();
         let (code, message) =
-            read("meshes/mesh.obj", "", &["--confined", "--frames", "frames", "--duration", "0"]);
+            read("meshes/mesh.obj", "", &["--frames", "frames", "--duration", "0"]);
         let found = message.matches("it is not below the scene's folder").count();
         assert_eq!((code, found), (Some(0), notes), "{library}: {message}");
     }

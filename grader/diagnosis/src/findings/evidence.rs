@@ -1,0 +1,341 @@
+//! What the scenes of a submission show: the steps of its traces, and whether a changed simulator makes the same steps.
+//!
+//! ```text
+//! sample    one step of the trace, redone with a change from the trace's own state before it
+//! replay    the whole scene with a change, from the scene's initial state, against the trace
+//! ```
+//!
+//! A replay agrees if every state does, within ten times the difference to a replay whose last bits differ, plus the scene's
+//! calibrated tolerance and the error of an iterative solver. Once that spread is a thousandth of the motion, or Newton's
+//! method no longer converges, states say nothing more; then the single steps decide.
+
+use std::collections::BTreeSet;
+
+use crate::change::{Change, Model, Place};
+use scene::schema::Convergence;
+use scene::trace::State;
+use scene::{Rendering, Scene};
+
+use super::form::Kind;
+use super::judged::{JudgedScene, Outcome};
+use super::scope::Failing;
+use crate::bound::Bound;
+use crate::steps::{self, Evidence, Rounding, WrongSteps};
+
+/// Multiple of the noise that a single step may be off.
+pub(super) const LEFT: f64 = 3.0;
+
+/// Error of a linear solver relative to the change of the velocities, where a change makes the system worse.
+const SOLVER: f64 = 1e-10;
+
+/// Spread of replays, relative to the motion, at which states are no longer compared.
+const CHAOTIC: f64 = 1e-3;
+
+/// Multiple of the noise from which a rule is broken.
+const CLEARLY: f64 = 30.0;
+
+/// Numbers of fewer digits than this are not called rounded: few numbers have that many.
+const FEWEST: usize = 3;
+
+/// A scene of a submission.
+pub(super) struct SceneEvidence<'a> {
+    pub(super) judged: &'a JudgedScene<'a>,
+    /// The scene without what steps do not need.
+    pub(super) scene: Scene,
+    pub(super) passed: bool,
+    /// How it failed; `None` if it passed.
+    pub(super) kind: Option<Kind>,
+    pub(super) steps: WrongSteps,
+    pub(super) evidence: Vec<Evidence>,
+    /// Relative error of the numbers of the trace.
+    pub(super) rounding: f64,
+    /// Whether a fault of the output, another root or the changes made so far explain it.
+    pub(super) explained: bool,
+    /// Whether its steps satisfy the right equation, with another solution.
+    pub(super) has_other_root: bool,
+    /// Whether Newton's method converges slowly or not at all with the changes made so far: it shows nothing.
+    pub(super) open: bool,
+}
+
+/// Whether a change makes the trace's steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Agreement {
+    Agrees,
+    Differs,
+    /// Newton's method converges slowly or not at all with the change: no statement.
+    Open,
+}
+
+impl<'a> SceneEvidence<'a> {
+    pub(super) fn of(judged: &'a JudgedScene<'a>) -> Self {
+        let JudgedScene { scene: inner, outcome, states, .. } = judged;
+        let mut scene = Self {
+            judged,
+            scene: stripped(inner),
+            passed: *outcome == Outcome::Passed,
+            kind: Kind::of(judged),
+            steps: WrongSteps::default(),
+            evidence: Vec::new(),
+            rounding: 0.0,
+            explained: false,
+            has_other_root: judged.has_other_root,
+            open: false,
+        };
+        if states.len() < 2 {
+            return scene;
+        }
+        if scene.passed {
+            scene.evidence = steps::sampled(inner, states);
+        } else if *outcome != Outcome::NotJudged {
+            if scene.kind.as_ref().is_some_and(|kind| !is_rounding(kind, judged)) {
+                scene.kind = Some(Kind::Wrong);
+            }
+            scene.rounding = Rounding::of(states).unit();
+            (scene.steps, scene.evidence) = steps::examine(inner, states);
+        }
+        scene
+    }
+
+    /// Whether Newton's method solves its steps.
+    pub(super) fn is_newton(&self) -> bool {
+        matches!(self.scene.integrator.convergence, Convergence::Update(_))
+    }
+
+    /// Whether its steps are evidence of a mistake.
+    pub(super) fn is_suspect(&self) -> bool {
+        self.kind == Some(Kind::Wrong) && self.steps.wrong > 0
+    }
+
+    /// Whether its steps are evidence that nothing explains.
+    pub(super) fn is_left(&self) -> bool {
+        self.is_suspect() && !self.explained && !self.open
+    }
+
+    /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root.
+    pub(super) fn is_settled(&self) -> bool {
+        (self.passed || self.explained) && !self.has_other_root
+    }
+
+    /// Simplest first: what a student should do first.
+    pub(super) fn simplicity(&self) -> [usize; 5] {
+        super::simplicity(self.judged.scene)
+    }
+
+    /// Whether `model` makes the sampled step.
+    fn agrees(&self, model: &Model, evidence: &Evidence) -> Agreement {
+        let Evidence { sample, noise, .. } = evidence;
+        let Some(made) = model.step(sample.step, sample.earlier.as_ref(), &sample.before) else {
+            return Agreement::Differs;
+        };
+        let [x, v] = distances(&made.state, &sample.after);
+        let [_, change] = distances(&sample.before, &sample.after);
+        let solver = if change.is_finite() { SOLVER * change } else { 0.0 };
+        if x <= LEFT * noise[0] + self.scene.time_step * solver
+            && (self.judged.has_positions_alone || v <= LEFT * noise[1] + solver)
+        {
+            return Agreement::Agrees;
+        }
+        if made.converged { Agreement::Differs } else { Agreement::Open }
+    }
+
+    /// Whether `model` makes all sampled steps, or those of the first `most`.
+    pub(super) fn agrees_with(&self, model: &Model, most: usize) -> Agreement {
+        let mut all = Agreement::Agrees;
+        for evidence in self.evidence.iter().take(most) {
+            match self.agrees(model, evidence) {
+                Agreement::Agrees => {}
+                Agreement::Differs => return Agreement::Differs,
+                Agreement::Open => all = Agreement::Open,
+            }
+        }
+        all
+    }
+
+    /// Replays the whole scene with these changes.
+    pub(super) fn replay(&self, changes: &[Change]) -> Agreement {
+        let model = Model::new(&self.scene, changes);
+        if !model.can_step() {
+            return Agreement::Open;
+        }
+        let Some(first) = self.judged.states.first() else { return Agreement::Open };
+        let start = model.start();
+        let mut replay = Replay::new(&start);
+        let Some(expected) = self.expected(&replay, &start, 0) else { return Agreement::Open };
+        if !within(&start, first, expected) {
+            return Agreement::Differs;
+        }
+        for (step, got) in self.judged.states.iter().enumerate().skip(1) {
+            let number = step as u64 - 1;
+            match replay.advance(&model, number) {
+                Advance::Failed => return Agreement::Differs,
+                Advance::NotConverged => return self.single_steps(&model, step),
+                Advance::Made => {}
+            }
+            let Some(tolerance) = self.expected(&replay, got, step) else {
+                return self.single_steps(&model, step);
+            };
+            if !within(&replay.main, got, tolerance) {
+                return Agreement::Differs;
+            }
+        }
+        Agreement::Agrees
+    }
+
+    /// The tolerances at a state; `None` where replays of the same steps differ too much.
+    fn expected(&self, replay: &Replay, got: &State, step: usize) -> Option<[f64; 2]> {
+        let calibrated = self.judged.envelope.get(step).copied().unwrap_or_default();
+        let values = [&got.positions, &got.velocities];
+        let mut tolerances = [f64::INFINITY; 2];
+        for kind in 0..2 - usize::from(self.judged.has_positions_alone) {
+            let size = replay.size[kind].max(largest(values[kind]));
+            if replay.spread[kind] > CHAOTIC * size {
+                return None;
+            }
+            let Bound { tolerance, .. } = Bound::of(replay.spread[kind] + calibrated[kind], size);
+            tolerances[kind] = tolerance + (SOLVER + self.rounding) * size;
+        }
+        Some(tolerances)
+    }
+
+    /// What the wrong steps show, with the changes made.
+    pub(super) fn failing(&self, made: &[Change]) -> Failing<'_> {
+        let model = Model::new(&self.scene, made);
+        let axes = self.scene.dimension.count();
+        let is_of_fixed = |change: &Change| {
+            matches!(change.place, Place::Fixed(_) | Place::FixedUnder(_))
+                && change.acts_in(&self.scene)
+        };
+        let holds_otherwise = made.iter().any(is_of_fixed);
+        let mut shown = [false; 2];
+        let mut wrong = BTreeSet::new();
+        for evidence in self.evidence.iter().filter(|evidence| evidence.is_wrong()) {
+            let Evidence { sample, noise: [x, v], .. } = evidence;
+            let Some(residual) = model.residual(sample) else { continue };
+            // The numbers in the rule have the trace's own errors.
+            let h = self.scene.time_step;
+            let size = largest(&sample.after.positions) + h * largest(&sample.after.velocities);
+            let unit = self.rounding.max(f64::EPSILON);
+            let bound = CLEARLY * (x + h * v + unit * size);
+            for (dof, left) in residual.position.iter().enumerate() {
+                let is_fixed = self.scene.particles[dof / axes].fixed;
+                shown[usize::from(is_fixed)] |= left.abs() > bound;
+            }
+            shown[1] |= !holds_otherwise && model.moves_fixed(sample, CLEARLY * v);
+            let bound = CLEARLY * v * residual.stiffness;
+            let momentum = residual.momentum.iter().enumerate();
+            wrong
+                .extend(momentum.filter(|(_, left)| left.abs() > bound).map(|(dof, _)| dof / axes));
+        }
+        let [moves_otherwise, moves_fixed] = shown;
+        Failing { scene: self.judged.scene, moves_otherwise, moves_fixed, wrong }
+    }
+
+    /// Whether every step from this state on is made from the trace's own state before it.
+    fn single_steps(&self, model: &Model, from: usize) -> Agreement {
+        let later = self.evidence.iter().filter(|e| e.sample.step as usize + 1 >= from);
+        let mut all = Agreement::Agrees;
+        for evidence in later {
+            match self.agrees(model, evidence) {
+                Agreement::Agrees => {}
+                Agreement::Differs => return Agreement::Differs,
+                Agreement::Open => all = Agreement::Open,
+            }
+        }
+        all
+    }
+}
+
+/// The scene without its names and drawing.
+fn stripped(scene: &Scene) -> Scene {
+    let mut stripped = scene.clone();
+    (stripped.name, stripped.description, stripped.tag) = (String::new(), None, None);
+    stripped.rendering = Rendering::default();
+    stripped
+}
+
+/// Whether rounding alone makes the trace differ; true for failures of another kind than rounding.
+fn is_rounding(kind: &Kind, judged: &JudgedScene<'_>) -> bool {
+    let size = |of: fn(&State) -> &[f64]| {
+        judged.states.iter().map(|state| largest(of(state))).fold(0.0, f64::max)
+    };
+    let sizes = [size(|state| &state.positions), size(|state| &state.velocities)];
+    let allowed = match kind {
+        Kind::Digits(digits) if *digits < FEWEST => return false,
+        Kind::Digits(digits) => sizes.map(|size| 10.0_f64.powi(1 - *digits as i32) * size),
+        Kind::Decimals(decimals) => {
+            let unit = 10.0_f64.powi(-(*decimals as i32));
+            if unit > 10.0_f64.powi(1 - FEWEST as i32) * sizes[0].max(sizes[1]) {
+                return false;
+            }
+            [unit; 2]
+        }
+        Kind::Single => sizes.map(|size| 1e-4 * size),
+        _ => return true,
+    };
+    let [position, velocity] = judged.largest;
+    position <= 2.0 * allowed[0] && velocity <= 2.0 * allowed[1]
+}
+
+/// A replay with another one whose last bits differ.
+struct Replay {
+    main: State,
+    other: State,
+    earlier: Option<[State; 2]>,
+    random: fastrand::Rng,
+    spread: [f64; 2],
+    size: [f64; 2],
+}
+
+enum Advance {
+    Made,
+    NotConverged,
+    Failed,
+}
+
+impl Replay {
+    fn new(start: &State) -> Self {
+        let random = fastrand::Rng::with_seed(0);
+        let (main, other) = (start.clone(), start.clone());
+        Self { main, other, earlier: None, random, spread: [0.0; 2], size: [0.0; 2] }
+    }
+
+    fn advance(&mut self, model: &Model, step: u64) -> Advance {
+        for value in self.other.positions.iter_mut().chain(&mut self.other.velocities) {
+            *value += f64::EPSILON * f64::from(self.random.i8(-1..=1)) * *value;
+        }
+        let earlier = |number: usize| self.earlier.as_ref().map(|states| &states[number]);
+        let Some(made) = model.step(step, earlier(0), &self.main) else { return Advance::Failed };
+        if !made.converged {
+            return Advance::NotConverged;
+        }
+        let Some(other) = model.step(step, earlier(1), &self.other) else {
+            return Advance::NotConverged;
+        };
+        let before = std::mem::replace(&mut self.main, made.state);
+        let before_other = std::mem::replace(&mut self.other, other.state);
+        self.earlier = Some([before, before_other]);
+        let found = distances(&self.main, &self.other);
+        self.spread = [0, 1].map(|kind| self.spread[kind].max(found[kind]));
+        let sizes = [largest(&self.main.positions), largest(&self.main.velocities)];
+        self.size = [0, 1].map(|kind| self.size[kind].max(sizes[kind]));
+        Advance::Made
+    }
+}
+
+fn within(a: &State, b: &State, tolerance: [f64; 2]) -> bool {
+    let [x, v] = distances(a, b);
+    x <= tolerance[0] && v <= tolerance[1]
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |size: f64, value| size.max(value.abs()))
+}
+
+/// The largest differences: position, velocity. A difference that is not a number is infinite.
+fn distances(a: &State, b: &State) -> [f64; 2] {
+    let of = |a: &[f64], b: &[f64]| {
+        let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        differences.fold(0.0, |most: f64, d| if d.is_nan() { f64::INFINITY } else { most.max(d) })
+    };
+    [of(&a.positions, &b.positions), of(&a.velocities, &b.velocities)]
+}

@@ -1,0 +1,348 @@
+//! Faults of the output itself, seen in a single scene. They are settled before physics is suspected.
+//!
+//! - **Form**: no trace, a malformed trace, or a wrong number of states. At the initial state also: the initial state
+//!   is missing, or its bytes or numbers are in another order.
+//! - **Digits**: the numbers are the oracle's, rounded to few digits or to single precision.
+
+use std::fmt;
+
+use scene::Scene;
+
+use super::feature::{Family, Feature, Symptom};
+use super::judged::{ContextRow, FirstWrong, JudgedScene, Outcome};
+
+/// Numbers with at most this many digits count as rounded; an f64 has 15 to 17.
+const FEW_DIGITS: usize = 14;
+
+/// Numbers within this relative distance are equal up to the order of operations.
+const SAME: f64 = 1e-9;
+
+/// Relative error of single precision, accumulated over some steps.
+const NEARLY: f64 = 1e-4;
+
+/// How a scene failed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Wrong numbers.
+    Wrong,
+    /// The program says that it lacks a feature of the scene.
+    Refused,
+    /// There is no trace in a folder of traces.
+    Missing,
+    NotBuilt,
+    Crash,
+    TimeOut,
+    Memory,
+    NoTrace,
+    TooMuch,
+    Malformed,
+    NotFiniteAtLast,
+    StateTooMany,
+    StateTooFew,
+    Duration,
+    InitialMissing,
+    ByteOrder,
+    Order,
+    Late,
+    VelocitiesLate,
+    SingleBytes,
+    InitialVelocity,
+    FixedStopped,
+    InitialState,
+    InitialRounded,
+    Digits(usize),
+    Decimals(usize),
+    Single,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = match self {
+            Self::Wrong
+            | Self::Refused
+            | Self::Missing
+            | Self::NotBuilt
+            | Self::Crash
+            | Self::TimeOut
+            | Self::Memory => "",
+            Self::NoTrace => "no trace where it is expected",
+            Self::TooMuch => "output limit exceeded",
+            Self::Malformed => "malformed",
+            Self::NotFiniteAtLast => "right, except for non-finite numbers at the end",
+            Self::StateTooMany => "too many",
+            Self::StateTooFew => "one too few",
+            Self::Duration => "wrong duration or dt",
+            Self::InitialMissing => "the initial state is missing",
+            Self::ByteOrder => "reversed byte order",
+            Self::Order => "right numbers in the wrong order",
+            Self::Late => "each state is written one step late",
+            Self::VelocitiesLate => "the velocities are those of the step before",
+            Self::SingleBytes => "4-byte numbers instead of 8-byte ones",
+            Self::InitialVelocity => "initial velocities are not read",
+            Self::FixedStopped => "their velocities are set to 0",
+            Self::InitialState => "wrong initial state",
+            Self::InitialRounded => "the numbers of particles are rounded",
+            Self::Digits(digits) => {
+                return write!(f, "numbers are rounded to {digits} digits");
+            }
+            Self::Decimals(decimals) => {
+                return write!(f, "numbers are rounded to {decimals} decimals");
+            }
+            Self::Single => "numbers are in single precision",
+        };
+        f.write_str(text)
+    }
+}
+
+impl Kind {
+    /// The feature at fault, if this kind of failure determines it; `None` if that takes several scenes.
+    pub(super) fn feature(&self) -> Option<Feature> {
+        Some(match self {
+            Self::Wrong
+            | Self::Refused
+            | Self::Missing
+            | Self::NotBuilt
+            | Self::Crash
+            | Self::TimeOut
+            | Self::Memory => return None,
+            Self::StateTooMany | Self::StateTooFew => Feature::States,
+            Self::Duration | Self::InitialVelocity | Self::InitialState | Self::InitialRounded => {
+                Feature::Reading
+            }
+            Self::FixedStopped => Feature::Fixed(Family::Any),
+            Self::Digits(_) | Self::Decimals(_) | Self::Single => Feature::Precision,
+            Self::NoTrace
+            | Self::TooMuch
+            | Self::Malformed
+            | Self::NotFiniteAtLast
+            | Self::InitialMissing
+            | Self::ByteOrder
+            | Self::Order
+            | Self::Late
+            | Self::VelocitiesLate
+            | Self::SingleBytes => Feature::Output,
+        })
+    }
+
+    /// The symptom.
+    pub(super) fn symptom(&self) -> Symptom {
+        match self {
+            Self::Crash => Symptom::Crash,
+            Self::TimeOut => Symptom::TimeOut,
+            Self::Memory => Symptom::Memory,
+            _ => Symptom::Wrong,
+        }
+    }
+}
+
+impl Kind {
+    /// How a scene failed; `None` if it passed, was not judged, or was not run.
+    pub(super) fn of(judged: &JudgedScene<'_>) -> Option<Self> {
+        let JudgedScene { scene, first_wrong, .. } = judged;
+        let in_numbers = || first_wrong.as_ref().and_then(|first| in_numbers(scene, first));
+        let has_right_numbers = first_wrong.is_none();
+        Some(match &judged.outcome {
+            Outcome::Passed | Outcome::NotJudged => return None,
+            Outcome::NotBuilt => Self::NotBuilt,
+            Outcome::Refused(_) => Self::Refused,
+            Outcome::Missing => Self::Missing,
+            Outcome::Crashed => Self::Crash,
+            Outcome::TimedOut => Self::TimeOut,
+            Outcome::OutOfMemory => Self::Memory,
+            Outcome::NoTrace => Self::NoTrace,
+            Outcome::TooMuchOutput => Self::TooMuch,
+            Outcome::Malformed => in_numbers().unwrap_or(Self::Malformed),
+            Outcome::NotFinite(step) if has_right_numbers && *step == scene.n_steps() => {
+                Self::NotFiniteAtLast
+            }
+            Outcome::TooShort { states: 0, .. } if has_right_numbers => Self::NoTrace,
+            Outcome::TooShort { states, expected } if has_right_numbers => {
+                if states + 1 < *expected { Self::Duration } else { Self::StateTooFew }
+            }
+            Outcome::TooLong if has_right_numbers => Self::StateTooMany,
+            Outcome::NotFinite(_)
+            | Outcome::TooShort { .. }
+            | Outcome::TooLong
+            | Outcome::Differs => in_numbers().unwrap_or(Self::Wrong),
+        })
+    }
+}
+
+/// The kind of failure if the first wrong numbers are right numbers in a wrong form.
+fn in_numbers(scene: &Scene, first: &FirstWrong<'_>) -> Option<Kind> {
+    let row = |step: u64| first.context.iter().find(|row| row.step == step);
+    if first.step == 0 {
+        let initial = row(0)?;
+        if let Some(kind) = in_order(scene, first.particle, initial, row(1)) {
+            return Some(kind);
+        }
+    }
+    if let Some(kind) = late(scene, first.context) {
+        return Some(kind);
+    }
+    // An initial state can differ by rounding alone, whatever the later ones do. Rounded numbers have few digits later too;
+    // otherwise they are read so.
+    let rounded = match (first.step, row(0)) {
+        (0, Some(initial)) => {
+            let kind = in_digits(std::slice::from_ref(initial));
+            kind.map(|kind| if is_kept(&kind, first.context) { kind } else { Kind::InitialRounded })
+        }
+        _ => in_digits(first.context),
+    };
+    if rounded.is_none() && first.step == 0 { Some(Kind::InitialState) } else { rounded }
+}
+
+/// Whether the states are those of the step before, or their velocities.
+fn late(scene: &Scene, context: &[ContextRow]) -> Option<Kind> {
+    let axes = scene.dimension.count();
+    let pairs = || context.windows(2).filter(|pair| pair[0].step + 1 == pair[1].step);
+    let moves = |pair: &&[ContextRow]| !same(&pair[0].expected, &pair[1].expected);
+    if pairs().filter(moves).count() < 2 {
+        return None;
+    }
+    if pairs().all(|pair| same(&pair[1].got, &pair[0].expected)) {
+        return Some(Kind::Late);
+    }
+    let of_velocities = |pair: &[ContextRow]| {
+        let (position, velocity) = pair[1].got.split_at(axes);
+        same(position, &pair[1].expected[..axes]) && same(velocity, &pair[0].expected[axes..])
+    };
+    let changes =
+        |pair: &&[ContextRow]| !same(&pair[0].expected[axes..], &pair[1].expected[axes..]);
+    let is_shown = pairs().filter(changes).count() > 1;
+    (is_shown && pairs().all(of_velocities)).then_some(Kind::VelocitiesLate)
+}
+
+/// The kind of failure of a wrong initial state.
+fn in_order(
+    scene: &Scene,
+    particle: usize,
+    initial: &ContextRow,
+    next: Option<&ContextRow>,
+) -> Option<Kind> {
+    let ContextRow { expected, got, .. } = initial;
+    let axes = scene.dimension.count();
+    let swapped: Vec<f64> =
+        got.iter().map(|value| f64::from_bits(value.to_bits().swap_bytes())).collect();
+    if same(&swapped, expected) {
+        return Some(Kind::ByteOrder);
+    }
+    let of_all = |of: fn(&scene::Particle) -> &[f64; 3]| {
+        scene.particles.iter().flat_map(move |particle| of(particle)[..axes].to_vec())
+    };
+    let state: Vec<f64> = of_all(|particle| &particle.position)
+        .chain(of_all(|particle| &particle.velocity))
+        .collect();
+    let place = |axis: usize| 2 * (axes * particle + axis);
+    let singles = (0..axes).all(|axis| {
+        let at = place(axis);
+        let bits = got[axis].to_bits();
+        let halves = [f32::from_bits(bits as u32), f32::from_bits((bits >> 32) as u32)];
+        let wanted = state.get(at..at + 2);
+        wanted.is_some_and(|wanted| halves[0] == wanted[0] as f32 && halves[1] == wanted[1] as f32)
+    });
+    let is_shown =
+        state.get(place(0)..place(axes)).is_some_and(|all| all.iter().any(|v| *v != 0.0));
+    if singles && is_shown {
+        return Some(Kind::SingleBytes);
+    }
+    let (position, velocity) = got.split_at(axes);
+    if same(position, &expected[..axes]) && velocity.iter().all(|v| *v == 0.0) {
+        let fixed = scene.particles.get(particle).is_some_and(|particle| particle.fixed);
+        return Some(if fixed { Kind::FixedStopped } else { Kind::InitialVelocity });
+    }
+    if next.is_some_and(|next| same(got, &next.expected)) {
+        return Some(Kind::InitialMissing);
+    }
+    // Each number of the scene stands in one place.
+    let mut rest = state;
+    let is_taken = |value: &f64| {
+        let place = rest.iter().position(|known| same(&[*value], &[*known]));
+        place.map(|place| rest.swap_remove(place)).is_some()
+    };
+    got.iter().all(is_taken).then_some(Kind::Order)
+}
+
+/// Whether all numbers are the oracle's, rounded.
+fn in_digits(context: &[ContextRow]) -> Option<Kind> {
+    let pairs = || context.iter().flat_map(|row| row.expected.iter().zip(&row.got));
+    let digits = pairs().map(|(_, got)| digits(*got)).max()?;
+    let within = |unit: &dyn Fn(f64) -> f64| {
+        pairs().all(|(expected, got)| (expected - got).abs() <= 0.51 * unit(*expected))
+    };
+    let significant = |value: f64| {
+        if value == 0.0 {
+            return 0.0;
+        }
+        10f64.powi(value.abs().log10().floor() as i32 + 1 - digits as i32)
+    };
+    if digits <= FEW_DIGITS && within(&significant) {
+        return Some(Kind::Digits(digits));
+    }
+    let decimals = pairs().map(|(_, got)| decimals(*got)).max()?;
+    if decimals <= FEW_DIGITS && within(&|_| 10f64.powi(-(decimals as i32))) {
+        return Some(Kind::Decimals(decimals));
+    }
+    let scale = pairs().fold(0.0, |most: f64, (expected, _)| most.max(expected.abs()));
+    let single =
+        pairs().all(|(expected, got)| is_single(*got) && (expected - got).abs() <= NEARLY * scale);
+    let single = single && pairs().any(|(expected, _)| !is_single(*expected));
+    single.then_some(Kind::Single)
+}
+
+/// Whether the numbers of all states are written in this form.
+fn is_kept(kind: &Kind, context: &[ContextRow]) -> bool {
+    let mut all = context.iter().flat_map(|row| &row.got);
+    match *kind {
+        Kind::Digits(most) => all.all(|value| digits(*value) <= most),
+        Kind::Decimals(most) => all.all(|value| decimals(*value) <= most),
+        _ => all.all(|value| is_single(*value)),
+    }
+}
+
+fn is_single(value: f64) -> bool {
+    f64::from(value as f32) == value
+}
+
+/// Digits of the shortest decimal that reads back to the same f64.
+fn digits(value: f64) -> usize {
+    let text = format!("{value:e}");
+    let mantissa = text.split('e').next().unwrap_or_default();
+    mantissa.chars().filter(char::is_ascii_digit).count()
+}
+
+/// Decimals of that notation.
+fn decimals(value: f64) -> usize {
+    format!("{value}").split_once('.').map_or(0, |(_, behind)| behind.len())
+}
+
+fn same(a: &[f64], b: &[f64]) -> bool {
+    let scale = largest(b);
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME * scale)
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(values: &[(f64, f64)]) -> Vec<ContextRow> {
+        let (expected, got) = values.iter().copied().unzip();
+        vec![ContextRow { step: 3, expected, got }]
+    }
+
+    #[test]
+    fn rounded_numbers_are_recognized_by_their_digits() {
+        let kind = |values: &[(f64, f64)]| in_digits(&rows(values));
+        let (a, b) = (22.0 / 7.0, 1e3 / 7.0);
+        assert_eq!(kind(&[(a, 3.14286), (b, 142.857)]), Some(Kind::Digits(6)));
+        assert_eq!(kind(&[(a, 3.142857), (b, 142.857143)]), Some(Kind::Decimals(6)));
+        assert_eq!(kind(&[(a, f64::from(a as f32)), (b, f64::from(b as f32))]), Some(Kind::Single));
+        // Short numbers that differ from the oracle's, and long ones that are almost equal.
+        assert_eq!(kind(&[(a, 3.25), (b, 142.5)]), None);
+        assert_eq!(kind(&[(a, a + 1e-9), (b, b)]), None);
+    }
+}

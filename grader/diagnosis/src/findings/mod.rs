@@ -1,0 +1,706 @@
+//! Findings: what is wrong in a submission, each with its evidence. Every report shows this one list.
+//!
+//! ```text
+//! traces ── form.rs       faults of the output, settled first
+//!        ── evidence.rs   which steps are wrong by themselves; replay of whole scenes with a change
+//!        ── fit.rs        numbers in changes, from the steps
+//!        ── search.rs     changes that make the same steps, proven by replay; up to three mistakes together
+//!        ── scope.rs      what is left: a feature, where exactly its scenes fail
+//!        ── tasks.rs      what that says of each task of the hand-out on rounds
+//! ```
+//!
+//! Better to say less than to say what is not so. A cause is named if whole scenes, stepped with the mistake put in, are
+//! the submission's traces, and the scenes that passed stay as they are. A feature is named without a cause if it is the
+//! only one whose scenes are exactly those that fail. Otherwise nothing is named.
+
+mod evidence;
+mod feature;
+mod fit;
+mod form;
+mod judged;
+mod scope;
+mod search;
+mod tasks;
+mod trace;
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use crate::change::{Change, Place, Term, rounds};
+use rayon::prelude::*;
+use scene::schema::{Convergence, Matrix};
+use scene::{ForceElement, Scene};
+use simulator::force;
+use simulator::integrator;
+
+use crate::explanation::Explanation;
+use crate::roots::Roots;
+use crate::steps::Evidence;
+
+use evidence::SceneEvidence;
+pub use feature::{Family, Feature, Part, Symptom};
+use form::Kind;
+pub use judged::{ContextRow, Diagnosis, FirstWrong, Found, JudgedScene, Outcome, Restarts};
+use scope::Failing;
+use search::Cause;
+pub use tasks::of_passed as tasks_of_passed;
+pub use tasks::{TaskFinding, TaskVerdict};
+pub use trace::is_recorded;
+
+/// Minimum number of failing scenes from which a feature is inferred.
+const FEW: usize = 2;
+
+/// What was found in a submission.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Findings {
+    /// The findings, in the order in which a student should read them.
+    pub list: Vec<Finding>,
+    /// What is implemented and what to do next; `None` if the submission lacks nothing, or has nothing.
+    pub progress: Option<Progress>,
+    /// The tasks of the hand-out on rounds of local and global steps; empty unless all scenes are of that method.
+    pub tasks: Vec<TaskFinding>,
+}
+
+/// A finding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// Its kind.
+    pub kind: FindingKind,
+    /// The feature at fault; several if each explains everything alike.
+    pub features: Vec<Feature>,
+    /// The mistake as a sentence, one for each feature; the same for features at fault together, which follow each other.
+    pub words: Vec<String>,
+    /// The scenes that it explains, by name.
+    pub scenes: Vec<String>,
+    /// Scenes in which Newton's method converges slowly or not at all with the mistake: neither for nor against it.
+    pub open: usize,
+    /// Wrong scenes in which the mistake acts, and that nothing explains.
+    pub unexplained: usize,
+}
+
+/// How sure a finding is, and of what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FindingKind {
+    /// A fault of the output.
+    Output,
+    /// A mistake, proven by replay.
+    Cause,
+    /// A feature whose scenes are wrong, without a cause.
+    Feature,
+    /// Runs that crash, do not end or take too much memory.
+    Ends(Symptom),
+    /// Implicit steps that satisfy their equation, with another solution.
+    OtherRoot,
+    /// What scenes that are wrong for no known reason have in common. It may be right.
+    Common,
+    /// A feature that is not there.
+    NotImplemented,
+}
+
+impl FindingKind {
+    /// The machine-readable name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Output => "output",
+            Self::Cause => "cause",
+            Self::Feature => "feature",
+            Self::Ends(symptom) => symptom.name(),
+            Self::OtherRoot => "other-root",
+            Self::Common => "common",
+            Self::NotImplemented => "not-implemented",
+        }
+    }
+}
+
+impl Finding {
+    /// The finding as a sentence.
+    pub fn sentence(&self) -> String {
+        let mut all = self.words.clone();
+        all.dedup();
+        let all = all.join(", or ");
+        match self.kind {
+            FindingKind::Feature => format!("Look at {all}"),
+            FindingKind::NotImplemented => format!("Not implemented: {all}"),
+            FindingKind::Ends(symptom) => format!("{symptom}: {all}"),
+            FindingKind::Common => format!("No cause found; the scenes share {all}"),
+            FindingKind::Output | FindingKind::Cause | FindingKind::OtherRoot => all,
+        }
+    }
+
+    /// The order in which features that are not there should be made: that of the registries.
+    fn in_order_of_work(&self) -> usize {
+        let forces = force::REGISTRY.len();
+        match (self.kind, self.features.first()) {
+            (FindingKind::NotImplemented, Some(Feature::Force(part))) => {
+                force::REGISTRY.iter().position(|kind| kind.schema.tag == part.tag()).unwrap_or(0)
+            }
+            (FindingKind::NotImplemented, Some(Feature::Integrator(name))) => {
+                let place = integrator::REGISTRY.iter().position(|kind| kind.schema.name == *name);
+                forces + place.unwrap_or(0)
+            }
+            _ => 0,
+        }
+    }
+
+    /// What the findings take for granted: the symbols of formulas, and the hand-outs' sign convention.
+    pub fn notes<'a>(list: impl Iterator<Item = &'a Self> + Clone) -> Vec<&'static str> {
+        let causes = || list.clone().filter(|finding| finding.kind == FindingKind::Cause);
+        let is_of_pair = |feature: &Feature| match feature {
+            Feature::Force(part) | Feature::Jacobian(part) => part.schema().stencil.size() == 2,
+            _ => false,
+        };
+        let is_symbol = |word: &str| ["d", "l", "n", "w", "nᵀ", "wᵀ", "n·w"].contains(&word);
+        let mut words = causes()
+            .filter(|finding| finding.features.iter().any(is_of_pair))
+            .flat_map(|finding| &finding.words)
+            .flat_map(|words| words.split(|c: char| c.is_whitespace() || "(),/".contains(c)));
+        let is_jacobian = |finding: &Self| {
+            finding.features.iter().all(|feature| matches!(feature, Feature::Jacobian(_)))
+        };
+        let mut notes = Vec::new();
+        if words.any(is_symbol) {
+            notes.push("Of particles i and j: d = x_i − x_j, l = |d|, n = d/l, w = v_i − v_j.");
+        }
+        if causes().any(is_jacobian) {
+            notes.push(
+                "In the starter code, accumulateddUdxdx adds −dF/dx and accumulateddUdxdv adds −dF/dv.",
+            );
+        }
+        notes
+    }
+
+    /// The evidence in words.
+    pub fn evidence(&self) -> String {
+        let count = self.scenes.len();
+        let scenes = |count: usize| {
+            if count == 1 { "1 scene".to_owned() } else { format!("{count} scenes") }
+        };
+        let open = match self.open {
+            0 => String::new(),
+            open => format!(
+                "; {open} more say nothing of it, as Newton's method hardly converges with this mistake"
+            ),
+        };
+        match self.kind {
+            FindingKind::Cause => {
+                let all = scenes(count + self.unexplained);
+                let rest = if self.unexplained > 0 {
+                    "; what else is wrong in the others is not clear"
+                } else {
+                    ""
+                };
+                format!(
+                    "proven: reproduces your traces in {count} of {all} where it acts{rest}{open}"
+                )
+            }
+            FindingKind::Feature => {
+                format!("wrong in {}; no change that grade tries explains it", scenes(count))
+            }
+            FindingKind::OtherRoot => {
+                format!("{}: the step solves the same equation; another solution", scenes(count))
+            }
+            FindingKind::Output
+            | FindingKind::Ends(_)
+            | FindingKind::Common
+            | FindingKind::NotImplemented => scenes(count),
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.sentence(), self.evidence())
+    }
+}
+
+/// What an unfinished submission has, and what comes next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// What is implemented.
+    pub implemented: Vec<String>,
+    /// The simplest thing that is not: in words, and a scene.
+    pub next: Option<(String, String)>,
+}
+
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Implemented: {}", self.implemented.join(", "))?;
+        match &self.next {
+            Some((what, scene)) => write!(f, "; next: {what}, scene {scene}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl From<Place> for Feature {
+    fn from(place: Place) -> Self {
+        let part = |term: Term| match term.part {
+            "" => Part::All(term.tag),
+            part => Part::One(term.tag, part),
+        };
+        match place {
+            Place::Force(term) | Place::ForceUnder(term, _) => Self::Force(part(term)),
+            Place::Jacobian(term) => Self::Jacobian(part(term)),
+            Place::Integrator(name) => Self::Integrator(name),
+            Place::Fixed(None) => Self::Fixed(Family::Any),
+            Place::Fixed(Some(false)) => Self::Fixed(Family::Explicit),
+            Place::Fixed(Some(true)) => Self::Fixed(Family::Implicit),
+            Place::FixedUnder(name) => Self::Fixed(Family::of(name)),
+            Place::Task(task) => Self::Task(task),
+            Place::Reading => Self::Reading,
+        }
+    }
+}
+
+/// The terms of a scene.
+fn terms(scene: &Scene) -> BTreeSet<Term> {
+    let in_element = |element: &ForceElement| {
+        let is_there =
+            |term: &Term| term.part.is_empty() || element.has_part(element.schema.part(term.part));
+        Term::of(element.schema).into_iter().filter(is_there).collect::<Vec<Term>>()
+    };
+    scene.forces.iter().flat_map(in_element).collect()
+}
+
+/// Simplest first: number of terms, then the forces and the integrator in the order of the registries, then the size.
+fn simplicity(scene: &Scene) -> [usize; 5] {
+    let of_force = |tag: &str| force::REGISTRY.iter().position(|kind| kind.schema.tag == tag);
+    let last = scene.forces.iter().filter_map(|element| of_force(element.schema.tag)).max();
+    let order = integrator::REGISTRY.iter().position(|k| k.schema.name == scene.integrator.name);
+    let (force, order) = (last.unwrap_or(0), order.unwrap_or(usize::MAX));
+    [terms(scene).len(), force, order, scene.particles.len(), scene.forces.len()]
+}
+
+impl Findings {
+    /// Looks for what is wrong in a submission, from all its scenes together. Returns the findings, and what is found in
+    /// each scene.
+    pub fn of(judged: &[JudgedScene<'_>]) -> (Self, Vec<Found>) {
+        let mut scenes: Vec<SceneEvidence<'_>> = judged.par_iter().map(SceneEvidence::of).collect();
+        // A message of the compiler is in the report already.
+        if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
+            return (Self::default(), vec![Found::default(); judged.len()]);
+        }
+        let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
+        let mut list = Vec::new();
+        list.extend(outputs(&mut scenes));
+        let other_roots = other_roots(&mut scenes, &roots);
+        let causes = search::causes(&mut scenes);
+        // A wrong Jacobian leads Newton's method elsewhere.
+        let has_wrong_jacobian = scenes
+            .iter()
+            .any(|scene| scene.is_suspect() && !scene.explained && is_linearized(scene));
+        let is_known = |cause: &Cause| matches!(cause.change().place, Place::Jacobian(_));
+        if !has_wrong_jacobian && !causes.iter().any(is_known) {
+            list.extend(other_roots);
+        }
+        list.extend(causes.iter().map(|cause| of_cause(cause, is_lack(cause, &causes), &scenes)));
+        let to_look_at = features(&scenes, &causes);
+        list.extend(common(&scenes, &to_look_at));
+        list.extend(to_look_at);
+        list.extend(ends(&scenes));
+        let mut found = Vec::new();
+        for (number, (scene, root)) in scenes.iter().zip(&roots).enumerate() {
+            let lacks = causes.iter().find(|c| is_lack(c, &causes) && c.scenes.contains(&number));
+            let lacks = lacks.map(|cause| cause.change().words.clone());
+            let is_wrong = !scene.passed && scene.steps.total > 0;
+            let diagnosis = is_wrong.then(|| {
+                let acting = causes
+                    .iter()
+                    .filter(|cause| cause.scenes.contains(&number) && scene.explained)
+                    .filter(|cause| cause.change().acts_in(scene.judged.scene));
+                let changes: Vec<Change> = acting.map(|cause| cause.change().clone()).collect();
+                Diagnosis {
+                    steps: scene.steps.clone(),
+                    causes: changes.iter().map(|change| change.words.clone()).collect(),
+                    other_root: *root,
+                    restarts: None,
+                    explanation: Explanation::of(scene.judged.scene, &scene.evidence, &changes),
+                }
+            });
+            found.push(Found { diagnosis, lacks });
+        }
+        let unnamed = refused(&scenes, &mut list);
+        let tasks = tasks::of(&scenes, &list);
+        list.extend(unnamed);
+        drop_lacking(&mut list);
+        // Stable: causes keep the order in which they were found.
+        list.sort_by_key(|finding| (finding.kind, finding.in_order_of_work()));
+        let progress = progress(judged, &found, &list);
+        (Self { list, progress, tasks }, found)
+    }
+}
+
+/// Drops the advice to look at a force that is not there.
+fn drop_lacking(list: &mut Vec<Finding>) {
+    let tag = |feature: &Feature| match feature {
+        Feature::Force(part) | Feature::Jacobian(part) => Some(part.tag()),
+        _ => None,
+    };
+    let lacks = list.iter().filter(|finding| finding.kind == FindingKind::NotImplemented);
+    let lacking: Vec<&str> = lacks.flat_map(|finding| &finding.features).filter_map(tag).collect();
+    let is_lacking = |feature: &Feature| tag(feature).is_some_and(|tag| lacking.contains(&tag));
+    let kept = |finding: &Finding| {
+        finding.kind != FindingKind::Feature || !finding.features.iter().all(is_lacking)
+    };
+    let kept: Vec<bool> = list.iter().map(kept).collect();
+    let mut kept = kept.into_iter();
+    list.retain(|_| kept.next() == Some(true));
+}
+
+/// Whether a cause is a feature that is not there. A method with a mistake of its own is there.
+fn is_lack(cause: &Cause, causes: &[Cause]) -> bool {
+    let is_of_it = |other: &Cause| !other.is_lack() && other.change().place == cause.change().place;
+    cause.is_lack() && !causes.iter().any(is_of_it)
+}
+
+fn of_cause(cause: &Cause, is_lack: bool, scenes: &[SceneEvidence<'_>]) -> Finding {
+    let kind = if is_lack { FindingKind::NotImplemented } else { FindingKind::Cause };
+    Finding {
+        kind,
+        features: cause.alternatives.iter().map(|change| change.place.into()).collect(),
+        words: cause.alternatives.iter().map(|change| change.words.clone()).collect(),
+        scenes: names(cause.scenes.iter().map(|number| &scenes[*number])),
+        open: cause.open,
+        unexplained: cause.unexplained,
+    }
+}
+
+fn names<'a, 'b: 'a>(scenes: impl Iterator<Item = &'a SceneEvidence<'b>>) -> Vec<String> {
+    scenes.map(|scene| scene.judged.name.to_owned()).collect()
+}
+
+/// The faults of the output; scenes that they spoil are explained.
+fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
+    let mut kinds: Vec<(Kind, Vec<usize>)> = Vec::new();
+    for (number, scene) in scenes.iter_mut().enumerate() {
+        let Some(kind) = scene.kind.clone().filter(|kind| kind.feature().is_some()) else {
+            continue;
+        };
+        scene.explained = true;
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, numbers)) => numbers.push(number),
+            None => kinds.push((kind, vec![number])),
+        }
+    }
+    kinds.sort_by_key(|(_, numbers)| std::cmp::Reverse(numbers.len()));
+    // A fault of most traces can look like another one in a few.
+    let count = |(_, numbers): &(Kind, Vec<usize>)| numbers.len();
+    let all: usize = kinds.iter().map(count).sum();
+    if kinds.first().is_some_and(|first| 4 * count(first) >= 3 * all) {
+        kinds.truncate(1);
+    }
+    let mut list: Vec<Finding> = Vec::new();
+    for (kind, numbers) in kinds {
+        let Some(feature) = kind.feature() else { continue };
+        let found = names(numbers.iter().map(|number| &scenes[*number]));
+        match list.iter_mut().find(|known| known.features == [feature]) {
+            Some(known) => known.scenes.extend(found),
+            None => list.push(Finding {
+                kind: FindingKind::Output,
+                features: vec![feature],
+                words: vec![format!("{feature}: {kind}")],
+                scenes: found,
+                open: 0,
+                unexplained: 0,
+            }),
+        }
+    }
+    list
+}
+
+/// The first wrong step of implicit Euler that satisfies its own equation, counted from 1.
+fn other_root(scene: &SceneEvidence<'_>) -> Option<u64> {
+    let roots = Roots::of(scene.judged.scene).filter(|_| scene.is_suspect())?;
+    let first = scene.evidence.iter().find(|evidence| evidence.is_wrong())?;
+    let Evidence { sample, defect, .. } = first;
+    let size = sample.after.velocities.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let is_solved =
+        roots.solves(sample.step, sample.earlier.as_ref(), &sample.before, &sample.after);
+    (is_solved && defect[1] > 1e-5 * size).then_some(sample.step + 1)
+}
+
+fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Option<Finding> {
+    let mut found = Vec::new();
+    let mut feature = None;
+    for (scene, _) in scenes.iter_mut().zip(roots).filter(|(_, root)| root.is_some()) {
+        (scene.explained, scene.has_other_root) = (true, true);
+        feature = Some(Feature::Integrator(scene.judged.scene.integrator.name));
+        found.push(scene.judged.name.to_owned());
+    }
+    let words = "Newton's method ends at another solution than from the old velocities";
+    Some(Finding {
+        kind: FindingKind::OtherRoot,
+        features: vec![feature?],
+        words: vec![words.to_owned()],
+        scenes: found,
+        open: 0,
+        unexplained: 0,
+    })
+}
+
+/// Whether a step is one step of Newton's method.
+fn is_linearized(scene: &SceneEvidence<'_>) -> bool {
+    let integrator = scene.judged.scene.integrator;
+    integrator.convergence == Convergence::Direct && integrator.matrix == Matrix::Jacobians
+}
+
+/// The features to look at: the one whose scenes are exactly those that are wrong for no proven reason, or those that
+/// remain when every feature of a right scene is set aside.
+fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
+    // What a program does in place of a method that it lacks is no evidence of its other features.
+    let is_missing = |method| {
+        let of_method = |c: &Cause| Feature::from(c.change().place) == Feature::Integrator(method);
+        causes.iter().any(|cause| is_lack(cause, causes) && of_method(cause))
+    };
+    let failing = scenes.iter().filter(|scene| is_unexplained(scene));
+    let failing: Vec<&SceneEvidence<'_>> =
+        failing.filter(|scene| !is_missing(scene.judged.scene.integrator.name)).collect();
+    let lacks =
+        |number: usize| causes.iter().any(|c| is_lack(c, causes) && c.scenes.contains(&number));
+    let right = scenes.iter().enumerate().filter(|(number, scene)| {
+        scene.passed || (scene.explained && scene.steps.total > 0 && !lacks(*number))
+    });
+    let right: Vec<&Scene> = right.map(|(_, scene)| scene.judged.scene).collect();
+    let made: Vec<Change> = causes.iter().map(|cause| cause.change().clone()).collect();
+    let wrong: Vec<Failing<'_>> = failing.par_iter().map(|scene| scene.failing(&made)).collect();
+    let mut found = match scope::only(&wrong, &right, FEW) {
+        Some((Feature::Everything, ..)) => Vec::new(),
+        Some(only) => vec![only],
+        None => scope::eliminated(&wrong, &right, FEW),
+    };
+    // Rounds have formulas of springs of their own, which are tasks.
+    let is_of_rounds = failing.iter().all(|scene| rounds::is_of_rounds(scene.judged.scene));
+    let is_spring = |feature: &Feature| match feature {
+        Feature::Force(part) | Feature::Jacobian(part) => part.tag() == "springforce",
+        _ => false,
+    };
+    found.retain(|(feature, ..)| !(is_of_rounds && is_spring(feature)));
+    // A wrong Jacobian leads Newton's method astray. One step of it, in a scene that passed, shows a right one.
+    let passed = scenes.iter().filter(|scene| scene.passed && is_linearized(scene));
+    let known: BTreeSet<Term> = passed.flat_map(|scene| terms(scene.judged.scene)).collect();
+    found.retain(|(feature, _, numbers)| {
+        let is_open = |number: &usize| {
+            let scene = failing[*number];
+            scene.is_newton() && !terms(scene.judged.scene).is_subset(&known)
+        };
+        !(matches!(feature, Feature::Integrator(_)) && numbers.iter().any(is_open))
+    });
+    let finding = |(feature, detail, numbers): scope::Guilty| Finding {
+        kind: FindingKind::Feature,
+        features: vec![feature],
+        words: vec![in_words(feature, &detail)],
+        scenes: names(numbers.into_iter().map(|number| failing[number])),
+        open: 0,
+        unexplained: 0,
+    };
+    found.into_iter().map(finding).collect()
+}
+
+/// Whether a scene is wrong for no known reason. One without a wrong step shows nothing, unless it is too large for its
+/// steps to be examined.
+fn is_unexplained(scene: &SceneEvidence<'_>) -> bool {
+    let is_wrong =
+        scene.is_suspect() || scene.kind == Some(Kind::Wrong) && !is_recorded(scene.judged.scene);
+    is_wrong && !scene.explained && !scene.open
+}
+
+/// What the scenes have in common that nothing explains and in which no feature stands out: forces, the integrator, fixed
+/// particles. `None` if most scenes that pass have it too.
+fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Option<Finding> {
+    let is_named = |scene: &SceneEvidence<'_>| {
+        found.iter().any(|f| f.scenes.iter().any(|name| name == scene.judged.name))
+    };
+    let failing: Vec<&SceneEvidence<'_>> =
+        scenes.iter().filter(|scene| is_unexplained(scene) && !is_named(scene)).collect();
+    if failing.len() < FEW {
+        return None;
+    }
+    type Test = Box<dyn Fn(&Scene) -> bool>;
+    let mut shared: Vec<(String, Test)> = Vec::new();
+    let in_all = |test: &Test| failing.iter().all(|scene| test(scene.judged.scene));
+    for term in Term::all() {
+        let test: Test = Box::new(move |scene| terms(scene).contains(&term));
+        shared.extend(in_all(&test).then(|| (term.to_string(), test)));
+    }
+    let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
+    let test: Test = Box::new(has_fixed);
+    shared.extend(in_all(&test).then(|| ("fixed particles".to_owned(), test)));
+    for kind in integrator::REGISTRY {
+        let name = kind.schema.name;
+        let test: Test = Box::new(move |scene| scene.integrator.name == name);
+        shared.extend(in_all(&test).then(|| (format!("integrator {name}"), test)));
+    }
+    let passing: Vec<&Scene> =
+        scenes.iter().filter(|scene| scene.passed).map(|scene| scene.judged.scene).collect();
+    let count = |shared: &[(String, Test)]| {
+        passing.iter().filter(|scene| shared.iter().all(|(_, test)| test(scene))).count()
+    };
+    // Without what sets no passing scene apart.
+    let pass = count(&shared);
+    for number in (0..shared.len()).rev() {
+        let one = shared.remove(number);
+        if count(&shared) > pass {
+            shared.insert(number, one);
+        }
+    }
+    if shared.is_empty() || pass >= failing.len() {
+        return None;
+    }
+    let mut all: Vec<String> = shared.into_iter().map(|(name, _)| name).collect();
+    let last = all.pop().unwrap_or_default();
+    let all = if all.is_empty() { last } else { format!("{} and {last}", all.join(", ")) };
+    let rest = match pass {
+        0 => "which no scene that passes has".to_owned(),
+        1 => "which 1 scene that passes has too".to_owned(),
+        pass => format!("which {pass} scenes that pass have too"),
+    };
+    Some(Finding {
+        kind: FindingKind::Common,
+        features: Vec::new(),
+        words: vec![format!("{all}, {rest}")],
+        scenes: names(failing.into_iter()),
+        open: 0,
+        unexplained: 0,
+    })
+}
+
+fn in_words(feature: Feature, circumstances: &str) -> String {
+    match circumstances {
+        "" => feature.to_string(),
+        circumstances => format!("{feature}, {circumstances}"),
+    }
+}
+
+/// The features whose scenes are exactly those that crash, do not end, or take too much memory.
+fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
+    let of = |symptom: Symptom| -> Vec<Finding> {
+        let failing: Vec<&SceneEvidence<'_>> = scenes
+            .iter()
+            .filter(|scene| scene.kind.as_ref().is_some_and(|kind| kind.symptom() == symptom))
+            .collect();
+        let ran = scenes.iter().filter(|scene| scene.passed || scene.judged.states.len() > 1);
+        let right: Vec<&Scene> = ran.map(|scene| scene.judged.scene).collect();
+        let wrong = failing.iter().map(|scene| Failing::of(scene.judged.scene));
+        let wrong: Vec<Failing<'_>> = wrong.collect();
+        let found = match scope::only(&wrong, &right, FEW) {
+            Some(only) => vec![only],
+            None => scope::eliminated(&wrong, &right, FEW),
+        };
+        let finding = |(feature, detail, numbers): scope::Guilty| Finding {
+            kind: FindingKind::Ends(symptom),
+            features: vec![feature],
+            words: vec![in_words(feature, &detail)],
+            scenes: names(numbers.into_iter().map(|number| failing[number])),
+            open: 0,
+            unexplained: 0,
+        };
+        found.into_iter().map(finding).collect()
+    };
+    [Symptom::Crash, Symptom::TimeOut, Symptom::Memory].into_iter().flat_map(of).collect()
+}
+
+/// What the program says that it lacks, one finding for each name.
+fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
+    let mut found: Vec<(Option<String>, Vec<&SceneEvidence<'_>>)> = Vec::new();
+    for scene in scenes {
+        let Outcome::Refused(lacks) = &scene.judged.outcome else { continue };
+        // Without a name, it is that of the integrator if all its scenes are refused, and others are not.
+        let name = scene.judged.scene.integrator.name;
+        let is_its = |other: &&SceneEvidence<'_>| other.judged.scene.integrator.name == name;
+        let is_refused =
+            |other: &SceneEvidence<'_>| matches!(other.judged.outcome, Outcome::Refused(_));
+        let is_integrator =
+            || scenes.iter().filter(is_its).all(is_refused) && !scenes.iter().all(is_refused);
+        let lacks = lacks.clone().or_else(|| is_integrator().then(|| name.to_owned()));
+        match found.iter_mut().find(|(known, _)| *known == lacks) {
+            Some((_, scenes)) => scenes.push(scene),
+            None => found.push((lacks, vec![scene])),
+        }
+    }
+    found.sort_by_key(|(_, scenes)| scenes.iter().map(|scene| scene.simplicity()).min());
+    let finding = |(lacks, scenes): (Option<String>, Vec<&SceneEvidence<'_>>)| {
+        let integrator = simulator::vocabulary();
+        let feature = match &lacks {
+            Some(name) => match integrator.integrator(name) {
+                Some(schema) => Feature::Integrator(schema.name),
+                None => integrator
+                    .force(name)
+                    .map_or(Feature::Everything, |schema| Feature::Force(Part::of(schema)[0])),
+            },
+            None => Feature::Everything,
+        };
+        let words = lacks.unwrap_or_else(|| {
+            "the program refuses scenes, and names no force, method or format that it lacks"
+                .to_owned()
+        });
+        let scenes = names(scenes.into_iter());
+        let known = list.iter_mut().find(|known| {
+            known.kind == FindingKind::NotImplemented && known.words.first() == Some(&words)
+        });
+        match known {
+            Some(known) => {
+                known.scenes.extend(scenes);
+                None
+            }
+            None => Some(Finding {
+                kind: FindingKind::NotImplemented,
+                features: vec![feature],
+                words: vec![words],
+                scenes,
+                open: 0,
+                unexplained: 0,
+            }),
+        }
+    };
+    found.into_iter().filter_map(finding).collect()
+}
+
+/// What is implemented, and the simplest scene of what is not.
+fn progress(judged: &[JudgedScene<'_>], found: &[Found], list: &[Finding]) -> Option<Progress> {
+    let is_lacking = |(scene, found): &(&JudgedScene<'_>, &Found)| {
+        found.lacks.is_some() || matches!(scene.outcome, Outcome::Refused(_))
+    };
+    let lacking: Vec<&JudgedScene<'_>> =
+        judged.iter().zip(found).filter(is_lacking).map(|(scene, _)| scene).collect();
+    if lacking.is_empty() || !list.iter().any(|f| f.kind == FindingKind::NotImplemented) {
+        return None;
+    }
+    let passed = || judged.iter().filter(|scene| scene.outcome == Outcome::Passed);
+    // What a finding names is not said to be there.
+    let named = || list.iter().flat_map(|finding| &finding.features);
+    let mut implemented = Vec::new();
+    if passed().any(|scene| scene.scene.forces.is_empty()) {
+        implemented.push("free motion".to_owned());
+    }
+    for kind in force::REGISTRY {
+        let has = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == kind.schema.tag);
+        let tag = kind.schema.tag;
+        let is_named = named().any(|f| matches!(f, Feature::Force(part) if part.tag() == tag));
+        if !is_named && passed().any(|scene| has(scene.scene)) {
+            implemented.push(kind.schema.title.to_owned());
+        }
+    }
+    for kind in integrator::REGISTRY {
+        let is_of =
+            |scene: &Scene| scene.integrator.name == kind.schema.name && !scene.forces.is_empty();
+        let is_named = named().any(|f| *f == Feature::Integrator(kind.schema.name));
+        if !is_named && passed().any(|scene| is_of(scene.scene)) {
+            implemented.push(kind.schema.name.to_owned());
+        }
+    }
+    let next = lacking.iter().min_by_key(|scene| simplicity(scene.scene)).map(|scene| {
+        let inner = scene.scene;
+        let mut titles: Vec<&str> = Vec::new();
+        for element in &inner.forces {
+            if !titles.contains(&element.schema.title) {
+                titles.push(element.schema.title);
+            }
+        }
+        let what = if titles.is_empty() { "free motion".to_owned() } else { titles.join(" and ") };
+        (format!("{what} under {}", inner.integrator.name), scene.name.to_owned())
+    });
+    if implemented.is_empty() {
+        implemented.push("nothing yet".to_owned());
+    }
+    Some(Progress { implemented, next })
+}

@@ -1,0 +1,75 @@
+//! `grade class DIR --similar`: lists what the sources of hand-ins share. Runs nothing.
+
+use std::fs;
+
+use grader::class::entry::{self, ClassEntry};
+use grader::class::similar::{self, Config, Sources};
+use grader::submission::init::{Language, Skeleton};
+use grader::suite::assignment::Assignment;
+use rayon::prelude::*;
+
+use super::setting::refuse_inside;
+use super::{ClassPlace, real, save};
+use crate::args::RootArgs;
+
+use crate::inputs::assignments_below;
+use crate::output::print;
+use crate::stop::{Exit, Stop};
+
+pub(super) fn list(args: &ClassPlace, root: &RootArgs) -> Result<Exit, Stop> {
+    if let Some(output) = &args.output {
+        refuse_inside(output, &args.folder)?;
+    }
+    let (entries, passed_over) = entry::list(&args.folder).map_err(Stop::about(&args.folder))?;
+    let mut starter = skeletons(root);
+    for folder in &args.starter {
+        // Links are followed in what the caller names, and in nothing that is in it.
+        let place = real(folder)?;
+        let sources = Sources::read("starter code", &place).map_err(Stop::about(folder))?;
+        if sources.is_empty() {
+            let help = "it has no sources in a known language\n  help: name the folder of the starter code";
+            return Err(Stop::about(folder)(help));
+        }
+        starter.push(sources);
+    }
+    let read: Vec<_> = entries
+        .par_iter()
+        .map(|ClassEntry { name, path, .. }| {
+            Sources::read(name, path).map_err(|error| (name.clone(), error.to_string()))
+        })
+        .collect();
+    let (read, unreadable): (Vec<_>, Vec<_>) = read.into_iter().partition(Result::is_ok);
+    let class = read.into_iter().filter_map(Result::ok).collect();
+    let mut similarity = similar::compare(class, &starter, Config::default());
+    similarity.not_compared.extend(unreadable.into_iter().filter_map(Result::err));
+    let others = passed_over.into_iter().map(|other| (other.name, other.reason));
+    similarity.not_compared.extend(others);
+    similarity.not_compared.sort();
+    let mut text = Vec::new();
+    report::similar::write(&mut text, &similarity).map_err(Stop::fault)?;
+    if let Some(output) = &args.output {
+        fs::create_dir_all(output).map_err(Stop::about(output))?;
+        let csv = report::similar::csv(&similarity).map_err(Stop::fault)?;
+        save(&output.join("similar.txt"), &text)?;
+        save(&output.join("similar.csv"), &csv)?;
+    }
+    print(&text)?;
+    Ok(Exit::Passed)
+}
+
+/// What `grade init` writes, in every language, for every assignment that is there.
+fn skeletons(root: &RootArgs) -> Vec<Sources> {
+    let folder = root.find().ok().map(|root| assignments_below(&root));
+    // Hand-ins can be compared without a suite.
+    let assignments = folder.and_then(|folder| Assignment::list(&folder).ok()).unwrap_or_default();
+    let choices = std::iter::once(None).chain(assignments.iter().map(Some));
+    let skeleton = |(language, assignment)| {
+        let skeleton = Skeleton::new(language, assignment);
+        let files = skeleton.sources.iter().map(|(path, text)| (path.as_str(), text.as_str()));
+        Sources::of("skeleton", files)
+    };
+    let all = Language::ALL.into_iter();
+    all.flat_map(|language| choices.clone().map(move |choice| (language, choice)))
+        .map(skeleton)
+        .collect()
+}

@@ -1,0 +1,102 @@
+//! `grade explain`: one scene of a submission in full.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use grader::grading::Checks;
+use grader::suite::selection::{self, Candidate};
+use grader::suite::{Case, Suite};
+use grader::verdict::Verdict;
+
+use crate::args::{JudgeArgs, RunArgs, SuiteArgs};
+use crate::inputs::{Judging, open_oracle};
+use crate::interrupt::Interrupt;
+use crate::output::{print, written};
+use crate::progress::Progress;
+use crate::scenes::Scenes;
+use crate::stop::{Exit, Stop};
+use crate::submission::{named_assignment, open_path};
+
+/// Explain one scene that failed: the findings, the first step that is wrong by itself, and its equation with the numbers put in
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  grade explain Spring/compressed-strut-explicit my-simulator
+  grade explain assets/Spring/compressed-strut-explicit.xml my-simulator --assignment t1m1
+
+Exit codes: 0 the scene passed, 1 it failed, 2 bad usage or input, 3 it could not be judged, 130 interrupted (Ctrl-C).")]
+pub(crate) struct ExplainArgs {
+    /// The scene: GROUP/SCENE, as reports name it, or the path of its file
+    #[arg(value_name = "SCENE")]
+    scene: String,
+
+    /// Submission: a program, a folder with submission.toml, or a folder of traces. All its scenes are graded, as a
+    /// mistake is proven by many
+    #[arg(value_name = "SUBMISSION")]
+    submission: PathBuf,
+
+    #[command(flatten)]
+    run: RunArgs,
+
+    #[command(flatten)]
+    judge: JudgeArgs,
+
+    #[command(flatten)]
+    suite: SuiteArgs,
+}
+
+impl ExplainArgs {
+    /// Grades all scenes, and explains one.
+    pub(crate) fn run(&self) -> Result<Exit, Stop> {
+        let interrupt = Interrupt::listen()?;
+        let of_submission = named_assignment(&self.submission);
+        let judging = Judging { of_submission: of_submission.as_deref(), ..self.judge.judging() };
+        let inputs = self.suite.read_for(&judging)?;
+        let id = find(&inputs.suite, &self.scene)?.id.clone();
+        let oracle = open_oracle(&inputs.expected)?;
+        let progress = Progress::new(!self.judge.no_progress, interrupt.clone());
+        let (submission, protection) = open_path(&self.submission, &self.run, &inputs, &[])?;
+        let scenes = Scenes::new(&progress, None);
+        let grader = inputs.grader(&oracle, Checks::default(), &scenes);
+        let grading = grader.grade(&submission, protection);
+        drop(progress);
+        if let Some(interrupted) = grading.interrupted {
+            return Err(Stop(Exit::Interrupted, interrupted.to_string()));
+        }
+        let mut all = grading.features.iter().flat_map(|feature| &feature.scenes);
+        let scene =
+            all.find(|scene| scene.id == id).ok_or_else(|| Stop::fault("a scene is missing"))?;
+        print(&written(|out| report::explanation::write(out, &grading, scene))?)?;
+        Ok(match scene.comparison.verdict {
+            Verdict::Pass => Exit::Passed,
+            Verdict::Fail(_) => Exit::Failed,
+            Verdict::GraderFault(_) => Exit::GraderFault,
+        })
+    }
+}
+
+/// The scene of this name, or in this file, or the only one that the pattern chooses.
+fn find<'a>(suite: &'a Suite, name: &str) -> Result<&'a Case, Stop> {
+    if let Ok(path) = std::fs::canonicalize(name) {
+        let is_it = |case: &&Case| {
+            let file = case.files.first();
+            file.is_some_and(|file| std::fs::canonicalize(&file.path).ok().as_ref() == Some(&path))
+        };
+        if let Some(case) = suite.cases.iter().find(is_it) {
+            return Ok(case);
+        }
+    }
+    let candidates: Vec<Candidate<'_>> = suite.cases.iter().map(Candidate::from).collect();
+    let chosen = selection::choose(&[name.to_owned()], &candidates).map_err(Stop::bad_input)?;
+    let chosen = suite.cases.iter().zip(chosen).filter(|(_, chosen)| *chosen);
+    let chosen: Vec<&Case> = chosen.map(|(case, _)| case).collect();
+    match chosen.as_slice() {
+        [case] => Ok(case),
+        [first, ..] => Err(Stop::bad_input(format!(
+            "{name}: {} scenes\n  help: name one, such as {}",
+            chosen.len(),
+            first.id
+        ))),
+        [] => Err(Stop::bad_input(format!("{name}: no such scene"))),
+    }
+}

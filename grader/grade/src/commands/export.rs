@@ -1,0 +1,437 @@
+//! `grade export`: writes what a course gives to a platform.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use grader::boundary::own_file;
+use grader::suite::Section;
+use platforms::archive;
+use platforms::github;
+use platforms::gradescope::export::{self, GLIBC, Program, Settings};
+use platforms::package::{PackageFile, add_folder, check_portable};
+use platforms::prairielearn;
+use scene::output::OutputFile;
+
+use crate::args::SuiteArgs;
+use crate::inputs::{Folders, Inputs, Judging, open_oracle};
+use crate::output::{leads_into, write_bytes, write_file};
+use crate::stop::{Exit, Stop, complain};
+
+#[derive(Subcommand)]
+pub(crate) enum ExportCommand {
+    Gradescope(GradescopeArgs),
+    Prairielearn(PrairielearnArgs),
+    Github(GithubArgs),
+}
+
+impl ExportCommand {
+    pub(crate) fn run(&self) -> Result<Exit, Stop> {
+        match self {
+            Self::Gradescope(args) => args.run(),
+            Self::Prairielearn(args) => args.run(),
+            Self::Github(args) => args.run(),
+        }
+    }
+}
+
+/// What a platform grades.
+#[derive(Args)]
+struct ContentArgs {
+    /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
+    #[arg(long, value_name = "NAME")]
+    assignment: Option<String>,
+
+    /// Folder of hidden scenes [default: the rubric's folder]
+    #[arg(long, value_name = "DIR")]
+    hidden: Option<PathBuf>,
+
+    #[command(flatten)]
+    suite: SuiteArgs,
+}
+
+/// The content of a package.
+#[derive(Args)]
+struct PackageArgs {
+    #[command(flatten)]
+    content: ContentArgs,
+
+    /// Debian package that submissions need (repeatable)
+    #[arg(long, value_name = "NAME", default_values = ["build-essential", "cmake", "python3"])]
+    package: Vec<String>,
+}
+
+/// Write the zip of a Gradescope autograder, with grade, the scenes, the oracle and the rubric
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  grade export gradescope --assignment t1m3 -o autograder.zip")]
+pub(crate) struct GradescopeArgs {
+    /// Write the zip to this file
+    #[arg(short, long, value_name = "FILE", default_value = "autograder.zip")]
+    output: PathBuf,
+
+    /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program if it is one, else its source]
+    #[arg(long, value_name = "FILE")]
+    program: Option<PathBuf>,
+
+    /// Seconds after which grade ends, so that it can still write results; set Gradescope's own limit higher
+    #[arg(long, value_name = "N", default_value_t = 540, value_parser = clap::value_parser!(u32).range(1..=2400))]
+    seconds: u32,
+
+    #[command(flatten)]
+    content: PackageArgs,
+}
+
+/// Write a PrairieLearn course folder with one question, and the Dockerfile of its grader
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  grade export prairielearn --assignment t1m3 --image course/spring-oracle -o my-course")]
+pub(crate) struct PrairielearnArgs {
+    /// Write into this course folder; its other files stay
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    /// The name of the image in a registry, such as course/spring-oracle
+    #[arg(long, value_name = "NAME")]
+    image: String,
+
+    /// File that students hand in (repeatable)
+    #[arg(long, value_name = "NAME", default_values = ["submission.toml", "simulate.cpp"], value_parser = parse_file_name)]
+    file: Vec<String>,
+
+    /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program]
+    #[arg(long, value_name = "FILE")]
+    program: Option<PathBuf>,
+
+    /// Seconds after which grade ends, so that it can still write results
+    #[arg(long, value_name = "N", default_value_t = 540, value_parser = clap::value_parser!(u32).range(1..=540))]
+    seconds: u32,
+
+    #[command(flatten)]
+    content: PackageArgs,
+}
+
+/// Write a workflow of GitHub Actions for a template repository, with points for GitHub Classroom
+#[derive(Args)]
+#[command(mut_arg("hidden", |arg| {
+    arg.help("Refused: students can edit the workflow, and read what it reads").hide(true)
+}))]
+#[command(after_help = "\
+Examples:
+  grade export github --assignment t1m3 --repository course/spring-oracle -o template")]
+pub(crate) struct GithubArgs {
+    /// Write the workflow into this repository: a folder with the files that students start from
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    /// The repository on GitHub that holds Spring Oracle, with the scenes and the oracle
+    #[arg(long, value_name = "OWNER/NAME", value_parser = parse_repository)]
+    repository: String,
+
+    /// Its branch, tag or commit
+    #[arg(long, value_name = "NAME", default_value = "main")]
+    reference: String,
+
+    /// Minutes after which the job ends
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=360))]
+    minutes: u32,
+
+    #[command(flatten)]
+    content: ContentArgs,
+}
+
+fn parse_file_name(text: &str) -> Result<String, &'static str> {
+    if is_file_name(text) {
+        Ok(text.to_owned())
+    } else {
+        Err("expected letters, digits, - _ and .")
+    }
+}
+
+fn parse_repository(text: &str) -> Result<String, &'static str> {
+    match text.split_once('/') {
+        Some((owner, name)) if is_file_name(owner) && is_file_name(name) => Ok(text.to_owned()),
+        _ => Err("expected OWNER/NAME"),
+    }
+}
+
+fn is_file_name(text: &str) -> bool {
+    let is_allowed = |it: char| it.is_ascii_alphanumeric() || "-_.".contains(it);
+    !text.is_empty() && text.chars().all(is_allowed)
+}
+
+impl ContentArgs {
+    /// Reads what a package contains; every scene in it can be judged.
+    fn read(&self) -> Result<Inputs, Stop> {
+        let inputs = self.suite.read_for(&Judging {
+            hidden: self.hidden.as_deref(),
+            assignment: self.assignment.as_deref(),
+            ..Judging::default()
+        })?;
+        check_oracle(&inputs)?;
+        Ok(inputs)
+    }
+}
+
+impl GradescopeArgs {
+    /// Writes the zip of a Gradescope autograder.
+    fn run(&self) -> Result<Exit, Stop> {
+        let inputs = self.content.content.read()?;
+        let program = choose_program(self.program.as_deref())?;
+        let is_source = program == Program::Source;
+        let settings = Settings {
+            assignment: inputs.assignment_name().to_owned(),
+            hidden: inputs.hidden.is_some(),
+            packages: self.content.package.clone(),
+            seconds: self.seconds,
+        };
+        let mut files = export::files(program, &settings).map_err(Stop::fault)?;
+        add_suite(&mut files, "suite/", &self.content.content.suite, &inputs)?;
+        if is_source {
+            add_source(&mut files, &self.content.content.suite)?;
+        }
+        let unwritable = Stop::about(&self.output);
+        let mut out = OutputFile::create(&self.output).map_err(&unwritable)?;
+        archive::write(&mut out as &mut dyn Write, &files).map_err(&unwritable)?;
+        out.commit().map_err(&unwritable)?;
+        self.announce(&inputs, is_source);
+        Ok(Exit::Passed)
+    }
+
+    /// Says what is in the package, and what to enter on the platform.
+    fn announce(&self, inputs: &Inputs, is_source: bool) {
+        let mut features: Vec<_> = inputs.suite.cases.iter().map(|case| &case.feature).collect();
+        if let Some((hidden, _)) = &inputs.hidden {
+            features.extend(hidden.cases().iter().map(|case| &case.feature));
+        }
+        features.sort();
+        features.dedup();
+        let points = |section| {
+            let features = features.iter().filter(|feature| feature.section == section);
+            features.map(|feature| inputs.rubric.points(feature)).sum::<f64>()
+        };
+        let shown = grader::grading::points::shown;
+        complain("note", format!("{}: upload it as it is", self.output.display()));
+        let (required, extra) = (points(Section::Required), points(Section::ExtraCredit));
+        let beyond = match extra {
+            extra if extra > 0.0 => format!("; {} points of extra credit are beyond", shown(extra)),
+            _ => String::new(),
+        };
+        let required = shown(required);
+        complain(
+            "note",
+            format!("set the autograder points of the assignment to {required}{beyond}"),
+        );
+        if is_source {
+            complain(
+                "note",
+                "this program does not fit the platform; its source is built there, in about ten minutes",
+            );
+        }
+        if inputs.rubric.hidden().is_some() && inputs.hidden.is_none() {
+            complain(
+                "warning",
+                "the rubric has hidden scenes, but their folder is not here; name it with --hidden",
+            );
+        }
+    }
+}
+
+impl PrairielearnArgs {
+    /// Writes a PrairieLearn course folder.
+    fn run(&self) -> Result<Exit, Stop> {
+        let inputs = self.content.content.read()?;
+        let Program::Built(program) = choose_program(self.program.as_deref())? else {
+            return Err(Stop::bad_input(
+                "this program does not run in the image\n  help: name a grade for x86-64 Linux with --program; \
+                 docs/prairielearn.md says how to build a static one",
+            ));
+        };
+        let assignment = inputs.assignment.as_ref();
+        let name = inputs.assignment_name().to_owned();
+        let settings = prairielearn::export::Settings {
+            title: assignment
+                .map_or("Mass-spring simulator", |assignment| &assignment.title)
+                .to_owned(),
+            uuid: uuid_of(&name),
+            assignment: name,
+            image: self.image.clone(),
+            files: self.file.clone(),
+            hidden: inputs.hidden.is_some(),
+            packages: self.content.package.clone(),
+            seconds: self.seconds,
+        };
+        let mut files = prairielearn::export::files(program, &settings).map_err(Stop::fault)?;
+        let suite = format!("{}tests/suite/", settings.question());
+        add_suite(&mut files, &suite, &self.content.content.suite, &inputs)?;
+        for PackageFile { path, bytes, is_program } in &files {
+            write_below(&self.output.join(path), bytes, *is_program)?;
+        }
+        let image = self.output.join("image");
+        complain(
+            "note",
+            format!("build and push the image: docker build -t {} {}", self.image, image.display()),
+        );
+        complain("note", format!("add the question {} to an assessment", settings.question()));
+        Ok(Exit::Passed)
+    }
+}
+
+impl GithubArgs {
+    /// Writes the workflow of a template repository.
+    fn run(&self) -> Result<Exit, Stop> {
+        let inputs = self.content.read()?;
+        self.keep_hidden_out(&inputs)?;
+        let settings = github::export::Settings {
+            repository: self.repository.clone(),
+            reference: self.reference.clone(),
+            assignment: inputs.assignment_name().to_owned(),
+            minutes: self.minutes,
+        };
+        let path = self.output.join(github::export::PATH);
+        let unwritable = Stop::about(&path);
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder).map_err(&unwritable)?;
+        }
+        write_file(&path, github::export::workflow(&settings).as_bytes()).map_err(&unwritable)?;
+        complain("note", format!("{}: commit it to the template repository", path.display()));
+        Ok(Exit::Passed)
+    }
+
+    /// Refuses hidden scenes that the workflow could read: students can edit it.
+    fn keep_hidden_out(&self, inputs: &Inputs) -> Result<(), Stop> {
+        let root = self.content.suite.folders()?.assets;
+        let root = root.parent().unwrap_or(Path::new(""));
+        let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
+        let of_rubric = inputs.hidden.as_ref().map(|(_, folder)| folder);
+        let is_inside = |folder: &&PathBuf| leads_into(folder, root).unwrap_or(true);
+        let Some(folder) = self.content.hidden.as_ref().or(of_rubric.filter(is_inside)) else {
+            return Ok(());
+        };
+        Err(Stop::bad_input(format!(
+            "{}: students can edit the workflow, and read what it reads: hidden scenes stay out of it and of {}\n  help: \
+             leave out --hidden, keep hidden scenes outside of {1}, and grade them with `grade class --hidden` or in a \
+             repository that students cannot write to (docs/github.md)",
+            folder.display(),
+            root.display()
+        )))
+    }
+}
+
+/// An identifier of the question, the same whenever it is exported again.
+fn uuid_of(assignment: &str) -> String {
+    use sha2::{Digest, Sha256};
+    let hash = Sha256::digest(format!("spring-oracle {assignment}"));
+    let hex: String = hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect();
+    // Version 8: of the issuer's own making.
+    format!("{}-{}-8{}-a{}-{}", &hex[..8], &hex[8..12], &hex[13..16], &hex[17..20], &hex[20..])
+}
+
+/// Writes a file, and the folders that it lies in.
+fn write_below(path: &Path, bytes: &[u8], is_program: bool) -> Result<(), Stop> {
+    let written = || {
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        write_bytes(path, bytes)?;
+        #[cfg(unix)]
+        if is_program {
+            use std::os::unix::fs::PermissionsExt;
+            fs::set_permissions(path, fs::Permissions::from_mode(0o755))?;
+        }
+        Ok(())
+    };
+    written().map_err(Stop::about::<std::io::Error>(path))
+}
+
+/// Checks that every scene can be judged.
+fn check_oracle(inputs: &Inputs) -> Result<(), Stop> {
+    let oracle = open_oracle(&inputs.expected)?;
+    let faults = inputs.suite.cases.iter().filter_map(|case| Some((case, oracle.fault(case)?)));
+    match faults.into_iter().next() {
+        Some((case, fault)) => Err(Stop::bad_input(format!("{}: {fault}", case.id))),
+        None => Ok(()),
+    }
+}
+
+/// The named program, or this one, or else the source.
+fn choose_program(named: Option<&Path>) -> Result<Program, Stop> {
+    let path = match named {
+        Some(path) => path.to_path_buf(),
+        None => std::env::current_exe().map_err(Stop::fault)?,
+    };
+    let bytes = own_file::read(&path).map_err(Stop::about(&path))?;
+    match (check_portable(&bytes, GLIBC), named) {
+        (Ok(()), _) => Ok(Program::Built(bytes)),
+        (Err(_), None) => Ok(Program::Source),
+        (Err(error), Some(path)) => Err(Stop::bad_input(format!(
+            "{}: does not run on the platform: {error}\n  help: leave out --program, and the platform builds the source",
+            path.display()
+        ))),
+    }
+}
+
+/// Adds the scenes, their traces, the rubric and the hidden scenes.
+fn add_suite(
+    files: &mut Vec<PackageFile>,
+    prefix: &str,
+    suite: &SuiteArgs,
+    inputs: &Inputs,
+) -> Result<(), Stop> {
+    let Folders { assets, extra_credit, expected } = suite.folders()?;
+    let mut add = |folder: &Path, name: &str, is_kept: &dyn Fn(&str) -> bool| {
+        add_folder(files, folder, &format!("{prefix}{name}/"), is_kept).map_err(Stop::bad_input)
+    };
+    add(&assets, "assets", &|path| path != "rubric.toml")?;
+    if let Some(folder) = extra_credit.filter(|folder| folder.is_dir()) {
+        add(&folder, "extracreditassets", &|_| true)?;
+    }
+    add(&expected, "expected", &|_| true)?;
+    if let Some((_, hidden)) = &inputs.hidden {
+        let parts = ["assets", "extracreditassets", "expected"];
+        let is_part = |path: &str| parts.iter().any(|part| path.split('/').next() == Some(part));
+        add(hidden, "hidden", &is_part)?;
+    }
+    if let Some(path) = &inputs.rubric_path {
+        let mut text = own_file::text(path).map_err(Stop::about(path))?;
+        // The package has them in its own place, and its readers need no path of this machine.
+        if let Some(folder) = inputs.rubric.hidden().and_then(|hidden| hidden.folder.as_ref()) {
+            let folder = folder.display();
+            for written in [format!("\"{folder}\""), format!("'{folder}'")] {
+                text = text.replace(&written, "\"../hidden\"");
+            }
+        }
+        files.push(PackageFile::data(format!("{prefix}assets/rubric.toml"), text.into_bytes()));
+    }
+    Ok(())
+}
+
+/// Adds the source of this program, which is in the folder of the scenes.
+fn add_source(files: &mut Vec<PackageFile>, suite: &SuiteArgs) -> Result<(), Stop> {
+    let assets = suite.folders()?.assets;
+    let root = match assets.parent() {
+        Some(root) if !root.as_os_str().is_empty() => root.to_path_buf(),
+        _ => PathBuf::from("."),
+    };
+    if !root.join("grader/grade/Cargo.toml").is_file() {
+        return Err(Stop::bad_input(format!(
+            "{}: this program does not run on the platform, and its source is not here\n  help: name a grade for x86-64 \
+             Linux with --program, or run this in the source of Spring Oracle",
+            root.display()
+        )));
+    }
+    for name in ["Cargo.toml", "Cargo.lock"] {
+        let path = root.join(name);
+        let bytes = own_file::read(&path).map_err(Stop::about(&path))?;
+        files.push(PackageFile::data(format!("source/{name}"), bytes));
+    }
+    for name in ["grader", "simulator", "docs"] {
+        let is_kept = |path: &str| !path.split('/').any(|part| part == "target");
+        add_folder(files, &root.join(name), &format!("source/{name}/"), &is_kept)
+            .map_err(Stop::bad_input)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,114 @@
+//! `grade oracle generate-hidden`: draws a sibling of each public scene, with its trace.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use grader::oracle::folder;
+use grader::suite::assignment::Assignment;
+use grader::suite::{Case, Section};
+use rayon::prelude::*;
+use selftest::mistake;
+use selftest::sibling::{NoSibling, Sibling, find};
+
+use super::origin;
+use crate::args::SuiteArgs;
+use crate::output::print;
+use crate::stop::{Exit, Stop};
+
+/// Draw a hidden scene for each public one: the same features with other numbers, as well-posed, and catching the same
+/// mistakes
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  grade oracle generate-hidden --assignment t1m3 --seed 20260201 -o hidden
+
+Anyone who knows the seed can draw the same scenes: keep it as secret as the folder. Exit codes: 0 all scenes have a sibling, \
+2 bad usage or input, or a scene has none; nothing is written then.")]
+pub(crate) struct HiddenArgs {
+    /// Only these scenes: a name, a group, an integrator, a pattern with * and ?, or a part of names [default: all]
+    #[arg(value_name = "SCENE")]
+    scenes: Vec<String>,
+
+    /// Only the scenes to which this assignment gives points; `grade assignments` lists them
+    #[arg(long, value_name = "NAME")]
+    assignment: Option<String>,
+
+    /// Seed of the numbers: the same seed draws the same bytes
+    #[arg(long, value_name = "NUMBER")]
+    seed: u64,
+
+    /// Write to this folder, which must not exist
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    suite: SuiteArgs,
+}
+
+impl HiddenArgs {
+    pub(super) fn run(&self) -> Result<Exit, Stop> {
+        // The work of minutes is not to be lost.
+        folder::check_free(&self.output).map_err(Stop::bad_input)?;
+        let cases = self.chosen()?;
+        let mistakes = mistake::all();
+        let found: Vec<Result<Sibling, NoSibling>> =
+            cases.par_iter().map(|case| find(case, self.seed, &mistakes)).collect();
+        let missing: Vec<String> = found
+            .iter()
+            .filter_map(|found| found.as_ref().err())
+            .map(ToString::to_string)
+            .collect();
+        if !missing.is_empty() {
+            return Err(Stop::bad_input(format!(
+                "{}\n  help: try another --seed, or name the scenes that are wanted without these; nothing was written",
+                missing.join("\n")
+            )));
+        }
+        let siblings: Vec<Sibling> = found.into_iter().flatten().collect();
+        let scenes = cases.iter().zip(&siblings);
+        let scenes: Vec<_> =
+            scenes.map(|(case, sibling)| (case.feature.section, &sibling.files)).collect();
+        folder::write(&self.output, &scenes, &origin()).map_err(Stop::bad_input)?;
+        print(describe(&cases, &siblings, &self.output).as_bytes())?;
+        Ok(Exit::Passed)
+    }
+
+    /// The public scenes, each in the section of its folder.
+    fn chosen(&self) -> Result<Vec<Case>, Stop> {
+        let mut inputs = self.suite.read_strictly()?;
+        if let Some(name) = &self.assignment {
+            let assignment =
+                Assignment::load(&inputs.assignments, name).map_err(Stop::bad_input)?;
+            let has_points = |section| section != Section::Unscored;
+            inputs.suite.cases.retain(|case| assignment.section(case).is_some_and(has_points));
+        }
+        inputs.suite.keep_only(&self.scenes).map_err(Stop::bad_input)?;
+        Ok(inputs.suite.cases)
+    }
+}
+
+/// A line for each scene, then what was written, and how to grade with it.
+fn describe(cases: &[Case], siblings: &[Sibling], output: &Path) -> String {
+    let width = cases.iter().map(|case| case.id.len()).max().unwrap_or(0);
+    let mut text = format!("{:width$}  tries  mistakes caught\n", "scene");
+    for (case, Sibling { tries, caught, .. }) in cases.iter().zip(siblings) {
+        let caught = match caught {
+            Some(count) => format!("{count} of {count}"),
+            None => "not tested".to_owned(),
+        };
+        // A string takes everything.
+        let _ = writeln!(text, "{:width$}  {tries:>5}  {caught:>15}", case.id);
+    }
+    let (count, folder) = (siblings.len(), output.display());
+    // From wherever the rubric is.
+    let absolute = std::path::absolute(output).unwrap_or_else(|_| output.to_path_buf());
+    // A string of JSON is one of TOML.
+    let quoted = serde_json::Value::from(absolute.display().to_string());
+    let _ = write!(
+        text,
+        "{folder}: {count} hidden scenes with their traces. Grade with --hidden {folder}, or state in the rubric:\n\n\
+         [hidden]\nfolder = {quoted}\nscenes = {count}\n"
+    );
+    text
+}

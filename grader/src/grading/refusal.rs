@@ -1,0 +1,106 @@
+//! Programs that say that they lack a feature.
+//!
+//! Exit code 77 says so, as in Automake's test suites; so does any other non-zero exit code, or a run without a trace,
+//! with a message that refuses the scene's integrator, one of its forces or its format by name. A message that names a force without refusing it
+//! ("springforce.cpp:12: index out of range") is a crash.
+
+use crate::boundary::printed::RawUse;
+use crate::submission::program::exit_status;
+use crate::suite::Case;
+use crate::verdict::Failure;
+
+/// The exit code of a program that lacks a feature.
+const NOT_IMPLEMENTED: i32 = 77;
+
+/// Words of a refusal, in lower case.
+const REFUSALS: [&str; 14] = [
+    "not implemented",
+    "not yet",
+    "notimplemented",
+    "unimplemented",
+    "unknown",
+    "unsupported",
+    "not supported",
+    "does not support",
+    "unrecognized",
+    "unrecognised",
+    "invalid",
+    "no such",
+    "todo",
+    "keyerror",
+];
+
+/// The failure of a program that says that it lacks a feature of the scene, in the place of a crash or of no trace.
+pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
+    let (Failure::Crashed { detail } | Failure::NoOutput { detail }) = &failure else {
+        return failure;
+    };
+    let Some(status) = exit_status(detail) else { return failure };
+    let lines = || detail.raw(RawUse::Comparison).lines().map(str::to_lowercase);
+    let refused = lines().filter(|line| REFUSALS.iter().any(|word| line.contains(word)));
+    let refused: Vec<String> = refused.collect();
+    let named =
+        names(case).into_iter().find(|name| refused.iter().any(|line| has_word(line, name)));
+    if status != NOT_IMPLEMENTED && named.is_none() {
+        return failure;
+    }
+    // Without a refusal, a name alone is enough where the exit code says the rest.
+    let named =
+        named.or_else(|| names(case).into_iter().find(|name| lines().any(|l| has_word(&l, name))));
+    let detail = match &named {
+        Some(name) => format!("the program does not offer {name}: {}", detail.text()),
+        None => format!("the program does not offer this scene: {}", detail.text()),
+    };
+    Failure::NotImplemented { detail: detail.into(), lacks: named }
+}
+
+/// What a scene needs, by the names that a message may use: its integrator, its forces, its format.
+fn names(case: &Case) -> Vec<String> {
+    let scene = &case.scene;
+    let aliases = scene.integrator.aliases.iter().copied();
+    let mut names: Vec<String> =
+        aliases.chain([scene.integrator.name]).map(str::to_owned).collect();
+    for element in &scene.forces {
+        let tag = element.schema.tag.to_owned();
+        if !names.contains(&tag) {
+            names.push(tag);
+        }
+    }
+    let extension = case.files.first().and_then(|file| file.name.extension());
+    let extension = extension.and_then(|extension| extension.to_str());
+    names.extend(extension.filter(|extension| *extension != "xml").map(str::to_owned));
+    names
+}
+
+/// Whether `name` stands in `line` by itself: not as a part of a longer name, nor as that of a source file. Hyphens and
+/// underscores inside names do not count: `implicit-euler` is the class `ImplicitEuler`.
+fn has_word(line: &str, name: &str) -> bool {
+    let [line, name] = [line, name].map(|text| text.replace(['-', '_'], ""));
+    let is_part = |c: char| c.is_alphanumeric();
+    line.match_indices(&name).any(|(place, _)| {
+        let before = line[..place].chars().next_back();
+        let mut after = line[place + name.len()..].chars();
+        let next = after.next();
+        let is_file = next == Some('.') && after.next().is_some_and(char::is_alphanumeric);
+        !before.is_some_and(is_part) && !next.is_some_and(is_part) && !is_file
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn force_names_match_whole_words() {
+        for (line, is_there) in [
+            ("unknown force springforce", true),
+            ("keyerror: 'springforce'", true),
+            ("springforce is not implemented.", true),
+            ("springforce.cpp:12: invalid index", false),
+            ("unknown greenspringforce", false),
+            ("unknown springforce-2", false),
+        ] {
+            assert_eq!(has_word(line, "springforce"), is_there, "{line}");
+        }
+    }
+}

@@ -3,113 +3,163 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use clap::{Arg, Args, Command, Subcommand};
+use clap::builder::PossibleValue;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use scene::output::OutputFile;
+use scene::schema::IntegratorSchema;
 use scene::write::{self, WriteError};
-use scene::{MAX_FILE_SIZE, Scene};
-use simulator::generate::{
-    Beam, Bodies, Chain, Cloth, GenerateError, Generator, Net, REGISTRY, Ring,
-};
+use scene::{Dimension, MAX_FILE_SIZE, Scene};
+use simulator::generate::options::{GeneratorOption, OptionValue, Rule};
+use simulator::generate::{GeneratorKind, REGISTRY, SpringLaw, parse_integrator, parse_option};
 
 use super::Failure;
 
-/// Write a scene of a kind, of any size, as XML.
-#[derive(Args)]
-pub(super) struct Generate {
-    #[command(subcommand)]
-    generator: GeneratorCommand,
+/// The scene file to write.
+const OUTPUT: &str = "output";
+
+/// The arguments of `simulate generate`: those of the generators' subcommands.
+pub(super) struct Generate(ArgMatches);
+
+impl FromArgMatches for Generate {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self(matches.clone()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0 = matches.clone();
+        Ok(())
+    }
 }
 
-#[derive(Subcommand)]
-enum GeneratorCommand {
-    /// Square net of the slides: side 1, rows, columns and diagonals, stretched or hung
-    ///
-    /// n segments a side make (n+1)² particles and 4n² + 2n springs.
-    Net(Options<Net>),
-    /// Chain that swings from a fixed end
-    ///
-    /// n links make n + 1 particles and n springs. At rest, the uppermost spring is stretched by
-    /// n · mass · gravity / stiffness.
-    Chain(Options<Chain>),
-    /// Cloth held by two corners: structural, shear and bend springs
-    ///
-    /// nx by ny cells make (nx+1)(ny+1) particles, nx(ny+1) + (nx+1)ny structural and 2 nx ny shear
-    /// springs, and (nx−1)(ny+1) + (nx+1)(ny−1) bend springs. With --tilt 0 the scene has two
-    /// dimensions, otherwise three.
-    Cloth(Options<Cloth>),
-    /// Spinning ring, or a wheel with spokes
-    ///
-    /// n particles on the circle and n springs; spokes add a hub and n springs.
-    Ring(Options<Ring>),
-    /// Lattice of cubes clamped at one end, in three dimensions
-    ///
-    /// nx by ny by nz cubes make (nx+1)(ny+1)(nz+1) particles, joined along the edges, face diagonals and
-    /// space diagonals of every cube.
-    Beam(Options<Beam>),
-    /// Random bodies under their own gravitation
-    ///
-    /// A heavy body in the middle and n around it, and gravitation between each two: n(n+1)/2 forces
-    /// (n(n−1)/2 with --central-mass 0). Zero momentum; bound if --virial is below 2.
-    Bodies(Options<Bodies>),
+impl Args for Generate {
+    fn augment_args(command: Command) -> Command {
+        command
+            .about("Write a scene of a kind, of any size, as XML")
+            .subcommand_required(true)
+            .arg_required_else_help(true)
+            .subcommands(REGISTRY.iter().map(command_of))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
 }
 
-/// The options of a generator, and the output.
-#[derive(Args)]
-struct Options<G: Args> {
-    #[command(flatten)]
-    generator: G,
-
-    /// Scene file to write [default: standard output]
-    #[arg(short, long, value_name = "SCENE", help_heading = "Stepping and output")]
-    output: Option<PathBuf>,
+fn command_of(kind: &'static GeneratorKind) -> Command {
+    let mut generator = (kind.default)();
+    let options = generator.options();
+    let names: Vec<&str> = options.iter().map(|option| option.spec.name).collect();
+    let output = Arg::new(OUTPUT)
+        .short('o')
+        .long(OUTPUT)
+        .value_name("SCENE")
+        .help("Scene file to write [default: standard output]")
+        .help_heading("Stepping and output")
+        .value_parser(value_parser!(PathBuf));
+    Command::new(kind.name)
+        .about(kind.summary)
+        .long_about(format!("{}\n\n{}", kind.summary, kind.details))
+        .args(options.iter().map(|option| argument(option, &names)))
+        .arg(output)
 }
 
-impl GeneratorCommand {
-    fn options(&self) -> (&dyn Generator, Option<&PathBuf>) {
-        match self {
-            Self::Net(options) => (&options.generator, options.output.as_ref()),
-            Self::Chain(options) => (&options.generator, options.output.as_ref()),
-            Self::Cloth(options) => (&options.generator, options.output.as_ref()),
-            Self::Ring(options) => (&options.generator, options.output.as_ref()),
-            Self::Beam(options) => (&options.generator, options.output.as_ref()),
-            Self::Bodies(options) => (&options.generator, options.output.as_ref()),
+/// The argument of an option of a generator, which has the options `names`.
+fn argument(option: &GeneratorOption<'_>, names: &[&'static str]) -> Arg {
+    let GeneratorOption { spec, help, value } = option;
+    let mut arg = Arg::new(spec.name).long(spec.name).help(*help);
+    if let Some(short) = spec.short {
+        arg = arg.short(short);
+    }
+    if let Some(heading) = spec.heading {
+        arg = arg.help_heading(heading);
+    }
+    arg = match spec.rule {
+        Rule::Free => arg,
+        Rule::Alone => {
+            arg.conflicts_with_all(names.iter().copied().filter(|name| *name != spec.name))
+        }
+        Rule::Excludes(other) => arg.conflicts_with(other),
+        Rule::Needs(other) => arg.requires(other),
+        Rule::DefaultIf { option, is, default } => arg.default_value_if(option, is, default),
+    };
+    if let OptionValue::Flag(_) = value {
+        return arg.action(ArgAction::SetTrue);
+    }
+    // A negative number is a wrong value, and not an unknown option.
+    arg = arg.value_name(spec.value_name).allow_negative_numbers(true);
+    let (arg, default) = match value {
+        OptionValue::Flag(_) => (arg, None),
+        OptionValue::Count(count) => {
+            (arg.value_parser(value_parser!(u64)), Some(count.to_string()))
+        }
+        OptionValue::Number(number) => {
+            (arg.value_parser(value_parser!(f64)), Some(number.to_string()))
+        }
+        OptionValue::MaybeCount(_) => (arg.value_parser(value_parser!(u64)), None),
+        OptionValue::MaybeNumber(_) => (arg.value_parser(value_parser!(f64)), None),
+        OptionValue::Dimension(dimension) => {
+            (arg.value_parser(["2", "3"]), Some(dimension.count().to_string()))
+        }
+        OptionValue::Law(law) => {
+            let words = SpringLaw::ALL.map(|(_, name, help)| PossibleValue::new(name).help(help));
+            let default = SpringLaw::ALL.iter().find(|(each, ..)| each == *law);
+            (arg.value_parser(words), default.map(|(_, name, _)| (*name).to_owned()))
+        }
+        OptionValue::Integrator(schema) => {
+            (arg.value_parser(parse_integrator), Some(schema.name.to_owned()))
+        }
+        OptionValue::Settings(_) => {
+            (arg.value_parser(parse_option).action(ArgAction::Append), None)
+        }
+    };
+    match default {
+        // The parser keeps the text until the program ends.
+        Some(default) => arg.default_value(&*default.leak()),
+        None => arg,
+    }
+}
+
+/// Gives an option the value of its argument.
+fn set(option: GeneratorOption<'_>, matches: &ArgMatches) {
+    let name = option.spec.name;
+    match option.value {
+        OptionValue::Flag(flag) => *flag = matches.get_flag(name),
+        OptionValue::Count(count) => *count = *one(matches, name),
+        OptionValue::Number(number) => *number = *one(matches, name),
+        OptionValue::MaybeCount(count) => *count = matches.get_one(name).copied(),
+        OptionValue::MaybeNumber(number) => *number = matches.get_one(name).copied(),
+        OptionValue::Dimension(dimension) => {
+            let is_plane = one::<String>(matches, name) == "2";
+            *dimension = if is_plane { Dimension::Two } else { Dimension::Three };
+        }
+        OptionValue::Law(law) => {
+            let word = one::<String>(matches, name);
+            let known = SpringLaw::ALL.into_iter().find(|(_, name, _)| name == word);
+            *law = known.map_or(*law, |(law, ..)| law);
+        }
+        OptionValue::Integrator(schema) => {
+            *schema = *one::<&'static IntegratorSchema>(matches, name)
+        }
+        OptionValue::Settings(settings) => {
+            *settings = matches.get_many(name).into_iter().flatten().cloned().collect();
         }
     }
 }
 
-/// Completes the command by the defaults that differ from generator to generator.
-pub(super) fn with_defaults(command: Command) -> Command {
-    command.mut_subcommand("generate", |generate| {
-        REGISTRY.iter().fold(generate, |generate, kind| {
-            let default = (kind.default)();
-            let (timeline, springs) = default.common();
-            let value_of = |argument: &str| match argument {
-                "integrator" => Some(timeline.integrator.name.to_owned()),
-                "duration" => Some(timeline.duration.to_string()),
-                "stiffness" => springs.map(|springs| springs.stiffness.to_string()),
-                "damping" => springs.map(|springs| springs.damping.to_string()),
-                _ => None,
-            };
-            let complete = |arg: Arg| {
-                // A negative number is a wrong value, and not an unknown option.
-                let takes_values = arg.get_action().takes_values();
-                let arg = if takes_values { arg.allow_negative_numbers(true) } else { arg };
-                match value_of(arg.get_id().as_str()) {
-                    // The parser keeps the text until the program ends.
-                    Some(value) => arg.default_value(&*value.leak()),
-                    None => arg,
-                }
-            };
-            generate.mut_subcommand(kind.name, |command| command.mut_args(complete))
-        })
-    })
+/// The value of an argument with a default.
+fn one<'a, T: Clone + Send + Sync + 'static>(matches: &'a ArgMatches, name: &str) -> &'a T {
+    matches.get_one(name).expect("the argument has a default")
 }
 
 /// Writes the scene that the options describe.
-pub(super) fn run(options: &Generate) -> Result<(), Failure> {
-    let (generator, output) = options.generator.options();
-    let scene =
-        generator.scene().map_err(|error: GenerateError| Failure::Input(error.to_string()))?;
+pub(super) fn run(Generate(matches): &Generate) -> Result<(), Failure> {
+    let (name, matches) = matches.subcommand().expect("a subcommand is required");
+    let kind = REGISTRY.iter().find(|kind| kind.name == name).expect("its name is a generator's");
+    let mut generator = (kind.default)();
+    for option in generator.options() {
+        set(option, matches);
+    }
+    let scene = generator.scene()?;
     // What cannot be written, or not be read again, is refused before the first byte.
     let size = write::size(&scene)?;
     if size > MAX_FILE_SIZE {
@@ -117,7 +167,7 @@ pub(super) fn run(options: &Generate) -> Result<(), Failure> {
             "this scene takes {size} bytes, and simulate reads at most {MAX_FILE_SIZE}\n  help: make it smaller"
         )));
     }
-    let Some(path) = output else { return print(&scene) };
+    let Some(path) = matches.get_one::<PathBuf>(OUTPUT) else { return print(&scene) };
     let mut file =
         OutputFile::create(path).map_err(|error| Failure::cannot_create(path, &error))?;
     write::write(&scene, &mut file).map_err(|error| Failure::at(path, error))?;

@@ -11,10 +11,12 @@ mod view;
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use film::{Film, FilmArgs};
 use frames::materials::Materials;
@@ -81,7 +83,7 @@ struct Cli {
     output: Option<PathBuf>,
 
     /// Format of the trace [default: by extension; .csv or .bin]
-    #[arg(long, value_enum, requires = "output")]
+    #[arg(long, value_parser = trace_formats(), requires = "output")]
     format: Option<TraceFormat>,
 
     /// Use this integrator instead of the scene's; with --plot several, separated by commas
@@ -158,6 +160,19 @@ struct Cli {
     paused: Option<String>,
 }
 
+/// Parses the name of a trace's format.
+fn trace_formats() -> impl TypedValueParser<Value = TraceFormat> {
+    let names = TraceFormat::ALL.map(|format| {
+        let name = PossibleValue::new(format.name()).help(format.summary());
+        if format.name() == format.extension() { name } else { name.alias(format.extension()) }
+    });
+    PossibleValuesParser::new(names).map(|name| {
+        let mut formats = TraceFormat::ALL.into_iter();
+        let known = formats.find(|format| [format.name(), format.extension()].contains(&&*name));
+        known.expect("the parser accepts names of formats alone")
+    })
+}
+
 /// Other commands.
 #[derive(Subcommand)]
 enum Task {
@@ -200,7 +215,7 @@ impl<E: std::error::Error> From<E> for Failure {
 }
 
 fn main() -> ExitCode {
-    let command = generate::with_defaults(Cli::command().after_help(registry_help()));
+    let command = Cli::command().after_help(registry_help());
     let matches = command.get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     std::panic::set_hook(Box::new(|panic| {
@@ -216,7 +231,8 @@ fn main() -> ExitCode {
         Some(Task::View(options)) => view::run(options),
         None => run(&cli),
     };
-    match std::panic::catch_unwind(task) {
+    // Nothing is used after a panic.
+    match std::panic::catch_unwind(AssertUnwindSafe(task)) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure::Input(message))) => {
             print_message("error", message);

@@ -14,55 +14,30 @@
 //! Springs stand on all three, at their rest length. Every particle has the mass
 //! `density · volume / particles`. Particles are numbered with z fastest, then y, then x.
 
-use clap::Args;
-
 use super::builder::{SceneBuilder, particle};
-use super::error::{check, count};
+use super::error::count;
+use super::options::{OptionSpec, Options, options};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use scene::schema::Domain;
 use scene::{Dimension, Scene};
 
-/// A clamped beam, in three dimensions.
-#[derive(Debug, Clone, PartialEq, Args)]
-pub struct Beam {
-    /// Cubes along its length.
-    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().nx)]
-    pub nx: u64,
-    /// Cubes up.
-    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().ny)]
-    pub ny: u64,
-    /// Cubes across.
-    #[arg(long, value_name = "COUNT", default_value_t = Beam::default().nz)]
-    pub nz: u64,
-    /// Side of a cube.
-    #[arg(long, value_name = "M", default_value_t = Beam::default().spacing)]
-    pub spacing: f64,
-    /// Mass of a cubic metre.
-    #[arg(long, value_name = "KG_PER_M3", default_value_t = Beam::default().density)]
-    pub density: f64,
-    /// Acceleration downwards.
-    #[arg(long, value_name = "M_PER_S2", default_value_t = Beam::default().gravity)]
-    pub gravity: f64,
-    /// The springs.
-    #[command(flatten)]
-    pub springs: Springs,
-    /// Integrator, time step and duration.
-    #[command(flatten)]
-    pub timeline: Timeline,
-}
-
-impl Default for Beam {
-    fn default() -> Self {
-        Self {
-            nx: 8,
-            ny: 2,
-            nz: 2,
-            spacing: 0.1,
-            density: 1000.0,
-            gravity: GRAVITY,
-            springs: Springs { stiffness: 5e4, damping: 20.0, law: SpringLaw::Hooke },
-            timeline: Timeline::of("symplectic-euler", 2.0),
-        }
+options! {
+    /// A clamped beam, in three dimensions.
+    pub struct Beam {
+        /// Cubes along its length.
+        nx: u64 = 8 => OptionSpec::value("nx", "COUNT");
+        /// Cubes up.
+        ny: u64 = 2 => OptionSpec::value("ny", "COUNT");
+        /// Cubes across.
+        nz: u64 = 2 => OptionSpec::value("nz", "COUNT");
+        /// Side of a cube.
+        spacing: f64 = 0.1 => OptionSpec::number("spacing", "M", Domain::Positive);
+        /// Mass of a cubic metre.
+        density: f64 = 1000.0 => OptionSpec::number("density", "KG_PER_M3", Domain::Positive);
+        /// Acceleration downwards.
+        gravity: f64 = GRAVITY => OptionSpec::number("gravity", "M_PER_S2", Domain::Finite);
+        with springs: Springs = Springs { stiffness: 5e4, damping: 20.0, law: SpringLaw::Hooke };
+        with timeline: Timeline = Timeline::of("symplectic-euler", 2.0);
     }
 }
 
@@ -98,10 +73,7 @@ impl Generator for Beam {
     fn scene(&self) -> Result<Scene, GenerateError> {
         let size = self.size()?;
         let mut builder = SceneBuilder::new("beam", size, Dimension::Three, &self.timeline)?;
-        check("spacing", self.spacing, Domain::Positive)?;
-        check("density", self.density, Domain::Positive)?;
-        check("gravity", self.gravity, Domain::Finite)?;
-        self.springs.check()?;
+        self.check()?;
 
         let cells = [self.nx, self.ny, self.nz].map(|cells| cells as usize);
         let [nx, ny, nz] = cells;
@@ -132,10 +104,6 @@ impl Generator for Beam {
         builder.viewport([0.0, -0.5 * length], [length, 0.5 * length]);
         let description = format!("A beam of {nx} by {ny} by {nz} cubes, clamped at one end.");
         Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
-    }
-
-    fn common(&self) -> (&Timeline, Option<&Springs>) {
-        (&self.timeline, Some(&self.springs))
     }
 }
 

@@ -22,76 +22,42 @@
 //! Everything follows from the seed and the options, by arithmetic and square roots alone: the same
 //! seed is the same scene on every machine.
 
-use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-
 use super::builder::{SceneBuilder, particle};
-use super::error::{GenerateErrorKind, check, count};
+use super::error::{GenerateErrorKind, count};
+use super::options::{OptionSpec, Options, options};
 use super::random::Random;
 use super::timeline::round_down;
-use super::{GenerateError, Generator, Size, Springs, Timeline};
+use super::{GenerateError, Generator, Size, Timeline};
 use scene::schema::Domain;
 use scene::{Dimension, Particle, Scene};
 
-/// Random bodies that attract each other.
-#[derive(Debug, Clone, PartialEq, Args)]
-pub struct Bodies {
-    /// Bodies beside the one in the middle.
-    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Bodies::default().bodies)]
-    pub bodies: u64,
-    /// Seed of the random numbers; the same seed gives the same bytes.
-    #[arg(long, value_name = "NUMBER", default_value_t = Bodies::default().seed)]
-    pub seed: u64,
-    /// A disc, or a ball.
-    #[arg(long, value_name = "2|3", default_value = "3", value_parser = PossibleValuesParser::new(["2", "3"]).map(dimension_of))]
-    pub dimension: Dimension,
-    /// Radius of the disc or ball they start in.
-    #[arg(long, value_name = "M", default_value_t = Bodies::default().radius)]
-    pub radius: f64,
-    /// The least distance of two of them at the start.
-    #[arg(long, value_name = "M", default_value_t = Bodies::default().min_distance)]
-    pub min_distance: f64,
-    /// Mean mass; each lies between half and one and a half times it.
-    #[arg(long, value_name = "KG", default_value_t = Bodies::default().mass)]
-    pub mass: f64,
-    /// Mass of a heavy one in the middle, on top of the others; 0 for none.
-    #[arg(long, value_name = "KG", default_value_t = Bodies::default().central_mass)]
-    pub central_mass: f64,
-    /// Gravitational constant.
-    #[arg(short = 'G', long, value_name = "G", default_value_t = Bodies::default().gravitation)]
-    pub gravitation: f64,
-    /// Twice the kinetic by the potential energy: 0 at rest, 1 in equilibrium, 2 no longer bound.
-    #[arg(long, value_name = "RATIO", default_value_t = Bodies::default().virial)]
-    pub virial: f64,
-    /// Integrator, time step and duration.
-    #[command(flatten)]
-    pub timeline: Timeline,
-}
-
-impl Default for Bodies {
-    fn default() -> Self {
-        Self {
-            bodies: 16,
-            dimension: Dimension::Three,
-            radius: 4.0,
-            min_distance: 1.0,
-            mass: 0.01,
-            central_mass: 100.0,
-            gravitation: 1.0,
-            virial: 1.0,
-            seed: 1,
-            timeline: Timeline::of("symplectic-euler", 5.0),
-        }
+options! {
+    /// Random bodies that attract each other.
+    pub struct Bodies {
+        /// Bodies beside the one in the middle.
+        bodies: u64 = 16 => OptionSpec::value("bodies", "COUNT").short('n');
+        /// Seed of the random numbers; the same seed gives the same bytes.
+        seed: u64 = 1 => OptionSpec::value("seed", "NUMBER");
+        /// A disc, or a ball.
+        dimension: Dimension = Dimension::Three => OptionSpec::value("dimension", "2|3");
+        /// Radius of the disc or ball they start in.
+        radius: f64 = 4.0 => OptionSpec::number("radius", "M", Domain::Positive);
+        /// The least distance of two of them at the start.
+        min_distance: f64 = 1.0 => OptionSpec::number("min-distance", "M", Domain::Positive);
+        /// Mean mass; each lies between half and one and a half times it.
+        mass: f64 = 0.01 => OptionSpec::number("mass", "KG", Domain::Positive);
+        /// Mass of a heavy one in the middle, on top of the others; 0 for none.
+        central_mass: f64 = 100.0 => OptionSpec::number("central-mass", "KG", Domain::NonNegative);
+        /// Gravitational constant.
+        gravitation: f64 = 1.0 => OptionSpec::number("gravitation", "G", Domain::Positive).short('G');
+        /// Twice the kinetic by the potential energy: 0 at rest, 1 in equilibrium, 2 no longer bound.
+        virial: f64 = 1.0 => OptionSpec::number("virial", "RATIO", Domain::NonNegative);
+        with timeline: Timeline = Timeline::of("symplectic-euler", 5.0);
     }
 }
 
 /// Random places tried for a body before it is an error.
 const MAX_TRIES: u32 = 2000;
-
-/// The dimension of a disc or a ball.
-fn dimension_of(text: String) -> Dimension {
-    if text == "2" { Dimension::Two } else { Dimension::Three }
-}
 
 impl Generator for Bodies {
     fn size(&self) -> Result<Size, GenerateError> {
@@ -102,12 +68,7 @@ impl Generator for Bodies {
     fn scene(&self) -> Result<Scene, GenerateError> {
         let mut builder =
             SceneBuilder::new("bodies", self.size()?, self.dimension, &self.timeline)?;
-        check("radius", self.radius, Domain::Positive)?;
-        check("min-distance", self.min_distance, Domain::Positive)?;
-        check("mass", self.mass, Domain::Positive)?;
-        check("central-mass", self.central_mass, Domain::NonNegative)?;
-        check("gravitation", self.gravitation, Domain::Positive)?;
-        check("virial", self.virial, Domain::NonNegative)?;
+        self.check()?;
 
         let drawn = 0.1 * self.min_distance;
         let mut random = Random(self.seed);
@@ -129,10 +90,6 @@ impl Generator for Bodies {
         let (bodies, seed) = (self.bodies, self.seed);
         let description = format!("{bodies} random bodies attract each other (seed {seed}).");
         Ok(builder.finish(&self.timeline, time_step, description)?)
-    }
-
-    fn common(&self) -> (&Timeline, Option<&Springs>) {
-        (&self.timeline, None)
     }
 }
 

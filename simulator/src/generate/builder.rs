@@ -1,6 +1,6 @@
 //! Builds a generated scene from particles, springs and a timeline.
 
-use super::error::{GenerateErrorKind, check};
+use super::error::GenerateErrorKind;
 use super::{MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
 use crate::vocabulary;
 use scene::schema::{Domain, ForceSchema};
@@ -14,6 +14,8 @@ pub(super) struct SceneBuilder {
     pub(super) scene: Scene,
     hooke: &'static ForceSchema,
     green: &'static ForceSchema,
+    /// Whether a spring of the law green has a damping.
+    has_damped_green: bool,
     edge_radius: f64,
 }
 
@@ -36,7 +38,7 @@ impl SceneBuilder {
         scene.particles.reserve_exact(particles as usize);
         scene.forces.reserve_exact(pairs as usize + 1);
         let [hooke, green] = [SpringLaw::Hooke, SpringLaw::Green].map(|law| force(law.tag()));
-        Ok(Self { scene, hooke, green, edge_radius: EDGE_RADIUS })
+        Ok(Self { scene, hooke, green, has_damped_green: false, edge_radius: EDGE_RADIUS })
     }
 
     /// From here on, particles and edges are drawn in proportion to their distance.
@@ -59,7 +61,10 @@ impl SceneBuilder {
                 let [k, l0] = elastic;
                 (self.hooke, self.hooke.values(&[k, l0, ("b", springs.damping)]))
             }
-            SpringLaw::Green => (self.green, self.green.values(&elastic)),
+            SpringLaw::Green => {
+                self.has_damped_green |= springs.damping != 0.0;
+                (self.green, self.green.values(&elastic))
+            }
         };
         self.force(schema, particles.into(), Some(edge), parameters);
     }
@@ -97,6 +102,9 @@ impl SceneBuilder {
         usual_time_step: f64,
         description: String,
     ) -> Result<Scene, GenerateErrorKind> {
+        if self.has_damped_green {
+            return Err(GenerateErrorKind::NoDamping);
+        }
         for (particle, Particle { mass, position, velocity, .. }) in
             self.scene.particles.iter().enumerate()
         {
@@ -144,18 +152,6 @@ impl SceneBuilder {
     ) {
         let location = Location::default();
         self.scene.forces.push(ForceElement { schema, particles, edge, parameters, location });
-    }
-}
-
-impl Springs {
-    /// Checks the options of the springs.
-    pub(super) fn check(&self) -> Result<(), GenerateErrorKind> {
-        check("stiffness", self.stiffness, Domain::NonNegative)?;
-        check("damping", self.damping, Domain::NonNegative)?;
-        match self.law {
-            SpringLaw::Green if self.damping != 0.0 => Err(GenerateErrorKind::NoDamping),
-            _ => Ok(()),
-        }
     }
 }
 

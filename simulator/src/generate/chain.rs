@@ -14,55 +14,30 @@
 //! Every particle has the mass `mass`; the rest length of a link is `length / n`. The uppermost spring
 //! carries them all: at rest it is stretched by `n · mass · gravity / stiffness`.
 
-use clap::Args;
-
 use super::builder::{SceneBuilder, particle, round_decimals};
-use super::error::{check, count};
+use super::error::count;
+use super::options::{OptionSpec, Options, options};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use scene::schema::Domain;
 use scene::{Dimension, Scene};
 
-/// A hanging chain.
-#[derive(Debug, Clone, PartialEq, Args)]
-pub struct Chain {
-    /// Links.
-    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Chain::default().links)]
-    pub links: u64,
-    /// Length of the whole at rest.
-    #[arg(long, value_name = "M", default_value_t = Chain::default().length)]
-    pub length: f64,
-    /// Mass of each particle.
-    #[arg(long, value_name = "KG", default_value_t = Chain::default().mass)]
-    pub mass: f64,
-    /// Direction of the first link, from straight down towards +x.
-    #[arg(long, value_name = "DEGREES", default_value_t = Chain::default().angle)]
-    pub angle: f64,
-    /// Part of the angle that is lost along the chain: 0 is a straight line, with 1 its end hangs down.
-    #[arg(long, value_name = "0..1", default_value_t = Chain::default().sag)]
-    pub sag: f64,
-    /// Acceleration downwards.
-    #[arg(long, value_name = "M_PER_S2", default_value_t = Chain::default().gravity)]
-    pub gravity: f64,
-    /// The springs.
-    #[command(flatten)]
-    pub springs: Springs,
-    /// Integrator, time step and duration.
-    #[command(flatten)]
-    pub timeline: Timeline,
-}
-
-impl Default for Chain {
-    fn default() -> Self {
-        Self {
-            links: 12,
-            length: 1.0,
-            mass: 0.05,
-            angle: 80.0,
-            sag: 0.5,
-            gravity: GRAVITY,
-            springs: Springs { stiffness: 2000.0, damping: 0.5, law: SpringLaw::Hooke },
-            timeline: Timeline::of("linearized-implicit-euler", 4.0),
-        }
+options! {
+    /// A hanging chain.
+    pub struct Chain {
+        /// Links.
+        links: u64 = 12 => OptionSpec::value("links", "COUNT").short('n');
+        /// Length of the whole at rest.
+        length: f64 = 1.0 => OptionSpec::number("length", "M", Domain::Positive);
+        /// Mass of each particle.
+        mass: f64 = 0.05 => OptionSpec::number("mass", "KG", Domain::Positive);
+        /// Direction of the first link, from straight down towards +x.
+        angle: f64 = 80.0 => OptionSpec::number("angle", "DEGREES", Domain::Finite);
+        /// Part of the angle that is lost along the chain: 0 is a straight line, with 1 its end hangs down.
+        sag: f64 = 0.5 => OptionSpec::number("sag", "0..1", Domain::UnitInterval);
+        /// Acceleration downwards.
+        gravity: f64 = GRAVITY => OptionSpec::number("gravity", "M_PER_S2", Domain::Finite);
+        with springs: Springs = Springs { stiffness: 2000.0, damping: 0.5, law: SpringLaw::Hooke };
+        with timeline: Timeline = Timeline::of("linearized-implicit-euler", 4.0);
     }
 }
 
@@ -76,12 +51,7 @@ impl Generator for Chain {
 
     fn scene(&self) -> Result<Scene, GenerateError> {
         let mut builder = SceneBuilder::new("chain", self.size()?, Dimension::Two, &self.timeline)?;
-        check("length", self.length, Domain::Positive)?;
-        check("mass", self.mass, Domain::Positive)?;
-        check("angle", self.angle, Domain::Finite)?;
-        check("sag", self.sag, Domain::UnitInterval)?;
-        check("gravity", self.gravity, Domain::Finite)?;
-        self.springs.check()?;
+        self.check()?;
 
         let n = self.links as usize;
         let link = self.length / n as f64;
@@ -106,9 +76,5 @@ impl Generator for Chain {
         builder.viewport([-self.length; 2], [self.length; 2]);
         let description = format!("A chain of {n} links swings from a fixed end.");
         Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
-    }
-
-    fn common(&self) -> (&Timeline, Option<&Springs>) {
-        (&self.timeline, Some(&self.springs))
     }
 }

@@ -16,63 +16,34 @@
 //! stays in its plane, and its scene is two-dimensional; any other has three dimensions. Every particle
 //! has the mass `density · width · height / particles`.
 
-use clap::Args;
-
 use super::builder::{SceneBuilder, particle, round_decimals};
-use super::error::{check, count};
+use super::error::count;
+use super::options::{OptionSpec, Options, options};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use scene::schema::Domain;
 use scene::{Dimension, Scene};
 
-/// A hanging cloth.
-#[derive(Debug, Clone, PartialEq, Args)]
-pub struct Cloth {
-    /// Cells along the fixed edge.
-    #[arg(long, value_name = "COUNT", default_value_t = Cloth::default().nx)]
-    pub nx: u64,
-    /// Cells down from it.
-    #[arg(long, value_name = "COUNT", default_value_t = Cloth::default().ny)]
-    pub ny: u64,
-    /// Length of the fixed edge.
-    #[arg(long, value_name = "M", default_value_t = Cloth::default().width)]
-    pub width: f64,
-    /// Length down from it.
-    #[arg(long, value_name = "M", default_value_t = Cloth::default().height)]
-    pub height: f64,
-    /// Mass of a square metre.
-    #[arg(long, value_name = "KG_PER_M2", default_value_t = Cloth::default().density)]
-    pub density: f64,
-    /// Angle by which it is lifted from hanging straight down; 0 makes a scene of two dimensions.
-    #[arg(long, value_name = "DEGREES", default_value_t = Cloth::default().tilt)]
-    pub tilt: f64,
-    /// Acceleration downwards.
-    #[arg(long, value_name = "M_PER_S2", default_value_t = Cloth::default().gravity)]
-    pub gravity: f64,
-    /// Stiffness of each bend spring, which has the damping of the others; 0 for none.
-    #[arg(long, value_name = "K", default_value_t = Cloth::default().bend_stiffness)]
-    pub bend_stiffness: f64,
-    /// The structural and the shear springs.
-    #[command(flatten)]
-    pub springs: Springs,
-    /// Integrator, time step and duration.
-    #[command(flatten)]
-    pub timeline: Timeline,
-}
-
-impl Default for Cloth {
-    fn default() -> Self {
-        Self {
-            nx: 12,
-            ny: 12,
-            width: 1.0,
-            height: 1.0,
-            density: 1.0,
-            tilt: 60.0,
-            gravity: GRAVITY,
-            springs: Springs { stiffness: 500.0, damping: 0.1, law: SpringLaw::Hooke },
-            bend_stiffness: 20.0,
-            timeline: Timeline::of("symplectic-euler", 3.0),
-        }
+options! {
+    /// A hanging cloth.
+    pub struct Cloth {
+        /// Cells along the fixed edge.
+        nx: u64 = 12 => OptionSpec::value("nx", "COUNT");
+        /// Cells down from it.
+        ny: u64 = 12 => OptionSpec::value("ny", "COUNT");
+        /// Length of the fixed edge.
+        width: f64 = 1.0 => OptionSpec::number("width", "M", Domain::Positive);
+        /// Length down from it.
+        height: f64 = 1.0 => OptionSpec::number("height", "M", Domain::Positive);
+        /// Mass of a square metre.
+        density: f64 = 1.0 => OptionSpec::number("density", "KG_PER_M2", Domain::Positive);
+        /// Angle by which it is lifted from hanging straight down; 0 makes a scene of two dimensions.
+        tilt: f64 = 60.0 => OptionSpec::number("tilt", "DEGREES", Domain::Finite);
+        /// Acceleration downwards.
+        gravity: f64 = GRAVITY => OptionSpec::number("gravity", "M_PER_S2", Domain::Finite);
+        /// Stiffness of each bend spring, which has the damping of the others; 0 for none.
+        bend_stiffness: f64 = 20.0 => OptionSpec::number("bend-stiffness", "K", Domain::NonNegative);
+        with springs: Springs = Springs { stiffness: 500.0, damping: 0.1, law: SpringLaw::Hooke };
+        with timeline: Timeline = Timeline::of("symplectic-euler", 3.0);
     }
 }
 
@@ -94,13 +65,7 @@ impl Generator for Cloth {
         let dimension = if self.tilt == 0.0 { Dimension::Two } else { Dimension::Three };
         let size = self.size()?;
         let mut builder = SceneBuilder::new("cloth", size, dimension, &self.timeline)?;
-        check("width", self.width, Domain::Positive)?;
-        check("height", self.height, Domain::Positive)?;
-        check("density", self.density, Domain::Positive)?;
-        check("tilt", self.tilt, Domain::Finite)?;
-        check("gravity", self.gravity, Domain::Finite)?;
-        check("bend-stiffness", self.bend_stiffness, Domain::NonNegative)?;
-        self.springs.check()?;
+        self.check()?;
 
         let [nx, ny] = [self.nx, self.ny].map(|cells| cells as usize);
         let [dx, dy] = [self.width / nx as f64, self.height / ny as f64];
@@ -149,9 +114,5 @@ impl Generator for Cloth {
         builder.viewport([-half, -1.1 * self.height], [half, 0.1 * self.height]);
         let description = format!("A cloth of {nx} by {ny} cells hangs by two corners.");
         Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
-    }
-
-    fn common(&self) -> (&Timeline, Option<&Springs>) {
-        (&self.timeline, Some(&self.springs))
     }
 }

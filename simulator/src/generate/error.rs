@@ -14,6 +14,7 @@ pub struct GenerateError(#[from] pub GenerateErrorKind);
 
 /// Kinds of errors in the options.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the variants and their fields are")]
 pub enum GenerateErrorKind {
     #[error("{option} is {value}, and must be {must_be}")]
     OutOfDomain { option: &'static str, value: f64, must_be: &'static str },

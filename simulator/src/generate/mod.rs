@@ -1,10 +1,9 @@
 //! Procedural scenes of any size: nets, chains, cloths, rings, beams and bodies.
 //!
-//! A generator is a struct of options, which are also those of `simulate generate`, and its
-//! [`Generator::scene`] is a pure function: the same
-//! options give the same [`Scene`], seed included. One kind a file, each with its picture, units and
-//! counts; adding one is a new file, and a line in [`REGISTRY`]. Cost: time and memory in proportion to
-//! the scene.
+//! A generator is a struct of options, and its [`Generator::scene`] is a pure function: the same options give the same
+//! [`Scene`], seed included. [`options`] describes the options as data, of which the program `simulate` makes the command
+//! line of `simulate generate`. One kind a file, each with its picture, units and counts; adding one is a new file, and an
+//! entry in [`REGISTRY`]. Cost: time and memory in proportion to the scene.
 //!
 //! Units are metres, seconds and kilograms, and so newtons a metre for a stiffness; nothing depends on
 //! their being those.
@@ -30,6 +29,7 @@
 //! ```
 
 mod error;
+pub mod options;
 mod timeline;
 
 mod beam;
@@ -46,12 +46,14 @@ pub use beam::Beam;
 pub use bodies::Bodies;
 pub use chain::Chain;
 pub use cloth::Cloth;
-pub use error::GenerateError;
+pub use error::{GenerateError, GenerateErrorKind};
 pub use net::Net;
 pub use ring::Ring;
 pub use timeline::{Timeline, parse_integrator, parse_option};
 
+use options::{OptionSpec, Options, Rule, options};
 use scene::Scene;
+use scene::schema::Domain;
 
 /// The most particles a generated scene has.
 pub const MAX_PARTICLES: u64 = 1 << 20;
@@ -60,7 +62,7 @@ pub const MAX_PARTICLES: u64 = 1 << 20;
 pub const MAX_PAIRS: u64 = 1 << 22;
 
 /// A scene with its options.
-pub trait Generator {
+pub trait Generator: Options {
     /// How many particles and pairs the scene will have.
     ///
     /// # Errors
@@ -73,9 +75,6 @@ pub trait Generator {
     /// If an option is out of its domain, or the scene would be larger than [`MAX_PARTICLES`] or
     /// [`MAX_PAIRS`].
     fn scene(&self) -> Result<Scene, GenerateError>;
-
-    /// Its timeline, and its springs if it has any.
-    fn common(&self) -> (&Timeline, Option<&Springs>);
 }
 
 /// The size of a scene.
@@ -87,29 +86,24 @@ pub struct Size {
     pub pairs: u64,
 }
 
-/// The law of all springs of a scene.
-#[derive(Debug, Clone, PartialEq, clap::Args)]
-#[command(next_help_heading = "Springs")]
-pub struct Springs {
-    /// Stiffness of each spring.
-    #[arg(short = 'k', long, value_name = "K", required = false)]
-    pub stiffness: f64,
-    /// Damping of each spring, along its axis.
-    #[arg(
-        short = 'b',
-        long,
-        value_name = "B",
-        required = false,
-        default_value_if("law", "green", "0")
-    )]
-    pub damping: f64,
-    /// Law of each spring; green has no damping.
-    #[arg(long = "spring", value_name = "LAW", value_enum, default_value_t = SpringLaw::Hooke)]
-    pub law: SpringLaw,
+/// The heading of the springs' options.
+const SPRINGS: &str = "Springs";
+
+options! {
+    /// The law of all springs of a scene.
+    pub struct Springs {
+        /// Stiffness of each spring.
+        stiffness: f64 => OptionSpec::number("stiffness", "K", Domain::NonNegative).short('k').heading(SPRINGS);
+        /// Damping of each spring, along its axis; 0 if it is not given with --spring green.
+        damping: f64 => OptionSpec::number("damping", "B", Domain::NonNegative).short('b').heading(SPRINGS)
+            .rule(Rule::DefaultIf { option: "spring", is: "green", default: "0" });
+        /// Law of each spring; green has no damping.
+        law: SpringLaw => OptionSpec::value("spring", "LAW").heading(SPRINGS);
+    }
 }
 
 /// The law of springs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpringLaw {
     /// Linear in the length.
     Hooke,
@@ -118,6 +112,12 @@ pub enum SpringLaw {
 }
 
 impl SpringLaw {
+    /// Every law, its name and its description.
+    pub const ALL: [(Self, &str, &str); 2] = [
+        (Self::Hooke, "hooke", "Linear in the length"),
+        (Self::Green, "green", "Quadratic in the Green strain, as in the lecture"),
+    ];
+
     /// The tag of its force.
     pub fn tag(self) -> &'static str {
         match self {
@@ -131,18 +131,57 @@ impl SpringLaw {
 pub struct GeneratorKind {
     /// Its name on the command line.
     pub name: &'static str,
+    /// Its scene, in one line.
+    pub summary: &'static str,
+    /// More about its scene.
+    pub details: &'static str,
     /// It with its default options.
     pub default: fn() -> Box<dyn Generator>,
 }
 
 /// Every generator.
 pub static REGISTRY: &[GeneratorKind] = &[
-    GeneratorKind { name: "net", default: || Box::new(Net::default()) },
-    GeneratorKind { name: "chain", default: || Box::new(Chain::default()) },
-    GeneratorKind { name: "cloth", default: || Box::new(Cloth::default()) },
-    GeneratorKind { name: "ring", default: || Box::new(Ring::default()) },
-    GeneratorKind { name: "beam", default: || Box::new(Beam::default()) },
-    GeneratorKind { name: "bodies", default: || Box::new(Bodies::default()) },
+    GeneratorKind {
+        name: "net",
+        summary: "Square net of the slides: side 1, rows, columns and diagonals, stretched or hung",
+        details: "n segments a side make (n+1)² particles and 4n² + 2n springs.",
+        default: || Box::new(Net::default()),
+    },
+    GeneratorKind {
+        name: "chain",
+        summary: "Chain that swings from a fixed end",
+        details: "n links make n + 1 particles and n springs. At rest, the uppermost spring is stretched by \
+            n · mass · gravity / stiffness.",
+        default: || Box::new(Chain::default()),
+    },
+    GeneratorKind {
+        name: "cloth",
+        summary: "Cloth held by two corners: structural, shear and bend springs",
+        details: "nx by ny cells make (nx+1)(ny+1) particles, nx(ny+1) + (nx+1)ny structural and 2 nx ny shear \
+            springs, and (nx−1)(ny+1) + (nx+1)(ny−1) bend springs. With --tilt 0 the scene has two dimensions, \
+            otherwise three.",
+        default: || Box::new(Cloth::default()),
+    },
+    GeneratorKind {
+        name: "ring",
+        summary: "Spinning ring, or a wheel with spokes",
+        details: "n particles on the circle and n springs; spokes add a hub and n springs.",
+        default: || Box::new(Ring::default()),
+    },
+    GeneratorKind {
+        name: "beam",
+        summary: "Lattice of cubes clamped at one end, in three dimensions",
+        details: "nx by ny by nz cubes make (nx+1)(ny+1)(nz+1) particles, joined along the edges, face diagonals \
+            and space diagonals of every cube.",
+        default: || Box::new(Beam::default()),
+    },
+    GeneratorKind {
+        name: "bodies",
+        summary: "Random bodies under their own gravitation",
+        details: "A heavy body in the middle and n around it, and gravitation between each two: n(n+1)/2 forces \
+            (n(n−1)/2 with --central-mass 0). Zero momentum; bound if --virial is below 2.",
+        default: || Box::new(Bodies::default()),
+    },
 ];
 
 /// Standard gravity, m/s², as the slides' peers round it.

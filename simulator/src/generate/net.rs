@@ -14,56 +14,33 @@
 //! from below. Source: CMU 15-362 (F24), special topics 4; the numbers and their order are those of the
 //! peer script `gen_net.py`.
 
-use clap::Args;
-
 use super::builder::{SceneBuilder, particle};
-use super::error::{check, count};
+use super::error::count;
+use super::options::{OptionSpec, Options, Rule, options};
 use super::{GRAVITY, GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use scene::schema::Domain;
 use scene::{Color, Dimension, Scene, Viewport};
 
-/// A square net.
-#[derive(Debug, Clone, PartialEq, Args)]
-pub struct Net {
-    /// The net of the lecture, with its springs, integrator and time step: 4 segments, stretched. Frames with --size
-    /// 900x900 look like the lecture's window.
-    #[arg(long, conflicts_with_all = ["segments", "pinned", "stretch", "density", "stiffness", "damping", "law", "integrator", "options", "time_step", "duration", "steps"])]
-    pub lecture: bool,
-    /// Segments along a side.
-    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Net::default().segments)]
-    pub segments: u64,
-    /// Hang it by its two upper corners, not stretched, in gravity.
-    #[arg(long = "pin")]
-    pub pinned: bool,
-    /// Factor of its initial x [default: 1.4, or 1 with --pin].
-    #[arg(long, value_name = "FACTOR", hide_default_value = true, default_value_t = Net::default().stretch, default_value_if("pinned", "true", "1"))]
-    pub stretch: f64,
-    /// Mass of the whole; its side is 1.
-    #[arg(long, value_name = "KG_PER_M2", default_value_t = Net::default().density)]
-    pub density: f64,
-    /// Acceleration downwards, with --pin.
-    #[arg(long, value_name = "M_PER_S2", requires = "pinned", default_value_t = Net::default().gravity)]
-    pub gravity: f64,
-    /// The springs.
-    #[command(flatten)]
-    pub springs: Springs,
-    /// Integrator, time step and duration.
-    #[command(flatten)]
-    pub timeline: Timeline,
-}
-
-impl Default for Net {
-    fn default() -> Self {
-        Self {
-            lecture: false,
-            segments: 8,
-            pinned: false,
-            stretch: 1.4,
-            density: 1000.0,
-            gravity: GRAVITY,
-            springs: Springs { stiffness: 1e5, damping: 0.0, law: SpringLaw::Hooke },
-            timeline: Timeline::of("linearized-implicit-euler", 1.0),
-        }
+options! {
+    /// A square net.
+    pub struct Net {
+        /// The net of the lecture, with its springs, integrator and time step: 4 segments, stretched. Frames with --size
+        /// 900x900 look like the lecture's window.
+        lecture: bool = false => OptionSpec::flag("lecture").rule(Rule::Alone);
+        /// Segments along a side.
+        segments: u64 = 8 => OptionSpec::value("segments", "COUNT").short('n');
+        /// Hang it by its two upper corners, not stretched, in gravity.
+        pinned: bool = false => OptionSpec::flag("pin");
+        /// Factor of its initial x; 1 if it is not given with --pin.
+        stretch: f64 = 1.4
+            => OptionSpec::number("stretch", "FACTOR", Domain::Positive).rule(Rule::DefaultIf { option: "pin", is: "true", default: "1" });
+        /// Mass of the whole; its side is 1.
+        density: f64 = 1000.0 => OptionSpec::number("density", "KG_PER_M2", Domain::Positive);
+        /// Acceleration downwards, with --pin.
+        gravity: f64 = GRAVITY
+            => OptionSpec::number("gravity", "M_PER_S2", Domain::Finite).rule(Rule::Needs("pin"));
+        with springs: Springs = Springs { stiffness: 1e5, damping: 0.0, law: SpringLaw::Hooke };
+        with timeline: Timeline = Timeline::of("linearized-implicit-euler", 1.0);
     }
 }
 
@@ -138,10 +115,7 @@ impl Generator for Net {
             return Ok(scene);
         }
         let mut builder = SceneBuilder::new("net", self.size()?, Dimension::Two, &self.timeline)?;
-        check("stretch", self.stretch, Domain::Positive)?;
-        check("density", self.density, Domain::Positive)?;
-        check("gravity", self.gravity, Domain::Finite)?;
-        self.springs.check()?;
+        self.check()?;
 
         let n = self.segments as usize;
         let side = n + 1;
@@ -181,9 +155,5 @@ impl Generator for Net {
         let what = if self.pinned { "hung by its upper corners" } else { "stretched along x" };
         let description = format!("A square net of {n} by {n} cells, {what}.");
         Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
-    }
-
-    fn common(&self) -> (&Timeline, Option<&Springs>) {
-        (&self.timeline, Some(&self.springs))
     }
 }

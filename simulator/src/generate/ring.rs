@@ -13,51 +13,28 @@
 
 use std::f64::consts::PI;
 
-use clap::Args;
-
 use super::builder::{SceneBuilder, particle, round_decimals};
-use super::error::{check, count};
+use super::error::count;
+use super::options::{OptionSpec, Options, options};
 use super::{GenerateError, Generator, Size, SpringLaw, Springs, Timeline};
 use scene::schema::Domain;
 use scene::{Dimension, Scene};
 
-/// A ring, or a wheel.
-#[derive(Debug, Clone, PartialEq, Args)]
-pub struct Ring {
-    /// Particles on the circle.
-    #[arg(short = 'n', long, value_name = "COUNT", default_value_t = Ring::default().particles)]
-    pub particles: u64,
-    /// Radius of the circle.
-    #[arg(long, value_name = "M", default_value_t = Ring::default().radius)]
-    pub radius: f64,
-    /// Mass of each particle.
-    #[arg(long, value_name = "KG", default_value_t = Ring::default().mass)]
-    pub mass: f64,
-    /// Angular velocity, counterclockwise.
-    #[arg(long, value_name = "RAD_PER_S", default_value_t = Ring::default().spin)]
-    pub spin: f64,
-    /// Add a hub, and springs from it to all.
-    #[arg(long)]
-    pub spokes: bool,
-    /// The springs.
-    #[command(flatten)]
-    pub springs: Springs,
-    /// Integrator, time step and duration.
-    #[command(flatten)]
-    pub timeline: Timeline,
-}
-
-impl Default for Ring {
-    fn default() -> Self {
-        Self {
-            particles: 24,
-            radius: 1.0,
-            mass: 0.1,
-            spin: 2.0,
-            spokes: false,
-            springs: Springs { stiffness: 200.0, damping: 0.1, law: SpringLaw::Hooke },
-            timeline: Timeline::of("symplectic-euler", 5.0),
-        }
+options! {
+    /// A ring, or a wheel.
+    pub struct Ring {
+        /// Particles on the circle.
+        particles: u64 = 24 => OptionSpec::value("particles", "COUNT").short('n');
+        /// Radius of the circle.
+        radius: f64 = 1.0 => OptionSpec::number("radius", "M", Domain::Positive);
+        /// Mass of each particle.
+        mass: f64 = 0.1 => OptionSpec::number("mass", "KG", Domain::Positive);
+        /// Angular velocity, counterclockwise.
+        spin: f64 = 2.0 => OptionSpec::number("spin", "RAD_PER_S", Domain::Finite);
+        /// Add a hub, and springs from it to all.
+        spokes: bool = false => OptionSpec::flag("spokes");
+        with springs: Springs = Springs { stiffness: 200.0, damping: 0.1, law: SpringLaw::Hooke };
+        with timeline: Timeline = Timeline::of("symplectic-euler", 5.0);
     }
 }
 
@@ -72,10 +49,7 @@ impl Generator for Ring {
 
     fn scene(&self) -> Result<Scene, GenerateError> {
         let mut builder = SceneBuilder::new("ring", self.size()?, Dimension::Two, &self.timeline)?;
-        check("radius", self.radius, Domain::Positive)?;
-        check("mass", self.mass, Domain::Positive)?;
-        check("spin", self.spin, Domain::Finite)?;
-        self.springs.check()?;
+        self.check()?;
 
         let n = self.particles as usize;
         let chord = round_decimals(2.0 * self.radius * (PI / n as f64).sin());
@@ -100,9 +74,5 @@ impl Generator for Ring {
         let what = if self.spokes { "wheel" } else { "ring" };
         let description = format!("A {what} of {n} particles spins freely.");
         Ok(builder.finish(&self.timeline, TIME_STEP, description)?)
-    }
-
-    fn common(&self) -> (&Timeline, Option<&Springs>) {
-        (&self.timeline, Some(&self.springs))
     }
 }

@@ -12,32 +12,29 @@
 //! most 1, which leaves room for springs that stretch and turn. Explicit Euler is given the same step, for
 //! want of a bound of its own: it gains energy at any step where damping does not take it away.
 
-use clap::Args;
-
 use super::error::{GenerateErrorKind, check};
+use super::options::{OptionSpec, Rule, options};
 use crate::vocabulary;
 use scene::schema::{Domain, Family, IntegratorOptions, IntegratorSchema, OptionError};
 use scene::{MAX_STEPS, Scene, step_count};
 
-/// Integrator, time step and duration of a generated scene.
-#[derive(Debug, Clone, PartialEq, Args)]
-#[command(next_help_heading = "Stepping and output")]
-pub struct Timeline {
-    /// Time integrator; see simulate --help.
-    #[arg(long, value_name = "TYPE", required = false, value_parser = parse_integrator)]
-    pub integrator: &'static IntegratorSchema,
-    /// Set an option of the integrator; may be given several times.
-    #[arg(long = "option", value_name = "NAME=VALUE", value_parser = parse_option)]
-    pub options: Vec<(String, String)>,
-    /// Time step in seconds [default: one that suits the scene, and the stability of symplectic Euler; explicit Euler gains energy at any].
-    #[arg(long = "dt", value_name = "SECONDS")]
-    pub time_step: Option<f64>,
-    /// Simulated time in seconds.
-    #[arg(long, value_name = "SECONDS", required = false)]
-    pub duration: f64,
-    /// Simulated time, in time steps.
-    #[arg(long, value_name = "COUNT", conflicts_with = "duration")]
-    pub steps: Option<u64>,
+/// The heading of these options.
+const HEADING: &str = "Stepping and output";
+
+options! {
+    /// Integrator, time step and duration of a generated scene.
+    pub struct Timeline {
+        /// Time integrator; see simulate --help.
+        integrator: &'static IntegratorSchema => OptionSpec::value("integrator", "TYPE").heading(HEADING);
+        /// Set an option of the integrator; may be given several times.
+        options: Vec<(String, String)> => OptionSpec::value("option", "NAME=VALUE").heading(HEADING);
+        /// Time step in seconds [default: one that suits the scene, and the stability of symplectic Euler; explicit Euler gains energy at any].
+        time_step: Option<f64> => OptionSpec::value("dt", "SECONDS").heading(HEADING);
+        /// Simulated time in seconds.
+        duration: f64 => OptionSpec::number("duration", "SECONDS", Domain::NonNegative).heading(HEADING);
+        /// Simulated time, in time steps.
+        steps: Option<u64> => OptionSpec::value("steps", "COUNT").heading(HEADING).rule(Rule::Excludes("duration"));
+    }
 }
 
 /// Parses the name of an integrator.
@@ -96,7 +93,6 @@ impl Timeline {
             None => usual,
         };
         check("dt", scene.time_step, Domain::Positive)?;
-        check("duration", self.duration, Domain::NonNegative)?;
         scene.duration =
             self.steps.map_or(self.duration, |steps| duration_of(steps, scene.time_step));
         let steps = step_count(scene.duration, scene.time_step);

@@ -37,18 +37,33 @@ impl Shape {
 }
 
 /// A trace's file format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TraceFormat {
     /// Comma-separated text, one row a state.
     Csv,
     /// FOSSSim's raw little-endian f64.
-    #[value(alias = "bin")]
     Fosssim,
 }
 
 impl TraceFormat {
     /// Every format.
     pub const ALL: [Self; 2] = [Self::Csv, Self::Fosssim];
+
+    /// Its name on a command line, beside its extension.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Fosssim => "fosssim",
+        }
+    }
+
+    /// Its description.
+    pub fn summary(self) -> &'static str {
+        match self {
+            Self::Csv => "Comma-separated text, one row a state",
+            Self::Fosssim => "FOSSSim's raw little-endian f64",
+        }
+    }
 
     /// The extension of its files.
     pub fn extension(self) -> &'static str {

@@ -49,8 +49,13 @@ where
 {
     /// The system that `scene` describes, with the forces it mentions and no others.
     pub fn new(scene: &Scene) -> Self {
+        Self::of_kinds(scene, REGISTRY)
+    }
+
+    /// The same with forces of these kinds.
+    pub fn of_kinds(scene: &Scene, kinds: &[&ForceKind]) -> Self {
         let (mut forces, mut tags) = (Vec::new(), Vec::new());
-        for kind in REGISTRY {
+        for kind in kinds {
             let is_of_kind = |(_, element): &Numbered<'_>| element.schema.tag == kind.schema.tag;
             let elements: Vec<Numbered<'_>> =
                 scene.forces.iter().enumerate().filter(is_of_kind).collect();

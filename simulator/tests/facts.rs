@@ -2,29 +2,38 @@
 
 use std::path::Path;
 
-use scene::schema::{Dependence, ForceSchema, Masses, PartSchema, Potential, Stencil};
-use scene::{Dimension, ForceElement, ParseOptions, Scene, find_scene_files, json, load, xml};
+use scene::schema::{Conserves, Dependence, ForceSchema, Masses, PartSchema, Potential, Stencil};
+use scene::{Dimension, ForceElement, ParseOptions, Particle, Scene, find_scene_files, json, load};
 use simulator::force::{
     ElementJacobians, Force, JacobianSink, Numbered, REGISTRY as FORCES, State,
 };
 use simulator::integrator::REGISTRY as INTEGRATORS;
 use simulator::vocabulary;
 
-const MASSES: [f64; 2] = [1.5, 0.75];
-const POSITIONS: [f64; 4] = [0.25, -0.5, 1.75, 0.625];
-const VELOCITIES: [f64; 4] = [0.5, 1.25, -0.75, 0.375];
+/// Number of particles: as many as the largest stencil has.
+const N: usize = 4;
+const MASSES: [f64; N] = [1.5, 0.75, 2.0, 1.25];
+const POSITIONS: [f64; 2 * N] = [0.25, -0.5, 1.75, 0.625, 2.5, -0.875, 0.875, 1.5];
+const VELOCITIES: [f64; 2 * N] = [0.5, 1.25, -0.75, 0.375, 0.25, -1.5, 1.0, 0.625];
 
-/// Two particles with one element of the force, which has this part and those that it needs.
+/// The particles with one element of the force, which has this part and those that it needs.
 fn scene(schema: &'static ForceSchema, part: usize) -> Scene {
-    let text = r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>
-        <particle m="1.5" px="0.25" py="-0.5" vx="0.5" vy="1.25" fixed="0"/>
-        <particle m="0.75" px="1.75" py="0.625" vx="-0.75" vy="0.375" fixed="0"/></scene>"#;
-    let parsed = xml::parse(text, "facts.xml", &vocabulary(), &ParseOptions::default());
-    let mut scene = parsed.unwrap().scene;
+    let mut scene = Scene::new("facts", Dimension::Two, &INTEGRATORS[0].schema);
+    scene.particles = (0..N)
+        .map(|number| Particle {
+            mass: MASSES[number],
+            position: [POSITIONS[2 * number], POSITIONS[2 * number + 1], 0.0],
+            velocity: [VELOCITIES[2 * number], VELOCITIES[2 * number + 1], 0.0],
+            fixed: false,
+            radius: 0.1,
+            tag: None,
+        })
+        .collect();
     let given: Vec<(&str, f64)> =
         schema.parameters.iter().map(|each| (each.name, each.samples[0])).collect();
-    let particles: &[usize] = if schema.stencil.is_field() { &[] } else { &[0, 1] };
-    let mut element = ForceElement::new(schema, particles, None, schema.values(&given));
+    let size = if schema.stencil.is_field() { 0 } else { schema.stencil.size() };
+    let particles: Vec<usize> = (0..size).collect();
+    let mut element = ForceElement::new(schema, &particles, None, schema.values(&given));
     for (number, other) in schema.parts.iter().enumerate() {
         if number > part || (number < part && schema.parts[part].stands_alone) {
             element.remove_part(other);
@@ -40,7 +49,7 @@ fn state<'a>(positions: &'a [f64], velocities: &'a [f64]) -> State<'a> {
 
 fn force_at(force: &dyn Force<2>, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
     let mut sum = vec![0.0; x.len()];
-    force.add_force(State { time, ..state(x, v) }, 0..2, &mut sum).unwrap();
+    force.add_force(State { time, ..state(x, v) }, 0..N, &mut sum).unwrap();
     sum
 }
 
@@ -55,8 +64,8 @@ fn seen(force: &dyn Force<2>) -> Dependence {
     let here = force_at(force, &POSITIONS, &VELOCITIES, 0.0);
     let changes = |x: &[f64], v: &[f64], time| force_at(force, x, v, time) != here;
     Dependence {
-        position: (0..4).any(|i| changes(&moved(&POSITIONS, i, 0.125), &VELOCITIES, 0.0)),
-        velocity: (0..4).any(|i| changes(&POSITIONS, &moved(&VELOCITIES, i, 0.125), 0.0)),
+        position: (0..2 * N).any(|i| changes(&moved(&POSITIONS, i, 0.125), &VELOCITIES, 0.0)),
+        velocity: (0..2 * N).any(|i| changes(&POSITIONS, &moved(&VELOCITIES, i, 0.125), 0.0)),
         time: changes(&POSITIONS, &VELOCITIES, 0.5),
     }
 }
@@ -110,7 +119,7 @@ fn force_parts_depend_on_and_derive_from_declared_facts() {
 }
 
 /// The force of a scene's elements on these masses.
-fn on_masses(scene: &Scene, masses: [f64; 2]) -> Vec<f64> {
+fn on_masses(scene: &Scene, masses: [f64; N]) -> Vec<f64> {
     let mut scene = scene.clone();
     for (particle, mass) in scene.particles.iter_mut().zip(masses) {
         particle.mass = mass;
@@ -118,9 +127,9 @@ fn on_masses(scene: &Scene, masses: [f64; 2]) -> Vec<f64> {
     let schema = scene.forces[0].schema;
     let kind = FORCES.iter().find(|kind| kind.schema == *schema).unwrap();
     let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-    let mut sum = vec![0.0; 4];
+    let mut sum = vec![0.0; 2 * N];
     let state = State { masses: &masses, ..state(&POSITIONS, &VELOCITIES) };
-    (kind.build_2d)(&scene, &elements).add_force(state, 0..2, &mut sum).unwrap();
+    (kind.build_2d)(&scene, &elements).add_force(state, 0..N, &mut sum).unwrap();
     sum
 }
 
@@ -129,15 +138,17 @@ fn a_force_depends_on_masses_as_it_says() {
     for kind in FORCES {
         let scene = scene(&kind.schema, kind.schema.parts.len() - 1);
         let here = on_masses(&scene, MASSES);
-        let heavier = on_masses(&scene, [2.0 * MASSES[0], MASSES[1]]);
-        let grows = |factors: [f64; 2]| {
+        let mut masses = MASSES;
+        masses[0] *= 2.0;
+        let heavier = on_masses(&scene, masses);
+        let grows = |factors: [f64; N]| {
             let expected = |place: usize| factors[place / 2] * here[place];
-            (0..4).all(|place| (heavier[place] - expected(place)).abs() < 1e-12)
+            (0..2 * N).all(|place| (heavier[place] - expected(place)).abs() < 1e-12)
         };
         let found = match () {
-            () if grows([1.0, 1.0]) => Some(Masses::None),
-            () if grows([2.0, 1.0]) => Some(Masses::Own),
-            () if grows([2.0, 2.0]) => Some(Masses::Product),
+            () if grows([1.0; N]) => Some(Masses::None),
+            () if grows([2.0, 1.0, 1.0, 1.0]) => Some(Masses::Own),
+            () if grows([2.0, 2.0, 1.0, 1.0]) => Some(Masses::Product),
             () => None,
         };
         assert_eq!(found, Some(kind.schema.masses), "{}", kind.schema.tag);
@@ -148,7 +159,7 @@ fn a_force_depends_on_masses_as_it_says() {
 fn a_force_without_its_parts_is_zero() {
     for kind in FORCES {
         let mut scene = scene(&kind.schema, kind.schema.parts.len() - 1);
-        assert_ne!(on_masses(&scene, MASSES), [0.0; 4], "{}", kind.schema.tag);
+        assert_ne!(on_masses(&scene, MASSES), [0.0; 2 * N], "{}", kind.schema.tag);
         for part in kind.schema.parts {
             scene.forces[0].remove_part(part);
         }
@@ -158,16 +169,22 @@ fn a_force_without_its_parts_is_zero() {
 }
 
 #[test]
-fn a_central_force_acts_along_the_line_of_its_particles() {
+fn forces_conserve_the_momenta_that_they_say() {
     for kind in FORCES {
         let schema = &kind.schema;
         let scene = scene(schema, schema.parts.len() - 1);
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
         let force = (kind.build_2d)(&scene, &elements);
         let on = force_at(force.as_ref(), &POSITIONS, &VELOCITIES, 0.0);
-        let [dx, dy] = [0, 1].map(|axis| POSITIONS[axis] - POSITIONS[2 + axis]);
-        let along = (on[0] * dy - on[1] * dx).abs() < 1e-12 && (on[0] + on[2]).abs() < 1e-12;
-        assert_eq!(along && !schema.stencil.is_field(), schema.central, "{}", schema.tag);
+        let (x, f) = (POSITIONS.as_chunks::<2>().0, on.as_chunks::<2>().0);
+        let torque: f64 = x.iter().zip(f).map(|(x, f)| x[0] * f[1] - x[1] * f[0]).sum();
+        let sum = [0, 1].map(|axis| f.iter().map(|f| f[axis]).sum::<f64>());
+        let found = match () {
+            () if sum.iter().any(|sum| sum.abs() > 1e-12) => Conserves::Nothing,
+            () if torque.abs() > 1e-12 => Conserves::Momentum,
+            () => Conserves::AngularMomentum,
+        };
+        assert_eq!(found, schema.conserves, "{}", schema.tag);
     }
 }
 
@@ -187,7 +204,9 @@ fn fast_mass_spring_refuses_the_forces_on_edges_that_are_not_hookean() {
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
         let force = (kind.build_2d)(&scene, &elements);
         let pull = |length: f64, time: f64| {
-            force_at(force.as_ref(), &[0.0, 0.0, length, 0.0], &[0.0; 4], time)[0]
+            let mut positions = POSITIONS;
+            positions[..4].copy_from_slice(&[0.0, 0.0, length, 0.0]);
+            force_at(force.as_ref(), &positions, &[0.0; 2 * N], time)[0]
         };
         let [one, two, three] = [1.0, 2.0, 3.0].map(|length| pull(length, 0.0));
         let is_hookean = (one - 2.0 * two + three).abs() < 1e-9 && pull(2.0, 0.5) == two;

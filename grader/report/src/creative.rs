@@ -89,6 +89,6 @@ pub fn draw(wanted: Wanted, scene: &Scene, motion: &Motion) -> io::Result<Vec<u8
     Ok(match wanted {
         Wanted::Nothing => Vec::new(),
         Wanted::Motion => serde_json::to_vec(&MotionData::of(scene, motion))?,
-        Wanted::Sheet => contact_sheet(scene, motion).png(),
+        Wanted::Sheet => contact_sheet(scene, motion).png()?,
     })
 }

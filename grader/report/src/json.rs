@@ -2,7 +2,6 @@
 //!
 //! The schema is `docs/report.schema.json`. Non-finite numbers are `null`.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -31,17 +30,9 @@ pub fn render(grading: &Grading) -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&Report::of(grading))? + "\n")
 }
 
-/// The JSON schema of the report, with a newline at its end.
-///
-/// # Errors
-/// Never in practice.
-pub fn schema() -> serde_json::Result<String> {
-    Ok(serde_json::to_string_pretty(&schemars::schema_for!(Report))? + "\n")
-}
-
 /// A grading of one submission.
-#[derive(Serialize, JsonSchema)]
-#[schemars(title = "Spring Oracle report")]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(title = "Spring Oracle report"))]
 struct Report {
     /// Version of this schema.
     schema_version: u32,
@@ -94,7 +85,8 @@ struct Report {
     provenance: Option<JsonProvenance>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonRepetition {
     /// Scenes that were run twice.
     scenes: usize,
@@ -102,7 +94,8 @@ struct JsonRepetition {
     differing: Vec<String>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonCopied {
     /// The finding as text.
     message: String,
@@ -119,7 +112,8 @@ struct JsonCopied {
     bytes: Option<String>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonWithdrawn {
     /// The name of the scene.
     scene: String,
@@ -127,7 +121,8 @@ struct JsonWithdrawn {
     terms: String,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonWrongCopy {
     /// The name of the shipped scene.
     scene: String,
@@ -135,7 +130,8 @@ struct JsonWrongCopy {
     verdict: &'static str,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonCreative {
     /// Marks for ingredients, aesthetics and originality, by judge; empty if it has no mark.
     marks: Vec<[f64; 3]>,
@@ -147,7 +143,8 @@ struct JsonCreative {
     points_earned: Option<f64>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonHidden {
     /// Whether they were run.
     run: bool,
@@ -157,7 +154,8 @@ struct JsonHidden {
     reason: Option<&'static str>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonGroup {
     /// "required", "extra-credit" or "unscored".
     section: &'static str,
@@ -166,7 +164,8 @@ struct JsonGroup {
     totals: JsonTotals,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonFinding {
     /// "output", "cause" (a mistake, proven by replay), "feature" (one to look at), "crash", "time-out", "memory",
     /// "other-root" or "not-implemented".
@@ -183,7 +182,8 @@ struct JsonFinding {
     open: usize,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonAlternative {
     /// A force or a part of it, its Jacobians, an integrator, fixed particles, reading, output, …
     feature: String,
@@ -191,7 +191,8 @@ struct JsonAlternative {
     message: String,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonTask {
     /// "A", "M", "C", "r", "Q" or "round".
     task: &'static str,
@@ -201,7 +202,8 @@ struct JsonTask {
     message: String,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonProgress {
     /// What is implemented.
     implemented: Vec<String>,
@@ -209,7 +211,8 @@ struct JsonProgress {
     next: Option<JsonNext>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonNext {
     /// The forces and the integrator.
     feature: String,
@@ -217,7 +220,8 @@ struct JsonNext {
     scene: String,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum JsonOutcome {
     /// Every required feature passed, and all known hidden scenes were run.
@@ -230,7 +234,8 @@ enum JsonOutcome {
     GraderFault,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonTotals {
     /// Scenes, excluding hidden ones.
     scenes: usize,
@@ -248,7 +253,8 @@ struct JsonTotals {
     credit: JsonCredit,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonCredit {
     points: f64,
     /// Points earned; null if nothing was judged, or if the rubric withholds points because something was not.
@@ -257,7 +263,8 @@ struct JsonCredit {
     points_not_judged: f64,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonFeature {
     /// "required", "extra-credit" or "unscored".
     section: &'static str,
@@ -272,7 +279,8 @@ struct JsonFeature {
     hidden: Option<BTreeMap<&'static str, usize>>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonScene {
     name: String,
     path: String,
@@ -301,7 +309,8 @@ struct JsonScene {
     other_root: Option<u64>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonDiagnosis {
     /// Single steps that were redone, each from the trace's own states.
     steps: u64,
@@ -321,7 +330,8 @@ struct JsonDiagnosis {
     other_root: Option<u64>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonTolerances {
     /// Exclusive bound of each residual.
     largest: f64,
@@ -329,7 +339,8 @@ struct JsonTolerances {
     accumulated: f64,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonCalibration {
     /// Number of variants of a correct program used to measure the envelope.
     variants: usize,
@@ -343,7 +354,8 @@ struct JsonCalibration {
     used: Option<f64>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonBound {
     /// The largest residual of the variants so far.
     envelope: f64,
@@ -351,7 +363,8 @@ struct JsonBound {
     tolerance: f64,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonResiduals {
     /// The largest over particles and states; null if no state was compared.
     largest: Option<f64>,
@@ -359,7 +372,8 @@ struct JsonResiduals {
     accumulated: Option<f64>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonFirstWrong {
     step: u64,
     /// Seconds.
@@ -382,7 +396,8 @@ struct JsonFirstWrong {
     context: Vec<JsonContext>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonContext {
     step: u64,
     /// The oracle's position, then velocity.
@@ -671,4 +686,11 @@ impl JsonFirstWrong {
 
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
+}
+
+#[test]
+fn documented_schema_is_current() {
+    let schema = serde_json::to_string_pretty(&schemars::schema_for!(Report)).unwrap() + "\n";
+    let command = "cargo test --release -p report schema";
+    test_support::assert_document("report.schema.json", &schema, command);
 }

@@ -7,13 +7,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grader::boundary::printed::{RawUse, Untrusted};
 use grader::grading::provenance::{GradingOptions, Provenance, SceneHashes, SubmissionOrigin};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::SCHEMA_VERSION;
 
 /// What the report was made from, and with which options. Hashes are SHA-256.
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct JsonProvenance {
     /// The commit that the grader was built from, followed by "-modified" if its sources differed; null if unknown.
     commit: Option<String>,
@@ -35,7 +35,8 @@ pub struct JsonProvenance {
     options: JsonOptions,
 }
 
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonSceneHashes {
     /// Hash of the scene file, followed by its mesh if it names one.
     scene: String,
@@ -43,7 +44,8 @@ struct JsonSceneHashes {
     trace: Option<String>,
 }
 
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonSubmissionOrigin {
     /// Its path, as given.
     path: String,
@@ -51,7 +53,8 @@ struct JsonSubmissionOrigin {
     files: Option<String>,
 }
 
-#[derive(Debug, Serialize, JsonSchema)]
+#[derive(Debug, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonOptions {
     /// Whether every scene of the assignment was graded, and not a selection.
     whole: bool,

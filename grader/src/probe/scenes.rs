@@ -1,12 +1,14 @@
 //! Scenes of the probe: parts of forces, states, and many copies of a state in one scene.
 //!
-//! A *group* has one particle more than there are dimensions. A force between two particles forms a chain in it,
+//! A *group* has one particle more than there are dimensions, or as many as the largest stencil. A force between two
+//! particles forms a chain in it, one of more acts on consecutive ones, the first after the last,
 //!
 //! ```text
 //! 0 —element— 1 —element— 2 —element— 3       elements (0, 1), (2, 1) and, in space, (2, 3)
+//! (0, 1, 2), (1, 2, 0)                        two elements of three particles in the plane
 //! ```
 //!
-//! so that the forces together span all directions. Groups do not interact. A *part* of a force is the difference
+//! as many elements as dimensions, so that the forces together span all directions. Groups do not interact. A *part* of a force is the difference
 //! between the force `full` and the force `without` the part. Coordinates, parameters and masses are dyadic with few
 //! bits: reading and perturbing them and moving a state back by `h v` is exact, even in single precision.
 //!
@@ -24,16 +26,26 @@ use scene::{
 use simulator::force;
 use simulator::integrator;
 
-/// The pairs of a chain; in two dimensions, the first two.
-const PAIRS: [[usize; 2]; 3] = [[0, 1], [2, 1], [2, 3]];
-
 /// Particles of a group.
 pub(super) fn chain(dimension: Dimension) -> usize {
-    dimension.count() + 1
+    let sizes = force::REGISTRY.iter().map(|kind| kind.schema.stencil.size());
+    sizes.fold(dimension.count() + 1, usize::max)
 }
 
-fn pairs(dimension: Dimension) -> &'static [[usize; 2]] {
-    &PAIRS[..dimension.count()]
+/// The pairs of a chain that elements join.
+fn pairs(dimension: Dimension) -> impl Iterator<Item = [usize; 2]> {
+    (0..dimension.count())
+        .map(|link| if link % 2 == 0 { [link, link + 1] } else { [link + 1, link] })
+}
+
+/// The stencils in a group.
+fn stencils(stencil: Stencil, dimension: Dimension) -> Vec<Vec<usize>> {
+    if stencil.size() == 2 {
+        return pairs(dimension).map(Vec::from).collect();
+    }
+    let (size, n_particles) = (stencil.size(), chain(dimension));
+    let particles = |first: usize| (first..first + size).map(|place| place % n_particles).collect();
+    (0..dimension.count()).map(particles).collect()
 }
 
 /// Number of states at which each part is measured.
@@ -65,7 +77,7 @@ impl Elements {
 
     /// The parameters of the element at this place in the chain. A force that grows with the masses is divided by
     /// them, not to depend on them.
-    fn parameters(self, place: usize, masses: Option<[f64; 2]>) -> Parameters {
+    fn parameters(self, place: usize, masses: &[f64]) -> Parameters {
         let Self { schema, parts } = self;
         let mut values = schema.zeros();
         for (value, parameter) in values.iter_mut().zip(schema.parameters) {
@@ -74,10 +86,8 @@ impl Elements {
                 continue;
             }
             *value = parameter.samples[place];
-            if let (Masses::Product, Some([a, b])) = (schema.masses, masses)
-                && schema.parts.iter().any(is_of)
-            {
-                *value /= a * b;
+            if schema.masses == Masses::Product && schema.parts.iter().any(is_of) {
+                *value /= masses.iter().product::<f64>();
             }
         }
         values
@@ -113,10 +123,12 @@ pub(super) enum Steps {
 
 impl Steps {
     fn of(schema: &ForceSchema) -> Self {
-        match (schema.stencil, schema.masses) {
-            _ if schema.depends_on().time => Self::None,
-            (Stencil::EveryParticle, _) | (_, Masses::Product) => Self::BesideSprings,
-            (Stencil::Named(_) | Stencil::Edge, Masses::None | Masses::Own) => Self::Chain,
+        if schema.depends_on().time {
+            Self::None
+        } else if schema.stencil.size() != 2 || schema.masses == Masses::Product {
+            Self::BesideSprings
+        } else {
+            Self::Chain
         }
     }
 }
@@ -229,9 +241,9 @@ fn is_general(state: &State, dimension: Dimension) -> bool {
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     let norm = |a: &[f64]| dot(a, a).sqrt();
     let directions: Vec<Vec<f64>> =
-        pairs(dimension).iter().map(|pair| difference(&state.positions, *pair)).collect();
-    let is_good = |(pair, d): (&[usize; 2], &Vec<f64>)| {
-        let w = difference(&state.velocities, *pair);
+        pairs(dimension).map(|pair| difference(&state.positions, pair)).collect();
+    let is_good = |(pair, d): ([usize; 2], &Vec<f64>)| {
+        let w = difference(&state.velocities, pair);
         let along = dot(d, &w) / norm(d);
         let across = (dot(&w, &w) - along * along).max(0.0).sqrt();
         let components = d.iter().chain(&w).all(|component| component.abs() >= 0.1875);
@@ -240,7 +252,7 @@ fn is_general(state: &State, dimension: Dimension) -> bool {
     // The volume of the unit vectors along the pairs: the chain is not flat.
     let unit = |row: usize, column: usize| directions[row][column] / norm(&directions[row]);
     let volume = DMatrix::from_fn(count, count, unit).determinant();
-    pairs(dimension).iter().zip(&directions).all(is_good) && volume.abs() > 0.5
+    pairs(dimension).zip(&directions).all(is_good) && volume.abs() > 0.5
 }
 
 /// Combinations of masses for one state: twice as many as the unknowns in a row of the matrix, plus two.
@@ -272,7 +284,7 @@ pub(super) fn scene(
     let method = &method.unwrap_or_else(|| panic!("no integrator solves {wanted:?}")).schema;
     let numbers = 0..groups.len();
     let edges = numbers.flat_map(|group| {
-        pairs(dimension).iter().map(move |pair| pair.map(|i| group * chain(dimension) + i))
+        pairs(dimension).map(move |pair| pair.map(|i| group * chain(dimension) + i))
     });
     Scene {
         duration: time_step,
@@ -303,7 +315,7 @@ fn particles(group: &Group, dimension: Dimension) -> Vec<Particle> {
 fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<ForceElement> {
     let schema = of.schema;
     if schema.stencil.is_field() {
-        let mut parameters = of.parameters(0, None);
+        let mut parameters = of.parameters(0, &[]);
         for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
             if parameter.three_dimensional && dimension == Dimension::Two {
                 *value = 0.0;
@@ -311,14 +323,16 @@ fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<F
         }
         return vec![ForceElement::new(schema, &[], None, parameters)];
     }
-    let pairs = pairs(dimension);
-    let mut found = Vec::with_capacity(groups.len() * pairs.len());
+    let stencils = stencils(schema.stencil, dimension);
+    let mut found = Vec::with_capacity(groups.len() * stencils.len());
     for (number, group) in groups.iter().enumerate() {
-        for (link, [i, j]) in pairs.iter().enumerate() {
-            let parameters = of.parameters(link, Some([group.masses[*i], group.masses[*j]]));
-            let pair = [i, j].map(|particle| number * chain(dimension) + particle);
-            let edge = (schema.stencil == Stencil::Edge).then_some(number * pairs.len() + link);
-            found.push(ForceElement::new(schema, &pair, edge, parameters));
+        for (place, stencil) in stencils.iter().enumerate() {
+            let masses: Vec<f64> = stencil.iter().map(|particle| group.masses[*particle]).collect();
+            let global = |particle: &usize| number * chain(dimension) + particle;
+            let particles: Vec<usize> = stencil.iter().map(global).collect();
+            let is_edge = schema.stencil == Stencil::Edge;
+            let edge = is_edge.then_some(number * stencils.len() + place);
+            found.push(ForceElement::new(schema, &particles, edge, of.parameters(place, &masses)));
         }
     }
     found

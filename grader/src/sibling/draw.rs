@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use fastrand::Rng;
-use scene::schema::{ForceSchema, ParameterSchema, Potential};
+use scene::schema::{ForceSchema, ParameterSchema};
 use scene::{ForceElement, Scene, Viewport};
 
 /// Logarithm of the largest factor of a mass, of a velocity, or of a parameter: from 0.78 to 1.28. A method that is stable
@@ -97,20 +97,11 @@ impl<'a> Factors<'a> {
         size: f64,
     ) -> f64 {
         let name = (schema.tag, parameter.name);
-        match is_length(schema, parameter) {
+        match parameter.is_length {
             true => significant(size * self.scaled(name, value, LENGTH)),
             false => self.value(name, value),
         }
     }
-}
-
-/// Whether a parameter is compared with the distance of two particles: it shapes a potential between them.
-fn is_length(schema: &ForceSchema, parameter: &ParameterSchema) -> bool {
-    let mut parts = schema.parts.iter();
-    !schema.stencil.is_field()
-        && parts.any(|part| {
-            part.derives_from == Potential::Energy && part.shaped_by.contains(&parameter.name)
-        })
 }
 
 /// How the particles of a scene are placed anew.

@@ -136,12 +136,12 @@ fn check_values(scene: &Scene) -> Result<(), Fault> {
         if let Some((parameter, _)) = values.find(|(_, value)| **value == 1.0) {
             return Err(is_one(parameter.name));
         }
-        let ends = force.pair().map(|pair| pair.map(|end| scene.particles[end].position));
-        let axes = scene.dimension.count();
-        if let Some([a, b]) = ends
-            && (0..axes).filter(|axis| a[*axis] != b[*axis]).count() < 2
-        {
-            return Err(Fault::Special(format!("a <{}> lies along an axis", force.schema.tag)));
+        for pair in force.particles.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|end| scene.particles[end].position);
+            let axes = scene.dimension.count();
+            if (0..axes).filter(|axis| a[*axis] != b[*axis]).count() < 2 {
+                return Err(Fault::Special(format!("a <{}> lies along an axis", force.schema.tag)));
+            }
         }
     }
     Ok(())

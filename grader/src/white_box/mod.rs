@@ -201,7 +201,7 @@ mod tests {
     use simulator::force::{Degenerate, ElementJacobians, Force, JacobianSink, Numbered, State};
     use simulator::system::BuildForce;
 
-    /// The reason why a force cannot be checked, if there is one: it has no law, or its example between two particles
+    /// The reason why a force cannot be checked, if there is one: it has no law, or its example among particles
     /// in general position yields nothing to check.
     fn registry_fault(kind: &'static ForceKind) -> Option<String> {
         let tag = kind.schema.tag;
@@ -210,6 +210,8 @@ mod tests {
             r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>
             <particle m="1.5" px="0.3" py="-0.7" vx="0.4" vy="1.1" fixed="0"/>
             <particle m="0.8" px="1.9" py="0.6" vx="-0.9" vy="0.2" fixed="0"/>
+            <particle m="1.1" px="2.2" py="-0.9" vx="0.3" vy="-0.8" fixed="0"/>
+            <particle m="0.6" px="0.7" py="1.4" vx="0.8" vy="0.5" fixed="0"/>
             <edge i="0" j="1"/>{}</scene>"#,
             kind.schema.example
         );
@@ -222,15 +224,15 @@ mod tests {
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
         let force: Box<dyn Force<2>> = kind.build(&scene, &elements);
         let state = State {
-            masses: &[1.5, 0.8],
-            positions: &[0.3, -0.7, 1.9, 0.6],
-            velocities: &[0.4, 1.1, -0.9, 0.2],
+            masses: &[1.5, 0.8, 1.1, 0.6],
+            positions: &[0.3, -0.7, 1.9, 0.6, 2.2, -0.9, 0.7, 1.4],
+            velocities: &[0.4, 1.1, -0.9, 0.2, 0.3, -0.8, 0.8, 0.5],
             time: 0.25,
         };
-        let mut values = [0.0; 4];
+        let mut values = [0.0; 8];
         let mut largest = Largest([0.0; 2]);
         let defined = force
-            .add_force(state, 0..2, &mut values)
+            .add_force(state, 0..4, &mut values)
             .and_then(|()| force.add_jacobians(state, &mut largest));
         if defined.is_err() || values.iter().any(|value| !value.is_finite()) {
             return Some(format!("{tag}: its example is degenerate"));
@@ -311,7 +313,7 @@ mod tests {
             formula: spring.schema.formula,
             parts: spring.schema.parts,
             masses: spring.schema.masses,
-            central: spring.schema.central,
+            conserves: spring.schema.conserves,
         };
         let fault = |schema, build_2d, build_3d| {
             registry_fault(Box::leak(Box::new(ForceKind { schema, build_2d, build_3d })))

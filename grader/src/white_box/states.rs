@@ -2,13 +2,15 @@
 //!
 //! Half of them are random. The others are deliberately hard: almost zero length, compressed and stretched, mass ratios
 //! of 1e9, far from the origin, velocities along and across the line of two particles, no velocity, and every parameter
-//! that may be zero at zero. Some have three particles, with elements that share a particle, are listed backwards, or
-//! join the same two. Parameters are drawn from the schema's typical values.
+//! that may be zero at zero. Some have a particle more than one element needs, with elements that share particles, are
+//! listed backwards, or act on the same. Parameters are drawn from the schema's typical values.
 //!
 //! Coordinates are multiples of a power of two with spare digits, so that differences can take exact steps.
 
+use std::ops::Range;
+
 use fastrand::Rng;
-use scene::schema::{Domain, ParameterSchema, Stencil};
+use scene::schema::{Domain, ForceSchema, ParameterSchema, Stencil};
 use scene::{Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Scene};
 use simulator::force::ForceKind;
 use simulator::integrator;
@@ -74,35 +76,45 @@ struct Plan {
     arrangement: Arrangement,
 }
 
-/// The particles that the elements join.
+/// The particles that the elements act on; those of a field, as if it acted between two.
 #[derive(Clone, Copy, PartialEq)]
 enum Arrangement {
-    /// 0 and 1.
-    Pair,
-    /// 1 and 0.
+    /// One element.
+    Single,
+    /// One, on the particles in descending order.
     Backwards,
-    /// 0 and 1, 1 and 2.
+    /// One, and one that begins at its second particle.
     Chain,
-    /// 0 and 1, 2 and 1.
+    /// The same, the second in descending order.
     ChainBackwards,
-    /// 0 and 2, twice; 1 is isolated.
+    /// Two on the same particles, which are all but the second.
     Twice,
 }
 
 impl Arrangement {
-    fn pairs(self) -> &'static [[usize; 2]] {
+    fn stencils(self, size: usize) -> Vec<Vec<usize>> {
+        let first: Vec<usize> = (0..size).collect();
+        let reversed = |particles: Range<usize>| particles.rev().collect();
         match self {
-            Self::Pair => &[[0, 1]],
-            Self::Backwards => &[[1, 0]],
-            Self::Chain => &[[0, 1], [1, 2]],
-            Self::ChainBackwards => &[[0, 1], [2, 1]],
-            Self::Twice => &[[0, 2], [0, 2]],
+            Self::Single => vec![first],
+            Self::Backwards => vec![reversed(0..size)],
+            Self::Chain => vec![first, (1..size + 1).collect()],
+            Self::ChainBackwards => vec![first, reversed(1..size + 1)],
+            Self::Twice => vec![(0..size + 1).filter(|particle| *particle != 1).collect(); 2],
         }
     }
 
-    fn n_particles(self) -> usize {
-        1 + self.pairs().iter().flatten().max().copied().unwrap_or(0)
+    fn n_particles(self, size: usize) -> usize {
+        match self {
+            Self::Single | Self::Backwards => size,
+            Self::Chain | Self::ChainBackwards | Self::Twice => size + 1,
+        }
     }
+}
+
+/// The particles of an element, or as many as suffice for a field.
+fn size_of(schema: &ForceSchema) -> usize {
+    schema.stencil.size().max(2)
 }
 
 const PLAIN: Plan = Plan {
@@ -112,7 +124,7 @@ const PLAIN: Plan = Plan {
     masses: [0.5, 4.0],
     without: None,
     axis_aligned: false,
-    arrangement: Arrangement::Pair,
+    arrangement: Arrangement::Single,
 };
 
 /// The states for `kind`: `random` random ones, and the hard ones.
@@ -125,6 +137,11 @@ pub fn states(
     let mut plans: Vec<(String, Plan)> =
         (1..=random).map(|number| (format!("random {number}"), PLAIN)).collect();
     let mut hard = |name: &str, plan: Plan| plans.push((name.to_owned(), plan));
+    let more = match size_of(&kind.schema) {
+        2 => "three".to_owned(),
+        3 => "four".to_owned(),
+        size => (size + 1).to_string(),
+    };
     let length = |times: f64| Plan { length: Length::Times(times), ..PLAIN };
     hard("length nearly zero", length(1e-6));
     hard("compressed to a hundredth", length(0.01));
@@ -148,14 +165,16 @@ pub fn states(
             hard(&format!("{name} = 0, compressed"), at(0.5));
             hard(&format!("{name} = 0, stretched"), at(1.5));
             let chain = Plan { arrangement: Arrangement::Chain, ..plan };
-            hard(&format!("{name} = 0, three particles"), chain);
+            hard(&format!("{name} = 0, {more} particles"), chain);
         }
     }
     let arranged = |arrangement| Plan { arrangement, ..PLAIN };
     hard("listed backwards", arranged(Arrangement::Backwards));
-    hard("three particles, two elements", arranged(Arrangement::Chain));
-    hard("three particles, one element backwards", arranged(Arrangement::ChainBackwards));
-    hard("two elements on one pair, a particle beside", arranged(Arrangement::Twice));
+    hard(&format!("{more} particles, two elements"), arranged(Arrangement::Chain));
+    let backwards = arranged(Arrangement::ChainBackwards);
+    hard(&format!("{more} particles, one element backwards"), backwards);
+    let same = if size_of(&kind.schema) == 2 { "one pair" } else { "the same particles" };
+    hard(&format!("two elements on {same}, a particle beside"), arranged(Arrangement::Twice));
 
     // These are hard for differences of two positions. A field of the position itself is rounded with it: far from the origin,
     // or in a tiny box, nothing can be measured.
@@ -173,26 +192,27 @@ fn draw(
     plan: Plan,
     rng: &mut Rng,
 ) -> CheckState {
-    let stencil = kind.schema.stencil;
+    let schema = &kind.schema;
+    let stencils = plan.arrangement.stencils(size_of(schema));
+    let length = schema.parameters.iter().position(|parameter| parameter.is_length);
     let mut rest_length = 1.0;
-    let elements = plan.arrangement.pairs().iter().enumerate().map(|(number, pair)| {
-        let mut parameters = kind.schema.zeros();
-        for (place, (value, parameter)) in
-            parameters.iter_mut().zip(kind.schema.parameters).enumerate()
+    let elements = stencils.iter().enumerate().map(|(number, particles)| {
+        let mut parameters = schema.zeros();
+        for (place, (value, parameter)) in parameters.iter_mut().zip(schema.parameters).enumerate()
         {
             let absent = plan.without == Some(place)
                 || (parameter.three_dimensional && dimension == Dimension::Two);
             *value = if absent { 0.0 } else { typical(parameter, rng) };
-            if parameter.name == "l0" && number == 0 && *value > 0.0 {
+            if Some(place) == length && number == 0 && *value > 0.0 {
                 rest_length = *value;
             }
         }
-        let particles: &[usize] = if stencil.is_field() { &[] } else { pair };
-        let edge = (stencil == Stencil::Edge).then_some(number);
-        ForceElement::new(&kind.schema, particles, edge, parameters)
+        let acts_on = if schema.stencil.is_field() { 0 } else { schema.stencil.size() };
+        let edge = (schema.stencil == Stencil::Edge).then_some(number);
+        ForceElement::new(schema, &particles[..acts_on], edge, parameters)
     });
     let elements = elements.collect();
-    let (scene, time) = compose(elements, dimension, &plan, rest_length, rng);
+    let (scene, time) = compose(elements, &stencils, dimension, &plan, rest_length, rng);
     CheckState { name, scene, time }
 }
 
@@ -204,13 +224,14 @@ fn typical(parameter: &ParameterSchema, rng: &mut Rng) -> f64 {
 
 fn compose(
     elements: Vec<ForceElement>,
+    stencils: &[Vec<usize>],
     dimension: Dimension,
     plan: &Plan,
     rest_length: f64,
     rng: &mut Rng,
 ) -> (Scene, f64) {
-    let n_particles = plan.arrangement.n_particles();
-    let positions = positions(dimension, plan, rest_length, rng);
+    let n_particles = plan.arrangement.n_particles(stencils[0].len());
+    let positions = positions(n_particles, dimension, plan, rest_length, rng);
     let line: [f64; 3] = std::array::from_fn(|axis| positions[1][axis] - positions[0][axis]);
     let velocities = velocities(dimension, plan.motion, line, n_particles, rng);
     let particles =
@@ -221,24 +242,28 @@ fn compose(
             };
             Particle { mass, position, velocity, fixed: false, radius: PARTICLE_RADIUS, tag: None }
         });
+    let edges = stencils
+        .iter()
+        .map(|stencil| Edge { particles: [stencil[0], stencil[1]], radius: EDGE_RADIUS });
     let scene = Scene {
         particles: particles.collect(),
-        edges: plan
-            .arrangement
-            .pairs()
-            .iter()
-            .map(|pair| Edge { particles: *pair, radius: EDGE_RADIUS })
-            .collect(),
+        edges: edges.collect(),
         forces: elements,
         ..Scene::new("state", dimension, &integrator::REGISTRY[0].schema)
     };
     (scene, on_grid(8.0 * rng.f64(), 10))
 }
 
-fn positions(dimension: Dimension, plan: &Plan, rest_length: f64, rng: &mut Rng) -> Vec<[f64; 3]> {
+fn positions(
+    n_particles: usize,
+    dimension: Dimension,
+    plan: &Plan,
+    rest_length: f64,
+    rng: &mut Rng,
+) -> Vec<[f64; 3]> {
     let first = vector(dimension, rng).map(|component| on_grid(component + plan.far, 12));
     let mut positions = vec![first];
-    while positions.len() < plan.arrangement.n_particles() {
+    while positions.len() < n_particles {
         let length = match plan.length {
             Length::Any => 0.5 + 2.5 * rng.f64(),
             Length::Times(times) => times * rest_length,

@@ -140,7 +140,8 @@ pub fn cost(scene: &Scene, solver: LinearSolver) -> Result<Cost, SimulationError
 }
 
 /// The scene embedded in 3D (unless it has wind), with every force that its method supports. Added forces have zero
-/// coefficients; added pair forces act between the first particle and the one farthest from it.
+/// coefficients; those that are no fields act on the first particle, the one farthest from it, and the ones after the
+/// first.
 pub fn general(scene: &Scene) -> Scene {
     let distance = |idx: &usize| -> f64 {
         let [a, b] = [0, *idx].map(|idx| scene.particles[idx].position);
@@ -155,11 +156,14 @@ pub fn general(scene: &Scene) -> Scene {
         if scene.forces.iter().any(|force| force.schema == schema) {
             continue;
         }
-        let particles = match (schema.stencil.is_field(), furthest) {
-            (true, _) => vec![],
-            (false, Some(other)) => vec![0, other],
-            (false, None) => continue,
-        };
+        // The first particle, the one farthest from it, and the ones after the first.
+        let others = || (1..scene.particles.len()).filter(|other| Some(*other) != furthest);
+        let size = if schema.stencil.is_field() { 0 } else { schema.stencil.size() };
+        let particles: Vec<usize> =
+            [0].into_iter().chain(furthest).chain(others()).take(size).collect();
+        if particles.len() < size {
+            continue;
+        }
         let parameters = schema.parameters.iter().map(|parameter| {
             // For example a rest length, which must be positive.
             if parameter.domain.contains(0.0) { 0.0 } else { parameter.typical.0 }
@@ -248,7 +252,8 @@ fn coupled_parts(scene: &Scene) -> Vec<usize> {
         }
         at
     };
-    for [i, j] in scene.forces.iter().filter_map(ForceElement::pair) {
+    for pair in scene.forces.iter().flat_map(|force| force.particles.windows(2)) {
+        let [i, j] = [pair[0], pair[1]];
         let [free_i, free_j] = [i, j].map(|particle| !scene.particles[particle].fixed);
         coupled[i] |= free_i;
         coupled[j] |= free_j;

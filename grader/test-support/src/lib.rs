@@ -1,6 +1,6 @@
 //! Shared support of integration tests: the repository's folders and scenes, and generated documents.
 
-pub mod schema;
+mod schema;
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -81,7 +81,10 @@ pub fn suite() -> Suite {
 /// # Panics
 /// If they differ; the message names the first differing line and `command`, which writes the document.
 pub fn assert_document(name: &str, text: &str, command: &str) {
-    let path = document(name, text.as_bytes());
+    let path = root().join("docs").join(name);
+    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
+        std::fs::write(&path, text).expect("a document");
+    }
     let stored = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
     let differing = stored.lines().zip(text.lines()).find(|(stored, new)| stored != new);
     assert!(
@@ -91,25 +94,16 @@ pub fn assert_document(name: &str, text: &str, command: &str) {
     );
 }
 
-/// Asserts that a picture of `docs/` has these bytes, or rewrites it, as [`assert_document`] does.
+/// Asserts that a report fits its schema, `docs/NAME`.
 ///
 /// # Panics
-/// If it has other bytes, or cannot be written.
-pub fn assert_picture(name: &str, bytes: &[u8], command: &str) {
-    let stored = std::fs::read(document(name, bytes)).unwrap_or_default();
-    assert!(
-        stored == bytes,
-        "docs/{name} is out of date\nhelp: look at it and accept it with `UPDATE_DOCS=1 {command}`"
-    );
-}
-
-/// The path of a document, which holds `bytes` if documents are to be rewritten.
-fn document(name: &str, bytes: &[u8]) -> PathBuf {
-    let path = root().join("docs").join(name);
-    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
-        std::fs::write(&path, bytes).expect("a document");
+/// If it does not; the message names the place and the reason.
+pub fn assert_fits(name: &str, report: &serde_json::Value) {
+    let text = std::fs::read_to_string(root().join("docs").join(name)).expect("a schema");
+    let schema = serde_json::from_str(&text).expect("JSON");
+    if let Err(reason) = schema::validate(&schema, report) {
+        panic!("docs/{name}: {reason}");
     }
-    path
 }
 
 /// A JUnit report without the times, which no two runs have in common.

@@ -5,7 +5,7 @@
 use serde_json::Value;
 
 /// Validates `instance`; the error names the first place that does not fit `schema`, and the reason.
-pub fn validate(schema: &Value, instance: &Value) -> Result<(), String> {
+pub(super) fn validate(schema: &Value, instance: &Value) -> Result<(), String> {
     if let Some(keyword) = unknown_keyword(schema) {
         return Err(format!("the schema has the unknown keyword {keyword}"));
     }

@@ -737,7 +737,7 @@ mod tests {
         for [red, green, blue] in [left, right] {
             assert!(red < 240 && red > green && green > blue, "{left:?} {right:?}");
         }
-        painter.set_materials(&Materials::of(Texture::from_png(&picture.png()).unwrap()));
+        painter.set_materials(&Materials::of(Texture::from_png(&picture.png().unwrap()).unwrap()));
         let [left, right] = colors(&painter);
         assert!(left[0] > 150 && left[2] < 100, "{left:?}");
         assert!(right[2] > 150 && right[0] < 100, "{right:?}");

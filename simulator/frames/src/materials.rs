@@ -267,8 +267,9 @@ impl Reader {
     /// The picture in a file.
     fn picture(&mut self, path: &Path, what: &str) -> Option<&Texture> {
         if !self.pictures.contains_key(path) {
-            let read = self.content(path);
-            let read = read.and_then(|bytes| Ok(Texture::from_png(&bytes)?));
+            let read = self.content(path).and_then(|bytes| {
+                Texture::from_png(&bytes).map_err(|error| format!("cannot be read as PNG: {error}"))
+            });
             let picture = match read {
                 Ok(picture) => Some(picture),
                 Err(reason) => {

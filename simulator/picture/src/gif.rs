@@ -1,20 +1,12 @@
-//! Animations as GIF: 255 colours a frame, the frames' own where they are so few.
+//! Animations as GIF: at most 256 colours a frame, the frame's own if it has no more.
 //!
-//! More colours are reduced by median cut (Heckbert, *Color image quantization for frame buffer display*, 1982): the box
-//! of colours with the longest side is split at the median of its pixels, until there are 255. A frame holds the
-//! rectangle of the pixels that changed; those in it that did not are transparent.
+//! NeuQuant (Dekker, *Kohonen neural networks for optimal colour quantization*, 1994) reduces more colours. A frame holds
+//! the rectangle of the pixels that changed; those in it that did not are transparent.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::ops::Range;
 
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
-
-/// Maximum number of colours of a frame.
-const COLORS: usize = 255;
-
-/// The number of transparent pixels.
-const TRANSPARENT: u8 = 0;
 
 /// Writes an animation, frame by frame.
 pub struct GifWriter<W: Write> {
@@ -58,20 +50,19 @@ impl<W: Write> GifWriter<W> {
         let [columns, rows] = changed([width, height], is_changed);
         let inside =
             rows.clone().flat_map(|row| columns.clone().map(move |column| row * width + column));
-        let part: Vec<_> = inside.map(|at| is_changed(at).then_some(color(at))).collect();
-        let Indexed { palette, buffer } = Indexed::of(&part);
+        let pixel = |at: usize| match (is_changed(at), color(at)) {
+            (true, [red, green, blue]) => [red, green, blue, 255],
+            (false, _) => [0; 4],
+        };
+        let mut part: Vec<u8> = inside.flat_map(pixel).collect();
         let short = |length: usize| u16::try_from(length).unwrap_or(u16::MAX);
+        let (part_width, part_height) = (short(columns.len()), short(rows.len()));
         let frame = Frame {
             left: short(columns.start),
             top: short(rows.start),
-            width: short(columns.len()),
-            height: short(rows.len()),
             delay: u16::try_from(delay).unwrap_or(u16::MAX),
             dispose: DisposalMethod::Keep,
-            transparent: Some(TRANSPARENT),
-            palette: Some(palette),
-            buffer: buffer.into(),
-            ..Frame::default()
+            ..Frame::from_rgba(part_width, part_height, &mut part)
         };
         self.last.clear();
         self.last.extend_from_slice(pixels);
@@ -99,136 +90,56 @@ fn changed([width, height]: [usize; 2], is_changed: impl Fn(usize) -> bool) -> [
     if rows.is_empty() { [0..1, 0..1] } else { [columns, rows] }
 }
 
-/// A picture of at most 255 colours.
-struct Indexed {
-    /// Red, green and blue of each colour; the first is that of transparent pixels.
-    palette: Vec<u8>,
-    /// The number of each pixel's colour.
-    buffer: Vec<u8>,
-}
-
-impl Indexed {
-    /// The picture with these colours; `None` is transparent.
-    fn of(pixels: &[Option<[u8; 3]>]) -> Self {
-        let mut counts: BTreeMap<[u8; 3], u64> = BTreeMap::new();
-        for color in pixels.iter().flatten() {
-            *counts.entry(*color).or_default() += 1;
-        }
-        let mut indexed = Self { palette: vec![0; 3], buffer: Vec::new() };
-        let mut numbers: BTreeMap<[u8; 3], u8> = BTreeMap::new();
-        for (number, part) in (1..=u8::MAX).zip(median_cut(counts.into_iter().collect())) {
-            indexed.palette.extend(mean(&part));
-            numbers.extend(part.into_iter().map(|(color, _)| (color, number)));
-        }
-        let number = |pixel: &Option<[u8; 3]>| pixel.map_or(TRANSPARENT, |color| numbers[&color]);
-        indexed.buffer = pixels.iter().map(number).collect();
-        indexed
-    }
-}
-
-/// Colours with their numbers of pixels.
-type Colors = Vec<([u8; 3], u64)>;
-
-/// Divides colours into at most 255 boxes.
-fn median_cut(colors: Colors) -> Vec<Colors> {
-    let mut boxes = vec![(longest_side(&colors), colors)];
-    while boxes.len() < COLORS {
-        let widest = boxes.iter().enumerate().max_by_key(|(number, ((length, _), _))| {
-            // The first of equals.
-            (*length, usize::MAX - number)
-        });
-        let Some((number, ((1.., axis), _))) = widest else { break };
-        let axis = *axis;
-        let (_, mut colors) = boxes.swap_remove(number);
-        colors.sort_by_key(|(color, _)| (color[axis], *color));
-        let half = colors.iter().map(|(_, count)| count).sum::<u64>() / 2;
-        let mut below = 0;
-        let middle = colors.iter().position(|(_, count)| {
-            below += count;
-            below > half
-        });
-        // Neither part is empty.
-        let middle = middle.unwrap_or(0).clamp(1, colors.len() - 1);
-        let upper = colors.split_off(middle);
-        boxes.extend([colors, upper].map(|part| (longest_side(&part), part)));
-    }
-    boxes.into_iter().map(|(_, colors)| colors).filter(|colors| !colors.is_empty()).collect()
-}
-
-/// The length of the longest side of the box around these colours, and its axis.
-fn longest_side(colors: &Colors) -> (u8, usize) {
-    let side = |axis: usize| {
-        let values = || colors.iter().map(|(color, _)| color[axis]);
-        (values().max().unwrap_or(0) - values().min().unwrap_or(0), axis)
-    };
-    (0..3).map(side).max_by_key(|(length, axis)| (*length, 3 - axis)).unwrap_or_default()
-}
-
-/// The mean of some colours.
-fn mean(colors: &Colors) -> [u8; 3] {
-    let total: u64 = colors.iter().map(|(_, count)| count).sum();
-    [0, 1, 2].map(|axis| {
-        let sum: u64 = colors.iter().map(|(color, count)| u64::from(color[axis]) * count).sum();
-        ((sum + total / 2) / total) as u8
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn few_colours_are_exact_and_many_approximate() {
-        let few = [Some([1, 2, 3]), None, Some([9, 8, 7]), Some([1, 2, 3])];
-        let Indexed { palette, buffer } = Indexed::of(&few);
-        let shown = |palette: &[u8], number: u8| palette[3 * usize::from(number)..][..3].to_vec();
-        assert_eq!((buffer[1], palette.len()), (TRANSPARENT, 9));
-        assert_eq!(shown(&palette, buffer[0]), [1, 2, 3]);
-        assert_eq!(shown(&palette, buffer[2]), [9, 8, 7]);
-        // A gradient of 4,096 colours, in 255.
-        let many: Vec<_> =
-            (0..4096_u32).map(|k| Some([(k / 16) as u8, (k % 16) as u8, 77])).collect();
-        let Indexed { palette, buffer } = Indexed::of(&many);
-        assert_eq!(palette.len(), 3 * 256);
-        for (color, number) in many.iter().flatten().zip(buffer) {
-            assert_ne!(number, TRANSPARENT);
-            for (a, b) in color.iter().zip(shown(&palette, number)) {
-                assert!(a.abs_diff(b) <= 8, "{color:?} {a} {b}");
+    /// Shows an animation as a player does: the pixels after each frame, and how many pixels each frame stores.
+    fn played(bytes: &[u8], width: usize, n_pixels: usize) -> Vec<(Vec<u8>, usize)> {
+        let mut options = gif::DecodeOptions::new();
+        options.set_color_output(gif::ColorOutput::RGBA);
+        let mut decoder = options.read_info(bytes).unwrap();
+        let mut shown = vec![0; 3 * n_pixels];
+        let mut frames = Vec::new();
+        while let Some(frame) = decoder.read_next_frame().unwrap() {
+            for (at, pixel) in frame.buffer.chunks_exact(4).enumerate().filter(|(_, p)| p[3] > 0) {
+                let (row, column) = (at / usize::from(frame.width), at % usize::from(frame.width));
+                let at = width * (row + usize::from(frame.top)) + column + usize::from(frame.left);
+                shown[3 * at..][..3].copy_from_slice(&pixel[..3]);
             }
+            frames.push((shown.clone(), frame.buffer.len() / 4));
         }
+        frames
     }
 
-    /// Frames of moving, resting and many-coloured pixels, put over each other as a player does.
     #[test]
-    fn a_player_shows_the_frames() {
-        let size = [9, 7];
-        let n_pixels = 63;
-        let mut frames = vec![vec![10; 3 * n_pixels]; 4];
+    fn frames_store_what_changed_and_show_few_colours_exactly() {
+        let mut frames = vec![vec![10; 3 * 63]; 4];
         frames[1][3 * 30..3 * 33].copy_from_slice(&[1, 2, 3, 10, 10, 10, 7, 8, 9]);
         frames[2] = frames[1].clone();
         frames[3][3 * 62..].copy_from_slice(&[0, 0, 0]);
-        let mut writer = GifWriter::new(Vec::new(), size, 24.0).unwrap();
+        let mut writer = GifWriter::new(Vec::new(), [9, 7], 24.0).unwrap();
         for frame in &frames {
             writer.write(frame).unwrap();
         }
-        let bytes = writer.into_inner().unwrap();
-        let mut options = gif::DecodeOptions::new();
-        options.set_color_output(gif::ColorOutput::RGBA);
-        let mut decoder = options.read_info(&*bytes).unwrap();
-        let mut shown = vec![0; 3 * n_pixels];
-        let mut n_stored = Vec::new();
-        for expected in &frames {
-            let frame = decoder.read_next_frame().unwrap().unwrap();
-            n_stored.push(usize::from(frame.width) * usize::from(frame.height));
-            for (at, pixel) in frame.buffer.chunks_exact(4).enumerate().filter(|(_, p)| p[3] > 0) {
-                let (row, column) = (at / usize::from(frame.width), at % usize::from(frame.width));
-                let (row, column) =
-                    (row + usize::from(frame.top), column + usize::from(frame.left));
-                shown[3 * (9 * row + column)..][..3].copy_from_slice(&pixel[..3]);
-            }
-            assert_eq!(shown, *expected);
+        let played = played(&writer.into_inner().unwrap(), 9, 63);
+        for ((shown, _), expected) in played.iter().zip(&frames) {
+            assert_eq!(shown, expected);
         }
+        let n_stored: Vec<usize> = played.iter().map(|(_, stored)| *stored).collect();
         assert_eq!(n_stored[..3], [63, 3, 1]);
+    }
+
+    #[test]
+    fn many_colours_are_near() {
+        let pixels: Vec<u8> =
+            (0..4096_u32).flat_map(|k| [(k / 16) as u8, (k % 16) as u8, 77]).collect();
+        let mut writer = GifWriter::new(Vec::new(), [64, 64], 24.0).unwrap();
+        writer.write(&pixels).unwrap();
+        let played = played(&writer.into_inner().unwrap(), 64, 4096);
+        for (shown, expected) in played[0].0.iter().zip(&pixels) {
+            assert!(shown.abs_diff(*expected) <= 8, "{expected} {shown}");
+        }
     }
 
     #[test]

@@ -47,8 +47,8 @@ pub struct ForceSchema {
     pub parts: &'static [PartSchema],
     /// How it depends on masses.
     pub masses: Masses,
-    /// Whether it acts along the line that joins its two particles, and so conserves angular momentum.
-    pub central: bool,
+    /// What it conserves.
+    pub conserves: Conserves,
     /// An element as it would stand in a file.
     pub example: &'static str,
 }
@@ -202,6 +202,17 @@ pub enum Masses {
     Product,
 }
 
+/// What a force conserves, whatever the masses: the sum of its forces is zero, or that of its torques as well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Conserves {
+    /// Neither.
+    Nothing,
+    /// Momentum.
+    Momentum,
+    /// Momentum and angular momentum.
+    AngularMomentum,
+}
+
 impl PartialEq for ForceSchema {
     fn eq(&self, other: &Self) -> bool {
         self.tag == other.tag
@@ -257,6 +268,8 @@ pub struct ParameterSchema {
     pub default: Option<f64>,
     /// Whether it belongs to three dimensions only.
     pub three_dimensional: bool,
+    /// Whether it is a length, which is compared with distances of particles.
+    pub is_length: bool,
     /// Lower and upper bound of values that checks and benches draw from.
     pub typical: (f64, f64),
     /// Three values with few binary digits, for checks of a few elements whose inputs must be exact in single
@@ -278,6 +291,7 @@ impl ParameterSchema {
             domain: Domain::Finite,
             default: None,
             three_dimensional: false,
+            is_length: false,
             typical,
             samples,
         }
@@ -298,6 +312,12 @@ impl ParameterSchema {
     /// The same, with a value for where it is missing.
     pub const fn default_to(mut self, value: f64) -> Self {
         self.default = Some(value);
+        self
+    }
+
+    /// The same, a length.
+    pub const fn length(mut self) -> Self {
+        self.is_length = true;
         self
     }
 

@@ -250,9 +250,10 @@ impl Target {
                 let path = folder.join(format!("frame{frame:05}.{}", format.extension()));
                 let bytes = match (*format, canvas) {
                     (FrameFormat::Png, Some(canvas)) => canvas.png(),
-                    _ => drawing.svg().into_bytes(),
+                    _ => Ok(drawing.svg().into_bytes()),
                 };
-                let written = OutputFile::create(&path).and_then(|mut file| {
+                let written = bytes.and_then(|bytes| {
+                    let mut file = OutputFile::create(&path)?;
                     file.write_all(&bytes)?;
                     file.commit()
                 });

@@ -9,7 +9,7 @@
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use scene::Scene;
-use scene::schema::{ForceSchema, Masses, Stencil};
+use scene::schema::{Conserves, ForceSchema, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -23,7 +23,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         ),
         parts: &PARTS,
         masses: Masses::None,
-        central: false,
+        conserves: Conserves::Nothing,
         example: r#"<constantforce fx="0.5" fy="-1"/>"#,
     },
     build_2d: build::<2>,

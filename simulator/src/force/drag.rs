@@ -15,7 +15,7 @@ use super::{
 use super::{add_to, vector_of};
 use scene::Scene;
 use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -38,7 +38,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             derives_from: Potential::Dissipation,
         }],
         masses: Masses::None,
-        central: false,
+        conserves: Conserves::Nothing,
         example: r#"<dragdamping b="0.5"/>"#,
     },
     build_2d: build::<2>,

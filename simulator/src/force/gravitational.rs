@@ -14,7 +14,7 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -40,7 +40,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             derives_from: Potential::Energy,
         }],
         masses: Masses::Product,
-        central: true,
+        conserves: Conserves::AngularMomentum,
         example: r#"<gravitationalforce i="0" j="1" G="0.000118419"/>"#,
     },
     build_2d: build::<2>,

@@ -15,7 +15,7 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -27,7 +27,9 @@ pub(super) static KIND: ForceKind = ForceKind {
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 10.0), [0.25, 0.375, 0.3125])
                 .non_negative(),
-            ParameterSchema::new("l0", "rest length", (1.0, 3.0), [1.25, 2.5, 1.125]).positive(),
+            ParameterSchema::new("l0", "rest length", (1.0, 3.0), [1.25, 2.5, 1.125])
+                .positive()
+                .length(),
         ],
         parts: &[PartSchema {
             name: "all",
@@ -40,7 +42,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             derives_from: Potential::Energy,
         }],
         masses: Masses::None,
-        central: true,
+        conserves: Conserves::AngularMomentum,
         example: r#"<greenspringforce edge="0" k="100" l0="1"/>"#,
     },
     build_2d: build::<2>,

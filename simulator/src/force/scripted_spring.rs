@@ -15,7 +15,7 @@ use super::pair::PairForce;
 use super::spring::Spring;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 use scene::{ForceElement, Scene};
 
@@ -28,9 +28,11 @@ pub(super) static KIND: ForceKind = ForceKind {
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),
             ParameterSchema::new("l0", "rest length at first", (0.2, 2.0), [0.75, 2.5, 0.625])
-                .non_negative(),
+                .non_negative()
+                .length(),
             ParameterSchema::new("l1", "rest length at last", (0.2, 2.0), [1.5, 0.5, 1.25])
-                .non_negative(),
+                .non_negative()
+                .length(),
             ParameterSchema::new("t1", "time of the change", (0.5, 4.0), [2.0, 4.0, 8.0])
                 .positive(),
         ],
@@ -45,7 +47,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             derives_from: Potential::Energy,
         }],
         masses: Masses::None,
-        central: true,
+        conserves: Conserves::AngularMomentum,
         example: r#"<scriptedspringforce edge="0" k="100" l0="1" l1="2" t1="5"/>"#,
     },
     build_2d: build::<2>,

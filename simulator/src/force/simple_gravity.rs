@@ -10,7 +10,7 @@
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use scene::Scene;
-use scene::schema::{ForceSchema, Masses, Stencil};
+use scene::schema::{Conserves, ForceSchema, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -24,7 +24,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         ),
         parts: &PARTS,
         masses: Masses::Own,
-        central: false,
+        conserves: Conserves::Nothing,
         example: r#"<simplegravity fx="0" fy="-9.81"/>"#,
     },
     build_2d: build::<2>,

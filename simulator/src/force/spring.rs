@@ -22,7 +22,7 @@ use super::pair::PairForce;
 use super::reciprocal::reciprocal;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 use scene::{ForceElement, Scene};
 
@@ -35,7 +35,8 @@ pub(super) static KIND: ForceKind = ForceKind {
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),
             ParameterSchema::new("l0", "rest length", (0.2, 2.0), [0.75, 2.5, 0.625])
-                .non_negative(),
+                .non_negative()
+                .length(),
             ParameterSchema::new("b", "damping", (0.1, 10.0), [1.5, 1.0, 1.25])
                 .non_negative()
                 .default_to(0.0),
@@ -63,7 +64,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             },
         ],
         masses: Masses::None,
-        central: true,
+        conserves: Conserves::AngularMomentum,
         example: r#"<springforce edge="0" k="100" l0="1" b="0.5"/>"#,
     },
     build_2d: build::<2>,

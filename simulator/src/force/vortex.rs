@@ -19,7 +19,7 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -65,7 +65,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             },
         ],
         masses: Masses::None,
-        central: false,
+        conserves: Conserves::Momentum,
         example: r#"<vortexforce i="0" j="1" kbs="0.8" kvc="1000"/>"#,
     },
     build_2d: build::<2>,

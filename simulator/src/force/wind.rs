@@ -23,7 +23,7 @@ use super::{
 };
 use super::{Vector, add_to};
 use scene::schema::{
-    Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
 };
 use scene::{Particles, Scene};
 
@@ -46,7 +46,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             derives_from: Potential::Neither,
         }],
         masses: Masses::None,
-        central: false,
+        conserves: Conserves::Nothing,
         example: r#"<windforce strength="1"/>"#,
     },
     build_2d: build::<2>,

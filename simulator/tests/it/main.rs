@@ -14,6 +14,7 @@ mod projected_newton;
 mod robust;
 mod scenes;
 mod sizes;
+mod stencils;
 mod subnormal;
 mod support;
 mod threads;

@@ -27,6 +27,8 @@ fn scene() -> Scene {
             r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="1"/>
             <particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>
             <particle m="1" px="1" py="0" vx="0" vy="0" fixed="0"/>
+            <particle m="1" px="1" py="1" vx="0" vy="0" fixed="0"/>
+            <particle m="1" px="0" py="1" vx="0" vy="0" fixed="0"/>
             <edge i="0" j="1"/>{example}</scene>"#
         );
         let parsed = xml::parse(&text, "example", &vocabulary(), &ParseOptions::default());

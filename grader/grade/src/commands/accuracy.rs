@@ -14,7 +14,7 @@ use studies::accuracy::{self, AccuracyConfig, Store, Study, Target};
 use studies::report::accuracy::{csv, html, json, plot, text};
 
 use crate::args::{ReportArgs, RootArgs, RunArgs};
-use crate::output::{print, put, write_bytes, write_file, written};
+use crate::output::{print, put, write_file, written};
 use crate::pages::Pages;
 use crate::progress::bar;
 use crate::stop::{Exit, Stop, complain};
@@ -51,7 +51,7 @@ pub(crate) struct AccuracyArgs {
     rungs: Option<u32>,
 
     /// Keep all results in this folder: measured points, so that an interrupted run can continue; the report as text,
-    /// CSV and JSON; and one diagram per scene as SVG and PNG
+    /// CSV and JSON; and one diagram per scene as SVG
     #[arg(long, value_name = "DIR")]
     results: Option<PathBuf>,
 
@@ -208,21 +208,12 @@ fn write_results(folder: &Path, study: &Study) -> Result<(), Stop> {
         let name = accuracy::file_name(&scene.target.name);
         match plot::svg(scene) {
             Ok(svg) => files.push((format!("{name}.svg"), svg.into_bytes())),
-            Err(error) => {
-                complain("warning", format!("{name}: {error}"));
-                continue;
-            }
+            Err(error) => complain("warning", format!("{name}: {error}")),
         }
-        files.push((format!("{name}.png"), plot::png(scene).map_err(Stop::fault)?));
     }
     for (name, bytes) in files {
         let path = folder.join(name);
-        let written = if path.extension().is_some_and(|extension| extension == "png") {
-            write_bytes(&path, &bytes)
-        } else {
-            write_file(&path, &bytes)
-        };
-        written.map_err(Stop::about(&path))?;
+        write_file(&path, &bytes).map_err(Stop::about(&path))?;
     }
     Ok(())
 }

@@ -52,7 +52,7 @@ pub(crate) struct StabilityArgs {
     #[arg(long, value_name = "DIR")]
     resume: Option<PathBuf>,
 
-    /// Write one map per method (SVG and PNG) to this folder: where it is stable, and how much it damps
+    /// Write one map per method (SVG) to this folder: where it is stable, and how much it damps
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
 
@@ -148,11 +148,8 @@ fn plot(folder: &Path, maps: &[Map]) -> Result<(), Stop> {
     std::fs::create_dir_all(folder).map_err(Stop::about(folder))?;
     for map in maps {
         let svg = report::plot::svg(map).map_err(Stop::fault)?;
-        let png = report::plot::png(map).map_err(Stop::fault)?;
-        for (extension, bytes) in [("svg", svg.as_bytes()), ("png", &png)] {
-            let path = folder.join(format!("stability-{}.{extension}", map.method));
-            std::fs::write(&path, bytes).map_err(Stop::about(&path))?;
-        }
+        let path = folder.join(format!("stability-{}.svg", map.method));
+        std::fs::write(&path, svg).map_err(Stop::about(&path))?;
     }
     Ok(())
 }

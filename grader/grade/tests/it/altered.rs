@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
-use test_support::{root, sample, schema};
+use test_support::{assert_fits, root, sample};
 
 use crate::folder::Folder;
 use serde_json::Value;
@@ -123,9 +123,7 @@ impl Project {
         let name = format!("class/{mode}");
         let output = self.grade(&[&[&name, "--format", "json"], more].concat());
         let report: Value = serde_json::from_str(&output.stdout).unwrap();
-        let schema = root().join("docs/report.schema.json");
-        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        schema::validate(&schema, &report).unwrap();
+        assert_fits("report.schema.json", &report);
         report
     }
 }

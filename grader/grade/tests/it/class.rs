@@ -7,7 +7,7 @@ use std::ops::Deref;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
-use test_support::{root, schema, seed, without_times};
+use test_support::{assert_fits, seed, without_times};
 
 use crate::folder::{Folder, Run, command};
 use serde_json::Value;
@@ -90,9 +90,7 @@ impl Project {
     fn json(&self, arguments: &[&str]) -> Value {
         let run = self.grade(&[arguments, &["--format", "json", "--no-jacobians"]].concat());
         let report = serde_json::from_str(&run.stdout).unwrap();
-        let schema = root().join("docs/report.schema.json");
-        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        schema::validate(&schema, &report).unwrap();
+        assert_fits("report.schema.json", &report);
         report
     }
 

@@ -3,7 +3,7 @@
 use std::fs;
 
 use serde_json::Value;
-use test_support::{root, schema};
+use test_support::assert_fits;
 
 use crate::class::{Project, RIGHT};
 use crate::folder::Run;
@@ -39,8 +39,7 @@ fn verify(project: &Project, report: &str, submission: &str) -> Run {
 fn report_names_its_inputs() {
     let project = project();
     let report: Value = serde_json::from_str(&project.read("report.json")).unwrap();
-    let schema = fs::read_to_string(root().join("docs/report.schema.json")).unwrap();
-    schema::validate(&serde_json::from_str(&schema).unwrap(), &report).unwrap();
+    assert_fits("report.schema.json", &report);
     let provenance = &report["provenance"];
     assert_eq!(provenance["submission"]["path"], "class/ada");
     assert_eq!(provenance["options"]["criteria"], "course");

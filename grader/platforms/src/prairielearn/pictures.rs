@@ -1,5 +1,7 @@
 //! Pictures of a wrong scene: the residuals over time, and the particles at the first wrong step.
 
+use std::io;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use grader::compare::recording::{ExactState, Recording};
@@ -15,7 +17,7 @@ const RED: Paint = Paint { rgb: [200, 40, 40], opacity: 1.0 };
 const GREY: Paint = Paint { rgb: [150, 150, 150], opacity: 1.0 };
 
 /// A picture.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(super) struct Image {
     /// What it shows.
     label: String,
@@ -24,17 +26,17 @@ pub(super) struct Image {
 }
 
 /// The pictures of a scene with a wrong number; `None` if it has none, or was not recorded.
-pub(super) fn of_scene(scene: &SceneResult) -> Option<Vec<Image>> {
+pub(super) fn of_scene(scene: &SceneResult) -> Option<io::Result<Vec<Image>>> {
     let (first, recording) = (scene.comparison.first_wrong.as_ref()?, scene.recording.as_ref()?);
     let step = first.place.step;
     let mut images = vec![residuals(&scene.id, recording)];
     let exact = recording.exact.iter().find(|state| state.step == step);
     images.extend(exact.map(|state| particles(&scene.id, recording.dimension, state)));
-    Some(images)
+    Some(images.into_iter().collect())
 }
 
 /// Decimal logarithms of the position residuals (red) and of their tolerances (grey), over the steps.
-fn residuals(name: &str, recording: &Recording) -> Image {
+fn residuals(name: &str, recording: &Recording) -> io::Result<Image> {
     // Below it, a residual is a rounding error.
     const LOWEST: f64 = 1e-18;
     let points = recording.residuals.iter().map(|residuals| residuals.position);
@@ -65,7 +67,7 @@ fn residuals(name: &str, recording: &Recording) -> Image {
 }
 
 /// The particles of the oracle (green) and of the submission (red) in one state, with lines between the two.
-fn particles(name: &str, dimension: usize, state: &ExactState) -> Image {
+fn particles(name: &str, dimension: usize, state: &ExactState) -> io::Result<Image> {
     // A particle's position, then its velocity.
     let plane = |numbers: &[f64]| -> Vec<[f64; 2]> {
         numbers.chunks_exact(2 * dimension).map(|it| [it[0], it[1]]).collect()
@@ -99,7 +101,7 @@ fn particles(name: &str, dimension: usize, state: &ExactState) -> Image {
     )
 }
 
-fn image(label: String, shapes: Vec<Shape>) -> Image {
-    let png = Drawing { size: SIZE, background: [255, 255, 255], shapes }.canvas().png();
-    Image { label, url: format!("data:image/png;base64,{}", STANDARD.encode(png)) }
+fn image(label: String, shapes: Vec<Shape>) -> io::Result<Image> {
+    let png = Drawing { size: SIZE, background: [255, 255, 255], shapes }.canvas().png()?;
+    Ok(Image { label, url: format!("data:image/png;base64,{}", STANDARD.encode(png)) })
 }

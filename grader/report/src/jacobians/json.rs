@@ -1,6 +1,5 @@
 //! Jacobian checks as JSON, with the data to reproduce the state of each finding.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use grader::white_box::{
@@ -8,7 +7,8 @@ use grader::white_box::{
     PropertyFinding, Taylor,
 };
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct JsonJacobian {
     /// The force's tag.
     force: &'static str,
@@ -24,7 +24,8 @@ pub(crate) struct JsonJacobian {
     properties: Vec<JsonProperty>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonBlock {
     /// "dF/dx direct", "dF/dx cross", "dF/dv direct" or "dF/dv cross".
     block: &'static str,
@@ -42,7 +43,8 @@ struct JsonBlock {
     exhibit: Option<JsonExhibit>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonExhibit {
     state: JsonState,
     /// The particle that the force acts on.
@@ -59,7 +61,8 @@ struct JsonExhibit {
     entries: Vec<JsonEntry>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonEntry {
     /// The force's analytic value.
     analytic: Option<f64>,
@@ -77,13 +80,15 @@ struct JsonEntry {
     window: Option<JsonWindow>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonEstimate {
     value: Option<f64>,
     uncertainty: Option<f64>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonWindow {
     slope: f64,
     /// The smallest and the largest step.
@@ -93,7 +98,8 @@ struct JsonWindow {
 }
 
 /// A state, exact to the last bit.
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonState {
     name: String,
     /// Seconds.
@@ -106,21 +112,26 @@ struct JsonState {
     forces: Vec<JsonForce>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonForce {
     force: &'static str,
-    /// The two particles that the force couples; null if it acts on every particle.
+    /// The particles that it acts on, in order; none if it acts on every particle.
+    particles: Vec<usize>,
+    /// The same if they are two; null otherwise.
     pair: Option<[usize; 2]>,
     parameters: Vec<JsonParameter>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonParameter {
     name: &'static str,
     value: f64,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonProperty {
     /// "force", "symmetry", "translation", "rotation", "stencil", "gradient", "hessian" or "projection".
     property: &'static str,
@@ -136,7 +147,8 @@ struct JsonProperty {
     state: Option<JsonState>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(crate) struct JsonNewton {
     integrator: &'static str,
     scene: &'static str,
@@ -231,6 +243,7 @@ impl JsonState {
     fn of(state: &CheckState) -> Self {
         let forces = state.scene.forces.iter().map(|force| JsonForce {
             force: force.schema.tag,
+            particles: force.particles.to_vec(),
             pair: force.pair(),
             parameters: force
                 .schema

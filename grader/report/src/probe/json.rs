@@ -2,7 +2,6 @@
 //!
 //! The schema is `docs/probe.schema.json`. Non-finite numbers are `null`.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use grader::probe::{self, Entry, Finding, PartReport, Probing, Replay, Space};
@@ -18,17 +17,9 @@ pub fn render(probing: &Probing) -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&JsonProbing::of(probing))? + "\n")
 }
 
-/// The JSON schema of the report, with a newline at its end.
-///
-/// # Errors
-/// Never in practice.
-pub fn schema() -> serde_json::Result<String> {
-    Ok(serde_json::to_string_pretty(&schemars::schema_for!(JsonProbing))? + "\n")
-}
-
 /// Forces and Jacobians of one submission, measured from single steps.
-#[derive(Serialize, JsonSchema)]
-#[schemars(title = "Spring Oracle probe")]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(title = "Spring Oracle probe"))]
 pub(crate) struct JsonProbing {
     /// Version of this schema.
     schema_version: u32,
@@ -46,7 +37,8 @@ pub(crate) struct JsonProbing {
     parts: Vec<JsonPart>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonSpace {
     /// 2 or 3.
     dimension: usize,
@@ -58,7 +50,8 @@ struct JsonSpace {
     reason: Option<String>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonPart {
     /// The force's tag.
     force: &'static str,
@@ -79,7 +72,8 @@ struct JsonPart {
     replay: Option<JsonReplay>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonFinding {
     /// "force", "step", "dF/dx direct", "dF/dx cross", "dF/dv direct" or "dF/dv cross".
     name: &'static str,
@@ -95,7 +89,8 @@ struct JsonFinding {
     worst: Option<JsonEntry>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonEntry {
     /// Number of the state; the entry of a force may be at a state near it.
     state: usize,
@@ -114,7 +109,8 @@ struct JsonEntry {
     block: Option<[Vec<f64>; 2]>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonReplay {
     /// Number of the state.
     state: usize,
@@ -217,4 +213,11 @@ impl JsonReplay {
 
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
+}
+
+#[test]
+fn documented_schema_is_current() {
+    let schema = serde_json::to_string_pretty(&schemars::schema_for!(JsonProbing)).unwrap() + "\n";
+    let command = "cargo test --release -p report schema";
+    test_support::assert_document("probe.schema.json", &schema, command);
 }

@@ -2,7 +2,6 @@
 //!
 //! The schema is `docs/selftest.schema.json`. Non-finite numbers are `null`.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{expected, rates, verdict};
@@ -19,17 +18,9 @@ pub fn render(selftest: &SelfTest) -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&JsonSelfTest::of(selftest))? + "\n")
 }
 
-/// The JSON schema of the report, with a newline at its end.
-///
-/// # Errors
-/// Never in practice.
-pub fn schema() -> serde_json::Result<String> {
-    Ok(serde_json::to_string_pretty(&schemars::schema_for!(JsonSelfTest))? + "\n")
-}
-
 /// Planted mistakes and correct variants, with the grader's results.
-#[derive(Serialize, JsonSchema)]
-#[schemars(title = "Spring Oracle self-test")]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(title = "Spring Oracle self-test"))]
 struct JsonSelfTest {
     /// Version of this schema.
     schema_version: u32,
@@ -45,7 +36,8 @@ struct JsonSelfTest {
     rows: Vec<JsonRow>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonRate {
     name: &'static str,
     /// Rows with the expected result.
@@ -56,7 +48,8 @@ struct JsonRate {
     target: f64,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonRow {
     /// "mistake" or "correct".
     kind: &'static str,
@@ -77,7 +70,8 @@ struct JsonRow {
     graded: Option<JsonGraded>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonGraded {
     /// Scenes that were judged.
     scenes: usize,
@@ -140,4 +134,11 @@ impl JsonGraded {
             example: graded.example.clone(),
         }
     }
+}
+
+#[test]
+fn documented_schema_is_current() {
+    let schema = serde_json::to_string_pretty(&schemars::schema_for!(JsonSelfTest)).unwrap() + "\n";
+    let command = "cargo test --release -p selftest schema";
+    test_support::assert_document("selftest.schema.json", &schema, command);
 }

@@ -1,6 +1,6 @@
 //! Drawn programs, and the self-test's documents. `ci/selftest.sh` runs the planted mistakes and the correct variants.
 
-use test_support::{assert_document, root, sample, seed, suite};
+use test_support::{root, sample, seed, suite};
 
 use grader::grading::altered;
 use grader::oracle::Oracle;
@@ -36,12 +36,6 @@ fn drawn_programs_are_judged_correctly() {
     assert!(of("programs with a false").rate.right <= 2, "{details}");
     let named = of("one mistake: named").rate;
     assert!(named.right + 2 >= named.all, "{details}");
-}
-
-#[test]
-fn selftest_schema_is_documented() {
-    let schema = report::json::schema().expect("a schema");
-    assert_document("selftest.schema.json", &schema, "cargo test --release -p selftest schema");
 }
 
 /// A simulator with mistakes loses no scene that it passes.

@@ -6,7 +6,8 @@
 //! otherwise    one file: XML, which moves particles without forces; or JSON, which holds every vertex at rest
 //! ```
 //!
-//! The words `ELEMENTS`, `FORCES` and `METHODS` in a skeleton stand for what its assignment asks for.
+//! The words `ELEMENTS`, `FORCES` and `METHODS` in a skeleton stand for what its assignment asks for. A line `PIECE name`
+//! stands for a file of `pieces/`, which several skeletons share.
 
 mod course;
 mod layouts;
@@ -56,6 +57,15 @@ impl Language {
         }
     }
 
+    /// What writes all digits of a number.
+    fn digits(self) -> &'static str {
+        match self {
+            Self::Cpp => "precision 17 does",
+            Self::Python => "repr() does",
+            Self::Rust => "`{}` does",
+        }
+    }
+
     /// Arguments of `grade` that its build needs, if any.
     pub fn arguments(self) -> Option<&'static str> {
         // rustup keeps its toolchains in the home folder, which submissions may not read.
@@ -79,6 +89,38 @@ impl Language {
             ),
         }
     }
+}
+
+/// Parts that several skeletons share.
+const PIECES: [(&str, &str); 8] = [
+    ("protocol_xml.txt", include_str!("pieces/protocol_xml.txt")),
+    ("protocol_json.txt", include_str!("pieces/protocol_json.txt")),
+    ("protocol.txt", include_str!("pieces/protocol.txt")),
+    ("elements.cpp", include_str!("pieces/elements.cpp")),
+    ("not_implemented.cpp", include_str!("pieces/not_implemented.cpp")),
+    ("read_root.py", include_str!("pieces/read_root.py")),
+    ("solve.py", include_str!("pieces/solve.py")),
+    ("not_implemented.py", include_str!("pieces/not_implemented.py")),
+];
+
+/// The text with its pieces, each behind the words before `PIECE`: the start of a comment.
+fn with_pieces(text: &str) -> String {
+    let mut whole = String::new();
+    for line in text.lines() {
+        let piece = line.split_once("PIECE ").and_then(|(start, name)| {
+            PIECES.iter().find(|(known, _)| *known == name).map(|(_, piece)| (start, piece))
+        });
+        if let Some((start, piece)) = piece {
+            for line in with_pieces(piece).lines() {
+                whole += format!("{start}{line}").trim_end();
+                whole.push('\n');
+            }
+        } else {
+            whole += line;
+            whole.push('\n');
+        }
+    }
+    whole
 }
 
 /// What a skeleton does before anything is filled in.
@@ -108,10 +150,16 @@ pub struct Skeleton {
 impl Skeleton {
     /// The skeleton of an assignment, or of every scene.
     pub fn new(language: Language, assignment: Option<&Assignment>) -> Self {
-        if let Some(found) = assignment.and_then(|assignment| Self::in_layout(language, assignment))
-        {
-            return found;
+        let in_layout = assignment.and_then(|assignment| Self::in_layout(language, assignment));
+        let mut skeleton = in_layout.unwrap_or_else(|| Self::single(language, assignment));
+        for (_, text) in &mut skeleton.sources {
+            *text = with_pieces(text).replace("DIGITS", language.digits());
         }
+        skeleton
+    }
+
+    /// The skeleton in one file.
+    fn single(language: Language, assignment: Option<&Assignment>) -> Self {
         let reads_json = reads_json(assignment);
         let (file, text, build) = language.single(reads_json);
         Self {

@@ -1,14 +1,6 @@
 // A mass-spring simulator: called as `simulate SCENE TRACE`, it turns a scene into a trace.
 //
-// The protocol
-//   SCENE  XML. <duration time="..."/> and <integrator type="..." dt="..."/> set duration, method and step; each
-//          <particle m px py vx vy fixed/> is a particle, numbered from 0. Forces are further elements;
-//          springs refer to <edge i j/> by its number. Elements come in any order; ignore unknown ones.
-//   TRACE  CSV: a header `step,time,x0,y0,vx0,vy0,x1,...`, then one row for each state. The first row is the initial
-//          state, and ceil(duration / dt) rows follow. Write all digits: precision 17 does.
-//   Exit with status 0 on success, and with 77 for a scene that you do not support. Your standard error
-//   is shown in the report of a failed run. Read no other file, and write to the working directory only;
-//   there is no network.
+// PIECE protocol_xml.txt
 
 #include <cmath>
 #include <cstdlib>
@@ -19,51 +11,7 @@
 #include <string>
 #include <vector>
 
-struct Element {
-    std::string name;
-    std::map<std::string, std::string> attributes;
-
-    double number(const std::string& attribute) const {
-        const auto found = attributes.find(attribute);
-        if (found == attributes.end()) {
-            std::cerr << "<" << name << "> has no " << attribute << "\n";
-            std::exit(1);
-        }
-        return std::strtod(found->second.c_str(), nullptr);
-    }
-};
-
-// The elements of a scene, in the order of the file: as much XML as scenes need.
-std::vector<Element> read_elements(const std::string& path) {
-    std::ifstream file(path);
-    std::stringstream buffer;
-    buffer << file.rdbuf();
-    const std::string text = buffer.str();
-    std::vector<Element> elements;
-    std::size_t at = 0;
-    while ((at = text.find('<', at)) != std::string::npos) {
-        if (text.compare(at, 4, "<!--") == 0) {
-            at = text.find("-->", at);
-            continue;
-        }
-        const std::size_t end = text.find('>', at);
-        std::size_t next = text.find_first_of(" \t\r\n/>", at + 1);
-        Element element{text.substr(at + 1, next - at - 1), {}};
-        while (next < end) {
-            const std::size_t name = text.find_first_not_of(" \t\r\n/", next);
-            const std::size_t open = text.find_first_of("\"'", name);
-            if (name >= end || open >= end) break;
-            const std::size_t close = text.find(text[open], open + 1);
-            const std::size_t name_end = text.find_first_of(" \t\r\n=", name);
-            element.attributes[text.substr(name, name_end - name)] =
-                text.substr(open + 1, close - open - 1);
-            next = close + 1;
-        }
-        elements.push_back(element);
-        at = end;
-    }
-    return elements;
-}
+PIECE elements.cpp
 
 struct Scene {
     double duration = 0, dt = 0;
@@ -76,7 +24,7 @@ struct Scene {
 Scene read_scene(const std::string& path) {
     Scene scene;
     if (path.size() < 4 || path.substr(path.size() - 4) != ".xml") std::exit(77);
-    for (const Element& element : read_elements(path)) {
+    for (const Element& element : elements_of(path)) {
         for (const char* axis : {"pz", "vz", "fz"}) {
             if (element.attributes.count(axis) > 0) std::exit(77);  // three dimensions
         }

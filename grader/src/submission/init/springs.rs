@@ -1,15 +1,6 @@
 //! A fast mass-spring simulator: called as `simulate SCENE TRACE SOLVER`, it turns a scene into a trace.
 //!
-//! The protocol
-//!   SCENE   JSON beside an OBJ file: {"obj": "net.obj", "k": 300, "m": 1, "b": [1, 5], "wind": false}. k is the stiffness
-//!           of every spring, m the mass of every vertex (without it, a vertex weighs its mixed Voronoi area), b the
-//!           pinned vertices, counted from 1. Each pair of vertices of a face is a spring, once; its rest length is that of
-//!           the OBJ file. The vertices start there, at rest.
-//!   TRACE   CSV: a header `step,time,x0,y0,z0,x1,...`, then one row for each state: the initial one, then 30 steps of
-//!           1/30 s. Write all digits: `{}` does. Velocities are not needed.
-//!   SOLVER  dense or sparse: which of the two implementations is graded.
-//!   Exit with status 0 on success. Your standard error is shown in the report of a failed run. Read no
-//!   other file, and write to the working directory only; there is no network.
+//! PIECE protocol_json.txt
 
 use std::collections::HashSet;
 use std::error::Error;

@@ -5,6 +5,4 @@ pub mod jacobians;
 pub mod needs;
 pub mod stability;
 
-mod font;
 mod picture;
-mod text;

@@ -4,7 +4,7 @@
 //! blow-up     E − E₀ > 10 S        S: the available energy of the case (Case::energy)
 //! equation    each of the first 32 steps, every 2ᵏ-th and the last satisfy the method's equation (equation.rs)
 //! momentum    Σ m (v − v₀) equals the impulse of external forces, within the summed bounds of the equations
-//! spin        Σ m x × v is conserved by symplectic explicit methods if all forces are central
+//! spin        Σ m x × v is conserved by symplectic explicit methods if all forces conserve it
 //! recurrence  the state of an oscillator is a power of its matrix, if the case is an oscillator and steps are not
 //!             divided by error control
 //! residual    no linear solution was accepted with a residual above 256 ε
@@ -15,7 +15,7 @@
 use std::time::Instant;
 
 use nalgebra::DVector;
-use scene::schema::{Dependence, Family, IntegratorSchema};
+use scene::schema::{Conserves, Dependence, Family, IntegratorSchema};
 use scene::{ForceElement, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
 
@@ -193,8 +193,9 @@ impl<'a> Run<'a> {
     fn check_momentum(&mut self, momentum: &[f64], step: u64) {
         let scene = self.scene;
         let is_uniform = |force: &ForceElement| force.schema.depends_on() == Dependence::NOTHING;
+        let keeps_momentum = |force: &ForceElement| force.schema.conserves >= Conserves::Momentum;
         let is_free = scene.particles.iter().all(|particle| !particle.fixed)
-            && scene.forces.iter().all(|force| !force.particles.is_empty() || is_uniform(force));
+            && scene.forces.iter().all(|force| keeps_momentum(force) || is_uniform(force));
         if !is_free || scene.particles.is_empty() {
             return;
         }
@@ -276,16 +277,18 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Checks spin: central forces conserve it, and so does `x' = x + h v'`: `m x' × v' − m x × v = m x × (v' − v)`.
+    /// Checks spin: forces that are turned with their particles conserve it, and so does `x' = x + h v'`: `m x' × v' − m x × v = m x × (v' − v)`.
     /// Velocity Verlet is half a step of this and half a step of its adjoint.
     ///
     /// The bound is that of the step's equation times the largest coordinate as its lever arm, plus the rounding error
     /// of the products, of size `m |x| |v|`.
     fn check_spin(&mut self) {
         let scene = self.scene;
-        let is_central = scene.forces.iter().all(|force| force.schema.central)
+        let keeps_spin =
+            |force: &ForceElement| force.schema.conserves >= Conserves::AngularMomentum;
+        let is_free = scene.forces.iter().all(keeps_spin)
             && scene.particles.iter().all(|particle| !particle.fixed);
-        if scene.integrator.family != Family::Symplectic || !is_central {
+        if scene.integrator.family != Family::Symplectic || !is_free {
             return;
         }
         let axes = scene.dimension.count();

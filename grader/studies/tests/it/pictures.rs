@@ -16,7 +16,7 @@ use studies::accuracy::{
 use studies::report::accuracy::{csv, plot};
 use studies::report::stability::plot as map_plot;
 use studies::stability::theory::map::{Map, maps};
-use test_support::{assert_document, assert_picture, root};
+use test_support::{assert_document, root};
 
 const MEASURED: &str = include_str!("pictures.csv");
 
@@ -142,15 +142,14 @@ fn stored_measurements_match_current_methods() {
 #[test]
 fn stability_maps_match_current_methods() {
     let maps = maps();
-    let file = |map: &Map| format!("stability-{}.png", map.method);
+    let file = |map: &Map| format!("stability-{}.svg", map.method);
     let shown = shown("stability/");
-    let pictures: Vec<(String, Vec<u8>)> =
-        maps.iter().map(|map| (file(map), map_plot::png(map).unwrap())).collect();
-    for (name, picture) in pictures.iter().filter(|(name, _)| shown.contains(name)) {
-        assert_picture(&format!("stability/{name}"), picture, COMMAND);
+    for map in maps.iter().filter(|map| shown.contains(&file(map))) {
+        let svg = map_plot::svg(map).unwrap();
+        assert_document(&format!("stability/{}", file(map)), &svg, COMMAND);
     }
     assert_eq!(shown, kept("stability"));
-    let known: BTreeSet<String> = pictures.into_iter().map(|(name, _)| name).collect();
+    let known: BTreeSet<String> = maps.iter().map(file).collect();
     assert!(shown.is_subset(&known), "{shown:?}");
     // A method without a picture has the map of one that has it.
     let is_alike = |one: &Map, other: &Map| {

@@ -123,7 +123,7 @@ fn meshed(mesh: &str, library: Option<&str>) -> TempDir {
         fs::write(at("net.mtl"), library).unwrap();
     }
     fs::create_dir(at("pictures")).unwrap();
-    fs::write(at("pictures/silk.png"), Canvas::new(2, 2, [0, 255, 0]).png()).unwrap();
+    fs::write(at("pictures/silk.png"), Canvas::new(2, 2, [0, 255, 0]).png().unwrap()).unwrap();
     folder
 }
 
@@ -160,7 +160,8 @@ fn faces_have_the_colours_and_pictures_of_their_materials() {
     let brightest = |channel: usize| colors.iter().map(|color| color[channel]).max().unwrap();
     assert!(brightest(1) < brightest(2), "Kd multiplies the picture: {colors:?}");
     // A picture that the scene itself names covers all faces that have texture coordinates.
-    fs::write(folder.path().join("red.png"), Canvas::new(1, 1, [255, 0, 0]).png()).unwrap();
+    fs::write(folder.path().join("red.png"), Canvas::new(1, 1, [255, 0, 0]).png().unwrap())
+        .unwrap();
     let scene = fs::read_to_string(folder.path().join("scene.json")).unwrap();
     let scene = scene.replace("\"k\"", "\"png\": \"red.png\", \"k\"");
     fs::write(folder.path().join("scene.json"), scene).unwrap();
@@ -209,7 +210,7 @@ fn unreadable_materials_are_noted_with_file_and_line() {
         (
             MESH,
             Some(&*red.replace("pictures\\silk.png", "net.obj")),
-            &["net.mtl:6: net.obj: it is not a whole PNG file"],
+            &["net.mtl:6: net.obj: cannot be read as PNG: Invalid PNG signature."],
             true,
         ),
         (&bad_mesh, Some(LIBRARY), &["net.obj:8:8: there is no material \"none\""], false),

@@ -1,5 +1,6 @@
 //! Helpers shared by the tests.
 
+pub(crate) mod bending;
 pub(crate) mod failing;
 pub(crate) mod local_global;
 pub(crate) mod shared;

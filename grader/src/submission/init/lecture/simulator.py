@@ -1,15 +1,8 @@
 #!/usr/bin/env python3
 """Reads a scene, takes its steps and writes its trace: called as `simulator.py SCENE TRACE`. Nothing is to be done here.
+A <greenspringforce edge k l0/> is a spring of squared length on the <edge i j/> of that number.
 
-The protocol
-    SCENE   XML. <duration time="..."/> and <integrator type="..." dt="..."/> set duration, method and step; each
-            <particle m px py vx vy fixed/> is a particle, numbered from 0. <greenspringforce edge k l0/> is a spring of
-            squared length on the <edge i j/> of that number. Elements come in any order; ignore unknown ones.
-    TRACE   CSV: a header `step,time,x0,y0,vx0,vy0,x1,...`, then one row for each state. The first row is the initial
-            state, and ceil(duration / dt) rows follow. Write all digits: repr() does.
-    Exit with status 0 on success, and with 77 for a scene that you do not support. Your standard error
-    is shown in the report of a failed run. Read no other file, and write to the working directory only;
-    there is no network.
+PIECE protocol_xml.txt
 """
 
 import math
@@ -20,12 +13,11 @@ import time_integrator
 from utils import not_implemented
 
 
+PIECE read_root.py
+
+
 def main():
-    if not sys.argv[1].endswith(".xml"):
-        not_implemented("this format of scenes")
-    root = ElementTree.parse(sys.argv[1]).getroot()
-    if any(axis in element.keys() for element in root.iter() for axis in ("pz", "vz", "fz")):
-        not_implemented("a scene in three dimensions")
+    root = read_root(sys.argv[1])
     integrator = root.find("integrator")
     if integrator.get("type") != "projected-newton":
         not_implemented(integrator.get("type"))

@@ -60,8 +60,4 @@ void fast_mass_springs_step_sparse(
     const std::vector<double>& r, const SparseMatrix& M, const SparseMatrix& A, const SparseMatrix& C,
     const SparseMatrix& prefactorization, const Points& Uprev, const Points& Ucur, Points& Unext);
 
-// Ends the program: exit code 77 says that the scene needs something that is not implemented, which is no crash.
-[[noreturn]] inline void notImplemented(const char* what) {
-    std::fprintf(stderr, "%s is not implemented\n", what);
-    std::exit(77);
-}
+PIECE not_implemented.cpp

@@ -2,7 +2,6 @@
 //!
 //! The schema is `docs/accuracy.schema.json`. Errors and floors are in the scene's units, times in seconds.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{outcome_name, source_name};
@@ -22,17 +21,9 @@ pub fn render(study: &Study) -> serde_json::Result<String> {
     Ok(serde_json::to_string_pretty(&JsonStudy::of(study))? + "\n")
 }
 
-/// The JSON schema of the report, with a newline at its end.
-///
-/// # Errors
-/// Never in practice.
-pub fn schema() -> serde_json::Result<String> {
-    Ok(serde_json::to_string_pretty(&schemars::schema_for!(JsonStudy))? + "\n")
-}
-
 /// Errors and costs of integrators over a ladder of time steps.
-#[derive(Serialize, JsonSchema)]
-#[schemars(title = "Spring Oracle accuracy")]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema), schemars(title = "Spring Oracle accuracy"))]
 struct JsonStudy {
     /// Version of this schema.
     schema_version: u32,
@@ -52,7 +43,8 @@ struct JsonStudy {
     scenes: Vec<JsonScene>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonMethod {
     /// The method with its setting.
     method: String,
@@ -67,7 +59,8 @@ struct JsonMethod {
     slopes: Option<[f64; 2]>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonScene {
     /// Its name.
     name: String,
@@ -91,7 +84,8 @@ struct JsonScene {
     cheapest_of_submission: Vec<JsonLevel>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonErrors {
     /// Of positions.
     position: f64,
@@ -101,7 +95,8 @@ struct JsonErrors {
     energy: f64,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonCurve {
     /// "built-in" or "submission".
     whose: &'static str,
@@ -115,7 +110,8 @@ struct JsonCurve {
     points: Vec<JsonPoint>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonOrder {
     /// "position", "velocity" or "energy".
     quantity: &'static str,
@@ -133,7 +129,8 @@ struct JsonOrder {
     reason: Option<&'static str>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonPoint {
     /// Time step.
     time_step: f64,
@@ -161,7 +158,8 @@ struct JsonPoint {
     repeats: u32,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonLevel {
     /// The position error, a power of ten.
     error: f64,
@@ -169,7 +167,8 @@ struct JsonLevel {
     methods: Vec<JsonOffer>,
 }
 
-#[derive(Serialize, JsonSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonOffer {
     /// The method with its setting.
     method: String,
@@ -298,4 +297,11 @@ impl JsonLevel {
         });
         Self { error: level.error, methods: offers.collect() }
     }
+}
+
+#[test]
+fn documented_schema_is_current() {
+    let schema = serde_json::to_string_pretty(&schemars::schema_for!(JsonStudy)).unwrap() + "\n";
+    let command = "cargo test --release -p studies schema";
+    test_support::assert_document("accuracy.schema.json", &schema, command);
 }

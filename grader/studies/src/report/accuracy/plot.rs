@@ -1,4 +1,4 @@
-//! Work-precision diagram of a scene, as SVG and PNG: computing time of a run against its error.
+//! Work-precision diagram of a scene, as SVG: computing time of a run against its error.
 //!
 //! Curves differ by colour, dashes and marker ([`look`]); those of a submission have open markers. Bars across a marker extend to
 //! the median time. Runs that blew up or failed are in a separate band at the top, one row per curve, with the longest and
@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{short, style, time};
 use crate::accuracy::{Curve, Point, RunOutcome, SceneStudy};
-use crate::report::picture::{self, Area, Drawn, PictureError, Surface};
+use crate::report::picture::{self, Area, Drawn, PictureError};
 use report::look::{self, DASHES, Look};
 
 const WIDTH: u32 = 1100;
@@ -21,9 +21,6 @@ const LEGEND: i32 = 800;
 
 /// Width of the plot between its axes.
 const PLOT: i32 = LEGEND - 14 - 84 - 14;
-
-/// PNG pixels per SVG unit.
-const SCALE: f32 = 1.5;
 
 const GREY: RGBColor = RGBColor(110, 110, 110);
 
@@ -48,15 +45,7 @@ pub fn svg(scene: &SceneStudy) -> Result<String, PictureError> {
     picture::svg((WIDTH, HEIGHT), |area| draw(area, scene))
 }
 
-/// The same diagram as a PNG file.
-///
-/// # Errors
-/// If no run has an error and a time.
-pub fn png(scene: &SceneStudy) -> Result<Vec<u8>, PictureError> {
-    picture::png((WIDTH, HEIGHT), SCALE, |area| draw(area, scene))
-}
-
-type Chart<'a, 'b> = ChartContext<'a, Surface<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// A drawn point, in decimal logarithms.
 struct Mark {
@@ -354,7 +343,7 @@ fn key(area: &Area<'_>, scene: &SceneStudy, lost: bool) -> Drawn {
     Ok(())
 }
 
-type Marker<'a> = DynElement<'static, Surface<'a>, (i32, i32)>;
+type Marker<'a> = DynElement<'static, SVGBackend<'a>, (i32, i32)>;
 
 /// The marker of a curve, at the origin.
 fn marker<'a>(look: Style) -> Marker<'a> {

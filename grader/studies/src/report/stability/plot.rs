@@ -1,4 +1,4 @@
-//! Stability map of a method over `h ω` and the damping ratio, as SVG and PNG.
+//! Stability map of a method over `h ω` and the damping ratio, as SVG.
 //!
 //! The grey of a cell shows the amplification in one step: darker is closer to 1. A cell where the oscillation grows is
 //! white with a cross. The line is the theoretical boundary. The map needs no colours.
@@ -27,14 +27,6 @@ pub(super) const SHADES: [(f64, u8, &str); 5] = [
 /// If the drawing fails.
 pub fn svg(map: &Map) -> Result<String, PictureError> {
     picture::svg(SIZE, |area| draw(area, map))
-}
-
-/// The map as a PNG file.
-///
-/// # Errors
-/// If the drawing fails.
-pub fn png(map: &Map) -> Result<Vec<u8>, PictureError> {
-    picture::png(SIZE, 1.0, |area| draw(area, map))
 }
 
 /// The grey of a cell; `None` if the motion grows.

@@ -310,14 +310,14 @@ fn parts() -> impl Iterator<Item = Part> {
 fn elements(scene: &Scene, part: Part) -> impl Iterator<Item = &ForceElement> {
     let is_free = |particle: &usize| !scene.particles[*particle].fixed;
     let all = scene.forces.iter().filter(move |element| element.schema.tag == part.tag());
-    let all = all.filter(move |element| {
-        let reaches = match element.particles.is_empty() {
-            true => scene.particles.iter().any(|particle| !particle.fixed),
-            false => element.particles.iter().any(is_free),
+    all.filter(move |element| {
+        let reaches = if element.particles.is_empty() {
+            scene.particles.iter().any(|particle| !particle.fixed)
+        } else {
+            element.particles.iter().any(is_free)
         };
         part.is_in(element) && reaches
-    });
-    all
+    })
 }
 
 fn acts(scene: &Scene, part: Part) -> bool {

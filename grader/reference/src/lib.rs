@@ -10,7 +10,10 @@
 //! second     second stepper, with dense matrices and other orders of evaluation
 //! ```
 //!
-//! This crate uses only the scene model and the registries' names from the simulator.
+//! No formula is shared with the simulator, but facts are: this crate reads scenes by the simulator's model, and from its
+//! registries the names and the order of parameters, which parts a force has and what they depend on, its stencil, and
+//! each integrator's step equation, options and end of iteration. A wrong fact is wrong on both sides. `simulator/tests/facts.rs`
+//! holds the facts of each force against what the force does, and `tests/laws.rs` each law's parameters against the registry.
 
 pub mod adaptive;
 pub mod closed;

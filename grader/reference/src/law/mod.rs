@@ -189,9 +189,14 @@ pub struct Expectation<'a> {
 
 impl<'a> Expectation<'a> {
     /// The law of these elements.
+    ///
+    /// # Panics
+    /// Where an element acts on another number of particles than the law. A test holds that each registered force fits.
     pub fn new(law: &'static Law, scene: &'a Scene) -> Self {
         let starts = scene.particles.iter().map(|particle| particle.position).collect();
         let parameters_of = |element: &ForceElement| {
+            let fits = law.is_pair() == element.pair().is_some();
+            assert!(fits, "an element of {} does not fit its law in grader/reference", law.tag);
             let mut values = [0.0; MAX_PARAMETERS];
             for (value, name) in values.iter_mut().zip(law.parameters) {
                 *value = element.parameter(name);

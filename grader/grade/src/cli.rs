@@ -45,6 +45,7 @@ pub(super) struct Cli {
 }
 
 #[derive(Subcommand)]
+#[expect(clippy::large_enum_variant, reason = "one value a process")]
 enum Command {
     Class(ClassCommand),
     Assignments(AssignmentsArgs),

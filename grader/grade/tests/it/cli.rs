@@ -343,7 +343,7 @@ fn regeneration_is_atomic() {
     let run = project.grade(&["oracle", "regenerate", "--accept"]);
     assert_eq!((run.code, project.snapshot("expected")), (2, before));
     assert!(run.stderr.contains("particles 0 and 1 are at the same place"), "{}", run.stderr);
-    let names = fs::read_dir(&project.path("")).unwrap();
+    let names = fs::read_dir(project.path("")).unwrap();
     let strays = names
         .filter(|entry| entry.as_ref().unwrap().file_name().to_string_lossy().starts_with('.'));
     assert_eq!(strays.count(), 0);

@@ -211,3 +211,57 @@ fn unusable_package_is_refused() {
     let run = project.grade(&["--report", "text", "--report", "github"]);
     assert!(run.code == 2 && run.stderr.contains("no step of GitHub Actions"), "{}", run.stderr);
 }
+
+/// Nobody looks at what a submission chose, so that it could choose what it passes.
+#[test]
+fn submission_chooses_no_assignment_on_a_platform() {
+    let project = project("150", "");
+    for (name, group) in [("all", ""), ("easy", "integrators = [\"explicit-euler\"]\n")] {
+        let feature = "[[feature]]\nsection = \"required\"\ngroups = [\"Free\"]\n";
+        let text = format!(
+            "title = \"{name}\"\ndocument = \"none\"\nformats = [\"xml\"]\n{group}{feature}"
+        );
+        project.write(&format!("assets/assignments/{name}.toml"), &text);
+    }
+    let total = |assignment: &str| {
+        let own = project.read("mine/submission.toml");
+        project.write("mine/submission.toml", &format!("{assignment}{own}"));
+        let (_, results) = gradescope(&project, &[]);
+        let run = project.grade(&["mine", "--no-jacobians", "--report", "json=local.json"]);
+        assert!(run.code <= 1, "{}", run.stderr);
+        project.write("mine/submission.toml", &own);
+        let local: Value = serde_json::from_str(&project.read("local.json")).unwrap();
+        (results["tests"].clone(), local["assignment"].clone())
+    };
+    let (tests, local) = total("");
+    let (tests_of_easy, local_of_easy) = total("assignment = \"easy\"\n");
+    assert_eq!(local_of_easy, json!("easy"), "it chooses where nobody is deceived");
+    assert_ne!(local, local_of_easy);
+    assert_eq!(tests, tests_of_easy);
+}
+
+#[test]
+fn package_names_no_folder_of_this_machine() {
+    let project = project("nothing", "");
+    let hidden = project.path("hidden").canonicalize().unwrap().display().to_string();
+    project.write("assets/rubric.toml", &format!("[hidden]\nfolder = \"{hidden}\"\n"));
+    let run = project.grade(&[
+        "export",
+        "prairielearn",
+        "-o",
+        "course",
+        "--image",
+        "course/oracle",
+        "--program",
+        "/bin/true",
+    ]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let found = |text: &str| {
+        let mut command = std::process::Command::new("grep");
+        let output = command.args(["-rlF", text, "course"]).current_dir(project.path(""));
+        String::from_utf8(output.output().unwrap().stdout).unwrap()
+    };
+    assert!(found("../hidden").contains("rubric.toml"));
+    let root = project.path("").canonicalize().unwrap().display().to_string();
+    assert_eq!(found(&root), "");
+}

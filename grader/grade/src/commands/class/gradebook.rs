@@ -105,7 +105,7 @@ impl Class<'_> {
         let names: Vec<&str> = plan.submissions.iter().map(|planned| &*planned.name).collect();
         let Some((roster, matching)) = self.roster(&names)? else { return Ok(Vec::new()) };
         let args = &self.args.gradebook;
-        let file = args.roster.as_deref().unwrap_or(&self.folder).display();
+        let file = args.roster.as_deref().unwrap_or(self.folder).display();
         let mut remarks = remarks(&roster, &matching, &names);
         let missing = matching.submissions.iter().filter(|found| found.is_none()).count();
         let (unknown, ambiguous) = (matching.unknown.len(), matching.ambiguous.len());

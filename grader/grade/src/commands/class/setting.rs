@@ -76,9 +76,9 @@ impl<'a> Class<'a> {
             refuse_inside(path, submissions)?;
         }
         let folder =
-            |name: &str| create_folder(&output, name).map_err(Stop::about(&output.join(name)));
+            |name: &str| create_folder(output, name).map_err(Stop::about(&output.join(name)));
         let (reports, records) = (folder("reports")?, folder("resume")?);
-        let seal = Seal::of(&output);
+        let seal = Seal::of(output);
         let seal = seal.map_err(Stop::about(&output.join("records.key")))?;
         let pages = args.graded.html.as_deref().map(Pages::open).transpose()?;
         keep_apart(args, (submissions, output), &inputs)?;
@@ -159,7 +159,7 @@ impl<'a> Class<'a> {
 
     /// An empty folder for the runs of a first phase.
     pub(super) fn new_phase_folder(&self) -> Result<Unfinished, Stop> {
-        let made = create_folder(&self.output, FIRST_PHASE);
+        let made = create_folder(self.output, FIRST_PHASE);
         made.and_then(|folder| Unfinished::new(&folder))
             .map_err(Stop::about(&self.output.join(FIRST_PHASE)))
     }
@@ -178,7 +178,7 @@ impl<'a> Class<'a> {
         }
         let name = Path::new("runs").join(program.finish());
         let folder =
-            create_folder(&self.output, &name).map_err(Stop::about(&self.output.join(&name)))?;
+            create_folder(self.output, &name).map_err(Stop::about(&self.output.join(&name)))?;
         let kept = KeptRuns::open(folder.clone(), &self.seal, plan.anew.is_some());
         Ok(Some(Arc::new(kept.map_err(Stop::about(&folder))?)))
     }

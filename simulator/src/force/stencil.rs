@@ -11,7 +11,7 @@
 //! `−Σ f_a`: the element conserves momentum, and a translation changes nothing. A law without an origin depends on the
 //! particles' own positions and velocities, as a field does.
 //!
-//! The assembly is here, once. [`pair`](super::pair) is the same for `M = 1` with an origin, in vectorised batches.
+//! The assembly is here, once. `pair.rs` is the same for `M = 1` with an origin, in vectorised batches.
 
 use std::ops::Range;
 

@@ -1,8 +1,8 @@
 //! Procedural scenes of any size: nets, chains, cloths, rings, beams and bodies.
 //!
 //! A generator is a struct of options, and its [`Generator::scene`] is a pure function: the same options give the same
-//! [`Scene`], seed included. [`options`] describes the options as data, of which the program `simulate` makes the command
-//! line of `simulate generate`. One kind a file, each with its picture, units and counts; adding one is a new file, and an
+//! [`Scene`], seed included. The [`options`](mod@options) are data, of which the program `simulate` makes the command line
+//! of `simulate generate`. One kind a file, each with its picture, units and counts; adding one is a new file, and an
 //! entry in [`REGISTRY`]. Cost: time and memory in proportion to the scene.
 //!
 //! Units are metres, seconds and kilograms, and so newtons a metre for a stiffness; nothing depends on

@@ -190,14 +190,13 @@ macro_rules! options {
 
         impl $crate::generate::options::Options for $name {
             fn options(&mut self) -> Vec<$crate::generate::options::GeneratorOption<'_>> {
-                #[allow(unused_mut, reason = "there may be no groups")]
-                let mut options = vec![$($crate::generate::options::GeneratorOption {
+                let own = vec![$($crate::generate::options::GeneratorOption {
                     spec: $spec,
                     help: concat!($($help),+).trim_matches([' ', '.']),
                     value: (&mut self.$field).into(),
                 }),*];
-                $(options.extend(self.$group.options());)*
-                options
+                let groups: Vec<Vec<_>> = vec![$(self.$group.options()),*];
+                own.into_iter().chain(groups.into_iter().flatten()).collect()
             }
 
             fn check(&self) -> Result<(), $crate::generate::GenerateErrorKind> {

@@ -205,7 +205,8 @@ fn voronoi_areas(vertices: &[Point], faces: &[Vec<usize>]) -> Vec<f64> {
 
 #[needs("test -d ${SPRING_ORACLE_JACOBSON:-../shared/jacobson}")]
 #[test]
-fn assignment_scenes_match_the_assignments_algorithm() {
+#[ignore = "long: a minute"]
+fn long_assignment_scenes_match_the_assignments_algorithm() {
     for path in assignment_scenes() {
         let expected = Assignment::read(&path).run();
         let parsed = load(&path, &vocabulary(), &ParseOptions::default()).unwrap();

@@ -2,7 +2,6 @@
 //!
 //! `cargo test --release -p simulator --test it physics` runs one of them.
 
-mod allocations;
 mod assignment;
 mod doubtful;
 mod fast_mass_spring;

@@ -1,4 +1,5 @@
-//! Steps allocate nothing after the first few.
+//! Steps allocate nothing after the first few. A process of its own: threads of other tests keep garbage of the thread pool
+//! alive, for which it then allocates.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -164,7 +164,7 @@ impl Parent {
     /// Removes the group of a starter that has ended.
     pub(super) fn remove(&self, starter: u32) {
         for folder in self.folders() {
-            // There is none if the starter ran nothing.
+            // A starter that ran no program has no group.
             let _ = fs::remove_dir(group_of(folder, starter));
         }
     }

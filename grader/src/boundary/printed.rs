@@ -69,7 +69,7 @@ impl Untrusted {
         inert(&self.line())
     }
 
-    /// Whether there is none.
+    /// Whether the text is empty.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

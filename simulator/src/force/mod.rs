@@ -103,8 +103,8 @@ pub trait Force<const D: usize>: Send + Sync {
         force: &mut [f64],
     ) -> Result<(), Degenerate>;
 
-    /// Hands the Jacobians of each element to `sink`; there are none in a force that depends on neither positions nor
-    /// velocities.
+    /// Hands the Jacobians of each element to `sink`. A force that depends on neither positions nor velocities hands over
+    /// nothing.
     ///
     /// # Errors
     /// Where the force is not defined at this state.

@@ -144,6 +144,21 @@ impl<L> Element<L> {
         L::ORIGIN.map(|place| self.particles[place])
     }
 
+    fn hand_over<const M: usize, const D: usize>(
+        &self,
+        jacobians: &LocalJacobians<M, D>,
+        sink: &mut dyn JacobianSink<D>,
+    ) where
+        L: StencilLaw<M, D>,
+    {
+        sink.add(ElementJacobians {
+            particles: &self.others(),
+            origin: self.origin(),
+            by_position: jacobians.by_position.as_flattened(),
+            by_velocity: jacobians.by_velocity.as_flattened(),
+        });
+    }
+
     #[cold]
     fn degenerate(&self) -> Degenerate {
         Degenerate { element: self.number, particles: self.particles.clone() }
@@ -187,14 +202,7 @@ impl<const M: usize, const D: usize, L: StencilLaw<M, D>> Force<D> for StencilFo
     ) -> Result<(), Degenerate> {
         for element in &self.active {
             let jacobians = element.law.jacobians(&element.local(state));
-            let LocalJacobians { by_position, by_velocity } =
-                jacobians.ok_or_else(|| element.degenerate())?;
-            sink.add(ElementJacobians {
-                particles: &element.others(),
-                origin: element.origin(),
-                by_position: by_position.as_flattened(),
-                by_velocity: by_velocity.as_flattened(),
-            });
+            element.hand_over(&jacobians.ok_or_else(|| element.degenerate())?, sink);
         }
         Ok(())
     }
@@ -219,12 +227,7 @@ impl<const M: usize, const D: usize, L: StencilLaw<M, D>> Force<D> for StencilFo
             if energy != 0.0 {
                 jacobians.by_position = f.map(|a| f.map(|b| a * scale * b.transpose()));
             }
-            sink.add(ElementJacobians {
-                particles: &element.others(),
-                origin: element.origin(),
-                by_position: jacobians.by_position.as_flattened(),
-                by_velocity: jacobians.by_velocity.as_flattened(),
-            });
+            element.hand_over(&jacobians, sink);
         }
         Ok(())
     }

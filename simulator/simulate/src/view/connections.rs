@@ -1,8 +1,7 @@
 //! The open connections of the viewer: each request has one deadline, and there are few connections of each kind.
 //!
 //! A connection is a stranger's until it has sent the token. If there are too many of a kind, the one whose last request is
-//! the oldest is closed: whoever opens connections and sends nothing, or a byte now and then, does not keep the page out,
-//! with or without the token.
+//! the oldest is closed. So idle or slow connections, with or without the token, cannot block the page.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::net::{Shutdown, TcpStream};

@@ -503,7 +503,7 @@ fn dripping_connections_delay_no_request() {
     drop(dripping);
 }
 
-/// Nor does whoever has the token and leaves connections open.
+/// Idle connections with the token do not block the page either.
 #[test]
 fn idle_connections_with_the_token_delay_no_request() {
     let viewer = Viewer::start(SCENE);

@@ -2,7 +2,8 @@
 
 use diagnosis::change::candidates::Numbered;
 use diagnosis::change::expression::{Direction, Inputs};
-use diagnosis::change::rounds::{is_of_rounds, of_rounds};
+use diagnosis::change::round_changes::of_rounds;
+use diagnosis::change::rounds::is_of_rounds;
 use diagnosis::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
 use nalgebra::Vector3;
 use reference::method::Method;

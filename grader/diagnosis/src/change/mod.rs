@@ -20,6 +20,8 @@ pub mod edit;
 pub mod expression;
 pub mod forms;
 mod model;
+pub mod round_changes;
+mod round_steps;
 pub mod rounds;
 mod step;
 

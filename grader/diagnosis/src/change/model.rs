@@ -29,6 +29,9 @@ pub(super) fn forms_of(term: Term) -> Option<&'static Forms> {
     FORMS.get(&term).and_then(Option::as_ref)
 }
 
+/// The largest number of iterations of a step.
+pub(super) const MAX_ITERATIONS: usize = 20;
+
 /// A step of a trace: the states before and after it.
 #[derive(Debug, Clone)]
 pub struct Sample {
@@ -142,7 +145,7 @@ pub struct Model {
 
 /// Newton's method as the course has it.
 pub(super) const NEWTON: Newton = Newton {
-    iterations: super::step::MAX_ITERATIONS,
+    iterations: MAX_ITERATIONS,
     tolerance: 1e-9,
     norm: Norm::Euclidean,
     guess: Guess::Old,

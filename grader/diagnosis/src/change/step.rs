@@ -19,9 +19,6 @@ use reference::method::{Arithmetic, Method, OnePoint, Substep};
 /// the limit of the program, or on rounding.
 const CONVERGING: usize = 10;
 
-/// The largest number of iterations.
-pub(super) const MAX_ITERATIONS: usize = 20;
-
 /// The end of a step.
 #[derive(Debug, Clone)]
 pub struct Stepped {

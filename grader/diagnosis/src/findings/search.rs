@@ -14,8 +14,8 @@
 use std::collections::{BTreeSet, HashMap};
 
 use crate::change::candidates::{self, Numbered, NumberedForce};
-use crate::change::rounds;
 use crate::change::{Change, Effect, Factor, Model, Place, Quantity, Rule, Task, Term};
+use crate::change::{round_changes, rounds};
 use rayon::prelude::*;
 use scene::Scene;
 
@@ -864,7 +864,7 @@ fn survivors(scene: &SceneEvidence<'_>, made: &[Change], time_steps: &[f64]) -> 
     whole.extend(candidates::of_fixed(inner));
     whole.extend(candidates::of_reading(inner, time_steps));
     whole.extend(candidates::of_process(inner));
-    whole.extend(rounds::of_rounds(inner));
+    whole.extend(round_changes::of_rounds(inner));
     whole.extend(fit::of_rules(scene, made, &samples, |_| true));
     let by_steps = whole.par_iter().filter(|change| {
         let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();

@@ -682,7 +682,8 @@ fn one_run_has_several_reports() {
     assert_eq!(json["outcome"], "passed");
     // Extra credit that failed is no failure of the run.
     let junit = read("report.xml");
-    assert!(junit.contains(" skipped=\"1\" failures=\"0\" errors=\"0\""), "{junit}");
+    assert!(junit.contains(" tests=\"3\" failures=\"0\" errors=\"0\""), "{junit}");
+    assert!(junit.contains(" skipped=\"1\" errors=\"0\" failures=\"0\""), "{junit}");
     assert!(
         junit.contains("type=\"differs\">the trace differs from the oracle&apos;s\nfirst at"),
         "{junit}"

@@ -47,7 +47,7 @@ pub struct ForceSchema {
     pub parts: &'static [PartSchema],
     /// How it depends on masses.
     pub masses: Masses,
-    /// What it conserves.
+    /// Conserved quantities.
     pub conserves: Conserves,
     /// An element as it would stand in a file.
     pub example: &'static str,
@@ -100,12 +100,12 @@ impl ForceSchema {
         self.parts.len() > 1 && self.parts.iter().all(|part| part.stands_alone)
     }
 
-    /// What the force depends on, all parts together.
+    /// Dependence of the force, all parts together.
     pub fn depends_on(&self) -> Dependence {
         self.parts.iter().fold(Dependence::NOTHING, |sum, part| sum.or(part.depends_on))
     }
 
-    /// What a part depends on that `parameter` appears in, all such parts together.
+    /// Dependence of the parts that `parameter` appears in, all together.
     pub fn depends_through(&self, parameter: &str) -> Dependence {
         let parts = self.parts.iter().filter(|part| part.names(parameter));
         parts.fold(Dependence::NOTHING, |sum, part| sum.or(part.depends_on))
@@ -127,9 +127,9 @@ pub struct PartSchema {
     pub shaped_by: &'static [&'static str],
     /// Whether a scene may have it without the parts before it, and those without it.
     pub stands_alone: bool,
-    /// What it depends on.
+    /// Its dependence on the state.
     pub depends_on: Dependence,
-    /// What it derives from.
+    /// The function that it derives from, if any.
     pub derives_from: Potential,
 }
 
@@ -140,7 +140,7 @@ impl PartSchema {
     }
 }
 
-/// What a force depends on, beside its parameters and masses.
+/// Dependence of a force on the state, besides its parameters and masses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dependence {
     /// Positions.
@@ -202,7 +202,7 @@ pub enum Masses {
     Product,
 }
 
-/// What a force conserves, whatever the masses: the sum of its forces is zero, or that of its torques as well.
+/// Quantities that a force conserves for any masses: the sum of its forces is zero, or that of its torques as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Conserves {
     /// Neither.
@@ -514,9 +514,9 @@ impl Order {
 /// Why an integrator does not simulate a force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refusal {
-    /// What the force lacks; follows "because it".
+    /// The lack of the force; follows "because it".
     pub because: &'static str,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: &'static str,
 }
 
@@ -545,7 +545,7 @@ pub struct OptionSchema {
 pub struct OptionText {
     /// Its values.
     pub values: &'static str,
-    /// What it is.
+    /// Description of the option.
     pub meaning: &'static str,
 }
 

@@ -66,7 +66,7 @@ pub(super) trait PairLaws<const D: usize>: Default + Send + Sync {
     }
 }
 
-/// What [`PairLaws::forces`] gives, without vectors.
+/// The values of [`PairLaws::forces`], without vectors.
 #[inline(always)]
 pub(super) fn one_by_one<const D: usize>(
     laws: &impl PairLaws<D>,

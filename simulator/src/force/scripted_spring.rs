@@ -7,8 +7,7 @@
 //!
 //! At each moment it is a [spring](super::spring) of constant rest length without damping. `U` is the potential of the
 //! moment: changing the rest length does work, and energy is not conserved. Source: hand-out of milestone 2, section
-//! 3.1, which suggests it for an artistic effect and leaves the script open. Damping is that of a `<springforce>` of `k` = 0
-//! beside it.
+//! 3.1, which suggests it for an artistic effect and leaves the script open. For damping, add a `<springforce>` of `k` = 0.
 
 use super::law::PairLaw;
 use super::pair::PairForce;

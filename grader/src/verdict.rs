@@ -165,10 +165,13 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// The name of a hand-in whose files cannot be graded.
+    pub const BAD_HAND_IN: &str = "bad-hand-in";
+
     /// The failure's name.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::BadHandIn { .. } => "bad-hand-in",
+            Self::BadHandIn { .. } => Self::BAD_HAND_IN,
             Self::NotImplemented { .. } => "not-implemented",
             Self::Missing { .. } => "missing",
             Self::NoOutput { .. } => "no-output",

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use test_support::{assert_fits, root, without_provenance, without_times};
 
-use crate::folder::{self, Folder, Run, command, grade};
+use crate::folder::{self, Folder, Run, command};
 
 const SPRING: &str = r#"<scene>
   <duration time="0.5"/>
@@ -549,7 +549,6 @@ fn a_wrong_rubric_is_refused_with_its_line() {
 #[test]
 fn usage_and_input_errors_have_their_own_exit_code() {
     let project = Project::new();
-    let empty = tempfile::tempdir().unwrap();
     for (arguments, message) in [
         (&["--traces", "nowhere"][..], "nowhere: folder not found"),
         (&["--only", "nothing"][..], "nothing matches \"nothing\""),

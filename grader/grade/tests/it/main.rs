@@ -24,6 +24,8 @@ mod init;
 #[cfg(target_os = "linux")]
 mod installed;
 #[cfg(target_os = "linux")]
+mod layouts;
+#[cfg(target_os = "linux")]
 mod marks;
 #[cfg(target_os = "linux")]
 mod pages;

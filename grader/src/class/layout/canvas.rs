@@ -51,7 +51,7 @@ fn parse(name: &str) -> Option<CanvasName<'_>> {
         |word: &&str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit());
     let is_anonymous = words[0] == "anon" && words.len() > 2;
     // Names have no number between underscores.
-    let place = words.iter().skip(1).position(|word| is_number(&word))? + 1;
+    let place = words.iter().skip(1).position(|word| is_number(word))? + 1;
     let (before, user, rest) = match is_anonymous {
         true => (&words[..1], words[1], &words[place..]),
         false => (&words[..place], words[place], &words[place + 1..]),
@@ -77,16 +77,12 @@ fn parts(files: &[(CanvasName<'_>, &FolderEntry)]) -> Vec<Part> {
     let mut parts = Vec::new();
     for (original, mut uploads) in named {
         uploads.sort_by_key(|(name, _)| name.number);
-        let is_first_there = uploads.iter().any(|(name, _)| name.file == original);
         // Several with a number and none without: the student numbered them.
-        let counted = match uploads.len() {
-            1 => &uploads[..],
-            _ if is_first_there => &uploads[uploads.len() - 1..],
-            _ => &uploads[..],
-        };
-        let keeps = uploads.len() > 1 && !is_first_there;
-        for (name, entry) in counted {
-            let to = file_name(if keeps { &name.file } else { &original });
+        let is_first = |(name, _): &&(CanvasName<'_>, &FolderEntry)| name.file == original;
+        let is_numbered = uploads.len() > 1 && !uploads.iter().any(is_first);
+        let newest = if is_numbered { 0 } else { uploads.len() - 1 };
+        for (name, entry) in &uploads[newest..] {
+            let to = file_name(if is_numbered { &name.file } else { &original });
             if !is_junk(to.as_bytes()) {
                 parts.push(Part { from: entry.file_name.clone(), to });
             }

@@ -38,7 +38,7 @@ fn prefix(names: &[&str], folder: &str) -> usize {
     };
     let hyphens = first.char_indices().filter(|(_, character)| *character == '-');
     let starts = hyphens.map(|(place, _)| &first[..=place]).filter(shared);
-    starts.last().filter(|start| start.len() < first.len()).map_or(0, str::len)
+    starts.filter(|start| start.len() < first.len()).map(str::len).max().unwrap_or(0)
 }
 
 #[cfg(test)]

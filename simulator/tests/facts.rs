@@ -115,6 +115,12 @@ fn force_parts_depend_on_and_derive_from_declared_facts() {
         for parameter in schema.parameters {
             let is_named = schema.parts.iter().any(|part| part.names(parameter.name));
             assert!(is_named, "{}: no part names {}", schema.tag, parameter.name);
+            let is_other = !schema.stencil.attributes().contains(&parameter.name);
+            assert!(
+                is_other,
+                "{}: {} names a particle and a parameter",
+                schema.tag, parameter.name
+            );
         }
     }
 }

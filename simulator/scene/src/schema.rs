@@ -39,6 +39,8 @@ pub struct ForceSchema {
     pub title: &'static str,
     /// The law in a line of Markdown, as docs/methods.md shows it.
     pub formula: &'static str,
+    /// Its derivatives and its energy, likewise.
+    pub derivatives: Derivatives,
     /// The particles that one element acts on.
     pub stencil: Stencil,
     /// Its parameters.
@@ -134,6 +136,25 @@ pub struct PartSchema {
 }
 
 impl PartSchema {
+    /// The only part of a force.
+    pub const fn whole(
+        scaled_by: &'static [&'static str],
+        shaped_by: &'static [&'static str],
+        depends_on: Dependence,
+        derives_from: Potential,
+    ) -> Self {
+        Self {
+            name: "all",
+            title: "",
+            meaning: "the force",
+            scaled_by,
+            shaped_by,
+            stands_alone: true,
+            depends_on,
+            derives_from,
+        }
+    }
+
     /// Whether `parameter` appears in it.
     pub fn names(&self, parameter: &str) -> bool {
         self.scaled_by.iter().chain(self.shaped_by).any(|name| *name == parameter)
@@ -202,6 +223,17 @@ pub enum Masses {
     Product,
 }
 
+/// Derivatives and energy of a force in Markdown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Derivatives {
+    /// `∂F_i/∂d` of a pair, or how an element of another stencil depends on positions.
+    pub by_position: &'static str,
+    /// `∂F_i/∂w`, or how it depends on velocities.
+    pub by_velocity: &'static str,
+    /// The energy or the dissipation function.
+    pub energy: &'static str,
+}
+
 /// Quantities that a force conserves for any masses: the sum of its forces is zero, or that of its torques as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Conserves {
@@ -242,10 +274,15 @@ impl Stencil {
 
     /// The number of particles.
     pub const fn size(self) -> usize {
+        self.particles().len()
+    }
+
+    /// The names of the particles in formulas.
+    pub const fn particles(self) -> &'static [&'static str] {
         match self {
-            Self::EveryParticle => 1,
-            Self::Named(attributes) => attributes.len(),
-            Self::Edge => 2,
+            Self::EveryParticle => &["i"],
+            Self::Named(attributes) => attributes,
+            Self::Edge => &["i", "j"],
         }
     }
 

@@ -165,6 +165,11 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// Whether it is about the numbers of a trace, which findings explain.
+    pub fn has_numbers(&self) -> bool {
+        matches!(self, Self::Differs | Self::Drifts { .. } | Self::FailsAltered { .. })
+    }
+
     /// The name of a hand-in whose files cannot be graded.
     pub const BAD_HAND_IN: &str = "bad-hand-in";
 

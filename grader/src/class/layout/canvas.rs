@@ -51,7 +51,8 @@ fn parse(name: &str) -> Option<CanvasName<'_>> {
         |word: &&str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit());
     let is_anonymous = words[0] == "anon" && words.len() > 2;
     // Names have no number between underscores.
-    let place = words.iter().skip(1).position(|word| is_number(word))? + 1;
+    let first = if is_anonymous { 2 } else { 1 };
+    let place = words.iter().skip(first).position(is_number)? + first;
     let (before, user, rest) = match is_anonymous {
         true => (&words[..1], words[1], &words[place..]),
         false => (&words[..place], words[place], &words[place + 1..]),
@@ -126,6 +127,7 @@ mod tests {
             ("bob_1_text.html", "bob 1 false 0 text.html"),
             ("bob_LATE_1_link.html", "bob 1 true 0 link.html"),
             ("anon_a1b2c_345_sim.py", "anon a1b2c false 345 sim.py"),
+            ("anon_12345_LATE_345_sim.py", "anon 12345 true 345 sim.py"),
         ] {
             assert_eq!(told(name).as_deref(), Some(wanted), "{name}");
         }

@@ -246,7 +246,7 @@ impl Door {
 fn decoded(bytes: Vec<u8>) -> Option<String> {
     let units = |rest: &[u8], of: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = rest.chunks_exact(2).map(|pair| of([pair[0], pair[1]])).collect();
-        (rest.len() % 2 == 0).then(|| String::from_utf16(&units).ok())?
+        rest.len().is_multiple_of(2).then(|| String::from_utf16(&units).ok())?
     };
     match bytes.as_slice() {
         [0xff, 0xfe, rest @ ..] => units(rest, u16::from_le_bytes),

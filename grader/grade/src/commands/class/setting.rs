@@ -8,7 +8,7 @@ use grader::boundary::seal::Seal;
 use grader::class::adjust::{self, Adjustments};
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
-use grader::class::layout::Arranged;
+use grader::class::layout::{self, Arranged};
 use grader::class::marks::{Marks, MarksRules};
 use grader::class::phase::{FirstPhase, Unfinished};
 use grader::class::plan::{Plan, Planned};
@@ -97,7 +97,7 @@ impl<'a> Class<'a> {
         let fingerprint = fingerprint.map_err(Stop::fault)?;
         let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, true), None)?;
         let marks = marks(args, submissions, &inputs)?;
-        let adjustments = adjustments(args, submissions)?;
+        let adjustments = adjustments(args, submissions, arranged.as_ref())?;
         let interrupt = Interrupt::listen()?;
         let progress = Progress::new(!args.judge.no_progress, interrupt);
         Ok(Self {
@@ -275,12 +275,19 @@ fn marks(args: &ClassArgs, folder: &Path, inputs: &Inputs) -> Result<Option<Mark
 }
 
 /// The adjustments of the class, if there are any.
-fn adjustments(args: &ClassArgs, folder: &Path) -> Result<Adjustments, Stop> {
+fn adjustments(
+    args: &ClassArgs,
+    folder: &Path,
+    arranged: Option<&Arranged>,
+) -> Result<Adjustments, Stop> {
     let Some(path) = &args.graded.adjustments else { return Ok(Adjustments::new()) };
     let (entries, _) = entry::list(folder).map_err(Stop::about(folder))?;
     let submissions: Vec<&str> = entries.iter().map(|entry| &*entry.name).collect();
     let roster = args.gradebook.roster.as_deref().map(Roster::load).transpose();
-    let roster = roster.map_err(Stop::bad_input)?;
+    let mut roster = roster.map_err(Stop::bad_input)?;
+    if let (Some(roster), Some(arranged)) = (&mut roster, arranged) {
+        layout::assign(roster, arranged);
+    }
     adjust::load(path, &submissions, roster.as_ref()).map_err(Stop::bad_input)
 }
 

@@ -259,7 +259,7 @@ impl GradescopeArgs {
             seconds: self.seconds,
         };
         let mut files = export::files(program, &settings).map_err(Stop::fault)?;
-        add_suite(&mut files, "suite/", &self.content.content.suite, &inputs)?;
+        add_suite(&mut files, "suite/", &self.content.content.suite, (&inputs, Traces::All))?;
         if is_source {
             add_source(&mut files, &self.content.content.suite)?;
         }
@@ -331,7 +331,7 @@ impl PrairielearnArgs {
         };
         let mut files = prairielearn::export::files(program, &settings).map_err(Stop::fault)?;
         let suite = format!("{}tests/suite/", settings.question());
-        add_suite(&mut files, &suite, &self.content.content.suite, &inputs)?;
+        add_suite(&mut files, &suite, &self.content.content.suite, (&inputs, Traces::All))?;
         write_all(&self.output, &files)?;
         let image = self.output.join("image");
         complain(
@@ -363,7 +363,7 @@ impl BundleArgs {
         let mut files =
             platform.files(program, name, inputs.hidden.is_some()).map_err(Stop::fault)?;
         let suite = format!("{}suite/", platform.folder(name));
-        add_suite(&mut files, &suite, &self.content.suite, &inputs)?;
+        add_suite(&mut files, &suite, &self.content.suite, (&inputs, Traces::OfAssignment))?;
         if let Some(most) = platform.most {
             let mut bytes = Vec::new();
             archive::write(&mut bytes, &files).map_err(Stop::fault)?;
@@ -502,12 +502,21 @@ fn built_program(named: Option<&Path>) -> Result<Vec<u8>, Stop> {
     }
 }
 
+/// The traces of the oracle in a package.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Traces {
+    /// Those of every scene.
+    All,
+    /// Those of the assignment, where the size of a package counts.
+    OfAssignment,
+}
+
 /// Adds the scenes, their traces, the rubric and the hidden scenes.
 fn add_suite(
     files: &mut Vec<PackageFile>,
     prefix: &str,
     suite: &SuiteArgs,
-    inputs: &Inputs,
+    (inputs, traces): (&Inputs, Traces),
 ) -> Result<(), Stop> {
     let Folders { assets, extra_credit, expected } = suite.folders()?;
     let mut add = |folder: &Path, name: &str, is_kept: &dyn Fn(&str) -> bool| {
@@ -517,7 +526,14 @@ fn add_suite(
     if let Some(folder) = extra_credit.filter(|folder| folder.is_dir()) {
         add(&folder, "extracreditassets", &|_| true)?;
     }
-    add(&expected, "expected", &|_| true)?;
+    let is_judged = |path: &str| {
+        let name = path.rsplit_once('.').map_or(path, |(name, _)| name);
+        let is_of = |id: &str| id == name || id.starts_with(&format!("{path}/"));
+        inputs.suite.cases.iter().any(|case| is_of(&case.id))
+    };
+    // Beside the folders of traces lie the manifest and the envelopes.
+    let is_kept = |path: &str| traces == Traces::All || path.ends_with(".toml") || is_judged(path);
+    add(&expected, "expected", &is_kept)?;
     if let Some((_, hidden)) = &inputs.hidden {
         let parts = ["assets", "extracreditassets", "expected"];
         let is_part = |path: &str| parts.iter().any(|part| path.split('/').next() == Some(part));

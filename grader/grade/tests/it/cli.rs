@@ -692,7 +692,8 @@ fn one_run_has_several_reports() {
     };
     refused(&["--report", "text", "--report", "json"], "two reports have this destination");
     refused(&["--report", "html"], "html=DIR");
-    let reports = "the reports are text, json, junit, html, gradescope, prairielearn and github";
+    let reports =
+        "the reports are text, json, junit, html, gradescope, prairielearn, classroom50 and github";
     refused(&["--report", "pdf=x"], reports);
     refused(&["--report", "text", "--format", "json"], "cannot be used with");
     refused(&["--report", "text", "--report", "json=x", "--fail-fast", "1"], "text reports");

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use grader::boundary::seal::Seal;
+use grader::class::Row;
 use grader::class::adjust::{self, Adjustments};
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
@@ -214,6 +215,12 @@ impl<'a> Class<'a> {
         let is_recent = plan.anew.is_none() || plan.anew == record.anew;
         let is_valid = is_recent && record.is_of(&planned.key, &self.reports);
         is_valid.then_some(record)
+    }
+
+    /// The row of the record that a new one replaces.
+    pub(super) fn row_before(&self, planned: &Planned) -> Option<Row> {
+        let record = Record::load(&self.record_path(planned), &planned.report, &self.seal);
+        record.ok().flatten().map(|record| record.row)
     }
 
     /// The folder of the class's pages, as records have it.

@@ -150,6 +150,7 @@ impl Class<'_> {
                 reports: BTreeMap::new(),
                 protection: grading.protection.clone(),
                 seconds,
+                before: self.row_before(planned),
                 pages: self.pages_folder(),
             };
             self.write(planned, &grading, reports.map_err(Stop::fault)?, record)?;

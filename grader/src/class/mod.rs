@@ -198,7 +198,8 @@ fn findings(grading: &Grading) -> Vec<String> {
         };
         findings.extend(first.filter(|first| !first.has_numbers()).filter(is_of_all).map(
             |failure| {
-                let said = Untrusted::from(failure.to_string()).line();
+                let said = failure.to_string();
+                let said = Untrusted::from(said.lines().next().unwrap_or_default()).line();
                 format!("{}: {said}", failure.name().replace('-', " "))
             },
         ));

@@ -288,7 +288,7 @@ fn class_grades_equal_grades_of_single_runs() {
             assert!(row.starts_with(&format!("{name},{verdict},")), "{row}");
         }
         assert!(run.stdout.contains("skipped: gus: it is a link"), "{}", run.stdout);
-        assert!(run.stdout.contains("skipped: notes.txt: it is not executable"));
+        assert!(run.stdout.contains("skipped: notes.txt: it is neither a program nor an archive"));
         let shown = project.read("out/reports/hal.txt");
         assert!(shown.contains("is a link that leads out of the submission"), "{shown}");
         assert!(!project.read("out/reports/fay.txt").contains('\u{1b}'));

@@ -25,9 +25,10 @@ pub(super) struct PackArgs {
     #[arg(long, value_name = "DIR")]
     pub(super) pack: Option<PathBuf>,
 
-    /// Folder of the starter code, in the place of the one that the pack names
+    /// Folder of the starter code: with --pack, in the place of the one that the pack names; with --similar, what does not
+    /// count as shared (repeatable), nor does what grade init writes
     #[arg(long, value_name = "DIR")]
-    pub(super) starter: Option<PathBuf>,
+    pub(super) starter: Vec<PathBuf>,
 }
 
 /// The suite: scenes, oracle, rubric.

@@ -12,7 +12,7 @@ use grader::suite::assignment::{self, ALL, Assignment, AssignmentError};
 use grader::suite::{Case, Section, Suite};
 use scene::ParseOptions;
 
-use crate::args::{CriteriaArg, JudgeArgs, RootArgs, SuiteArgs};
+use crate::args::{CriteriaArg, JudgeArgs, PackArgs, RootArgs, SuiteArgs};
 use crate::installed;
 use crate::stop::{Stop, complain};
 
@@ -166,10 +166,8 @@ impl SuiteArgs {
             // core.
             None => Some((rayon::current_num_threads() * 3).div_ceil(2)),
         };
-        let pack = reading
-            .pack
-            .map(|named| self.root.pack(named, self.pack.starter.as_deref()))
-            .transpose()?;
+        let pack =
+            reading.pack.map(|named| self.root.pack(named, self.pack.starter()?)).transpose()?;
         let Folders { assets, extra_credit, expected } = self.folders_of(pack.as_ref())?;
         let mut sections = vec![(Section::Required, assets.clone())];
         sections.extend(extra_credit.map(|folder| (Section::ExtraCredit, folder)));
@@ -311,6 +309,19 @@ fn read_hidden(
         );
     }
     Ok(Some((hidden, folder.to_path_buf())))
+}
+
+impl PackArgs {
+    /// The folder of the starter code of a pack.
+    fn starter(&self) -> Result<Option<&Path>, Stop> {
+        match self.starter.as_slice() {
+            [] => Ok(None),
+            [folder] => Ok(Some(folder)),
+            _ => {
+                Err(Stop::bad_input("a pack has one folder of starter code\n  help: name it once"))
+            }
+        }
+    }
 }
 
 impl RootArgs {

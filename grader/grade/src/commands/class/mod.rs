@@ -148,10 +148,6 @@ struct ClassPlace {
     /// of functions do not count. With --output, also as similar.txt and similar.csv
     #[arg(long, conflicts_with_all = ["GradedArgs", "GradebookArgs", "PlanArgs", "RunArgs", "JudgeArgs", "DetailsArgs", "assets", "extra_credit", "expected", "rubric", "strict", "threads"])]
     similar: bool,
-
-    /// Folder of starter code, which does not count as shared (repeatable); nor does what grade init writes
-    #[arg(long, value_name = "DIR", requires = "similar")]
-    starter: Vec<PathBuf>,
 }
 
 #[derive(Args)]
@@ -276,7 +272,7 @@ impl ClassCommand {
                     grade((folder, *layout), output, args)
                 }
             }
-            (None, Some(place)) => similar::list(place, &self.args.suite.root),
+            (None, Some(place)) => similar::list(place, &self.args.suite),
             (None, None) => Err(Stop::bad_input("grade class: no folder of submissions is named")),
         }
     }

@@ -11,13 +11,13 @@ use rayon::prelude::*;
 
 use super::setting::refuse_inside;
 use super::{ClassPlace, real, save};
-use crate::args::RootArgs;
+use crate::args::{RootArgs, SuiteArgs};
 
 use crate::inputs::assignments_below;
 use crate::output::print;
 use crate::stop::{Exit, Stop};
 
-pub(super) fn list(args: &ClassPlace, root: &RootArgs) -> Result<Exit, Stop> {
+pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
     if let Some(output) = &args.output {
         refuse_inside(output, &args.folder)?;
     }
@@ -28,8 +28,8 @@ pub(super) fn list(args: &ClassPlace, root: &RootArgs) -> Result<Exit, Stop> {
     let folder = if arranged.is_some() { &own } else { &args.folder };
     let (entries, mut passed_over) = entry::list(folder, false).map_err(Stop::about(folder))?;
     passed_over.extend(arranged.into_iter().flat_map(|arranged| arranged.passed_over));
-    let mut starter = skeletons(root);
-    for folder in &args.starter {
+    let mut starter = skeletons(&suite.root);
+    for folder in &suite.pack.starter {
         // Links are followed in what the caller names, and in nothing that is in it.
         let place = real(folder)?;
         let sources = Sources::read("starter code", &place).map_err(Stop::about(folder))?;

@@ -13,13 +13,15 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD
 work=$root/target/walks
+# Beside walks that are being made.
+[ "${1:-}" = apply ] && work=$root/target/walks/apply
 tree=$work/tree
 export CARGO_INCREMENTAL=1 CARGO_TARGET_DIR=$work/target
 most_files=5
 most_lines=150
 
 mkdir -p "$work"
-if [ ! -d "$CARGO_TARGET_DIR/release" ] && [ -d target/release ]; then
+if [ "${1:-}" != apply ] && [ ! -d "$CARGO_TARGET_DIR/release" ] && [ -d target/release ]; then
     mkdir -p "$CARGO_TARGET_DIR/release"
     # Links, not copies: Cargo replaces files, and does not change them.
     for part in deps build .fingerprint; do

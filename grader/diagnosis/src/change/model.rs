@@ -950,7 +950,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 }
             }
         }
-        SceneRule::PairBefore(tag) => {
+        SceneRule::ParticlesBefore(tag) => {
             let mut before: Option<scene::Particles> = None;
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 let own = element.particles.clone();

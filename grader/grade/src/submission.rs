@@ -25,8 +25,17 @@ impl RunArgs {
             limits.set(name, *value).map_err(Stop::bad_input)?;
         }
         let absolute = |path: &PathBuf| std::fs::canonicalize(path).map_err(Stop::about(path));
-        let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
+        let readable = self.readable.iter().map(absolute).collect::<Result<Vec<_>, _>>()?;
         let sandbox = open_sandbox(self.unprotected, rubric)?;
+        for path in &readable {
+            if let Some(part) = sandbox.closed_part(path) {
+                let (path, part) = (path.display(), part.display());
+                return Err(Stop::bad_input(format!(
+                    "--readable {path}: programs run as a user of their own, who may not read {part}\n  help: `chmod o+rX \
+                     {part}`, or name another folder"
+                )));
+            }
+        }
         let protections = sandbox.protections().to_vec();
         Ok((Runner::new(sandbox, limits, readable), protections))
     }
@@ -47,6 +56,15 @@ pub(super) fn open_sandbox(unprotected: bool, rubric: &Rubric) -> Result<Sandbox
         Sandbox::open(&launcher).map_err(|error| Stop::bad_input(format!("{error}{help}")))?;
     check(&sandbox, rubric.required_protections())
         .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
+    // Where a run has a root of its own, this program is not in it.
+    let is_shown = !sandbox.protections().contains(&Protection::Processes)
+        && sandbox::revealed_by(&launcher, &[]).is_some()
+        && sandbox.closed_part(&launcher).is_none();
+    if is_shown {
+        let warning = "programs can read this program, and the oracle in it\n  help: install it in another folder, such as \
+                       ~/.cargo/bin; if root runs it, `chmod 700` keeps others out";
+        complain("warning", format!("{}: {warning}", launcher.display()));
+    }
     Ok(sandbox)
 }
 

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
+use super::table::{self, BAD, BOLD, Cell, GOOD, ODD, header};
 use super::text::{write_provenance, write_unprotected};
 use grader::boundary::printed::InertCsv;
 use grader::class::Row;
@@ -160,9 +160,6 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
         let more = unjudged.len() - UNJUDGED_SHOWN;
         writeln!(out, "  {ODD}nor {more} more scenes; `grade oracle verify` lists them{ODD:#}")?;
     }
-    for PassedOver { name, reason } in passed_over {
-        writeln!(out, "  {DIM}skipped: {name}: {reason}{DIM:#}")?;
-    }
     let count = |wanted: fn(&Row) -> bool| rows.iter().filter(|row| wanted(row)).count();
     let passed = count(|row| row.verdict == "passed" || row.verdict == "passed-shipped");
     let faults = count(Row::is_fault);
@@ -192,6 +189,17 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
     }
     for remark in remarks {
         writeln!(out, "  {remark}")?;
+    }
+    let refused = rows.iter().filter(|row| row.is_refused());
+    let refused = refused.map(|row| format!("{}: {}", row.name, row.findings.join("; ")));
+    let skipped = passed_over.iter();
+    let skipped = skipped.map(|other| format!("skipped: {}: {}", other.name, other.reason));
+    let open: Vec<String> = refused.chain(skipped).collect();
+    if !open.is_empty() {
+        writeln!(out, "\n{ODD}Not graded, for people to look at{ODD:#}")?;
+    }
+    for line in open {
+        writeln!(out, "  {line}")?;
     }
     Ok(())
 }

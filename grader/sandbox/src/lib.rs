@@ -362,6 +362,15 @@ impl Sandbox {
             Self::Unprotected => false,
         }
     }
+
+    /// The part of a canonical path that programs cannot open, because they run as their own user and others may not read it.
+    pub fn closed_part<'a>(&self, path: &'a Path) -> Option<&'a Path> {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Protected(protected) => protected.walls.closed_part(path),
+            Self::Unprotected => None,
+        }
+    }
 }
 
 /// The folder, among the system's and these, through which a protected program could read this path.

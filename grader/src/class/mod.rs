@@ -1,6 +1,7 @@
 //! Grading of a class: a folder of submissions, with a report and a table row for each.
 //!
 //! ```text
+//! DIR ─> layout, arranged: one folder a student      layout/
 //! DIR ─> entries, by name ─> plan ─> shards, in any order: Submission -> Grading ─> reports ─> record ─┐
 //!          entry.rs         plan.rs                                                        record.rs   │
 //!                                                                  phase.rs, kept.rs: with hidden scenes, in two phases
@@ -14,6 +15,7 @@
 
 pub mod entry;
 pub mod fingerprint;
+pub mod layout;
 pub mod marks;
 pub mod phase;
 pub mod plan;
@@ -24,11 +26,12 @@ pub mod similar;
 
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::printed::Untrusted;
 use crate::grading::points;
 use crate::grading::{Grading, GradingOutcome, Hidden, SceneResult};
 use crate::probe::Probing;
 use crate::suite::Section;
-use crate::verdict::Verdict;
+use crate::verdict::{Failure, Verdict};
 use diagnosis::findings::Finding;
 
 /// The table row of one submission. Points are text, as in the report, so that storing and reading them again cannot
@@ -97,15 +100,38 @@ impl Row {
         }
     }
 
+    /// Whether its files could not be graded, and somebody should look at them.
+    pub fn is_refused(&self) -> bool {
+        self.verdict == Failure::BAD_HAND_IN
+    }
+
     /// Whether something could not be judged.
     pub fn is_fault(&self) -> bool {
         self.verdict == FAULT
     }
 }
 
-/// The findings of the report.
+/// The findings of the report; without any, what all scenes failed by, such as the build.
 fn findings(grading: &Grading) -> Vec<String> {
-    grading.findings.list.iter().map(Finding::sentence).collect()
+    let mut findings: Vec<String> = grading.findings.list.iter().map(Finding::sentence).collect();
+    if findings.is_empty() {
+        let scenes = grading.features.iter().flat_map(|result| &result.scenes);
+        let mut failures = scenes.map(|scene| match &scene.comparison.verdict {
+            Verdict::Fail(failure) => Some(failure),
+            _ => None,
+        });
+        let first = failures.next().flatten();
+        let is_of_all = |first: &&Failure| {
+            failures.all(|failure| failure.is_some_and(|failure| failure.name() == first.name()))
+        };
+        findings.extend(first.filter(|first| !first.has_numbers()).filter(is_of_all).map(
+            |failure| {
+                let said = Untrusted::from(failure.to_string()).line();
+                format!("{}: {said}", failure.name().replace('-', " "))
+            },
+        ));
+    }
+    findings
 }
 
 /// Verdict of rows in which something could not be judged.

@@ -273,7 +273,7 @@ fn class_grades_equal_grades_of_single_runs() {
     assert_eq!(project.json(&["class/fay"])["submission"], "a\u{fffd}[2Jb");
     for threads in ["1", "2"] {
         let run = project.class(&[&options[..], &["--threads", threads]].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert_eq!(run.code, 3, "{}", run.stderr);
         assert!(reports() == alone, "a neighbour changed a report");
         assert_eq!(project.row("ada"), row);
         for (name, verdict) in [
@@ -504,7 +504,7 @@ fn malformed_hand_in_fails_alone() {
     let run = project.class(&[]);
     let removed = Command::new("rm").arg("-rf").arg(project.path("class/deep")).status();
     assert!(removed.unwrap().success());
-    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    assert_eq!(run.code, 3, "{}{}", run.stdout, run.stderr);
     for (name, message) in [
         ("deep", "folders are nested more than 100 deep"),
         ("full", "the files are larger than 1024 MiB together, counted up to data.bin"),

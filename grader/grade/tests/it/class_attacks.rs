@@ -18,7 +18,7 @@ fn oracle_copy_earns_no_credit_in_a_class() {
     let project = Project::with_hidden();
     copied_traces(&project, "class/eve");
     let run = project.class(&["--hidden", "hidden"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(run.code, 3, "{}", run.stderr);
     assert_eq!(project.row("eve"), "eve,bad-hand-in,0,3,0,0,0,0,0,3,0,2,,,,");
     let shown = project.read("out/reports/eve.txt");
     assert!(shown.contains("there is no submission.toml in this folder"), "{shown}");
@@ -56,7 +56,7 @@ fn submission_names_do_not_collide_with_class_files() {
     }
     for _ in 0..2 {
         let run = project.class(&["--html", "pages"]);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert_eq!(run.code, 3, "{}", run.stderr);
         let front = project.read("pages/index.html");
         let links: Vec<&str> = front
             .split("<th scope=\"row\"><a href=\"")

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use grader::boundary::printed;
 use grader::class::Row;
+use grader::class::layout::{self, HandInFacts};
 use grader::class::plan::Plan;
 use grader::class::roster::{Matching, Roster, Student};
 use grader::grading::points;
@@ -82,7 +83,10 @@ impl Class<'_> {
     pub(super) fn roster(&self, names: &[&str]) -> Result<Option<(Roster, Matching)>, Stop> {
         let args = &self.args.gradebook;
         let Some(path) = &args.roster else { return Ok(None) };
-        let roster = Roster::load(path).map_err(Stop::bad_input)?;
+        let mut roster = Roster::load(path).map_err(Stop::bad_input)?;
+        if let Some(arranged) = &self.arranged {
+            layout::assign(&mut roster, arranged);
+        }
         for GradebookArg { kind, .. } in &args.gradebook {
             kind.check(&roster).map_err(Stop::bad_input)?;
         }
@@ -177,6 +181,13 @@ impl Class<'_> {
         let of_folder = || self.folder_time(&row.name).filter(|_| args.folder_times);
         let Some(due) = student.due.or(args.due) else { return Some(row.points.clone()) };
         let Some(submitted) = student.submitted.or_else(of_folder) else {
+            if self.facts(&row.name).is_some_and(|facts| facts.late) {
+                remarks.push(format!(
+                    "marked as late: {shown}: {} counts as in time until the column submitted says when it came in",
+                    row.name
+                ));
+                return Some(row.points.clone());
+            }
             remarks.push(format!("time unknown: {shown}: {} counts as in time", row.name));
             return Some(row.points.clone());
         };
@@ -193,8 +204,16 @@ impl Class<'_> {
         Some(remaining)
     }
 
+    /// What the platform says about a submission.
+    fn facts(&self, name: &str) -> Option<&HandInFacts> {
+        self.arranged.as_ref()?.of(name)
+    }
+
     /// When the newest file of a submission was changed; `None` if it cannot be read, which is its verdict.
     fn folder_time(&self, name: &str) -> Option<Time> {
+        if let Some(facts) = self.facts(name) {
+            return facts.changed.map(|seconds| Time(seconds as f64));
+        }
         hand_in::last_changed(&self.folder.join(name)).ok().flatten()
     }
 }

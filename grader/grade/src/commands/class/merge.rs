@@ -90,7 +90,9 @@ impl Class<'_> {
         }
         // What phases without a result left behind.
         let _ = std::fs::remove_dir_all(self.output.join(FIRST_PHASE));
-        let has_faults = !unjudged.is_empty() || rows.iter().any(Row::is_fault);
+        let is_open = |row: &Row| row.is_fault() || row.is_refused();
+        let has_faults =
+            !unjudged.is_empty() || !plan.passed_over.is_empty() || rows.iter().any(is_open);
         Ok(if has_faults { Exit::GraderFault } else { Exit::Passed })
     }
 

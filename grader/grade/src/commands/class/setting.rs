@@ -6,6 +6,7 @@ use std::sync::Arc;
 use grader::boundary::seal::Seal;
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
+use grader::class::layout::Arranged;
 use grader::class::marks::{Marks, MarksRules};
 use grader::class::phase::{FirstPhase, Unfinished};
 use grader::class::plan::{Plan, Planned};
@@ -39,6 +40,8 @@ pub(super) struct Class<'a> {
     pub(super) args: &'a ClassArgs,
     /// The folder of the submissions.
     pub(super) folder: &'a Path,
+    /// How that folder was arranged, if a platform had laid it out.
+    pub(super) arranged: Option<Arranged>,
     /// The folder of the results.
     pub(super) output: &'a Path,
     pub(super) inputs: Inputs,
@@ -64,7 +67,7 @@ pub(super) struct Class<'a> {
 impl<'a> Class<'a> {
     /// Opens the class of these submissions, with its results in `output`.
     pub(super) fn open(
-        submissions: &'a Path,
+        (submissions, arranged): (&'a Path, Option<Arranged>),
         output: &'a Path,
         args: &'a ClassArgs,
     ) -> Result<Self, Stop> {
@@ -93,6 +96,7 @@ impl<'a> Class<'a> {
         Ok(Self {
             args,
             folder: submissions,
+            arranged,
             output,
             inputs,
             oracle,

@@ -239,7 +239,7 @@ force_walk() {
 }
 
 force_walk docs/adding-a-force.md quadraticdrag "quadratic drag" QuadraticDrag \
-    's/-self.drag \* v.norm()/-2.0 * self.drag * v.norm()/' "quadraticdrag is multiplied by 2" \
+    's/-self.drag \* at.w/-2.0 * self.drag * at.w/' "quadraticdrag is multiplied by 2" \
     's/Block::identity() \* speed + v/-Block::identity() * speed + v/' "quadraticdrag"
 force_walk ci/walks/lennard-jones.md lennardjonesforce "Lennard-Jones force between two particles" LennardJones \
     's/s6 \* (2.0 \* s6 - 1.0)/s6 * (s6 - 1.0)/' "lennardjonesforce" \

@@ -240,13 +240,13 @@ force_walk() {
 
 force_walk docs/adding-a-force.md quadraticdrag "quadratic drag" QuadraticDrag \
     's/-self.drag \* at.w/-2.0 * self.drag * at.w/' "quadraticdrag is multiplied by 2" \
-    's/Block::identity() \* speed + v/-Block::identity() * speed + v/' "quadraticdrag"
+    's/shape \* -self.drag/shape * (-0.5 * self.drag)/' "dF/dv of quadraticdrag"
 force_walk ci/walks/lennard-jones.md lennardjonesforce "Lennard-Jones force between two particles" LennardJones \
     's/s6 \* (2.0 \* s6 - 1.0)/s6 * (s6 - 1.0)/' "lennardjonesforce" \
     's/28.0 \* s6/14.0 * s6/' "dF/dx of lennardjonesforce"
 force_walk ci/walks/bending-spring.md bendingforce "bending spring" Bending \
     's/(-self.kb \* (c/(-2.0 * self.kb * (c/' "bendingforce is multiplied by 2" \
-    's/(g\[a\] \* g\[b\]/-(g[a] * g[b]/' "dF/dx of bendingforce" \
+    's/\* -self.kb;/* self.kb;/' "dF/dx of bendingforce" \
     's/\[(0, 0), (0, 1), (1, 0), (1, 1)\]/[(0, 0), (1, 1)]/' "dF/dx of bendingforce lacks its blocks between"
 
 case docs/adding-an-integrator.md in *"$wanted"*) ;; *) echo "walks: passed"; exit 0 ;; esac

@@ -8,11 +8,13 @@
 //!                              └──────────────────────────> merge <── records with the plan's keys <───┘
 //!                                                             └─> rows, by name ─> summary
 //!                    marks.rs ─> credit for creative scenes
+//!                   adjust.rs ─> points that the teacher grants or withdraws
 //!                                                    roster.rs ─> whose submission it is ─> gradebooks
 //! ```
 //!
 //! A row depends on its submission, the suite and the grader only.
 
+pub mod adjust;
 pub mod entry;
 pub mod fingerprint;
 pub mod layout;
@@ -50,10 +52,13 @@ pub struct Row {
     /// Credit for the creative scene, earned and maximum; "no mark" in the place of what is earned without marks. `None`
     /// where a class has none.
     pub creative: Option<(String, String)>,
-    /// Sum of all.
+    /// Sum of all, with adjustments.
     pub points: String,
-    /// The same sum without rounding, as the shortest decimal; `None` if nothing was judged, or points are withheld.
+    /// The sum without adjustments and without rounding, as the shortest decimal; `None` if nothing was judged, or points
+    /// are withheld.
     pub earned: Option<String>,
+    /// Points that the teacher granted or withdrew, as the shortest decimals, with the reasons.
+    pub adjustments: Vec<(String, String)>,
     /// Points of scenes that were not judged.
     pub not_judged: String,
     /// Shipped scenes: passed and total.
@@ -88,7 +93,15 @@ impl Row {
                 .creative
                 .as_ref()
                 .map(|creative| points::creative(creative, grading.faults)),
-            points: points::earned(&together, grading.faults),
+            points: match (together.shown(grading.faults), &*grading.adjustments) {
+                (Some(earned), [_, ..]) => points::shown(grading.adjusted(earned)),
+                _ => points::earned(&together, grading.faults),
+            },
+            adjustments: grading
+                .adjustments
+                .iter()
+                .map(|it| (it.points.to_string(), it.reason.line()))
+                .collect(),
             earned: together.shown(grading.faults).map(|earned| earned.to_string()),
             not_judged: points::unjudged(&together),
             scenes: (sum(|totals| totals.passed), sum(|totals| totals.scenes)),
@@ -98,6 +111,11 @@ impl Row {
             copied: grading.copied.as_ref().map(ToString::to_string),
             findings: findings(grading),
         }
+    }
+
+    /// The points that the teacher granted, less those withdrawn.
+    pub fn adjustment(&self) -> f64 {
+        self.adjustments.iter().filter_map(|(points, _)| points.parse::<f64>().ok()).sum()
     }
 
     /// Whether its files could not be graded, and somebody should look at them.

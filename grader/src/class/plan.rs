@@ -40,7 +40,7 @@ const MAX_MEBIBYTES: u64 = 1 << 10;
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     version: u32,
-    /// The folder in which `arguments` are to be read.
+    /// The folder in which `arguments` are to be read, from that of the plan: both can be moved together.
     pub folder: PathBuf,
     /// The arguments of `grade` that describe the class.
     pub arguments: Vec<String>,

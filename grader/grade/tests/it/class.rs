@@ -348,6 +348,31 @@ fn only_what_changed_is_graded_again() {
 }
 
 #[test]
+fn pages_on_or_off_grade_nothing_again() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    let class = |options: &[&str]| {
+        let run = project.class(&[&["--format", "json"], options].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        (project.read("out/resume/ada.json"), run.stderr)
+    };
+    let link = || project.read("pages/index.html").contains("submissions/ada/index.html");
+    // With pages first: they stay, also through a run without.
+    let (record, _) = class(&["--html", "pages"]);
+    assert!(link());
+    assert_eq!(class(&["--resume"]).0, record);
+    assert_eq!(class(&["--resume", "--html", "pages"]).0, record);
+    assert!(link());
+    // Without pages first: the class has its page, and what has none is not linked.
+    fs::remove_dir_all(project.path("pages")).unwrap();
+    let (record, _) = class(&[]);
+    let (same, said) = class(&["--resume", "--html", "pages"]);
+    assert_eq!(same, record);
+    assert!(!link() && project.read("pages/index.html").contains("ada"));
+    assert!(said.contains("1 submissions were graded without --html, and have no pages"), "{said}");
+}
+
+#[test]
 fn kept_runs_are_reused() {
     let project = Project::new();
     let log = project.path("log");

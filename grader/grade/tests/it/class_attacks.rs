@@ -100,7 +100,7 @@ fn upload_named_after_another_student_does_not_stop_the_class() {
         assert!(run.stdout.contains(line), "{line}: {}", run.stdout);
     }
     assert!(!run.stdout.contains("no submission: Ada"), "{}", run.stdout);
-    assert_eq!(project.read("moodle.csv"), "ID number,Spring Oracle\n1001,\n1002,2\n1003,\n");
+    assert_eq!(project.read("moodle.csv"), "ID number,Spring Oracle\n1002,2\n");
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn github_workflow_refuses_hidden_scenes() {
         project.grade(&[&common[..], arguments].concat())
     };
     let message =
-        "students can edit the workflow, and read what it reads: hidden scenes stay out of it";
+        "students can edit the pipeline, and read what it reads: hidden scenes stay out of it";
     let run = export(&["--hidden", "hidden"]);
     assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
     // Those of the rubric, in the repository that the workflow checks out.
@@ -191,7 +191,7 @@ fn github_workflow_refuses_hidden_scenes() {
     fs::rename(project.path("hidden"), project.path("secret")).unwrap();
     let run = export(&[]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let workflow = project.read("template/.github/workflows/classroom.yml");
+    let workflow = project.read("template/.github/workflows/grade.yml");
     assert!(
         workflow.contains("must hold no hidden scenes") && !workflow.contains("--hidden hidden"),
         "{workflow}"

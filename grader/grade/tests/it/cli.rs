@@ -678,7 +678,8 @@ fn one_run_has_several_reports() {
     assert_eq!(json["outcome"], "passed");
     // Extra credit that failed is no failure of the run.
     let junit = read("report.xml");
-    assert!(junit.contains(" skipped=\"1\" failures=\"0\" errors=\"0\""), "{junit}");
+    assert!(junit.contains(" tests=\"3\" failures=\"0\" errors=\"0\""), "{junit}");
+    assert!(junit.contains(" skipped=\"1\" errors=\"0\" failures=\"0\""), "{junit}");
     assert!(
         junit.contains("type=\"differs\">the trace differs from the oracle&apos;s\nfirst at"),
         "{junit}"
@@ -691,7 +692,8 @@ fn one_run_has_several_reports() {
     };
     refused(&["--report", "text", "--report", "json"], "two reports have this destination");
     refused(&["--report", "html"], "html=DIR");
-    let reports = "the reports are text, json, junit, html, gradescope, prairielearn and github";
+    let reports =
+        "the reports are text, json, junit, html, gradescope, prairielearn, classroom50 and github";
     refused(&["--report", "pdf=x"], reports);
     refused(&["--report", "text", "--format", "json"], "cannot be used with");
     refused(&["--report", "text", "--report", "json=x", "--fail-fast", "1"], "text reports");

@@ -36,12 +36,12 @@ fn parse_gradebook(text: &str) -> Result<GradebookArg, String> {
 /// Options for gradebooks.
 #[derive(Args)]
 pub(super) struct GradebookArgs {
-    /// Write the points as a gradebook to import (repeatable): canvas=FILE or moodle=FILE
+    /// Write the points as a gradebook to import (repeatable): canvas=FILE, moodle=FILE, blackboard=FILE or brightspace=FILE
     #[arg(long, value_name = "KIND=FILE", value_parser = parse_gradebook, requires = "roster")]
     pub(super) gradebook: Vec<GradebookArg>,
 
     /// The students (CSV), by columns: name, id, login, email, section; folder and submitted of their submissions; due.
-    /// Exports of Canvas and Moodle work unchanged
+    /// Exports of Canvas, Moodle, Blackboard and Brightspace work unchanged
     #[arg(long, value_name = "FILE")]
     pub(super) roster: Option<PathBuf>,
 
@@ -179,6 +179,7 @@ impl Class<'_> {
         }
         let args = &self.args.gradebook;
         let of_folder = || self.folder_time(&row.name).filter(|_| args.folder_times);
+        let counted = |points: f64| points::shown((points + row.adjustment()).max(0.0));
         let Some(due) = student.due.or(args.due) else { return Some(row.points.clone()) };
         let Some(submitted) = student.submitted.or_else(of_folder) else {
             if self.facts(&row.name).is_some_and(|facts| facts.late) {
@@ -196,12 +197,12 @@ impl Class<'_> {
         };
         let Lateness { days, percent } = late;
         let remaining = points::shown(late.remaining(earned));
+        let of = points::shown(earned);
         remarks.push(format!(
-            "late: {shown}: on day {days} after the deadline, {} % taken off, {remaining} of {} points remain",
-            points::shown(percent),
-            row.points
+            "late: {shown}: on day {days} after the deadline, {} % taken off, {remaining} of {of} points remain",
+            points::shown(percent)
         ));
-        Some(remaining)
+        Some(counted(late.remaining(earned)))
     }
 
     /// What the platform says about a submission.

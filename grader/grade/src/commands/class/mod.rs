@@ -22,7 +22,7 @@ mod similar;
 mod slurm;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::{Args, FromArgMatches, Subcommand, ValueEnum};
@@ -201,6 +201,11 @@ struct GradedArgs {
     /// Which scene of the marks is whose, if the gallery hides names: the file of its --hide-names
     #[arg(long, value_name = "FILE", requires = "marks")]
     key: Option<PathBuf>,
+
+    /// Points that you grant or withdraw, with reasons (CSV): student,points,reason. The reports and gradebooks show them,
+    /// also when the class is graded again with this file
+    #[arg(long, value_name = "FILE")]
+    adjustments: Option<PathBuf>,
 
     /// Keep the trace of every run in the output folder too (runs/); with --resume, programs then run only on scenes
     /// that are new or changed
@@ -393,7 +398,8 @@ fn planned(
 ) -> Result<Exit, Stop> {
     let path = std::path::absolute(path).map_err(Stop::about(path))?;
     let plan = Plan::read(&path).map_err(Stop::bad_input)?;
-    std::env::set_current_dir(&plan.folder).map_err(Stop::about(&plan.folder))?;
+    let folder = path.parent().unwrap_or(Path::new("")).join(&plan.folder);
+    std::env::set_current_dir(&folder).map_err(Stop::about(&folder))?;
     // The first argument is the name of the command.
     let matches = ClassCommand::augment_args(clap::Command::new("class"));
     let matches = matches.try_get_matches_from(&plan.arguments);
@@ -450,7 +456,8 @@ impl Class<'_> {
             })
         };
         let arguments = std::env::args_os().skip(1).map(argument).collect::<Result<_, _>>()?;
-        let folder = std::env::current_dir().map_err(Stop::fault)?;
+        let here = std::env::current_dir().map_err(Stop::fault)?;
+        let folder = relative(&real(self.output)?, &real(&here)?);
         let submissions: Vec<Planned> =
             entries.into_par_iter().map(|entry| self.planned(entry)).collect();
         let mut plan = Plan::new((folder, arguments), self.inputs_hash(), submissions, passed_over);
@@ -504,6 +511,13 @@ impl Class<'_> {
 
 fn save(path: &Path, bytes: &[u8]) -> Result<(), Stop> {
     replace_file(path, bytes).map_err(Stop::about(path))
+}
+
+/// The way from one folder to another, both absolute and without links.
+fn relative(from: &Path, to: &Path) -> PathBuf {
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    up.chain(to.components().skip(shared)).collect()
 }
 
 /// A path without links.

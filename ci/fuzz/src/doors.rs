@@ -12,6 +12,7 @@ use grader::class::record::Record;
 use grader::class::roster::Roster;
 use grader::class::similar::Sources;
 use grader::submission::folder::SubmissionManifest;
+use grader::submission::received::unpack_bytes;
 use platforms::gradescope::metadata::Metadata;
 use report::provenance::StoredReport;
 
@@ -19,7 +20,8 @@ use report::provenance::StoredReport;
 type Check = (&'static str, fn(&[u8]));
 
 /// All targets of this file.
-pub(crate) const ALL: [Check; 7] = [
+pub(crate) const ALL: [Check; 8] = [
+    ("archive", archive),
     ("manifest", manifest),
     ("metadata", metadata),
     ("printed", printed),
@@ -42,6 +44,15 @@ fn text(bytes: &[u8]) -> Untrusted {
 
 fn is_inert(shown: &str) -> bool {
     !shown.contains(|character| steers(character) && character != '\n')
+}
+
+fn archive(bytes: &[u8]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    if let Err(error) = unpack_bytes(bytes, &folder.path().join("into")) {
+        assert!(is_inert(&error.to_string()), "{error:?}");
+    }
+    let beside = std::fs::read_dir(folder.path()).expect("a folder");
+    assert!(beside.flatten().all(|entry| entry.file_name() == "into"));
 }
 
 fn manifest(bytes: &[u8]) {

@@ -228,6 +228,25 @@ fn with_hidden_unprotected() -> Project {
 }
 
 #[test]
+fn hidden_scenes_without_namespaces_need_the_rubrics_word() {
+    let project = Project::with_hidden();
+    logging(&project, "ada", "");
+    let n_hidden = || {
+        let run = project.grade(&[&["class", "class", "-o", "out"], &HIDDEN[..]].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let ran = ran(&project);
+        assert!(ran.len() > 3, "{ran:?}");
+        ran.iter().filter(|(_, is_hidden)| *is_hidden).count()
+    };
+    assert_eq!(n_hidden(), 0);
+    let reason = "2 hidden scenes were not run: this system refuses programs their own namespaces";
+    let shown = project.read("out/reports/ada.txt");
+    assert!(shown.contains(reason), "{shown}");
+    project.write("assets/rubric.toml", UNPROTECTED);
+    assert_eq!(n_hidden(), 2);
+}
+
+#[test]
 fn hidden_scenes_run_after_all_shipped_scenes() {
     let project = with_hidden_unprotected();
     for name in ["ada", "bob", "eve"] {

@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
-# Carries out docs/adding-a-force.md and docs/adding-an-integrator.md in copies of this tree: applies what a page
-# documents, runs its commands, and checks that every part of the project knows the newcomer. Then leaves out one
-# documented file after another, and checks that each time something fails and names the newcomer.
+# Carries out docs/adding-a-force.md, the pages of ci/walks/ and docs/adding-an-integrator.md in copies of this tree:
+# applies what a page documents, runs its commands, and checks that every part of the project knows the newcomer. Plants
+# mistakes in each new force, and checks that a report finds them. Then leaves out one documented file after another,
+# and checks that each time something fails and names the newcomer.
 #
-#     ci/walks.sh           all of that: a quarter of an hour
-#     ci/walks.sh apply     applies both pages and counts, without building
+#     ci/walks.sh           all of that: half an hour
+#     ci/walks.sh WORD      the walks whose page's path contains this word
+#     ci/walks.sh apply     applies all pages and counts, without building
 #
 # Built dependencies are taken from target/release; the crates of the workspace are built with less optimisation.
 set -euo pipefail
@@ -74,7 +76,6 @@ read_page() {
         /^New file `.*`:$/ { split($0, parts, "`"); path = parts[2]; next }
         /^```(rust|xml)$/ && path != "" { kind = "new"; start(); next }
         /^```diff$/ { kind = "diff"; path = ""; start(); next }
-        /^```sh$/ { kind = "sh"; file = steps "/commands"; inside = 1; next }
         /^```$/ { if (inside) { inside = 0; path = "" } next }
         inside {
             print > file
@@ -86,6 +87,9 @@ read_page() {
             inside = 1
             if (kind == "new") { print path > (steps "/" number ".path") }
         }' "$1"
+    # All forces have the commands of one page.
+    case $1 in ci/walks/*) set -- docs/adding-a-force.md ;; esac
+    awk '/^```sh$/ { inside = 1; next } /^```$/ { inside = 0 } inside' "$1" >"$work/steps/commands"
 }
 
 # Applies every step of the page but the one with this number.
@@ -151,7 +155,7 @@ leave_out() {
 }
 
 # One set of packages, so that each command uses what the one before it has built.
-tests=(cargo test --release --locked -p grade -p simulator -p simulate -p reference)
+tests=(cargo test --release --locked -p grade -p simulator -p simulate -p reference -p diagnosis)
 
 walk() {
     echo "== $1"
@@ -164,42 +168,86 @@ walk() {
 }
 
 if [ "${1:-}" = apply ]; then
-    walk docs/adding-a-force.md
-    walk docs/adding-an-integrator.md
-    echo "walks: both pages apply"
+    for page in docs/adding-a-force.md ci/walks/*.md docs/adding-an-integrator.md; do
+        walk "$page"
+    done
+    echo "walks: all pages apply"
     exit 0
 fi
+wanted=${1:-}
 
-walk docs/adding-a-force.md
-run "${tests[@]}" --test it --test facts --test laws --no-run
-must_fail "quadraticdrag" "${tests[@]}" --test it docs::the_methods
-must_fail "QuadraticDrag/three-pucks" "$CARGO_TARGET_DIR/release/grade" oracle verify
-run_commands
-run "${tests[@]}" --test it docs::the_
-expect "test result: ok"
-grep -q 'quadraticdrag' docs/methods.md || fail "docs/methods.md does not list the force"
-run "$CARGO_TARGET_DIR/release/simulate" --help
-expect "quadraticdrag"
-grade --only QuadraticDrag
-expect "1/1 scenes"
-grade jacobians --force quadraticdrag
-expect "quadraticdrag"
-expect "correct, 0 wrong"
-grade jacobians "$CARGO_TARGET_DIR/release/simulate" --force quadraticdrag
-expect "quadraticdrag"
-expect "All that is offered is correct"
-grep -A 3 'QuadraticDrag/three-pucks' expected/envelopes.toml >"$work/output" || true
-expect "three-pucks"
-grade selftest --in-process --subject "quadratic drag" --markdown
-expect "quadratic drag \| twice as large \| Rust \| [1-9]"
-expect "quadratic drag \| half as large \| Rust \| [1-9]"
-run "${tests[@]}" --test facts --test laws
-leave_out 01 "quadratic_drag" "${tests[@]}" --test facts
-leave_out 02 "quadraticdrag" "${tests[@]}" --test facts
-leave_out 03 "quadraticdrag has no law" "${tests[@]}" --test laws
-leave_out 04 "no scene has <quadraticdrag>" "${tests[@]}" --test facts
-leave_out 05 "quadraticdrag" "${tests[@]}" --test it docs::the_derivatives
+# Plants a mistake in a file of the new force, and checks that a report on the program with it has these words.
+plant() {
+    local group=$1 file=$2 mistake=$3 words=$4
+    cp "$file" "$work/right"
+    sed -i "$mistake" "$file"
+    cmp -s "$file" "$work/right" && fail "no such place in $file: $mistake"
+    run cargo build --release --locked -p simulate
+    must_fail "$words" "$CARGO_TARGET_DIR/release/grade" "$CARGO_TARGET_DIR/release/simulate" --only "$group"
+    cp "$work/right" "$file"
+}
 
+# The walk of a page that adds a force: its tag, title and the folder of its scene. More arguments are pairs of a mistake
+# in the force's own file, as an expression for sed, and the words of the finding.
+force_walk() {
+    local page=$1 tag=$2 title=$3 group=$4 scene file number path
+    shift 4
+    case $page in *"$wanted"*) ;; *) return ;; esac
+    walk "$page"
+    scene=$group/$(basename "$(cat "$work"/steps/*.path | grep '\.xml$')" .xml)
+    file=$(cat "$work/steps/01.path")
+    run "${tests[@]}" --test it --test facts --test forms --test laws --no-run
+    must_fail "$tag" "${tests[@]}" --test it docs::the_methods
+    must_fail "$scene" "$CARGO_TARGET_DIR/release/grade" oracle verify
+    run_commands
+    run "${tests[@]}" --test it docs::the_
+    expect "test result: ok"
+    grep -q "$tag" docs/methods.md || fail "docs/methods.md does not list the force"
+    run "$CARGO_TARGET_DIR/release/simulate" --help
+    expect "$tag"
+    grade --only "$group"
+    expect "1/1 scenes"
+    grade jacobians --force "$tag"
+    expect "$tag"
+    expect "correct, 0 wrong"
+    grade jacobians "$CARGO_TARGET_DIR/release/simulate" --force "$tag"
+    expect "$tag"
+    expect "All that is offered is correct"
+    grep -A 3 "$scene" expected/envelopes.toml >"$work/output" || true
+    expect "${scene#*/}"
+    grade selftest --in-process --subject "$title" --markdown
+    expect "$title \| twice as large \| Rust \| [1-9]"
+    expect "$title \| half as large \| Rust \| [1-9]"
+    run "${tests[@]}" --test facts --test forms --test laws
+    while [ $# -gt 0 ]; do
+        plant "$group" "$file" "$1" "$2"
+        shift 2
+    done
+    for path in "$work"/steps/*.path; do
+        number=$(basename "$path" .path)
+        case $(cat "$path") in
+            "$file") leave_out "$number" "$(basename "$file" .rs)" "${tests[@]}" --test facts ;;
+            */force/mod.rs) leave_out "$number" "$tag" "${tests[@]}" --test laws ;;
+            */law/*) leave_out "$number" "$tag has no law" "${tests[@]}" --test laws ;;
+            */forms.rs) leave_out "$number" "$tag has no forms" "${tests[@]}" --test forms ;;
+            *.xml) leave_out "$number" "no scene has <$tag>" "${tests[@]}" --test facts ;;
+            *) fail "$page: nothing is known to fail without $(cat "$path")" ;;
+        esac
+    done
+}
+
+force_walk docs/adding-a-force.md quadraticdrag "quadratic drag" QuadraticDrag \
+    's/-self.drag \* v.norm()/-2.0 * self.drag * v.norm()/' "quadraticdrag is multiplied by 2" \
+    's/Block::identity() \* speed + v/-Block::identity() * speed + v/' "quadraticdrag"
+force_walk ci/walks/lennard-jones.md lennardjonesforce "Lennard-Jones force between two particles" LennardJones \
+    's/s6 \* (2.0 \* s6 - 1.0)/s6 * (s6 - 1.0)/' "lennardjonesforce" \
+    's/28.0 \* s6/14.0 * s6/' "dF/dx of lennardjonesforce"
+force_walk ci/walks/bending-spring.md bendingforce "bending spring" Bending \
+    's/(-self.kb \* (c/(-2.0 * self.kb * (c/' "bendingforce is multiplied by 2" \
+    's/(g\[a\] \* g\[b\]/-(g[a] * g[b]/' "dF/dx of bendingforce" \
+    's/\[(0, 0), (0, 1), (1, 0), (1, 1)\]/[(0, 0), (1, 1)]/' "dF/dx of bendingforce lacks its blocks between"
+
+case docs/adding-an-integrator.md in *"$wanted"*) ;; *) echo "walks: passed"; exit 0 ;; esac
 walk docs/adding-an-integrator.md
 run "${tests[@]}" --test it --test facts --test laws --no-run
 must_fail "position-verlet" "${tests[@]}" --test it docs::the_methods

@@ -1,4 +1,4 @@
-//! Convergence of the local-global method, plain and accelerated: error against rounds and against time. See README.md beside this file.
+//! Convergence of the local-global method, plain and accelerated: error against rounds and against time. See README.md in this folder.
 
 use std::time::{Duration, Instant};
 

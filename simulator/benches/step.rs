@@ -1,5 +1,5 @@
 //! Time of a step by force, integrator and number of particles; time of reading and writing.
-//! See README.md beside this file.
+//! See README.md in this folder.
 
 mod harness;
 

@@ -38,7 +38,7 @@ pub struct EnergyGrowth {
     pub step: u64,
     /// Its energy; the kinetic energy of a driven scene.
     pub energy: f64,
-    /// What it is compared with, `R`; the largest kinetic energy seen before, of a driven scene.
+    /// Its reference `R`; the largest kinetic energy seen before, of a driven scene.
     pub before: f64,
     /// Whether it is the kinetic energy alone.
     pub kinetic: bool,

@@ -144,9 +144,8 @@ impl Simulation {
             statistics: &mut self.statistics,
         };
         let taken = self.stepper.step(step).map_err(|error| FailureKind::of(error, &self.forces));
-        let taken = taken.and_then(|()| match self.stepper.is_finite() {
-            true => Ok(()),
-            false => self.not_finite().map_or(Ok(()), Err),
+        let taken = taken.and_then(|()| {
+            if self.stepper.is_finite() { Ok(()) } else { self.not_finite().map_or(Ok(()), Err) }
         });
         match taken {
             Ok(()) if self.statistics.conditioning.is_nearly_singular() => self.retake(),
@@ -303,7 +302,7 @@ impl Simulation {
         }
     }
 
-    /// The state that the next step of a two-step method uses beside the current one.
+    /// The earlier state that the next step of a two-step method uses.
     pub fn earlier(&self) -> Option<&State> {
         self.earlier.as_ref()
     }
@@ -591,7 +590,7 @@ impl FailureKind {
         }
     }
 
-    /// What to do about it.
+    /// The remedy.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Degenerate { .. } => "move one of them, or shorten the time step",

@@ -75,9 +75,8 @@ fn derives(force: &dyn Force<2>, of: impl Fn(&[f64], &[f64]) -> f64, by_velocity
     let h = 2.0_f64.powi(-12);
     let (x, v) = (&POSITIONS, &VELOCITIES);
     let here = force_at(force, x, v, 0.0);
-    let along = |place: usize, by: f64| match by_velocity {
-        true => of(x, &moved(v, place, by)),
-        false => of(&moved(x, place, by), v),
+    let along = |place: usize, by: f64| {
+        if by_velocity { of(x, &moved(v, place, by)) } else { of(&moved(x, place, by), v) }
     };
     let slope = |place: usize| (along(place, h) - along(place, -h)) / (2.0 * h);
     here.iter().enumerate().all(|(place, force)| (force + slope(place)).abs() < 1e-5)
@@ -102,10 +101,12 @@ fn force_parts_depend_on_and_derive_from_declared_facts() {
 
             let energy = |x: &[f64], v: &[f64]| force.energy(state(x, v)).unwrap_or(f64::NAN);
             let dissipation = |x: &[f64], v: &[f64]| force.dissipation(state(x, v));
-            let found = match () {
-                () if derives(force, energy, false) => Potential::Energy,
-                () if derives(force, dissipation, true) => Potential::Dissipation,
-                () => Potential::Neither,
+            let found = if derives(force, energy, false) {
+                Potential::Energy
+            } else if derives(force, dissipation, true) {
+                Potential::Dissipation
+            } else {
+                Potential::Neither
             };
             assert_eq!(found, *derives_from, "{about}");
             assert!(part.scaled_by.iter().all(|name| schema.has_parameter(name)), "{about}");
@@ -114,6 +115,12 @@ fn force_parts_depend_on_and_derive_from_declared_facts() {
         for parameter in schema.parameters {
             let is_named = schema.parts.iter().any(|part| part.names(parameter.name));
             assert!(is_named, "{}: no part names {}", schema.tag, parameter.name);
+            let is_other = !schema.stencil.attributes().contains(&parameter.name);
+            assert!(
+                is_other,
+                "{}: {} names a particle and a parameter",
+                schema.tag, parameter.name
+            );
         }
     }
 }
@@ -145,11 +152,14 @@ fn a_force_depends_on_masses_as_it_says() {
             let expected = |place: usize| factors[place / 2] * here[place];
             (0..2 * N).all(|place| (heavier[place] - expected(place)).abs() < 1e-12)
         };
-        let found = match () {
-            () if grows([1.0; N]) => Some(Masses::None),
-            () if grows([2.0, 1.0, 1.0, 1.0]) => Some(Masses::Own),
-            () if grows([2.0, 2.0, 1.0, 1.0]) => Some(Masses::Product),
-            () => None,
+        let found = if grows([1.0; N]) {
+            Some(Masses::None)
+        } else if grows([2.0, 1.0, 1.0, 1.0]) {
+            Some(Masses::Own)
+        } else if grows([2.0, 2.0, 1.0, 1.0]) {
+            Some(Masses::Product)
+        } else {
+            None
         };
         assert_eq!(found, Some(kind.schema.masses), "{}", kind.schema.tag);
     }
@@ -179,10 +189,12 @@ fn forces_conserve_the_momenta_that_they_say() {
         let (x, f) = (POSITIONS.as_chunks::<2>().0, on.as_chunks::<2>().0);
         let torque: f64 = x.iter().zip(f).map(|(x, f)| x[0] * f[1] - x[1] * f[0]).sum();
         let sum = [0, 1].map(|axis| f.iter().map(|f| f[axis]).sum::<f64>());
-        let found = match () {
-            () if sum.iter().any(|sum| sum.abs() > 1e-12) => Conserves::Nothing,
-            () if torque.abs() > 1e-12 => Conserves::Momentum,
-            () => Conserves::AngularMomentum,
+        let found = if sum.iter().any(|sum| sum.abs() > 1e-12) {
+            Conserves::Nothing
+        } else if torque.abs() > 1e-12 {
+            Conserves::Momentum
+        } else {
+            Conserves::AngularMomentum
         };
         assert_eq!(found, schema.conserves, "{}", schema.tag);
     }

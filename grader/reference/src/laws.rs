@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use scene::{ForceElement, Scene};
 
-use crate::law::{self, Expectation, Jacobians, Law, Scale};
+use crate::law::{self, Expectation, Jacobians, Law, Scale, Stencil};
 
 /// The laws of a scene's forces, one kind at a time.
 pub struct Laws {
@@ -71,6 +71,14 @@ impl Laws {
             sum.by_velocity += part.by_velocity;
         }
         sum
+    }
+
+    /// Visits what each law is evaluated on.
+    pub fn each_stencil(&self, mut visit: impl FnMut(&Expectation<'_>, &Stencil<'_>)) {
+        for (law, scene) in &self.parts {
+            let law = Expectation::new(law, scene);
+            law.stencils().iter().for_each(|stencil| visit(&law, stencil));
+        }
     }
 
     /// The magnitudes for every particle.

@@ -8,12 +8,13 @@ fn every_registered_force_has_a_law_of_its_parameters() {
     for kind in REGISTRY {
         let tag = kind.schema.tag;
         let law = law::find(tag).unwrap_or_else(|| {
-            panic!("{tag} has no law: state it in grader/reference/src/law, in LAWS of field.rs or pair.rs")
+            panic!("{tag} has no law: state it in grader/reference/src/law, in LAWS of field.rs, pair.rs or stencil.rs")
         });
         let stated: Vec<&str> =
             kind.schema.parameters.iter().map(|parameter| parameter.name).collect();
         assert_eq!(law.parameters, stated, "{tag}");
-        assert_eq!(law.is_pair(), kind.schema.stencil.size() == 2, "{tag}");
+        let stencil = kind.schema.stencil;
+        assert_eq!((law.is_field(), law.size()), (stencil.is_field(), stencil.size()), "{tag}");
     }
 }
 

@@ -183,7 +183,7 @@ fn with_each_parameter_changed(
         }
         is_there.then(|| Expectation::new(law, &scene).jacobians(x, v, state.time))
     };
-    law.terms().iter().map(changed).collect()
+    Term::of(state.scene.forces[0].schema).iter().map(changed).collect()
 }
 
 /// A quarter of the distance to the nearest non-smooth point of the law, or `scale` if it is smooth everywhere.

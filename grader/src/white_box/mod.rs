@@ -22,11 +22,11 @@ mod subject;
 mod tally;
 mod verdict;
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
-use reference::law;
+use reference::law::{self, Law};
 use scene::Dimension;
-use simulator::force::{self, ForceKind};
+use simulator::force::{self, Block, ElementJacobians, ForceKind};
 use simulator::solver::psd::Projection;
 
 pub use curves::{Curves, curves};
@@ -34,7 +34,7 @@ pub use jacobian::ridders::{Difference, Estimate};
 pub use jacobian::taylor::{Taylor, Window};
 pub use newton::NewtonCheck;
 pub use states::{CheckState, states};
-pub use subject::{Maker, Subject, simulated};
+pub use subject::{Maker, Subject, simulated, simulated_of_kinds};
 pub use verdict::{
     BlockFinding, BlockKind, By, Entry, Exhibit, Part, Property, PropertyFinding, Reason, Verdict,
 };
@@ -145,19 +145,30 @@ pub fn check(
     config: Config,
     make: &Maker<'_>,
 ) -> Option<JacobianCheck> {
-    check_with(kind, dimension, config, make, &clamp)
+    Some(check_with(kind, law::find(kind.schema.tag)?, dimension, config, make, &clamp))
+}
+
+/// The same against a given law.
+pub fn check_against(
+    kind: &'static ForceKind,
+    law: &'static Law,
+    dimension: Dimension,
+    config: Config,
+    make: &Maker<'_>,
+) -> JacobianCheck {
+    check_with(kind, law, dimension, config, make, &clamp)
 }
 
 fn check_with(
     kind: &'static ForceKind,
+    law: &'static Law,
     dimension: Dimension,
     config: Config,
     make: &Maker<'_>,
     project: Project<'_>,
-) -> Option<JacobianCheck> {
-    let law = law::find(kind.schema.tag)?;
+) -> JacobianCheck {
     let states = states(kind, dimension, config.states, config.seed);
-    let mut tallies = Tally::all(law);
+    let mut tallies = Tally::all(&kind.schema);
     let mut structure = Structure::new(law, project);
     let subjects: Vec<_> = states.iter().map(|state| make(&state.scene)).collect();
     let mut both = states.iter().zip(&subjects);
@@ -172,23 +183,45 @@ fn check_with(
         }
         structure.add(subject.as_ref(), state);
     }
-    Some(JacobianCheck {
+    JacobianCheck {
         tag: kind.schema.tag,
         dimension,
         states: states.len(),
         blocks: tallies.map(Tally::finish).into(),
         properties: structure.finish(),
-    })
+    }
 }
 
-/// The projection of `projected-newton`.
-fn clamp(block: &DMatrix<f64>) -> DMatrix<f64> {
-    fn project<const D: usize>(block: &DMatrix<f64>) -> DMatrix<f64> {
-        let block = SMatrix::<f64, D, D>::from_fn(|row, column| block[(row, column)]);
-        let (projected, _) = Projection::Clamp.project(block);
-        DMatrix::from_fn(D, D, |row, column| projected[(row, column)])
+/// The projection of `projected-newton`, of the Hessian of one element by the positions of its particles.
+fn clamp(hessian: &DMatrix<f64>, dimension: usize) -> DMatrix<f64> {
+    match dimension {
+        2 => clamp_in::<2>(hessian),
+        _ => clamp_in::<3>(hessian),
     }
-    if block.nrows() == 2 { project::<2>(block) } else { project::<3>(block) }
+}
+
+fn clamp_in<const D: usize>(hessian: &DMatrix<f64>) -> DMatrix<f64> {
+    // The last particle is the origin of the local coordinates.
+    let m = hessian.nrows() / D - 1;
+    let block = |place: usize| {
+        let (row, column) = (place / m * D, place % m * D);
+        Block::<D>::from_fn(|i, j| hessian[(row + i, column + j)])
+    };
+    let mut blocks: Vec<Block<D>> = (0..m * m).map(block).collect();
+    Projection::Clamp.project_element(&mut blocks, true, &mut Vec::new());
+    let particles: Vec<usize> = (0..m).collect();
+    let by_velocity = vec![Block::zeros(); m * m];
+    let element = ElementJacobians {
+        particles: &particles,
+        origin: Some(m),
+        by_position: &blocks,
+        by_velocity: &by_velocity,
+    };
+    let mut projected = DMatrix::zeros(hessian.nrows(), hessian.nrows());
+    element.spread(&blocks, |row, column, block| {
+        projected.fixed_view_mut::<D, D>(row * D, column * D).copy_from(block);
+    });
+    projected
 }
 
 #[cfg(test)]
@@ -196,6 +229,7 @@ mod tests {
     use std::ops::Range;
 
     use super::*;
+    use reference::law::Term;
     use scene::schema::{ForceSchema, Vocabulary};
     use scene::{ParseOptions, Scene, xml};
     use simulator::force::{Degenerate, ElementJacobians, Force, JacobianSink, Numbered, State};
@@ -205,7 +239,9 @@ mod tests {
     /// in general position yields nothing to check.
     fn registry_fault(kind: &'static ForceKind) -> Option<String> {
         let tag = kind.schema.tag;
-        let Some(law) = law::find(tag) else { return Some(format!("{tag} has no law")) };
+        if law::find(tag).is_none() {
+            return Some(format!("{tag} has no law"));
+        }
         let text = format!(
             r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>
             <particle m="1.5" px="0.3" py="-0.7" vx="0.4" vy="1.1" fixed="0"/>
@@ -240,10 +276,7 @@ mod tests {
         if values.iter().all(|value| *value == 0.0) {
             return Some(format!("{tag}: its example exerts no force"));
         }
-        let shows = [
-            law.terms().iter().any(|term| term.by_position),
-            law.terms().iter().any(|term| term.by_velocity),
-        ];
+        let shows = [kind.schema.depends_on().position, kind.schema.depends_on().velocity];
         // An example need not have damping, but one that depends on nothing at all cannot be checked.
         let Largest([by_position, by_velocity]) = largest;
         let hidden = shows.iter().any(|shows| *shows) && by_position == 0.0 && by_velocity == 0.0;
@@ -311,6 +344,7 @@ mod tests {
             stencil: spring.schema.stencil,
             parameters: spring.schema.parameters,
             formula: spring.schema.formula,
+            derivatives: spring.schema.derivatives,
             parts: spring.schema.parts,
             masses: spring.schema.masses,
             conserves: spring.schema.conserves,
@@ -334,7 +368,8 @@ mod tests {
     fn parameters_show_only_where_their_law_says() {
         for kind in force::REGISTRY {
             let law = law::find(kind.schema.tag).unwrap();
-            let mut shown = vec![[false; 2]; law.terms().len()];
+            let terms = Term::of(&kind.schema);
+            let mut shown = vec![[false; 2]; terms.len()];
             for state in states(kind, Dimension::Three, 4, 3) {
                 let subject = simulated(&state.scene);
                 let observation = check::observe(subject.as_ref(), &state, law, true).unwrap();
@@ -345,7 +380,7 @@ mod tests {
                 }
             }
             let stated: Vec<[bool; 2]> =
-                law.terms().iter().map(|term| [term.by_position, term.by_velocity]).collect();
+                terms.iter().map(|term| [term.by_position, term.by_velocity]).collect();
             assert_eq!(shown, stated, "{}", kind.schema.tag);
         }
     }
@@ -355,26 +390,27 @@ mod tests {
         let kind = force::REGISTRY.iter().find(|kind| kind.schema.tag == "gravitationalforce");
         let verdict = |project: Project<'_>, dimension| {
             let config = Config { states: 4, seed: 1 };
-            let check = check_with(kind.unwrap(), dimension, config, &simulated, project).unwrap();
+            let law = law::find("gravitationalforce").unwrap();
+            let check = check_with(kind.unwrap(), law, dimension, config, &simulated, project);
             let mut found = check.properties.iter();
             found.find(|finding| finding.property == Property::Projection).unwrap().verdict
         };
-        type Change = fn(&DMatrix<f64>) -> DMatrix<f64>;
-        let absolute: Change = |block| {
+        type Change = fn(&DMatrix<f64>, usize) -> DMatrix<f64>;
+        let absolute: Change = |block, _| {
             let mut eigen = block.clone().symmetric_eigen();
             eigen.eigenvalues.apply(|eigenvalue| *eigenvalue = eigenvalue.abs());
             eigen.recompose()
         };
-        let shifted: Change = |block| {
+        let shifted: Change = |block, _| {
             let lowest = block.symmetric_eigenvalues().min().min(0.0);
             block - DMatrix::identity(block.nrows(), block.nrows()) * lowest
         };
         let mistakes: [(&str, Change); 5] = [
-            ("nothing", |block| block.clone()),
+            ("nothing", |block, _| block.clone()),
             ("absolute values", absolute),
             ("shifted until it is semi-definite", shifted),
-            ("zero", |block| DMatrix::zeros(block.nrows(), block.nrows())),
-            ("off by 1e-9", |block| clamp(block) * (1.0 + 1e-9)),
+            ("zero", |block, _| DMatrix::zeros(block.nrows(), block.nrows())),
+            ("off by 1e-9", |block, dimension| clamp(block, dimension) * (1.0 + 1e-9)),
         ];
         for dimension in [Dimension::Two, Dimension::Three] {
             assert_eq!(verdict(&clamp, dimension), Verdict::Correct);

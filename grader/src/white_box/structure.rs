@@ -15,6 +15,7 @@
 
 use nalgebra::DMatrix;
 use scene::ForceElement;
+use scene::schema::{Conserves, ForceSchema};
 use simulator::force::Coupling;
 
 use super::check::{ROUNDING, first_step, largest};
@@ -38,8 +39,8 @@ const MOST_LOST: f64 = 1e4;
 /// Number of steps of the second differences.
 const HESSIAN_LEVELS: usize = 5;
 
-/// Projects a symmetric block.
-pub(super) type Project<'a> = &'a (dyn Fn(&DMatrix<f64>) -> DMatrix<f64> + Sync);
+/// Projects the Hessian of an element in so many dimensions.
+pub(super) type Project<'a> = &'a (dyn Fn(&DMatrix<f64>, usize) -> DMatrix<f64> + Sync);
 
 /// All properties over all states so far.
 pub(super) struct Structure<'a> {
@@ -184,6 +185,10 @@ impl<'a> Scenario<'a> {
         self.expectation.law
     }
 
+    fn schema(&self) -> &'static ForceSchema {
+        self.state.scene.forces[0].schema
+    }
+
     fn scale(&self, row: usize) -> &Scale {
         &self.scales[row / self.dimension]
     }
@@ -196,7 +201,7 @@ impl<'a> Scenario<'a> {
 
     /// Whether the law depends on the positions at all.
     fn bends(&self) -> bool {
-        self.law().schema().depends_on().position
+        self.schema().depends_on().position
     }
 
     /// Whether `matrix` is clearly nonzero, compared with its rounding error.
@@ -243,7 +248,7 @@ impl<'a> Scenario<'a> {
     }
 
     fn translation(&self, tally: &mut Tally) {
-        if !self.law().is_pair() {
+        if self.schema().conserves < Conserves::Momentum {
             return;
         }
         let (size, dimension) = (self.x.len(), self.dimension);
@@ -324,7 +329,8 @@ impl<'a> Scenario<'a> {
         let mut pairs = Vec::new();
         for (a, b) in (0..n_particles).flat_map(|a| (0..n_particles).map(move |b| (a, b))) {
             let zero = |value: f64| Pair { value, expected: 0.0, allowance: 0.0 };
-            let joined = self.expectation.joins(a, b) && (self.law().is_pair() || a == b);
+            let joined =
+                self.expectation.joins(a, b) && (!self.schema().stencil.is_field() || a == b);
             outside += usize::from(!joined);
             if claims(a, b) && !joined {
                 // The claim itself is the violation.
@@ -414,17 +420,17 @@ impl<'a> Scenario<'a> {
     }
 
     fn projection(&self, tally: &mut Tally, project: Project<'_>) {
-        let is_one_element = self.state.scene.forces.len() == 1 && self.law().is_pair();
+        let is_one_element =
+            self.state.scene.forces.len() == 1 && !self.schema().stencil.is_field();
         if !(self.conservative && is_one_element && self.bends()) {
             return;
         }
-        let dimension = self.dimension;
-        let hessian = -self.jacobians.by_position.view((0, 0), (dimension, dimension));
+        let hessian = -&self.jacobians.by_position;
         let hessian = (&hessian + hessian.transpose()) * 0.5;
         if hessian.iter().any(|entry| !entry.is_finite()) {
             return;
         }
-        let projected = project(&hessian);
+        let projected = project(&hessian, self.dimension);
         let size = hessian.norm();
         let allowance = ROUNDING * size;
         let mut eigen = hessian.clone().symmetric_eigen();

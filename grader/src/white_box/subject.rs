@@ -40,9 +40,14 @@ pub type Maker<'a> = dyn Fn(&Scene) -> Box<dyn Subject> + Sync + 'a;
 
 /// The built-in simulator's force.
 pub fn simulated(scene: &Scene) -> Box<dyn Subject> {
+    simulated_of_kinds(scene, force::REGISTRY)
+}
+
+/// The same with forces of these kinds.
+pub fn simulated_of_kinds(scene: &Scene, kinds: &[&ForceKind]) -> Box<dyn Subject> {
     match scene.dimension {
-        Dimension::Two => Box::new(Simulated::<2>::new(scene)),
-        Dimension::Three => Box::new(Simulated::<3>::new(scene)),
+        Dimension::Two => Box::new(Simulated::<2>::new(scene, kinds)),
+        Dimension::Three => Box::new(Simulated::<3>::new(scene, kinds)),
     }
 }
 
@@ -57,7 +62,7 @@ impl<const D: usize> Simulated<D>
 where
     ForceKind: BuildForce<D>,
 {
-    fn new(scene: &Scene) -> Self {
+    fn new(scene: &Scene, kinds: &[&ForceKind]) -> Self {
         let build = |kind: &&ForceKind| {
             let is_of_kind = |(_, element): &Numbered<'_>| *element.schema == kind.schema;
             let elements: Vec<Numbered<'_>> =
@@ -65,8 +70,8 @@ where
             (!elements.is_empty()).then(|| kind.build(scene, &elements))
         };
         Self {
-            system: System::new(scene),
-            forces: force::REGISTRY.iter().filter_map(build).collect(),
+            system: System::of_kinds(scene, kinds),
+            forces: kinds.iter().filter_map(build).collect(),
         }
     }
 }

@@ -7,7 +7,8 @@ use super::states::CheckState;
 use super::verdict::{
     BlockFinding, BlockKind, By, Entry, Exhibit, Judgement, Part, Reason, Verdict,
 };
-use reference::law::Law;
+use reference::law::Term;
+use scene::schema::ForceSchema;
 
 /// One kind of block over all states so far.
 pub(super) struct Tally {
@@ -33,11 +34,13 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// A tally for each kind of block of `law`.
-    pub(super) fn all(law: &'static Law) -> [Self; 4] {
+    /// A tally for each kind of block of this force.
+    pub(super) fn all(schema: &ForceSchema) -> [Self; 4] {
+        let terms = Term::of(schema);
         BlockKind::ALL.map(|kind| {
-            let shows = |by: By| by == kind.by && (kind.part == Part::Direct || law.is_pair());
-            let required = law.terms().into_iter().map(|term| {
+            let shows =
+                |by: By| by == kind.by && (kind.part == Part::Direct || !schema.stencil.is_field());
+            let required = terms.iter().map(|term| {
                 let shows = (term.by_position && shows(By::Position))
                     || (term.by_velocity && shows(By::Velocity));
                 (term.parameter, shows)
@@ -45,7 +48,7 @@ impl Tally {
             Self {
                 kind,
                 required: required.collect(),
-                shown: vec![false; law.terms().len()],
+                shown: vec![false; terms.len()],
                 evidence: 0,
                 zeros: 0,
                 undecided: 0,

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use pulp::Simd;
 
-/// What one core can do. Times are in ns.
+/// Limits of one core. Times are in ns.
 pub(crate) struct Limits {
     /// A square root, among many in vectors.
     pub(crate) root: f64,

@@ -1,4 +1,4 @@
-//! The simulator beside its peers, on the elastic square of the slides: times, ratios, growth exponents.
+//! The simulator compared with its peers, on the elastic square of the slides: times, ratios, growth exponents.
 //!
 //! Ours and theirs alternate in one run, so that both meet the same machine. A time is the least of the
 //! repeats; the ratio is theirs over ours; the growth exponent `p` of `time ∝ springs^p` is taken between
@@ -25,7 +25,7 @@ use crate::ours::Taken;
 use crate::table::Tables;
 use crate::theirs::Peers;
 
-/// Measure the simulator beside what one would otherwise run, and print a table.
+/// Measure the simulator and the programs that one would otherwise run, and print a table.
 #[derive(Parser)]
 #[command(name = "peers")]
 struct Cli {
@@ -57,7 +57,7 @@ struct Cli {
     #[arg(long = "segments", value_name = "COUNT", hide = true)]
     grown: Option<u64>,
 
-    /// What `cargo bench` passes; of no effect
+    /// Passed by `cargo bench`; of no effect
     #[arg(long, hide = true)]
     bench: bool,
 }
@@ -91,7 +91,7 @@ fn main() -> ExitCode {
     // Large scenes are stepped inside the pool, as `simulate` does.
     match rayon::scope(|_| run(&cli)) {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever reads the table has seen enough of it.
+        // A closed pipe: its reader needs no more of the table.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {error}");

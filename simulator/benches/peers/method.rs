@@ -1,10 +1,10 @@
-//! What is measured: the methods, the sizes of the net, and the ratios that are aimed at.
+//! Measured methods, the sizes of the net, and the ratios that are aimed at.
 
 use std::collections::BTreeSet;
 
 /// A time integration method, ours and the peer's.
 pub(crate) struct Method {
-    /// What the table calls it.
+    /// Its name in the table.
     pub(crate) title: &'static str,
     /// Our integrator.
     pub(crate) integrator: &'static str,
@@ -18,13 +18,13 @@ pub(crate) struct Method {
     pub(crate) time_step: f64,
     /// Whether our first step is left out, as the peer factors its constant matrix before its clock starts.
     pub(crate) first_step_untimed: bool,
-    /// What the slower side takes, in ns a spring and step, roughly: it sets the number of steps.
+    /// Rough time of the slower side, in ns a spring and step: it sets the number of steps.
     pub(crate) rough_cost: f64,
     /// Segments a side, and the ratio aimed at.
     pub(crate) targets: &'static [(usize, f64)],
 }
 
-/// What we are measured against.
+/// Programs and libraries that we are compared with.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Peer {
     /// The C++ program with Eigen, in this mode.
@@ -39,7 +39,7 @@ pub(crate) enum Peer {
     Taichi,
 }
 
-/// What a time is given in.
+/// Unit of a time.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unit {
     /// Milliseconds a step.

@@ -1,4 +1,4 @@
-//! Our side: the simulator in this process, and its peak memory in a process of its own.
+//! Our side: the simulator in this process, and its peak memory in a separate process.
 
 use std::env;
 use std::process::Command;
@@ -162,9 +162,10 @@ impl Factor {
     fn solve(&mut self, again: bool) -> Result<(f64, LinearStatistics), String> {
         let mut statistics = LinearStatistics::default();
         let start = Instant::now();
-        let solved = match again {
-            true => self.system.solve_again(&mut statistics),
-            false => self.system.solve(&mut statistics),
+        let solved = if again {
+            self.system.solve_again(&mut statistics)
+        } else {
+            self.system.solve(&mut statistics)
         };
         solved.map_err(|error| error.to_string())?;
         Ok((start.elapsed().as_secs_f64() * 1e9, statistics))
@@ -185,7 +186,7 @@ impl JacobianSink<2> for Sink {
     }
 }
 
-/// What a net of a size takes, in a process of its own.
+/// Time and memory of the first steps of a net, measured in a separate process.
 #[derive(Clone, Copy)]
 pub(crate) struct Taken {
     /// Seconds of building the simulation and of its first step, which analyses the matrix.
@@ -200,7 +201,7 @@ impl Taken {
     /// Steps taken.
     pub(crate) const STEPS: u64 = 3;
 
-    /// What the first steps of a net take in this process, on one line.
+    /// Time and memory of the first steps of a net in this process, on one line.
     ///
     /// # Errors
     /// If they cannot be taken, or the system does not tell the memory of a process.

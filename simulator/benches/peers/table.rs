@@ -9,7 +9,7 @@ use crate::method::{METHODS, Method, Peer, springs};
 use crate::ours::Taken;
 use crate::theirs::{Factorisation, Peers};
 
-/// What has been measured so far.
+/// Measurements so far.
 pub(crate) struct Tables<'a> {
     output: &'a mut dyn Write,
     markdown: String,
@@ -142,7 +142,7 @@ impl<'a> Tables<'a> {
         self.row(&row, &WIDTHS)
     }
 
-    /// What is said after a method's table.
+    /// Remarks below a method's table.
     pub(crate) fn end(&mut self, cells: &[Cell]) -> io::Result<()> {
         if let [.., small, large] = cells {
             let [ours, theirs] = growth(cells).map(|exponent| {

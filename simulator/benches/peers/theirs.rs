@@ -20,11 +20,11 @@ pub(crate) struct Peers {
     python: Result<String, String>,
     pardiso: Result<String, String>,
     taichi: Result<String, String>,
-    // What is in it goes when this is dropped.
+    // Its files are removed when this is dropped.
     scratch: TempDir,
 }
 
-/// What a run of a peer tells.
+/// Results of a run of a peer.
 pub(crate) struct Run {
     /// Time in ns a step.
     pub(crate) time: f64,
@@ -219,7 +219,7 @@ fn last_state(path: &Path, shape: Shape) -> Result<State, TraceError> {
     Ok(last)
 }
 
-/// What a program prints; or, where it fails, the line of its complaint that says why.
+/// Output of a program; or, if it fails, the line of its error message with the cause.
 pub(crate) fn output(command: &mut Command) -> Result<String, String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let Output { status, stdout, stderr } =
@@ -228,7 +228,7 @@ pub(crate) fn output(command: &mut Command) -> Result<String, String> {
         return Ok(String::from_utf8_lossy(&stdout).trim().to_owned());
     }
     let stderr = String::from_utf8_lossy(&stderr);
-    // What comes before and after the error only says where it is.
+    // The lines around the error only name its place.
     let line = stderr.lines().find(|line| line.to_lowercase().contains("error"));
     let line = line.or_else(|| stderr.lines().next());
     Err(line.map_or_else(|| format!("{program} failed: {status}"), str::to_owned))

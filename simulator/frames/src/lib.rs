@@ -95,7 +95,7 @@ impl Bounds {
     }
 }
 
-/// What the drawing of a scene needs besides positions, for the pages' own drawing code (`stage.js`). Lists of equal
+/// Data for drawing a scene besides positions, for the pages' own drawing code (`stage.js`). Lists of equal
 /// values have one element.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
@@ -265,7 +265,7 @@ struct Surface {
     particles: HashSet<usize>,
     /// Pairs of particles that are corners of one face, the smaller number first.
     pairs: HashSet<[usize; 2]>,
-    /// What covers each triangle.
+    /// Paint of each triangle.
     textures: Vec<Arc<Texture>>,
 }
 

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Other statements of a library, and options of `map_Kd`, do not change the picture. The key `png` of a JSON scene covers
-//! the whole mesh; libraries count where it is not there, or is no picture. Only drawings read these files. What cannot be
-//! read is a note, and the faces keep the colour of surfaces. Source: Wavefront, *MTL material format*, version 4.2.
+//! the whole mesh; libraries count where it is not there, or is no picture. Only drawings read these files. An unreadable
+//! file is a note, and the faces keep the colour of surfaces. Source: Wavefront, *MTL material format*, version 4.2.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ const MAX_NOTES: usize = 20;
 pub struct Material {
     /// Its colour where it has no texture, or the face no texture coordinates.
     pub color: Color,
-    /// What covers it.
+    /// Its paint.
     pub texture: Option<Arc<Texture>>,
 }
 
@@ -159,9 +159,10 @@ impl Reader {
         for Mention { name, location } in &surface.libraries {
             // A name may have spaces, or be one of several.
             let whole = folder.join(portable(name));
-            let paths = match whole.exists() {
-                true => vec![whole],
-                false => name.split(' ').map(|name| folder.join(portable(name))).collect(),
+            let paths = if whole.exists() {
+                vec![whole]
+            } else {
+                name.split(' ').map(|name| folder.join(portable(name))).collect()
             };
             for path in paths {
                 if read.insert(path.clone()) {

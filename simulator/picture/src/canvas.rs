@@ -165,8 +165,8 @@ impl Canvas {
         }
     }
 
-    /// Covers a part of the canvas with another canvas, whose top left corner comes to `[x, y]`. What does not fit is
-    /// left out.
+    /// Covers a part of the canvas with another canvas, whose top left corner comes to `[x, y]`. Pixels beyond
+    /// the edges are left out.
     pub fn paste(&mut self, other: &Self, [x, y]: [u32; 2]) {
         let columns = other.width.min(self.width.saturating_sub(x)) as usize;
         let rows = other.height.min(self.height.saturating_sub(y)) as usize;

@@ -42,7 +42,7 @@ pub enum Shape {
     Triangle {
         /// Its corners.
         corners: [Corner; 3],
-        /// What covers it. SVG shows the colour of its middle.
+        /// Its paint. SVG shows the colour of its middle.
         texture: Arc<Texture>,
     },
 }

@@ -245,7 +245,7 @@ impl ForceElement {
         part.scaled_by.iter().any(|name| self.parameter(name) != 0.0)
     }
 
-    /// What the parts that act in this element depend on.
+    /// Dependence of the parts that act in this element.
     pub fn depends_on(&self) -> Dependence {
         let parts = self.schema.parts.iter().filter(|part| self.has_part(part));
         parts.fold(Dependence::NOTHING, |sum, part| sum.or(part.depends_on))
@@ -439,7 +439,7 @@ pub struct MeshFile {
     pub bytes: Vec<u8>,
 }
 
-/// Reads the scene file at `path`: JSON beside an OBJ file where its extension is `.json`, in upper or
+/// Reads the scene file at `path`: JSON with an OBJ file where its extension is `.json`, in upper or
 /// lower case, and XML otherwise.
 ///
 /// # Errors
@@ -517,9 +517,10 @@ fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, SceneError> {
     use std::io::Read;
     let unreadable = |source: std::io::Error| SceneError::unreadable(path, source);
     let too_large = |size| {
-        let problem = match limit < MAX_FILE_SIZE {
-            true => Problem::Exceeds { what: "bytes", limit },
-            false => Problem::TooLarge { size, limit },
+        let problem = if limit < MAX_FILE_SIZE {
+            Problem::Exceeds { what: "bytes", limit }
+        } else {
+            Problem::TooLarge { size, limit }
         };
         SceneError::whole_file(&path.display().to_string(), problem)
     };

@@ -36,10 +36,12 @@ pub fn target(path: &Path) -> io::Result<Option<PathBuf>> {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
     }
     if let Ok(metadata) = fs::metadata(path) {
-        return match () {
-            () if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-            () if metadata.is_file() => fs::canonicalize(path).map(Some),
-            () => Ok(None),
+        return if metadata.is_dir() {
+            Err(io::ErrorKind::IsADirectory.into())
+        } else if metadata.is_file() {
+            fs::canonicalize(path).map(Some)
+        } else {
+            Ok(None)
         };
     }
     let folder = folder_of(path);

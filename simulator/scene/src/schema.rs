@@ -39,6 +39,8 @@ pub struct ForceSchema {
     pub title: &'static str,
     /// The law in a line of Markdown, as docs/methods.md shows it.
     pub formula: &'static str,
+    /// Its derivatives and its energy, likewise.
+    pub derivatives: Derivatives,
     /// The particles that one element acts on.
     pub stencil: Stencil,
     /// Its parameters.
@@ -47,7 +49,7 @@ pub struct ForceSchema {
     pub parts: &'static [PartSchema],
     /// How it depends on masses.
     pub masses: Masses,
-    /// What it conserves.
+    /// Conserved quantities.
     pub conserves: Conserves,
     /// An element as it would stand in a file.
     pub example: &'static str,
@@ -100,12 +102,12 @@ impl ForceSchema {
         self.parts.len() > 1 && self.parts.iter().all(|part| part.stands_alone)
     }
 
-    /// What the force depends on, all parts together.
+    /// Dependence of the force, all parts together.
     pub fn depends_on(&self) -> Dependence {
         self.parts.iter().fold(Dependence::NOTHING, |sum, part| sum.or(part.depends_on))
     }
 
-    /// What a part depends on that `parameter` appears in, all such parts together.
+    /// Dependence of the parts that `parameter` appears in, all together.
     pub fn depends_through(&self, parameter: &str) -> Dependence {
         let parts = self.parts.iter().filter(|part| part.names(parameter));
         parts.fold(Dependence::NOTHING, |sum, part| sum.or(part.depends_on))
@@ -127,20 +129,39 @@ pub struct PartSchema {
     pub shaped_by: &'static [&'static str],
     /// Whether a scene may have it without the parts before it, and those without it.
     pub stands_alone: bool,
-    /// What it depends on.
+    /// Its dependence on the state.
     pub depends_on: Dependence,
-    /// What it derives from.
+    /// The function that it derives from, if any.
     pub derives_from: Potential,
 }
 
 impl PartSchema {
+    /// The only part of a force.
+    pub const fn whole(
+        scaled_by: &'static [&'static str],
+        shaped_by: &'static [&'static str],
+        depends_on: Dependence,
+        derives_from: Potential,
+    ) -> Self {
+        Self {
+            name: "all",
+            title: "",
+            meaning: "the force",
+            scaled_by,
+            shaped_by,
+            stands_alone: true,
+            depends_on,
+            derives_from,
+        }
+    }
+
     /// Whether `parameter` appears in it.
     pub fn names(&self, parameter: &str) -> bool {
         self.scaled_by.iter().chain(self.shaped_by).any(|name| *name == parameter)
     }
 }
 
-/// What a force depends on, beside its parameters and masses.
+/// Dependence of a force on the state, besides its parameters and masses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dependence {
     /// Positions.
@@ -202,7 +223,18 @@ pub enum Masses {
     Product,
 }
 
-/// What a force conserves, whatever the masses: the sum of its forces is zero, or that of its torques as well.
+/// Derivatives and energy of a force in Markdown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Derivatives {
+    /// `∂F_i/∂d` of a pair, or how an element of another stencil depends on positions.
+    pub by_position: &'static str,
+    /// `∂F_i/∂w`, or how it depends on velocities.
+    pub by_velocity: &'static str,
+    /// The energy or the dissipation function.
+    pub energy: &'static str,
+}
+
+/// Quantities that a force conserves for any masses: the sum of its forces is zero, or that of its torques as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Conserves {
     /// Neither.
@@ -242,10 +274,15 @@ impl Stencil {
 
     /// The number of particles.
     pub const fn size(self) -> usize {
+        self.particles().len()
+    }
+
+    /// The names of the particles in formulas.
+    pub const fn particles(self) -> &'static [&'static str] {
         match self {
-            Self::EveryParticle => 1,
-            Self::Named(attributes) => attributes.len(),
-            Self::Edge => 2,
+            Self::EveryParticle => &["i"],
+            Self::Named(attributes) => attributes,
+            Self::Edge => &["i", "j"],
         }
     }
 
@@ -514,9 +551,9 @@ impl Order {
 /// Why an integrator does not simulate a force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refusal {
-    /// What the force lacks; follows "because it".
+    /// The lack of the force; follows "because it".
     pub because: &'static str,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: &'static str,
 }
 
@@ -545,7 +582,7 @@ pub struct OptionSchema {
 pub struct OptionText {
     /// Its values.
     pub values: &'static str,
-    /// What it is.
+    /// Description of the option.
     pub meaning: &'static str,
 }
 

@@ -169,7 +169,7 @@ impl<'a> Film<'a> {
     }
 }
 
-/// The bounds of the motion: of the whole one where the scene has no viewport, which takes a run of its own.
+/// The bounds of the motion: of the whole one where the scene has no viewport, which takes a separate run.
 fn bounds(scene: &Scene, config: SimulationOptions) -> Result<Bounds, Failure> {
     let mut bounds = Bounds::default();
     bounds.include(scene, &scene.positions());
@@ -199,7 +199,7 @@ impl Target {
                 "the extension is not that of a film\n  help: name it .gif, .mp4, .webm or .avi",
             ));
         }
-        // ffmpeg replaces the file piece by piece: it gets another one, beside it.
+        // ffmpeg replaces the file piece by piece: it writes to another one in the same folder.
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),

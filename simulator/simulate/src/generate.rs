@@ -160,7 +160,7 @@ pub(super) fn run(Generate(matches): &Generate) -> Result<(), Failure> {
         set(option, matches);
     }
     let scene = generator.scene()?;
-    // What cannot be written, or not be read again, is refused before the first byte.
+    // Scenes that cannot be written or read again are refused before the first byte.
     let size = write::size(&scene)?;
     if size > MAX_FILE_SIZE {
         return Err(Failure::Input(format!(

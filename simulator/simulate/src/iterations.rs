@@ -18,7 +18,7 @@ use simulator::simulation::Simulation;
 
 use crate::Failure;
 
-/// What is kept of an iterate.
+/// One row of the file.
 struct Row {
     iteration: u64,
     residual: Option<f64>,

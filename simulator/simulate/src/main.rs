@@ -316,7 +316,7 @@ fn load(path: &Path, options: &ParseOptions) -> Result<Parsed, Failure> {
     Ok(parsed)
 }
 
-/// The materials of the scene's mesh. What cannot be read is a warning.
+/// The materials of the scene's mesh. Unreadable ones are warnings.
 fn materials(scene: &Scene) -> Materials {
     let (materials, notes) = Materials::read(&scene.rendering.surface);
     for note in notes {
@@ -685,9 +685,10 @@ fn warnings(statistics: &Statistics, scene: &Scene, robust: bool) -> Vec<String>
             2 => ", as in a later step".to_owned(),
             count => format!(", as in {} later steps", count - 1),
         };
-        let help = match robust {
-            true => "the fallbacks did not help: shorten the time step",
-            false => "shorten the time step, or add --robust",
+        let help = if robust {
+            "the fallbacks did not help: shorten the time step"
+        } else {
+            "shorten the time step, or add --robust"
         };
         warnings.push(format!(
             "{name}: step {step} (from t = {time} s): the matrix of the step is nearly singular: it \

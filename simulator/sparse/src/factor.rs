@@ -38,7 +38,7 @@ pub(crate) struct BlockFactor<const D: usize> {
     upper: Triangle,
     /// Diagonal blocks, transposed and factorised.
     pivots: Vec<PivotBlock<D>>,
-    /// Of each branch that is not divided. What branches have in common uses that of the heaviest of them.
+    /// Of each branch that is not divided. Fronts above several branches use that of the heaviest one.
     workspaces: Vec<Workspace<D>>,
     /// A right-hand side in the order of elimination.
     permuted: Vec<f64>,
@@ -46,7 +46,7 @@ pub(crate) struct BlockFactor<const D: usize> {
     gathered: Vec<f64>,
     /// Rows of a front from which on it is eliminated in chunks.
     large: usize,
-    /// What was done since it was last asked.
+    /// Work since the last query.
     work: FactorWork,
 }
 
@@ -111,9 +111,10 @@ impl<const D: usize> BlockFactor<D> {
         self.work.operations += 2 * (D * D * D) as u64 * products;
         let threads = uses_threads(symbolic);
         let arch = pulp::Arch::new();
-        let mut run = || match self.is_symmetric() {
-            true => arch.dispatch(Factorise::<D, true> { symbolic, values, factor: self, threads }),
-            false => {
+        let mut run = || {
+            if self.is_symmetric() {
+                arch.dispatch(Factorise::<D, true> { symbolic, values, factor: self, threads })
+            } else {
                 arch.dispatch(Factorise::<D, false> { symbolic, values, factor: self, threads })
             }
         };
@@ -130,9 +131,10 @@ impl<const D: usize> BlockFactor<D> {
     pub(crate) fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]) {
         let arch = pulp::Arch::new();
         self.work.add_substitutions(symbolic.n_factor * D * D, 1);
-        match self.is_symmetric() {
-            true => arch.dispatch(Solve::<D, true> { symbolic, values, factor: self }),
-            false => arch.dispatch(Solve::<D, false> { symbolic, values, factor: self }),
+        if self.is_symmetric() {
+            arch.dispatch(Solve::<D, true> { symbolic, values, factor: self })
+        } else {
+            arch.dispatch(Solve::<D, false> { symbolic, values, factor: self })
         }
     }
 }
@@ -142,9 +144,10 @@ impl BlockFactor<1> {
     /// a front.
     pub(crate) fn cholesky_entry(&self, front: &Front, row: usize, column: usize) -> f64 {
         let root = self.pivots[front.first + column].lu[0][0].sqrt().recip();
-        match row == column {
-            true => root,
-            false => self.lower.columns[front.panel + column * front.height() + row] * root,
+        if row == column {
+            root
+        } else {
+            self.lower.columns[front.panel + column * front.height() + row] * root
         }
     }
 }
@@ -209,7 +212,7 @@ fn uses_threads(symbolic: &SymbolicFactor) -> bool {
     symbolic.is_divided() && rayon::current_num_threads() > 1
 }
 
-/// What consecutive fronts have of a factor.
+/// Factor slices of consecutive fronts.
 struct Part<'a, const D: usize> {
     lower: TriangleView<'a>,
     upper: TriangleView<'a>,
@@ -218,7 +221,7 @@ struct Part<'a, const D: usize> {
     first: usize,
 }
 
-/// What consecutive fronts have of a triangle.
+/// Triangle slices of consecutive fronts.
 struct TriangleView<'a> {
     columns: &'a mut [f64],
     updates: &'a mut [f64],
@@ -235,10 +238,7 @@ impl<'a, const D: usize> Part<'a, D> {
         front: &Front,
     ) -> (&mut [PivotBlock<D>], [&mut [f64]; 2], [&mut [f64]; 2]) {
         let pivots = &mut self.pivots[front.first - self.first..][..front.n_pivots];
-        let upper = match SYMMETRIC {
-            true => Default::default(),
-            false => self.upper.front::<D>(front),
-        };
+        let upper = if SYMMETRIC { Default::default() } else { self.upper.front::<D>(front) };
         (pivots, self.lower.front::<D>(front), upper)
     }
 
@@ -322,7 +322,7 @@ impl<const D: usize, const SYMMETRIC: bool> pulp::WithSimd for Factorise<'_, D, 
     }
 }
 
-/// What all fronts of a factorisation share.
+/// Data shared by all fronts of a factorisation.
 #[derive(Clone, Copy)]
 struct Elimination<'a, const D: usize, const SYMMETRIC: bool, S> {
     simd: S,
@@ -422,7 +422,7 @@ impl<const D: usize, const SYMMETRIC: bool, S: Simd> Elimination<'_, D, SYMMETRI
     }
 }
 
-// Work of a thread, compiled for its vectors. A closure might not be, since it is called by a function of its own.
+// Work of a thread, compiled for its vectors. A closure might not be: a separate function calls it.
 struct FrontsWork<'a, 'b, 'c, const D: usize, const SYMMETRIC: bool, S> {
     elimination: Elimination<'a, D, SYMMETRIC, S>,
     fronts: Range<usize>,
@@ -525,12 +525,11 @@ fn extend_add<const D: usize>(
     for (number, &column) in places.iter().enumerate() {
         let column = column as usize;
         // The columns of a block, from the first row that they have in common with the child.
-        let (target, stride, above) = match number < into_panel {
-            true => (&mut panel[column * D * height..], height, 0),
-            false => {
-                let column = (column - front.n_pivots) * D;
-                (&mut update[column * own_rows..], own_rows, front.n_pivots)
-            }
+        let (target, stride, above) = if number < into_panel {
+            (&mut panel[column * D * height..], height, 0)
+        } else {
+            let column = (column - front.n_pivots) * D;
+            (&mut update[column * own_rows..], own_rows, front.n_pivots)
         };
         let mut targets = target.chunks_exact_mut(stride);
         let targets: [_; D] =
@@ -799,9 +798,10 @@ impl<const D: usize, const SYMMETRIC: bool> pulp::WithSimd for Solve<'_, D, SYMM
             }
         }
         for front in symbolic.fronts.iter().rev() {
-            let (columns, pivots) = match SYMMETRIC {
-                true => (&lower.columns, None),
-                false => (&upper.columns, Some(&pivots[front.first..])),
+            let (columns, pivots) = if SYMMETRIC {
+                (&lower.columns, None)
+            } else {
+                (&upper.columns, Some(&pivots[front.first..]))
             };
             backward::<D>(symbolic, front, columns, pivots, [permuted, gathered]);
         }

@@ -11,7 +11,7 @@ const COMPONENTS: RangeInclusive<usize> = 1..=50;
 /// Particles that are joined and, some of them, pinned.
 #[derive(Debug)]
 pub(crate) struct Forest {
-    /// What was drawn, for messages.
+    /// The drawn parameters, for messages.
     pub(crate) name: String,
     pub(crate) n_particles: usize,
     /// No pair twice, and no particle with itself.

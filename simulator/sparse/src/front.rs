@@ -130,11 +130,9 @@ fn unpack(chunks: &[Chunk], height: usize, n_columns: usize, columns: &mut [f64]
     let n_own = n_columns.div_ceil(CHUNK);
     for column in 0..n_columns {
         for (number, rows) in chunks[column..].iter().step_by(n_columns).enumerate() {
-            let row = match number < n_own {
-                true => number * CHUNK,
-                false => n_columns + (number - n_own) * CHUNK,
-            };
-            // What fills up a chunk is overwritten by what follows.
+            let row =
+                if number < n_own { number * CHUNK } else { n_columns + (number - n_own) * CHUNK };
+            // The padding of a chunk is overwritten by the next one.
             let target = &mut columns[column * height + row..];
             match target.first_chunk_mut() {
                 Some(target) => *target = *rows,
@@ -538,7 +536,7 @@ impl Product<'_> {
     }
 }
 
-// Work of a thread, compiled for its vectors. A closure might not be, since it is called by a function of its own.
+// Work of a thread, compiled for its vectors. A closure might not be: a separate function calls it.
 struct RowsWork<'a, 'b, const D: usize, const SYMMETRIC: bool, S> {
     panel: &'a Panel<'b, D>,
     simd: S,

@@ -162,7 +162,7 @@ impl LaggedPreconditioner {
             last = Some(rho);
             checked.error = error;
             if error <= tolerance {
-                // What was updated all along has drifted from what it stands for.
+                // The updated residual has drifted from the true one.
                 checked.compute_residual(matrix);
                 last = None;
             }

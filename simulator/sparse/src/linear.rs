@@ -1,7 +1,7 @@
 //! Block linear systems, split into connected components with a solver each.
 //!
 //! The blocks are first split into the connected components of the coupling graph. An uncoupled block
-//! needs a division; a component of several blocks is a system of its own, dense
+//! needs a division; a component of several blocks is a separate system, dense
 //! ([`DenseSystem`]) or sparse ([`SparseSystem`]) by its size. Fourteen separate springs are thus
 //! fourteen 4 × 4 systems, and never one of 56 rows. The split is made once; its cost is in proportion
 //! to the couplings.

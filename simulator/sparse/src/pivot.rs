@@ -42,10 +42,7 @@ impl<const D: usize> PivotBlock<D> {
         for i in 0..D {
             for j in 0..D {
                 // Of a symmetric block, only the lower triangle is up to date.
-                lu[i][j] = match SYMMETRIC {
-                    true => block[i.min(j)][i.max(j)],
-                    false => block[i][j],
-                };
+                lu[i][j] = if SYMMETRIC { block[i.min(j)][i.max(j)] } else { block[i][j] };
             }
         }
         let (mut rows, mut columns) = ([0; D], [0; D]);

@@ -58,9 +58,12 @@ impl Forest {
             let definite = kind == Kind::Definite || random.bool();
             let sign = if definite { 1.0 } else { -1.0 };
             let pin = if self.pinned[particle] { 1e10 } else { 0.0 };
-            let block = nalgebra::SMatrix::<f64, D, D>::from_fn(|i, j| match i == j {
-                true => sign * (1.0 + weight) * (sums[i] + weight) + sign * pin,
-                false => 0.25 * weight * weight / (1.0 + (i + j) as f64),
+            let block = nalgebra::SMatrix::<f64, D, D>::from_fn(|i, j| {
+                if i == j {
+                    sign * (1.0 + weight) * (sums[i] + weight) + sign * pin
+                } else {
+                    0.25 * weight * weight / (1.0 + (i + j) as f64)
+                }
             });
             matrix.add_at(matrix.starts[particle] * D * D, &block);
         }
@@ -104,7 +107,7 @@ impl Forest {
     }
 }
 
-/// What was met among the forests, so that a test shows that it has tested something.
+/// Counts of cases among the forests: a test shows by them that it has tested something.
 #[derive(Debug, Default)]
 struct Met {
     divided: u32,
@@ -164,7 +167,7 @@ fn check_matrix<const D: usize>(
     expected
 }
 
-/// Each branch has a part of the workspace of its own, every front a place in it, and no two update matrices that wait
+/// Each branch has a separate part of the workspace, every front a place in it, and no two update matrices that wait
 /// at the same time have a place in common.
 fn check_places(symbolic: &SymbolicFactor, what: &str) {
     let whole = 0..symbolic.n_updates;

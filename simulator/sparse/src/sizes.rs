@@ -10,7 +10,7 @@ pub struct Size {
     pub name: &'static str,
     /// Its value.
     pub value: u64,
-    /// What it counts, and what begins or ends there.
+    /// The counted quantity, and the code path that begins or ends there.
     pub meaning: &'static str,
     /// Why this value, with a figure.
     pub reason: &'static str,

@@ -3,7 +3,7 @@
 //! Made once for a pattern, by the multifrontal method (Duff and Reid 1983): the blocks are put in order
 //! of approximate minimum degree (Amestoy, Davis and Duff 1996), their elimination tree is found (Liu 1990),
 //! and neighbours in the tree are amalgamated into *fronts* wherever the zeros that are then stored cost less
-//! than a front of its own. A front eliminates its pivots, a few blocks that follow each other in the
+//! than another front. A front eliminates its pivots, a few blocks that follow each other in the
 //! order, and leaves an update matrix on its other rows, which its parent in the tree assembles (extend-add). Every
 //! offset is known before a number is. Cost: in proportion to the entries of the factor, in blocks.
 
@@ -210,9 +210,10 @@ impl SymbolicFactor {
         let whole = roots.iter().map(|root| subtrees[*root as usize].1).sum::<u64>();
         let limit = whole / BRANCHES;
         let branch = |root: &u32| self.branch(*root as usize, &subtrees, limit, levels);
-        self.branches = match self.n_products < MIN_PRODUCTS {
-            true => vec![Branch::leaf(0..self.fronts.len())],
-            false => roots.iter().map(branch).collect(),
+        self.branches = if self.n_products < MIN_PRODUCTS {
+            vec![Branch::leaf(0..self.fronts.len())]
+        } else {
+            roots.iter().map(branch).collect()
         };
     }
 
@@ -255,7 +256,7 @@ impl SymbolicFactor {
         whole
     }
 
-    /// Gives each branch a part of the workspace of its own.
+    /// Gives each branch a separate part of the workspace.
     fn place_updates(&mut self) {
         let mut branches = mem::take(&mut self.branches);
         self.n_updates = self.place_updates_of(&mut branches, 0);
@@ -267,7 +268,7 @@ impl SymbolicFactor {
         for branch in branches {
             branch.update = start;
             let end = self.place_updates_of(&mut branch.branches, start);
-            // What is in the branches waits for the trunk: the update matrices of their roots.
+            // The update matrices of the branches' roots wait for the trunk.
             let mut gaps = Gaps::from(start);
             for of_root in branch.branches.iter().map(|inner| inner.fronts.end - 1) {
                 let front = &self.fronts[of_root];

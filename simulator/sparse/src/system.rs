@@ -237,7 +237,7 @@ impl<const D: usize> SparseSystem<D> {
         });
         statistics.factor.add(factor.take_work());
         self.last = Last::Direct;
-        // What is too large for a dense matrix is judged as it is.
+        // A matrix too large for the dense solver is judged by this solution.
         Ok(solved == Some(true) || matrix.size() > MAX_DENSE_ROWS)
     }
 

@@ -4,7 +4,7 @@
 //! `s`. Such a *run*, `(i, j), (i+1, j+1), …`, reads and writes contiguous particles, and needs neither
 //! gathers nor scatters. Several runs may alternate (the two diagonals of a net do, with period 2). Where a row of
 //! the mesh ends, a run skips particles: it then has *holes*, elements that are evaluated with the others and count as
-//! zero. What follows no such pattern is left scattered, pair by pair.
+//! zero. Pairs without such a pattern are scattered.
 //!
 //! Batches keep each particle's sum in the order of the file, and so its bits. In `t` repeats of runs that
 //! start at `(i_r, j_r)`, particle `p` is met at `t = p − i_r` and `t = p − j_r`: earlier by the ends of
@@ -242,7 +242,7 @@ impl Batches {
         forces: &[[f64; D]],
         sums: &mut [[f64; D]],
     ) {
-        // What is below the range wraps around, far beyond it.
+        // Lower indices wrap to huge values and miss.
         let place = |particle: u32| (particle as usize).wrapping_sub(self.range.start);
         for (force, &[i, j]) in forces.iter().zip(pairs) {
             if let Some(sum) = sums.get_mut(place(i)) {

@@ -9,13 +9,16 @@
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use scene::Scene;
-use scene::schema::{Conserves, ForceSchema, Masses, Stencil};
+use scene::schema::{Conserves, Derivatives, ForceSchema, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "constantforce",
         title: "constant force",
         formula: "`(fx, fy)` on every particle",
+        derivatives: Derivatives {
+            by_position: "0", by_velocity: "0", energy: "`U = −Σ f·x_i`"
+        },
         stencil: Stencil::EveryParticle,
         parameters: &components(
             ["force along x", "force along y", "force along z"],

@@ -15,7 +15,8 @@ use super::{
 use super::{add_to, vector_of};
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -23,20 +24,16 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "dragdamping",
         title: "linear drag",
         formula: "`−b v` on every particle, whatever its mass",
+        derivatives: Derivatives {
+            by_position: "0",
+            by_velocity: "of each particle by itself: `∂F_i/∂v_i = −b I`",
+            energy: r"dissipation `b/2 Σ \|v_i\|²`",
+        },
         stencil: Stencil::EveryParticle,
         parameters: &[
             ParameterSchema::new("b", "damping", (0.1, 10.0), [0.75, 0.5, 1.25]).non_negative()
         ],
-        parts: &[PartSchema {
-            name: "all",
-            title: "",
-            meaning: "the force",
-            scaled_by: &["b"],
-            shaped_by: &[],
-            stands_alone: true,
-            depends_on: Dependence::VELOCITY,
-            derives_from: Potential::Dissipation,
-        }],
+        parts: &[PartSchema::whole(&["b"], &[], Dependence::VELOCITY, Potential::Dissipation)],
         masses: Masses::None,
         conserves: Conserves::Nothing,
         example: r#"<dragdamping b="0.5"/>"#,

@@ -14,7 +14,8 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -22,6 +23,11 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "gravitationalforce",
         title: "gravitation between two particles",
         formula: "`F_i = −G m_i m_j / l² n`, `F_j = −F_i`",
+        derivatives: Derivatives {
+            by_position: "`−G m_i m_j/l³ (I − 3 n nᵀ)`",
+            by_velocity: "0",
+            energy: "`U = −G m_i m_j/l`",
+        },
         stencil: Stencil::Named(&["i", "j"]),
         parameters: &[ParameterSchema::new(
             "G",
@@ -29,16 +35,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             (0.1, 10.0),
             [0.5, 0.75, 0.625],
         )],
-        parts: &[PartSchema {
-            name: "all",
-            title: "",
-            meaning: "the force",
-            scaled_by: &["G"],
-            shaped_by: &[],
-            stands_alone: true,
-            depends_on: Dependence::POSITION,
-            derives_from: Potential::Energy,
-        }],
+        parts: &[PartSchema::whole(&["G"], &[], Dependence::POSITION, Potential::Energy)],
         masses: Masses::Product,
         conserves: Conserves::AngularMomentum,
         example: r#"<gravitationalforce i="0" j="1" G="0.000118419"/>"#,
@@ -85,9 +82,5 @@ impl<const D: usize> PairLaw<D> for Gravitation {
         let shape = Block::identity() - n * n.transpose() * 3.0;
         let strength = self.strength / (distance * distance * distance);
         Some((shape * -strength, Block::zeros()))
-    }
-
-    fn symmetric(&self) -> bool {
-        true
     }
 }

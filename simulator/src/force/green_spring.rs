@@ -15,7 +15,8 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -23,6 +24,11 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "greenspringforce",
         title: "spring of squared length (Green strain)",
         formula: "`F_i = −2 k (l²/l0² − 1) (x_i − x_j)`, `F_j = −F_i`: the gradient of the energy `l0² k/2 (l²/l0² − 1)²`, negated",
+        derivatives: Derivatives {
+            by_position: "`−2 k/l0² (2 d dᵀ + (l² − l0²) I)`",
+            by_velocity: "0",
+            energy: "`U = l0² k/2 (l²/l0² − 1)²`",
+        },
         stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 10.0), [0.25, 0.375, 0.3125])
@@ -31,16 +37,7 @@ pub(super) static KIND: ForceKind = ForceKind {
                 .positive()
                 .length(),
         ],
-        parts: &[PartSchema {
-            name: "all",
-            title: "",
-            meaning: "the force",
-            scaled_by: &["k"],
-            shaped_by: &["l0"],
-            stands_alone: true,
-            depends_on: Dependence::POSITION,
-            derives_from: Potential::Energy,
-        }],
+        parts: &[PartSchema::whole(&["k"], &["l0"], Dependence::POSITION, Potential::Energy)],
         masses: Masses::None,
         conserves: Conserves::AngularMomentum,
         example: r#"<greenspringforce edge="0" k="100" l0="1"/>"#,
@@ -85,9 +82,5 @@ impl<const D: usize> PairLaw<D> for GreenSpring {
         let stretch = Block::identity() * (d.norm_squared() - self.rest_length_squared);
         let shape = d * d.transpose() * 2.0 + stretch;
         Some((shape * (-2.0 * self.stiffness / self.rest_length_squared), Block::zeros()))
-    }
-
-    fn symmetric(&self) -> bool {
-        true
     }
 }

@@ -20,9 +20,6 @@ pub(super) trait PairLaw<const D: usize>: Copy + Send + Sync {
     /// `∂f/∂d` and `∂f/∂w`; `None` where they are not defined.
     fn jacobians(&self, d: &Vector<D>, w: &Vector<D>) -> Option<(Block<D>, Block<D>)>;
 
-    /// Whether both Jacobians are symmetric at every state.
-    fn symmetric(&self) -> bool;
-
     /// Whether both Jacobians are the same numbers at every state.
     fn has_constant_jacobians(&self) -> bool {
         false
@@ -66,7 +63,7 @@ pub(super) trait PairLaws<const D: usize>: Default + Send + Sync {
     }
 }
 
-/// What [`PairLaws::forces`] gives, without vectors.
+/// The values of [`PairLaws::forces`], without vectors.
 #[inline(always)]
 pub(super) fn one_by_one<const D: usize>(
     laws: &impl PairLaws<D>,

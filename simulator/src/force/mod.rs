@@ -195,7 +195,7 @@ impl<'a, const D: usize> ElementJacobians<'a, D> {
     }
 }
 
-/// What a force may look at.
+/// The state that a force depends on.
 #[derive(Debug, Clone, Copy)]
 pub struct State<'a> {
     /// Mass of each particle.

@@ -27,6 +27,8 @@ use scene::{ForceElement, Particles, Scene};
 pub(super) struct PairForce<L> {
     /// Elements that move something, in the order of the file.
     active: Vec<PairElement>,
+    /// Whether the Jacobians of each active element are symmetric at every state.
+    symmetric: Vec<bool>,
     /// Laws of the active elements, then of the inert ones.
     laws: L,
     /// The active elements by ranges of particles, in ascending order.
@@ -110,7 +112,9 @@ impl<L> PairForce<L> {
             let description = &scene.forces[element.element as usize];
             laws.push(law(description, element.pair().map(|particle| particle as usize)));
         }
-        Self { active, laws, parts, inert }
+        let description = |element: &PairElement| &scene.forces[element.element as usize];
+        let symmetric = active.iter().map(|element| description(element).is_variational());
+        Self { symmetric: symmetric.collect(), active, laws, parts, inert }
     }
 }
 
@@ -191,9 +195,9 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
     }
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
-        for element in &self.active {
-            let symmetric = self.laws.law(element.slot as usize).symmetric();
-            visit(Coupling::Stencil { particles: element.particles(), symmetric });
+        for (element, symmetric) in self.active.iter().zip(&self.symmetric) {
+            let (particles, symmetric) = (element.particles(), *symmetric);
+            visit(Coupling::Stencil { particles, symmetric });
         }
     }
 }

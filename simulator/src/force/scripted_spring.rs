@@ -7,15 +7,15 @@
 //!
 //! At each moment it is a [spring](super::spring) of constant rest length without damping. `U` is the potential of the
 //! moment: changing the rest length does work, and energy is not conserved. Source: hand-out of milestone 2, section
-//! 3.1, which suggests it for an artistic effect and leaves the script open. Damping is that of a `<springforce>` of `k` = 0
-//! beside it.
+//! 3.1, which suggests it for an artistic effect and leaves the script open. For damping, add a `<springforce>` of `k` = 0.
 
 use super::law::PairLaw;
 use super::pair::PairForce;
 use super::spring::Spring;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
 use scene::{ForceElement, Scene};
 
@@ -24,6 +24,11 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "scriptedspringforce",
         title: "spring with a scripted rest length",
         formula: "`F_i = −k (l − r) n`, `F_j = −F_i`, with the rest length `r = l0 + (l1 − l0) t/t1` up to the time `t1`, and `l1` from then on",
+        derivatives: Derivatives {
+            by_position: "that of a `springforce` with `l0 = r`, `b = 0`",
+            by_velocity: "0",
+            energy: "`U = k/2 (l − r)²`",
+        },
         stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),
@@ -36,16 +41,12 @@ pub(super) static KIND: ForceKind = ForceKind {
             ParameterSchema::new("t1", "time of the change", (0.5, 4.0), [2.0, 4.0, 8.0])
                 .positive(),
         ],
-        parts: &[PartSchema {
-            name: "all",
-            title: "",
-            meaning: "the force",
-            scaled_by: &["k"],
-            shaped_by: &["l0", "l1", "t1"],
-            stands_alone: true,
-            depends_on: Dependence::POSITION_AND_TIME,
-            derives_from: Potential::Energy,
-        }],
+        parts: &[PartSchema::whole(
+            &["k"],
+            &["l0", "l1", "t1"],
+            Dependence::POSITION_AND_TIME,
+            Potential::Energy,
+        )],
         masses: Masses::None,
         conserves: Conserves::AngularMomentum,
         example: r#"<scriptedspringforce edge="0" k="100" l0="1" l1="2" t1="5"/>"#,
@@ -101,10 +102,6 @@ impl<const D: usize> PairLaw<D> for ScriptedSpring {
 
     fn jacobians(&self, d: &Vector<D>, w: &Vector<D>) -> Option<(Block<D>, Block<D>)> {
         self.spring.jacobians(d, w)
-    }
-
-    fn symmetric(&self) -> bool {
-        PairLaw::<D>::symmetric(&self.spring)
     }
 }
 

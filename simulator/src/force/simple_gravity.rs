@@ -10,13 +10,18 @@
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use scene::Scene;
-use scene::schema::{Conserves, ForceSchema, Masses, Stencil};
+use scene::schema::{Conserves, Derivatives, ForceSchema, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "simplegravity",
         title: "simple gravity",
         formula: "`m (fx, fy)` on every particle: an acceleration",
+        derivatives: Derivatives {
+            by_position: "0",
+            by_velocity: "0",
+            energy: "`U = −Σ m_i g·x_i`",
+        },
         stencil: Stencil::EveryParticle,
         parameters: &components(
             ["acceleration along x", "acceleration along y", "acceleration along z"],

@@ -22,7 +22,8 @@ use super::pair::PairForce;
 use super::reciprocal::reciprocal;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
 use scene::{ForceElement, Scene};
 
@@ -31,6 +32,11 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "springforce",
         title: "spring with internal damping",
         formula: "`F_i = −k (l − l0) n − b (n·w) n`, `F_j = −F_i`",
+        derivatives: Derivatives {
+            by_position: "`−k (n nᵀ + (l − l0)/l (I − n nᵀ)) − b/l ((n·w) I + n wᵀ)(I − n nᵀ)`",
+            by_velocity: "`−b n nᵀ`",
+            energy: "`U = k/2 (l − l0)²`; none for `b`",
+        },
         stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),
@@ -133,10 +139,6 @@ impl<const D: usize> PairLaw<D> for Spring {
         let turning = Block::identity() * n.dot(w) + n * w.transpose();
         let damping = turning * across * (-self.damping / length);
         Some((elastic + damping, along * -self.damping))
-    }
-
-    fn symmetric(&self) -> bool {
-        self.damping == 0.0
     }
 
     fn has_constant_jacobians(&self) -> bool {

@@ -31,14 +31,16 @@ pub trait StencilLaw<const M: usize, const D: usize>: Send + Sync {
     /// Potential energy; `None` if the law has none.
     fn energy(&self, at: &Local<M, D>) -> Option<f64>;
 
+    /// Rayleigh's dissipation function, as in [`Force::dissipation`].
+    fn dissipation(&self, _at: &Local<M, D>) -> f64 {
+        0.0
+    }
+
     /// The forces on the `M` particles, in the order of the stencil; `None` where they are not defined.
     fn forces(&self, at: &Local<M, D>) -> Option<[Vector<D>; M]>;
 
     /// The derivatives of these forces; `None` where they are not defined.
     fn jacobians(&self, at: &Local<M, D>) -> Option<LocalJacobians<M, D>>;
-
-    /// Whether both Jacobians are symmetric at every state.
-    fn symmetric(&self) -> bool;
 
     /// Whether both Jacobians are the same numbers at every state.
     fn has_constant_jacobians(&self) -> bool {
@@ -88,6 +90,8 @@ struct Element<L> {
     /// Its number among the scene's forces.
     number: usize,
     particles: Particles,
+    /// Whether its Jacobians are symmetric at every state.
+    symmetric: bool,
 }
 
 impl<L, const M: usize> StencilForce<L, M> {
@@ -96,7 +100,12 @@ impl<L, const M: usize> StencilForce<L, M> {
         let law = &law;
         let stencils = elements.iter().flat_map(|(number, description)| {
             let stencils = description.stencils(scene.particles.len());
-            stencils.map(|particles| Element { law: law(description), number: *number, particles })
+            stencils.map(|particles| Element {
+                law: law(description),
+                number: *number,
+                particles,
+                symmetric: description.is_variational(),
+            })
         });
         let is_free = |particle: &usize| !scene.particles[*particle].fixed;
         let moves = |element: &Element<L>| element.particles.iter().any(is_free);
@@ -171,18 +180,23 @@ impl<const M: usize, const D: usize, L: StencilLaw<M, D>> Force<D> for StencilFo
         all.map(|element| element.law.energy(&element.local(state))).sum()
     }
 
+    fn dissipation(&self, state: State<'_>) -> f64 {
+        let all = self.active.iter().chain(&self.inert);
+        all.map(|element| element.law.dissipation(&element.local(state))).sum()
+    }
+
     fn add_force(
         &self,
         state: State<'_>,
         particles: Range<usize>,
         force: &mut [f64],
     ) -> Result<(), Degenerate> {
-        let mut add = |particle: usize, amount: Vector<D>| {
-            if particles.contains(&particle) {
-                add_to(force, particle - particles.start, &amount);
-            }
-        };
-        for (_, numbers) in self.parts.iter().filter(|(of, _)| particles.contains(&of.start)) {
+        for (part, numbers) in self.parts.iter().filter(|(of, _)| particles.contains(&of.start)) {
+            let mut add = |particle: usize, amount: Vector<D>| {
+                if part.contains(&particle) {
+                    add_to(force, particle - particles.start, &amount);
+                }
+            };
             for element in numbers.iter().map(|number| &self.active[*number as usize]) {
                 let forces = element.law.forces(&element.local(state));
                 let forces = forces.ok_or_else(|| element.degenerate())?;
@@ -233,8 +247,8 @@ impl<const M: usize, const D: usize, L: StencilLaw<M, D>> Force<D> for StencilFo
     }
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
-        for Element { law, particles, .. } in &self.active {
-            visit(Coupling::Stencil { particles: particles.clone(), symmetric: law.symmetric() });
+        for Element { particles, symmetric, .. } in &self.active {
+            visit(Coupling::Stencil { particles: particles.clone(), symmetric: *symmetric });
         }
     }
 }

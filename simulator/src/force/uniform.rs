@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::{Degenerate, Force, Numbered, State, Vector, add_to, vector_of};
 use scene::schema::{Dependence, ParameterSchema, PartSchema, Potential};
 
-/// What the vector of a uniform force is multiplied by on each particle.
+/// Factor of a uniform force's vector on each particle.
 #[derive(Clone, Copy)]
 pub(super) enum Weight {
     /// The particle's mass: the vector is an acceleration.

@@ -19,7 +19,8 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
 
 pub(super) static KIND: ForceKind = ForceKind {
@@ -27,6 +28,11 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "vortexforce",
         title: "vortex between two particles",
         formula: "`F_i = kvc/l² (kbs R n − w)`, `F_j = −F_i`",
+        derivatives: Derivatives {
+            by_position: "`kvc/l³ (kbs (R − 3 R n nᵀ) + 2 w nᵀ)`",
+            by_velocity: "`−kvc/l² I`",
+            energy: "none",
+        },
         stencil: Stencil::Named(&["i", "j"]),
         parameters: &[
             ParameterSchema::new(
@@ -124,9 +130,5 @@ impl<const D: usize> PairLaw<D> for Vortex {
         let by_position = (rotation + drag) * (self.viscous / (distance_squared * distance));
         let by_velocity = Block::identity() * (-self.viscous / distance_squared);
         Some((by_position, by_velocity))
-    }
-
-    fn symmetric(&self) -> bool {
-        false
     }
 }

@@ -23,7 +23,8 @@ use super::{
 };
 use super::{Vector, add_to};
 use scene::schema::{
-    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
 use scene::{Particles, Scene};
 
@@ -32,6 +33,11 @@ pub(super) static KIND: ForceKind = ForceKind {
         tag: "windforce",
         title: "wind",
         formula: "`strength (3 + 1.5 (1 + cos 5φ), 1 + cos(0.3 + φ), sin φ)` on every particle",
+        derivatives: Derivatives {
+            by_position: "of each particle by itself: `∂F_i/∂x_i` has one column, that of x: `strength/d (−7.5 sin 5φ, −sin(0.3 + φ), cos φ)`",
+            by_velocity: "0",
+            energy: "none",
+        },
         stencil: Stencil::EveryParticle,
         parameters: &[ParameterSchema::new("strength", "strength", (0.5, 2.0), [0.75, 0.5, 1.25])
             .default_to(1.0)],

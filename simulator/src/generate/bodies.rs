@@ -34,7 +34,7 @@ use scene::{Dimension, Particle, Scene};
 options! {
     /// Random bodies that attract each other.
     pub struct Bodies {
-        /// Bodies beside the one in the middle.
+        /// Bodies around the one in the middle.
         bodies: u64 = 16 => OptionSpec::value("bodies", "COUNT").short('n');
         /// Seed of the random numbers; the same seed gives the same bytes.
         seed: u64 = 1 => OptionSpec::value("seed", "NUMBER");

@@ -82,7 +82,7 @@ pub trait Generator: Options {
 pub struct Size {
     /// Particles.
     pub particles: u64,
-    /// Springs, each on an edge of its own; or pairs that attract each other.
+    /// Springs, one an edge; or pairs that attract each other.
     pub pairs: u64,
 }
 

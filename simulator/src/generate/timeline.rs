@@ -9,8 +9,8 @@
 //! with the sums over the springs of a free particle: ω² and c bound the eigenvalues of M⁻¹K and M⁻¹B,
 //! because (n·(x_i − x_j))² ≤ 2|x_i|² + 2|x_j|², and the inequality is the Jury criterion of
 //! `v' = v − h (ω² x + c v)`, `x' = x + h v'`. A time step that is chosen here makes the left side at
-//! most 1, which leaves room for springs that stretch and turn. Explicit Euler is given the same step, for
-//! want of a bound of its own: it gains energy at any step where damping does not take it away.
+//! most 1, which leaves room for springs that stretch and turn. Explicit Euler is given the same step:
+//! it has no such bound, and gains energy at any step where damping does not take it away.
 
 use super::error::{GenerateErrorKind, check};
 use super::options::{OptionSpec, Rule, options};

@@ -91,7 +91,7 @@ struct StiffWorkspace {
     product: Vec<f64>,
 }
 
-/// What is taken for the Jacobians in the matrix.
+/// The Jacobians in the matrix, exact or approximate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Curvature {
     /// The Jacobians, each element's contribution projected. Projected elements must be symmetric.
@@ -274,9 +274,10 @@ impl<const D: usize> Linearisation<D> {
         if self.stiffness > STIFF_RATIO {
             self.solve_stiff(system, (time, iterate), delta, is_kept, statistics)?;
         } else {
-            match is_kept {
-                true => self.matrix.solve_again(&mut self.reduced, &mut statistics.linear)?,
-                false => self.matrix.solve(&mut self.reduced, &mut statistics.linear)?,
+            if is_kept {
+                self.matrix.solve_again(&mut self.reduced, &mut statistics.linear)?
+            } else {
+                self.matrix.solve(&mut self.reduced, &mut statistics.linear)?
             }
             scatter::<D>(&self.free, &self.reduced, delta);
         }
@@ -291,9 +292,10 @@ impl<const D: usize> Linearisation<D> {
     fn amplification(&mut self, system: &System<D>, kick: f64) -> f64 {
         let seen = if kick > 0.0 { largest(&self.reduced) / kick } else { 0.0 };
         let has_small_pivot = self.smallest_mass > NEARLY_SINGULAR * self.matrix.smallest_pivot();
-        match has_small_pivot && seen <= NEARLY_SINGULAR {
-            true => seen.max(self.iterate_inversely(system)),
-            false => seen,
+        if has_small_pivot && seen <= NEARLY_SINGULAR {
+            seen.max(self.iterate_inversely(system))
+        } else {
+            seen
         }
     }
 
@@ -487,7 +489,7 @@ impl<const D: usize> Elements<D> {
 /// The larger of `known` and the entries of `block`.
 fn largest_entry<const D: usize>(known: f64, block: &Block<D>) -> f64 {
     // A comparison is one instruction, which `max` with its care for NaN is not; the matrix is checked for
-    // those anyway. What is known comes last: the blocks do not wait for each other.
+    // those anyway. `known` comes last: the blocks do not wait for each other.
     let larger = |a: f64, b: f64| if a > b { a } else { b };
     larger(block.iter().map(|entry| entry.abs()).fold(0.0, larger), known)
 }

@@ -16,12 +16,10 @@
 //!
 //! Source: Hairer and Wanner, *Solving Ordinary Differential Equations II*, sections V.1 and V.2.
 
-use sparse::linear::LinearSolver;
-
-use super::implicit_euler::{ImplicitEuler, NEWTON};
-use super::{Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError};
+use super::implicit_euler::NEWTON;
+use super::substep::{Substep, build};
+use super::{IntegratorKind, Step};
 use crate::system::System;
-use scene::Scene;
 use scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
@@ -40,36 +38,29 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         options: &[],
         refuses: refuses_nothing,
     },
-    build_2d: build::<2>,
-    build_3d: build::<3>,
+    build_2d: build::<2, Bdf2>,
+    build_3d: build::<3, Bdf2>,
 };
 
-fn build<const D: usize>(
-    _scene: &Scene,
-    system: &System<D>,
-    solver: LinearSolver,
-) -> Box<dyn Integrator<D>> {
-    let start = vec![0.0; system.n_particles() * D];
-    Box::new(Bdf2 { implicit: ImplicitEuler::new(system, solver), start })
-}
-
-struct Bdf2<const D: usize> {
-    /// The step from the combined start.
-    implicit: ImplicitEuler<D>,
+struct Bdf2 {
     /// Positions at the start of the step.
     start: Vec<f64>,
 }
 
-impl<const D: usize> Bdf2<D> {
+impl Substep for Bdf2 {
+    fn new(n_coordinates: usize) -> Self {
+        Self { start: vec![0.0; n_coordinates] }
+    }
+
     /// Combines the start with the earlier state, and goes on by `implicit`.
-    fn go<R>(
+    fn step<const D: usize, R>(
         &mut self,
         system: &System<D>,
         step: Step<'_>,
-        implicit: impl FnOnce(&mut ImplicitEuler<D>, Step<'_>) -> R,
+        implicit: impl FnOnce(Step<'_>) -> R,
     ) -> R {
         let Some(earlier) = step.earlier else {
-            return implicit(&mut self.implicit, step);
+            return implicit(step);
         };
         let Step { size, time, positions, velocities, statistics, .. } = step;
         self.start.copy_from_slice(positions);
@@ -91,32 +82,10 @@ impl<const D: usize> Bdf2<D> {
             earlier: None,
             statistics,
         };
-        let result = implicit(&mut self.implicit, to_end);
+        let result = implicit(to_end);
         for (dof, _) in fixed().filter(|(_, is_fixed)| *is_fixed) {
             positions[dof] = self.start[dof] + size * velocities[dof];
         }
         result
-    }
-}
-
-impl<const D: usize> Integrator<D> for Bdf2<D> {
-    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        self.go(system, step, |implicit, step| implicit.step(system, step))
-    }
-
-    fn step_damped(&mut self, system: &System<D>, step: Step<'_>) -> Option<Result<(), StepError>> {
-        self.go(system, step, |implicit, step| implicit.step_damped(system, step))
-    }
-
-    fn observe(&mut self, observer: Observer) {
-        Integrator::<D>::observe(&mut self.implicit, observer);
-    }
-
-    fn record_by(&mut self, recorder: IterationRecorder) -> bool {
-        Integrator::<D>::record_by(&mut self.implicit, recorder)
-    }
-
-    fn interrupt_by(&mut self, interrupt: &Interrupt) {
-        Integrator::<D>::interrupt_by(&mut self.implicit, interrupt);
     }
 }

@@ -16,14 +16,10 @@
 //!
 //! Source: Hairer, Lubich and Wanner, *Geometric Numerical Integration*, sections I.1.2, IV.2.1 and VI.4.1.
 
-use sparse::linear::LinearSolver;
-
-use super::implicit_euler::{ImplicitEuler, NEWTON};
-use super::{
-    Integrator, IntegratorKind, Interrupt, IterationRecorder, Observer, Step, StepError, drift,
-};
+use super::implicit_euler::NEWTON;
+use super::substep::{Substep, build};
+use super::{IntegratorKind, Step, drift};
 use crate::system::System;
-use scene::Scene;
 use scene::schema::{
     Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
 };
@@ -42,33 +38,26 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         options: &[],
         refuses: refuses_nothing,
     },
-    build_2d: build::<2>,
-    build_3d: build::<3>,
+    build_2d: build::<2, ImplicitMidpoint>,
+    build_3d: build::<3, ImplicitMidpoint>,
 };
 
-fn build<const D: usize>(
-    _scene: &Scene,
-    system: &System<D>,
-    solver: LinearSolver,
-) -> Box<dyn Integrator<D>> {
-    let zeros = vec![0.0; system.n_particles() * D];
-    let half = ImplicitEuler::new(system, solver);
-    Box::new(ImplicitMidpoint { half, start: [zeros.clone(), zeros] })
-}
-
-struct ImplicitMidpoint<const D: usize> {
-    /// The step to the middle.
-    half: ImplicitEuler<D>,
+struct ImplicitMidpoint {
     /// Positions and velocities at the start of the step.
     start: [Vec<f64>; 2],
 }
 
-impl<const D: usize> ImplicitMidpoint<D> {
-    /// Goes to the middle by `half`, and from there to the end.
-    fn go<R>(
+impl Substep for ImplicitMidpoint {
+    fn new(n_coordinates: usize) -> Self {
+        Self { start: [vec![0.0; n_coordinates], vec![0.0; n_coordinates]] }
+    }
+
+    /// Goes to the middle by `implicit`, and from there to the end.
+    fn step<const D: usize, R>(
         &mut self,
+        _system: &System<D>,
         step: Step<'_>,
-        half: impl FnOnce(&mut ImplicitEuler<D>, Step<'_>) -> R,
+        implicit: impl FnOnce(Step<'_>) -> R,
     ) -> R {
         let Step { size, time, positions, velocities, statistics, .. } = step;
         let [q, v] = &mut self.start;
@@ -82,34 +71,12 @@ impl<const D: usize> ImplicitMidpoint<D> {
             earlier: None,
             statistics,
         };
-        let result = half(&mut self.half, to_middle);
+        let result = implicit(to_middle);
         positions.copy_from_slice(q);
         drift(positions, velocities, size);
         for (velocity, start) in velocities.iter_mut().zip(v) {
             *velocity = 2.0 * *velocity - *start;
         }
         result
-    }
-}
-
-impl<const D: usize> Integrator<D> for ImplicitMidpoint<D> {
-    fn step(&mut self, system: &System<D>, step: Step<'_>) -> Result<(), StepError> {
-        self.go(step, |half, step| half.step(system, step))
-    }
-
-    fn step_damped(&mut self, system: &System<D>, step: Step<'_>) -> Option<Result<(), StepError>> {
-        self.go(step, |half, step| half.step_damped(system, step))
-    }
-
-    fn observe(&mut self, observer: Observer) {
-        Integrator::<D>::observe(&mut self.half, observer);
-    }
-
-    fn record_by(&mut self, recorder: IterationRecorder) -> bool {
-        Integrator::<D>::record_by(&mut self.half, recorder)
-    }
-
-    fn interrupt_by(&mut self, interrupt: &Interrupt) {
-        Integrator::<D>::interrupt_by(&mut self.half, interrupt);
     }
 }

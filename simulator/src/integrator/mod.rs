@@ -24,6 +24,7 @@ mod euler;
 mod interrupt;
 mod observe;
 mod record;
+mod substep;
 
 mod bdf2;
 mod dormand_prince;

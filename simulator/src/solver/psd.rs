@@ -133,7 +133,7 @@ fn scale_mean<const D: usize>(n: usize, matrix: &mut [f64], root: f64) {
 const MAX_SWEEPS: usize = 20;
 
 /// Turns a symmetric matrix of `n` rows into its eigenvalues, on the diagonal, and sets `vectors` to its eigenvectors, as
-/// columns, by Jacobi's rotations: exact to rounding for small eigenvalues beside large ones (Demmel and Veselić 1992),
+/// columns, by Jacobi's rotations: exact to rounding for small eigenvalues next to large ones (Demmel and Veselić 1992),
 /// and an axis that the block does not couple to the others is left alone to the bit. A library's method for any size
 /// would be neither here. Both are stored column by column.
 #[inline(always)]

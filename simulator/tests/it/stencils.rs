@@ -285,10 +285,6 @@ impl<const D: usize> StencilLaw<1, D> for Spring {
         let by_position = [[(along + across) * -self.stiffness]];
         Some(LocalJacobians { by_position, ..LocalJacobians::zeros() })
     }
-
-    fn symmetric(&self) -> bool {
-        true
-    }
 }
 
 struct Drag(f64);
@@ -307,10 +303,6 @@ impl<const D: usize> StencilLaw<1, D> for Drag {
     fn jacobians(&self, _: &Local<1, D>) -> Option<LocalJacobians<1, D>> {
         let by_velocity = [[Block::identity() * -self.0]];
         Some(LocalJacobians { by_velocity, ..LocalJacobians::zeros() })
-    }
-
-    fn symmetric(&self) -> bool {
-        true
     }
 }
 

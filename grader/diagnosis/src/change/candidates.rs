@@ -271,10 +271,10 @@ impl NumberedForce {
     }
 }
 
-/// A block of a pair's Jacobian multiplied by a number.
+/// A block of an element's Jacobian multiplied by a number.
 pub fn scaled_block(term: Term, quantity: Quantity, [row, column]: [usize; 2], by: f64) -> Change {
-    let particle = |number: usize| ["i", "j"][number];
-    let block = format!("block {} {}", particle(row), particle(column));
+    let particles = term.schema().stencil.particles();
+    let block = format!("block {} {}", particles[row], particles[column]);
     Change {
         place: Place::Jacobian(term),
         words: format!("{} has its {block} multiplied by {}", name(term, quantity), decimal(by)),
@@ -331,11 +331,13 @@ fn all_of(term: Term) -> Vec<Change> {
         }
         all.extend(named_factors(term, quantities));
     }
-    let is_pair = term.schema().stencil.size() == 2;
-    if let Some(forms) = forms_of(term) {
+    let forms = forms_of(term);
+    if let Some(forms) = forms {
         all.extend(of_other_laws(term, forms));
         all.extend(of_formulas(term, forms));
-        all.extend(of_assembly(term, forms, is_pair));
+    }
+    if forms.is_some() || !term.schema().stencil.is_field() {
+        all.extend(of_assembly(term, forms));
     }
     all.sort_by_key(|change| change.rank);
     all
@@ -453,8 +455,12 @@ fn of_other_laws(term: Term, forms: &Forms) -> Vec<Change> {
     all
 }
 
-fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
+/// Forces and blocks on the wrong particles and coordinates. The length is changed only in formulas.
+fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
     let mut all = Vec::new();
+    let stencil = term.schema().stencil;
+    let is_pair = stencil.size() == 2;
+    let names = stencil.particles();
     let mut add = |quantity: Quantity, words: &str, effect: Effect, rank: u8| {
         let place = match quantity {
             Quantity::Force => Place::Force(term),
@@ -474,7 +480,7 @@ fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
         ] {
             add(force, words, Effect::Ends(term, ends), 1);
         }
-        for exponent in 1..=12 {
+        for exponent in 1..=if forms.is_some() { 12 } else { 0 } {
             let e = 10.0_f64.powi(-exponent);
             for (softening, words) in [
                 (Softening::Added(e), format!("has 1e-{exponent} added to the length")),
@@ -483,6 +489,15 @@ fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
             ] {
                 add(force, &words, Effect::Length(term, softening), 3);
             }
+        }
+    } else if !stencil.is_field() {
+        for (place, name) in names.iter().enumerate() {
+            add(
+                force,
+                &format!("is missing on particle {name}"),
+                Effect::Ends(term, Ends::Without(place)),
+                1,
+            );
         }
     } else {
         for (particles, words) in [
@@ -503,32 +518,63 @@ fn of_assembly(term: Term, forms: &Forms, is_pair: bool) -> Vec<Change> {
     for (axes, words) in axes {
         add(force, words, Effect::Axes(term, force, axes), 2);
     }
-    for (quantity, formulas) in
-        [(Quantity::ByPosition, &forms.by_position), (Quantity::ByVelocity, &forms.by_velocity)]
+    let depends_on = match term.part {
+        "" => term.schema().depends_on(),
+        part => term.schema().part(part).depends_on,
+    };
+    for (quantity, is_there) in
+        [(Quantity::ByPosition, depends_on.position), (Quantity::ByVelocity, depends_on.velocity)]
     {
-        if formulas.is_empty() {
+        if !is_there {
             continue;
         }
-        let blocks: &[(Blocks, &str)] = match is_pair {
-            true => &[
-                (Blocks::Transposed, "is transposed"),
-                (Blocks::Own, "lacks its blocks between the two particles"),
-                (Blocks::SameSign, "has the wrong sign in its blocks between the two particles"),
-                (Blocks::FirstRows, "lacks the rows of the second of two particles"),
-                (Blocks::SecondRows, "lacks the rows of the first of two particles"),
-                (Blocks::FirstColumns, "lacks the columns of the second of two particles"),
-                (Blocks::SecondColumns, "lacks the columns of the first of two particles"),
-                (Blocks::Cross, "lacks its blocks of each particle by itself"),
-                (Blocks::CrossTransposed, "has its blocks between the two particles transposed"),
-                (Blocks::Symmetrized, "is made symmetric"),
-                (Blocks::LocalIndices, "is stored for particles 0 and 1, whatever the pair"),
-            ],
-            false => &[(Blocks::LocalIndices, "is stored for particle 0, whatever the particle")],
-        };
-        for (blocks, words) in blocks {
-            add(quantity, words, Effect::Blocks(term, quantity, *blocks), 1);
+        let mut blocks: Vec<(Blocks, String)> = Vec::new();
+        if stencil.is_field() {
+            let words = "is stored for particle 0, whatever the particle";
+            blocks.push((Blocks::LocalIndices, words.to_owned()));
+        } else {
+            let between = if is_pair { "the two particles" } else { "different particles" };
+            let all = if is_pair { "two particles" } else { "the particles" };
+            blocks.extend([
+                (Blocks::Transposed, "is transposed".to_owned()),
+                (Blocks::Own, format!("lacks its blocks between {between}")),
+                (Blocks::SameSign, format!("has the wrong sign in its blocks between {between}")),
+            ]);
+            let ordinals = ["first", "second", "third", "fourth"];
+            let places = ordinals.iter().enumerate().take(stencil.size());
+            let backwards = || places.clone().rev();
+            blocks.extend(backwards().map(|(place, name)| {
+                (Blocks::WithoutRow(place), format!("lacks the rows of the {name} of {all}"))
+            }));
+            blocks.extend(backwards().map(|(place, name)| {
+                (Blocks::WithoutColumn(place), format!("lacks the columns of the {name} of {all}"))
+            }));
+            let local = match is_pair {
+                true => "is stored for particles 0 and 1, whatever the pair",
+                false => "is stored for the first particles of the scene, whatever the element",
+            };
+            blocks.extend([
+                (Blocks::Cross, "lacks its blocks of each particle by itself".to_owned()),
+                (Blocks::CrossTransposed, format!("has its blocks between {between} transposed")),
+                (Blocks::Symmetrized, "is made symmetric".to_owned()),
+                (Blocks::LocalIndices, local.to_owned()),
+            ]);
+            let pairs = (0..names.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
+            for pair in pairs.filter(|_| !is_pair) {
+                let [i, j] = pair.map(|place| names[place]);
+                let words = format!("lacks its blocks between particles {i} and {j}");
+                let origins = (0..names.len()).filter(|origin| !pair.contains(origin));
+                blocks.extend(origins.map(|origin| {
+                    let words = format!("{words}, on coordinates relative to {}", names[origin]);
+                    (Blocks::WithoutRelative(pair, origin), words)
+                }));
+                blocks.push((Blocks::Without(pair), words));
+            }
         }
-        if !is_pair {
+        for (blocks, words) in blocks {
+            add(quantity, &words, Effect::Blocks(term, quantity, blocks), 1);
+        }
+        if stencil.is_field() {
             let words = "is there for the first particle only";
             add(quantity, words, Effect::Particles(term, quantity, Particles::First), 1);
         }
@@ -859,12 +905,12 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             }
             let words = format!("each {tag} has the parameters of the first");
             add(whole, SceneRule::FirstParameters(tag), 2, words);
-            if of_it().all(|element| element.pair().is_some()) {
+            if of_it().all(|element| !element.particles.is_empty()) {
                 let words = format!("each {tag} acts on the particles of the one before it");
                 add(whole, SceneRule::PairBefore(tag), 3, words);
             }
         }
-        if of_it().any(|element| element.pair().is_some()) {
+        if of_it().any(|element| !element.particles.is_empty()) {
             let words = format!("{tag} between a fixed and another particle is left out");
             add(whole, SceneRule::UnjoinedOf(tag), 1, words);
         }

@@ -9,8 +9,8 @@
 //!
 //! Changes compose: [`Model`] takes a list of them, and steps a scene with all of them made. [`candidates`] lists those
 //! of a scene; most come from [`edit`], which changes any node of a formula. The formulas are written a third time, as
-//! trees ([`forms`]), and held to [`law`](reference::law) by a test. A force without a tree (a new one) is its law, and can be
-//! scaled only.
+//! trees ([`forms`]), and held to [`law`](reference::law) by a test. A force without a tree (one on
+//! more than two particles, or one that depends on time) is its law: its factor, ends, blocks and components can be changed.
 //!
 //! Shapes: states hold `n·D` numbers, particle-major. Units are the scene's. Cost of a step: `O((n·D)³)` for implicit
 //! methods, dense.
@@ -195,9 +195,9 @@ pub enum Effect {
     Derived(Term, Arc<Expression>),
     /// A factor of some quantities: `number · h^power · mass^power`.
     Factor(Term, &'static [Quantity], Factor),
-    /// The forces on both ends from that on `i`.
+    /// Which particles of an element feel its force.
     Ends(Term, Ends),
-    /// The four blocks of a Jacobian from the first.
+    /// The blocks of an element's Jacobian.
     Blocks(Term, Quantity, Blocks),
     /// The components that are kept.
     Axes(Term, Quantity, Axes),
@@ -297,13 +297,15 @@ impl Particles {
     }
 }
 
-/// Forces on the ends of a pair.
+/// Forces on the particles of an element, `i` and `j` of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {
     /// On `i` alone.
     First,
     /// On `j` alone.
     Second,
+    /// On all particles of an element but the one at this place.
+    Without(usize),
     /// The same on both.
     Same,
     /// The right ones, with the wrong sign where `i > j`.
@@ -312,7 +314,7 @@ pub enum Ends {
     SecondAtIndex,
 }
 
-/// Blocks of a pair's Jacobian; the right ones are `k, −k; −k, k`.
+/// Blocks of an element's Jacobian; the right ones of a pair are `k, −k; −k, k`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Blocks {
     /// `k, 0; 0, k`.
@@ -321,21 +323,21 @@ pub enum Blocks {
     SameSign,
     /// `0, −k; −k, 0`.
     Cross,
-    /// `k, −k; 0, 0`.
-    FirstRows,
-    /// `0, 0; −k, k`.
-    SecondRows,
-    /// `k, 0; −k, 0`.
-    FirstColumns,
-    /// `0, −k; 0, k`.
-    SecondColumns,
+    /// All but the two between the particles at these places.
+    Without([usize; 2]),
+    /// The same on coordinates relative to the particle at the third place: its rows and columns balance those that are left.
+    WithoutRelative([usize; 2], usize),
+    /// All but the row of the particle at this place.
+    WithoutRow(usize),
+    /// All but the column of the particle at this place.
+    WithoutColumn(usize),
     /// `k, −kᵀ; −kᵀ, k`.
     CrossTransposed,
-    /// The right ones, of `kᵀ`.
+    /// The transpose of the whole matrix.
     Transposed,
-    /// The right ones, of `(k + kᵀ)/2`.
+    /// The mean of the matrix and its transpose.
     Symmetrized,
-    /// The right ones, of the first two particles whatever the pair.
+    /// The right ones, of the first particles of the scene, whichever the element's.
     LocalIndices,
     /// The right ones, but for a factor of the one in this row and column.
     Scaled(usize, usize, f64),

@@ -55,7 +55,8 @@ pub(super) struct Point {
 
 #[derive(Clone)]
 struct Element {
-    pair: Option<[usize; 2]>,
+    /// None in a field.
+    particles: scene::Particles,
     parameters: Parameters,
     /// The particles on which its force is overwritten by a later element's.
     lost: Vec<usize>,
@@ -471,45 +472,38 @@ impl Model {
                 sum[first + axis] += factor * force[axis];
             }
         };
-        let first = |particle: usize| particle * self.dimension;
-        if let Some(law) = &model.law {
-            let force = law.force(&at.x, &at.v, at.time);
-            for particle in 0..self.scene.particles.len() {
-                add_at(first(particle), particle, self.vector(&force, particle));
+        // The forces on the particles of an element, changed.
+        let mut add_all = |element: &Element, particles: &[usize], forces: &mut [Vector3<f64>]| {
+            if let Some(ends) = evaluation.ends {
+                ends.change(particles, forces);
             }
+            for (place, (particle, force)) in particles.iter().zip(forces).enumerate() {
+                let is_slipped = place == 1 && evaluation.ends == Some(Ends::SecondAtIndex);
+                let first = if is_slipped { *particle } else { particle * self.dimension };
+                if !element.lost.contains(particle) {
+                    add_at(first, *particle, *force);
+                }
+            }
+        };
+        if let Some(law) = &model.law {
+            law.each_stencil(|law, stencil| {
+                let forces = law.forces_on(stencil, &at.x, &at.v, at.time);
+                let mut forces: Vec<Vector3<f64>> = forces.into_iter().map(Into::into).collect();
+                add_all(&model.elements[stencil.number], &stencil.particles, &mut forces);
+            });
             return;
         }
         let Some(formula) = &evaluation.formula else { return };
         for element in &model.elements {
-            match element.pair {
-                Some([i, j]) => {
-                    let on_i = formula.value(&self.inputs(model, element, [i, j], at)).vector();
-                    let [on_i, on_j] = match evaluation.ends {
-                        None => [on_i, -on_i],
-                        Some(Ends::First) => [on_i, Vector3::zeros()],
-                        Some(Ends::Second) => [Vector3::zeros(), -on_i],
-                        Some(Ends::Same) => [on_i, on_i],
-                        Some(Ends::ByNumber) if i > j => [-on_i, on_i],
-                        Some(Ends::ByNumber | Ends::SecondAtIndex) => [on_i, -on_i],
-                    };
-                    let is_slipped = evaluation.ends == Some(Ends::SecondAtIndex);
-                    for (particle, place, force) in
-                        [(i, first(i), on_i), (j, if is_slipped { j } else { first(j) }, on_j)]
-                    {
-                        if !element.lost.contains(&particle) {
-                            add_at(place, particle, force);
-                        }
-                    }
-                }
-                None => {
-                    let count = self.scene.particles.len();
-                    for particle in Particles::of(evaluation.particles, count) {
-                        let inputs = self.inputs(model, element, [particle; 2], at);
-                        if !element.lost.contains(&particle) {
-                            add_at(first(particle), particle, formula.value(&inputs).vector());
-                        }
-                    }
-                }
+            let on =
+                |pair: [usize; 2]| formula.value(&self.inputs(model, element, pair, at)).vector();
+            if let [i, j] = element.particles[..] {
+                let force = on([i, j]);
+                add_all(element, &[i, j], &mut [force, -force]);
+                continue;
+            }
+            for particle in Particles::of(evaluation.particles, self.scene.particles.len()) {
+                add_all(element, &[particle], &mut [on([particle; 2])]);
             }
         }
     }
@@ -529,47 +523,48 @@ impl Model {
             let block = evaluation.axes.map_or(block, |axes| axes.of_matrix(block));
             add(row, column, &(block * factor(row)));
         };
-        if let Some(law) = &model.law {
-            let both = law.jacobians(&at.x, &at.v, at.time);
-            let matrix = if place == 0 { both.by_position } else { both.by_velocity };
-            let count = self.scene.particles.len();
-            for (row, column) in (0..count).flat_map(|row| (0..count).map(move |c| (row, c))) {
-                let entry = |a: usize, b: usize| match a.max(b) < self.dimension {
-                    true => matrix[(row * self.dimension + a, column * self.dimension + b)],
-                    false => 0.0,
-                };
-                put(row, column, Matrix3::from_fn(entry));
-            }
-            return;
-        }
         if model.derived {
             self.each_derived_block(model, quantity, at, &mut put);
             return;
         }
+        // The blocks of an element, row by row, changed.
+        let mut put_all = |particles: &[usize], blocks: &mut [Matrix3<f64>]| {
+            let m = particles.len();
+            if let Some(change) = evaluation.blocks {
+                change.change(m, blocks);
+            }
+            let is_local = evaluation.blocks == Some(Blocks::LocalIndices);
+            let particle = |place: usize| if is_local { place } else { particles[place] };
+            for (place, block) in blocks.iter().enumerate() {
+                put(particle(place / m), particle(place % m), *block);
+            }
+        };
+        if let Some(law) = &model.law {
+            law.each_stencil(|law, stencil| {
+                let both = law.jacobians_on(stencil, &at.x, &at.v, at.time);
+                let matrix = if place == 0 { both.by_position } else { both.by_velocity };
+                let (m, d) = (stencil.particles.len(), self.dimension);
+                let block = |place: usize| {
+                    let (row, column) = (place / m * d, place % m * d);
+                    let entry = |a: usize, b: usize| matrix[(row + a, column + b)];
+                    Matrix3::from_fn(|a, b| if a.max(b) < d { entry(a, b) } else { 0.0 })
+                };
+                let mut blocks: Vec<Matrix3<f64>> = (0..m * m).map(block).collect();
+                put_all(&stencil.particles, &mut blocks);
+            });
+            return;
+        }
         let Some(formula) = &evaluation.formula else { return };
         for element in &model.elements {
-            match element.pair {
-                Some(pair) => {
-                    let block = formula.value(&self.inputs(model, element, pair, at)).matrix();
-                    let (pair, blocks) = Blocks::all(evaluation.blocks, pair, block);
-                    for (row, blocks) in pair.into_iter().zip(blocks) {
-                        for (column, block) in pair.into_iter().zip(blocks) {
-                            put(row, column, block);
-                        }
-                    }
-                }
-                None => {
-                    let count = self.scene.particles.len();
-                    for particle in Particles::of(evaluation.particles, count) {
-                        let inputs = self.inputs(model, element, [particle; 2], at);
-                        let block = formula.value(&inputs).matrix();
-                        let place = match evaluation.blocks {
-                            Some(Blocks::LocalIndices) => 0,
-                            _ => particle,
-                        };
-                        put(place, place, block);
-                    }
-                }
+            let of =
+                |pair: [usize; 2]| formula.value(&self.inputs(model, element, pair, at)).matrix();
+            if let [i, j] = element.particles[..] {
+                let block = of([i, j]);
+                put_all(&[i, j], &mut [block, -block, -block, block]);
+                continue;
+            }
+            for particle in Particles::of(evaluation.particles, self.scene.particles.len()) {
+                put_all(&[particle], &mut [of([particle; 2])]);
             }
         }
     }
@@ -596,23 +591,18 @@ impl Model {
                 };
                 Matrix3::from_columns(&[column(0), column(1), column(2)])
             };
-            match element.pair {
-                Some([i, j]) => {
-                    let inputs = self.inputs(model, element, [i, j], at);
-                    let [own, cross] = [block(&inputs, 0, 1.0), block(&inputs, 1, -1.0)];
-                    put(i, i, own);
-                    put(i, j, cross);
-                    put(j, i, -own);
-                    put(j, j, -cross);
-                }
-                None if by_velocity => {
-                    for particle in 0..self.scene.particles.len() {
-                        let inputs = self.inputs(model, element, [particle; 2], at);
-                        let own = block(&inputs, 0, 1.0);
-                        put(particle, particle, own);
-                    }
-                }
-                None => {}
+            if let [i, j] = element.particles[..] {
+                let inputs = self.inputs(model, element, [i, j], at);
+                let [own, cross] = [block(&inputs, 0, 1.0), block(&inputs, 1, -1.0)];
+                put(i, i, own);
+                put(i, j, cross);
+                put(j, i, -own);
+                put(j, j, -cross);
+                continue;
+            }
+            for particle in 0..if by_velocity { self.scene.particles.len() } else { 0 } {
+                let inputs = self.inputs(model, element, [particle; 2], at);
+                put(particle, particle, block(&inputs, 0, 1.0));
             }
         }
     }
@@ -693,11 +683,11 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Vec<usize>> {
     for change in changes {
         let Effect::Scene(SceneRule::Overwrites(tag, ends)) = change.effect else { continue };
         let written = |element: &ForceElement| -> Vec<usize> {
-            match (element.pair(), ends) {
-                (None, _) => (0..scene.particles.len()).collect(),
-                (Some([i, _]), Ends::First) => vec![i],
-                (Some([_, j]), Ends::Second) => vec![j],
-                (Some(pair), _) => pair.to_vec(),
+            match (&element.particles[..], ends) {
+                ([], _) => (0..scene.particles.len()).collect(),
+                ([first, ..], Ends::First) => vec![*first],
+                ([_, second, ..], Ends::Second) => vec![*second],
+                (particles, _) => particles.to_vec(),
             }
         };
         for (number, element) in scene.forces.iter().enumerate() {
@@ -725,7 +715,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
         let elements = scene.forces.iter().zip(&lost);
         let elements = elements.filter(|(element, _)| element.schema.tag == term.tag);
         let elements = elements.map(|(element, lost)| Element {
-            pair: element.pair(),
+            particles: element.particles.clone(),
             parameters: element.parameters.clone(),
             lost: lost.clone(),
         });
@@ -764,35 +754,65 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
     terms.into_iter().map(model).collect()
 }
 
-impl Blocks {
-    /// The four blocks, and the particles of their rows and columns.
-    fn all(
-        blocks: Option<Self>,
-        pair: [usize; 2],
-        k: Matrix3<f64>,
-    ) -> ([usize; 2], [[Matrix3<f64>; 2]; 2]) {
-        let o = Matrix3::zeros();
-        let four = |k: Matrix3<f64>| [[k, -k], [-k, k]];
-        let Some(blocks) = blocks else { return (pair, four(k)) };
-        let blocks = match blocks {
-            Self::Own => [[k, o], [o, k]],
-            Self::SameSign => [[k, k], [k, k]],
-            Self::Cross => [[o, -k], [-k, o]],
-            Self::FirstRows => [[k, -k], [o, o]],
-            Self::SecondRows => [[o, o], [-k, k]],
-            Self::FirstColumns => [[k, o], [-k, o]],
-            Self::SecondColumns => [[o, -k], [o, k]],
-            Self::CrossTransposed => [[k, -k.transpose()], [-k.transpose(), k]],
-            Self::Transposed => four(k.transpose()),
-            Self::Symmetrized => four((k + k.transpose()) * 0.5),
-            Self::LocalIndices => return ([0, 1], four(k)),
-            Self::Scaled(row, column, factor) => {
-                let mut all = four(k);
-                all[row][column] *= factor;
-                all
-            }
+impl Ends {
+    /// Changes the forces on the particles of an element.
+    fn change(self, particles: &[usize], forces: &mut [Vector3<f64>]) {
+        let keep = |forces: &mut [Vector3<f64>], kept: &dyn Fn(usize) -> bool| {
+            let left_out = forces.iter_mut().enumerate().filter(|(place, _)| !kept(*place));
+            left_out.for_each(|(_, force)| *force = Vector3::zeros());
         };
-        (pair, blocks)
+        match self {
+            Self::First => keep(forces, &|place| place == 0),
+            Self::Second => keep(forces, &|place| place == 1),
+            Self::Without(left_out) => keep(forces, &|place| place != left_out),
+            Self::Same => forces.fill(forces[0]),
+            Self::ByNumber if particles[0] > particles[1] => {
+                forces.iter_mut().for_each(|force| *force = -*force);
+            }
+            Self::ByNumber | Self::SecondAtIndex => {}
+        }
+    }
+}
+
+impl Blocks {
+    /// Changes the `m²` blocks of an element, row by row.
+    fn change(self, m: usize, blocks: &mut [Matrix3<f64>]) {
+        let right = blocks.to_vec();
+        for (place, block) in blocks.iter_mut().enumerate() {
+            let (row, column) = (place / m, place % m);
+            let transposed = || right[column * m + row].transpose();
+            let is_left_out = match self {
+                Self::Own => row != column,
+                Self::Cross => row == column,
+                Self::Without([i, j]) | Self::WithoutRelative([i, j], _) => {
+                    [row, column] == [i, j] || [row, column] == [j, i]
+                }
+                Self::WithoutRow(left_out) => row == left_out,
+                Self::WithoutColumn(left_out) => column == left_out,
+                _ => false,
+            };
+            match self {
+                _ if is_left_out => *block = Matrix3::zeros(),
+                Self::SameSign if row != column => *block = -*block,
+                Self::CrossTransposed if row != column => *block = block.transpose(),
+                Self::Transposed => *block = transposed(),
+                Self::Symmetrized => *block = (*block + transposed()) * 0.5,
+                Self::WithoutRelative([i, j], origin) if row == origin || column == origin => {
+                    for [a, b] in [[i, j], [j, i]] {
+                        let own = right[a * m + b];
+                        if [row, column] == [origin; 2] {
+                            *block -= own;
+                        } else if row == a || column == b {
+                            *block += own;
+                        }
+                    }
+                }
+                Self::Scaled(at_row, at_column, factor) if [row, column] == [at_row, at_column] => {
+                    *block *= factor;
+                }
+                _ => {}
+            }
+        }
     }
 }
 

@@ -945,10 +945,12 @@ fn numbered_in_terms(model: &Model, samples: &[&Evidence]) -> Vec<Change> {
         forces.par_iter().filter_map(|force| base.numbered(force)).collect();
     let jacobians = [Quantity::ByPosition, Quantity::ByVelocity];
     for (term, quantity) in terms().flat_map(|term| jacobians.map(|quantity| (term, quantity))) {
-        let blocks = [[0, 0], [0, 1], [1, 0], [1, 1]];
+        let stencil = term.schema().stencil;
+        let size = if stencil.is_field() { 0 } else { stencil.size() };
+        let blocks = (0..size).flat_map(|row| (0..size).map(move |column| [row, column]));
         let make =
             |place: [usize; 2]| move |by: f64| candidates::scaled_block(term, quantity, place, by);
-        found.extend(blocks.into_iter().filter_map(|place| base.scaled(&make(place))));
+        found.extend(blocks.filter_map(|place| base.scaled(&make(place))));
     }
     found
 }

@@ -9,7 +9,7 @@
 //!
 //! with `φ = x/D + t`, and `D` the diagonal of the box around all particles at the start.
 
-use super::{At, Form, Law, Number, Parameters, Scale, Symmetry, Vector};
+use super::{At, Form, Law, Number, Scale, Symmetry, Vector, named};
 
 /// The laws of this file.
 pub(super) static LAWS: &[&Law] = &[&SIMPLE_GRAVITY, &CONSTANT, &DRAG, &WIND];
@@ -25,7 +25,7 @@ static SIMPLE_GRAVITY: Law = Law {
     },
 };
 
-fn simple_gravity<T: Number>(p: &Parameters, at: &At<'_, T>) -> Vector<T> {
+fn simple_gravity<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
     std::array::from_fn(|axis| T::from(at.mass * p[axis]))
 }
 
@@ -36,11 +36,11 @@ static CONSTANT: Law = Law {
     form: Form::Field { plain: constant, dual: constant, scale: |p, at| uniform_scale(p, 1.0, at) },
 };
 
-fn constant<T: Number>(p: &Parameters, _: &At<'_, T>) -> Vector<T> {
+fn constant<T: Number>(p: &[f64], _: &At<'_, T>) -> Vector<T> {
     std::array::from_fn(|axis| T::from(p[axis]))
 }
 
-fn uniform_scale(p: &Parameters, weight: f64, at: &At<'_, f64>) -> Scale {
+fn uniform_scale(p: &[f64], weight: f64, at: &At<'_, f64>) -> Scale {
     let force = weight * p.iter().map(|component| component.abs()).sum::<f64>();
     Scale { energy: force * super::norm(&at.position), force, ..Scale::default() }
 }
@@ -52,13 +52,13 @@ static DRAG: Law = Law {
     form: Form::Field { plain: drag, dual: drag, scale: drag_scale },
 };
 
-fn drag<T: Number>(p: &Parameters, at: &At<'_, T>) -> Vector<T> {
-    let [b, ..] = *p;
+fn drag<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
+    let [b] = named(p);
     at.velocity.map(|component| component * -b)
 }
 
-fn drag_scale(p: &Parameters, at: &At<'_, f64>) -> Scale {
-    let [b, ..] = *p;
+fn drag_scale(p: &[f64], at: &At<'_, f64>) -> Scale {
+    let [b] = named(p);
     Scale { force: b * super::norm(&at.velocity), by_velocity: b, ..Scale::default() }
 }
 
@@ -69,10 +69,10 @@ static WIND: Law = Law {
     form: Form::Field { plain: wind, dual: wind, scale: wind_scale },
 };
 
-fn wind<T: Number>(p: &Parameters, at: &At<'_, T>) -> Vector<T> {
+fn wind<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
     let phi = phase(at);
     let force = [((phi * 5.0).cos() + 1.0) * 1.5 + 3.0, (phi + 0.3).cos() + 1.0, phi.sin()];
-    let [strength, ..] = *p;
+    let [strength] = named(p);
     force.map(|component| component * strength)
 }
 
@@ -91,9 +91,9 @@ pub(super) fn diagonal(starts: &[[f64; 3]]) -> f64 {
     (extent(0).powi(2) + extent(1).powi(2) + extent(2).powi(2)).sqrt()
 }
 
-fn wind_scale(p: &Parameters, at: &At<'_, f64>) -> Scale {
+fn wind_scale(p: &[f64], at: &At<'_, f64>) -> Scale {
     // The phase is rounded too, and the more the larger it is.
-    let [strength, ..] = *p;
+    let [strength] = named(p);
     let rounded = 8.0 + 8.0 * phase(at).abs();
     let diagonal = diagonal(at.starts);
     let by_position = if diagonal > 0.0 { 5.0 * rounded / diagonal } else { 0.0 };

@@ -13,11 +13,14 @@
 
 mod field;
 mod pair;
+mod stencil;
 
 use nalgebra::DMatrix;
 use num_dual::{Dual64, DualNum};
 use scene::schema::{ForceSchema, ParameterSchema};
-use scene::{ForceElement, Scene};
+use scene::{ForceElement, Parameters, Particles, Scene};
+
+pub use stencil::forces_of;
 
 /// Both Jacobians of a force.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,11 +44,11 @@ pub trait Number: DualNum<Primitive = f64> + Copy {}
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
 /// Position, velocity or force; `z` is 0 in two dimensions.
-type Vector<T> = [T; 3];
+pub type Vector<T> = [T; 3];
 
 /// Every law.
 pub fn all() -> impl Iterator<Item = &'static Law> {
-    field::LAWS.iter().chain(pair::LAWS).copied()
+    [field::LAWS, pair::LAWS, stencil::LAWS].into_iter().flatten().copied()
 }
 
 /// The law of the force with this tag.
@@ -65,30 +68,30 @@ pub struct Law {
 }
 
 impl Law {
-    /// What the registry says of the force.
-    ///
-    /// # Panics
-    /// Where the law is of no registered force. A test holds that it is.
-    pub fn schema(&self) -> &'static ForceSchema {
-        let mut kinds = simulator::force::REGISTRY.iter();
-        let kind = kinds.find(|kind| kind.schema.tag == self.tag);
-        &kind.unwrap_or_else(|| panic!("{} is no registered force", self.tag)).schema
+    /// The law of elements of `size` particles, as numbers and as dual numbers.
+    pub const fn of_stencil(
+        tag: &'static str,
+        parameters: &'static [&'static str],
+        symmetry: Symmetry,
+        size: usize,
+        (plain, dual): (StencilLaw<f64>, StencilLaw<Dual64>),
+        scale: StencilScale,
+    ) -> Self {
+        Self { tag, parameters, symmetry, form: Form::Stencil { size, plain, dual, scale } }
     }
 
-    /// Where each parameter shows, in the order of the registry.
-    pub fn terms(&self) -> Vec<Term> {
-        let schema = self.schema();
-        let term = |parameter: &ParameterSchema| {
-            let depends_on = schema.depends_through(parameter.name);
-            let (by_position, by_velocity) = (depends_on.position, depends_on.velocity);
-            Term { parameter: parameter.name, by_position, by_velocity }
-        };
-        schema.parameters.iter().map(term).collect()
+    /// Whether it is the force on each particle by itself.
+    pub fn is_field(&self) -> bool {
+        matches!(self.form, Form::Field { .. })
     }
 
-    /// Whether its forces are between two particles.
-    pub fn is_pair(&self) -> bool {
-        matches!(self.form, Form::Pair { .. })
+    /// The number of particles that it is evaluated on together.
+    pub fn size(&self) -> usize {
+        match self.form {
+            Form::Field { .. } => 1,
+            Form::Pair { .. } => 2,
+            Form::Stencil { size, .. } => size,
+        }
     }
 }
 
@@ -114,45 +117,110 @@ pub struct Term {
     pub by_velocity: bool,
 }
 
-/// What a law is a function of.
+impl Term {
+    /// Those of a force, in the order of its parameters.
+    pub fn of(schema: &ForceSchema) -> Vec<Self> {
+        let term = |parameter: &ParameterSchema| {
+            let depends_on = schema.depends_through(parameter.name);
+            let (by_position, by_velocity) = (depends_on.position, depends_on.velocity);
+            Self { parameter: parameter.name, by_position, by_velocity }
+        };
+        schema.parameters.iter().map(term).collect()
+    }
+}
+
+/// What a law is a function of. The functions take the parameters of an element in the order of [`Law::parameters`].
 enum Form {
     /// The force on `i` as a function of `d = x_i − x_j` and `w = v_i − v_j`; the force on `j` is its negative.
     Pair {
         plain: PairLaw<f64>,
         dual: PairLaw<Dual64>,
         /// By parameters, product of the masses, `|d|` and `|w|`.
-        scale: fn(&Parameters, f64, f64, f64) -> Scale,
+        scale: fn(&[f64], f64, f64, f64) -> Scale,
         /// The parameters that these functions take, at a time.
-        at: fn(&Parameters, f64) -> Parameters,
+        at: fn(&[f64], f64) -> Parameters,
     },
+    /// The forces on the particles of an element.
+    Stencil { size: usize, plain: StencilLaw<f64>, dual: StencilLaw<Dual64>, scale: StencilScale },
     /// The force on each particle by itself.
-    Field {
-        plain: FieldLaw<f64>,
-        dual: FieldLaw<Dual64>,
-        scale: fn(&Parameters, &At<'_, f64>) -> Scale,
-    },
+    Field { plain: FieldLaw<f64>, dual: FieldLaw<Dual64>, scale: fn(&[f64], &At<'_, f64>) -> Scale },
 }
 
-/// The most parameters of a law.
-const MAX_PARAMETERS: usize = 4;
-
-/// The parameters of an element, in the order of [`Law::parameters`].
-type Parameters = [f64; MAX_PARAMETERS];
+impl Form {
+    /// A pair's that is the same at all times.
+    const fn pair(
+        plain: PairLaw<f64>,
+        dual: PairLaw<Dual64>,
+        scale: fn(&[f64], f64, f64, f64) -> Scale,
+    ) -> Self {
+        Self::Pair { plain, dual, scale, at: |parameters, _| parameters.into() }
+    }
+}
 
 /// `f(parameters, masses, d, w)`.
-type PairLaw<T> = fn(&Parameters, [f64; 2], Vector<T>, Vector<T>) -> Vector<T>;
+type PairLaw<T> = fn(&[f64], [f64; 2], Vector<T>, Vector<T>) -> Vector<T>;
+
+/// `f(parameters, particles)`, the force on each of the particles.
+pub type StencilLaw<T> = fn(&[f64], &[At<'_, T>]) -> Vec<Vector<T>>;
+
+/// The largest scale of the particles, from the velocities themselves and not from their differences.
+pub type StencilScale = fn(&[f64], &[At<'_, f64>]) -> Scale;
 
 /// `f(parameters, particle)`.
-type FieldLaw<T> = fn(&Parameters, &At<'_, T>) -> Vector<T>;
+type FieldLaw<T> = fn(&[f64], &At<'_, T>) -> Vector<T>;
 
-/// A particle in a field.
-struct At<'a, T> {
-    mass: f64,
-    position: Vector<T>,
-    velocity: Vector<T>,
-    time: f64,
+/// A law for one number type.
+enum Evaluate<T> {
+    Pair(PairLaw<T>, fn(&[f64], f64) -> Parameters),
+    Stencil(StencilLaw<T>),
+    Field(FieldLaw<T>),
+}
+
+/// A number type that every law is stated for.
+trait Stated: Number {
+    fn law(form: &'static Form) -> Evaluate<Self>;
+}
+
+impl Stated for f64 {
+    fn law(form: &'static Form) -> Evaluate<Self> {
+        match form {
+            Form::Pair { plain, at, .. } => Evaluate::Pair(*plain, *at),
+            Form::Stencil { plain, .. } => Evaluate::Stencil(*plain),
+            Form::Field { plain, .. } => Evaluate::Field(*plain),
+        }
+    }
+}
+
+impl Stated for Dual64 {
+    fn law(form: &'static Form) -> Evaluate<Self> {
+        match form {
+            Form::Pair { dual, at, .. } => Evaluate::Pair(*dual, *at),
+            Form::Stencil { dual, .. } => Evaluate::Stencil(*dual),
+            Form::Field { dual, .. } => Evaluate::Field(*dual),
+        }
+    }
+}
+
+/// A particle that a law acts on.
+#[derive(Clone, Copy)]
+pub struct At<'a, T> {
+    /// Its mass.
+    pub mass: f64,
+    /// Its position.
+    pub position: Vector<T>,
+    /// Its velocity.
+    pub velocity: Vector<T>,
+    /// The time.
+    pub time: f64,
     /// The initial positions of all particles.
     starts: &'a [[f64; 3]],
+}
+
+impl<'a> At<'a, f64> {
+    fn dual(&self) -> At<'a, Dual64> {
+        let [position, velocity] = [self.position, self.velocity].map(|of| of.map(Dual64::from));
+        At { mass: self.mass, position, velocity, time: self.time, starts: self.starts }
+    }
 }
 
 /// Magnitudes of the terms of each value: its rounding error is a few `ε` times these.
@@ -182,9 +250,18 @@ pub struct Expectation<'a> {
     /// The law.
     pub law: &'static Law,
     scene: &'a Scene,
-    /// The parameters of each element.
-    parameters: Vec<Parameters>,
+    stencils: Vec<Stencil<'a>>,
     starts: Vec<[f64; 3]>,
+}
+
+/// Particles that a law is evaluated on together.
+pub struct Stencil<'a> {
+    /// The element that they are of; that of a field has a stencil for each particle.
+    pub element: &'a ForceElement,
+    /// Its number.
+    pub number: usize,
+    /// The particles.
+    pub particles: Particles,
 }
 
 impl<'a> Expectation<'a> {
@@ -194,17 +271,19 @@ impl<'a> Expectation<'a> {
     /// Where an element acts on another number of particles than the law. A test holds that each registered force fits.
     pub fn new(law: &'static Law, scene: &'a Scene) -> Self {
         let starts = scene.particles.iter().map(|particle| particle.position).collect();
-        let parameters_of = |element: &ForceElement| {
-            let fits = law.is_pair() == element.pair().is_some();
-            assert!(fits, "an element of {} does not fit its law in grader/reference", law.tag);
-            let mut values = [0.0; MAX_PARAMETERS];
-            for (value, name) in values.iter_mut().zip(law.parameters) {
-                *value = element.parameter(name);
-            }
-            values
-        };
-        let parameters = scene.forces.iter().map(parameters_of).collect();
-        Self { law, scene, parameters, starts }
+        let stencils = scene.forces.iter().enumerate().flat_map(|(number, element)| {
+            let stencils = element.stencils(scene.particles.len());
+            stencils.map(move |particles| Stencil { element, number, particles })
+        });
+        let stencils: Vec<Stencil<'_>> = stencils.collect();
+        let fits = stencils.iter().all(|stencil| stencil.particles.len() == law.size());
+        assert!(fits, "an element of {} does not fit its law in grader/reference", law.tag);
+        Self { law, scene, stencils, starts }
+    }
+
+    /// What the law is evaluated on, in the order of the elements.
+    pub fn stencils(&self) -> &[Stencil<'a>] {
+        &self.stencils
     }
 
     fn dimension(&self) -> usize {
@@ -213,10 +292,7 @@ impl<'a> Expectation<'a> {
 
     /// The force on every particle.
     pub fn force(&self, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
-        self.total(x, v, time, |form| match form {
-            Form::Pair { plain, at, .. } => Evaluate::Pair(*plain, *at),
-            Form::Field { plain, .. } => Evaluate::Field(*plain),
-        })
+        self.total(x, v, time)
     }
 
     /// The derivative of the force as `(x, v)` moves along `(dx, dv)`.
@@ -224,51 +300,78 @@ impl<'a> Expectation<'a> {
         let seeded = |values: &[f64], along: &[f64]| -> Vec<Dual64> {
             values.iter().zip(along).map(|(value, along)| Dual64::new(*value, *along)).collect()
         };
-        let force = self.total(&seeded(x, dx), &seeded(v, dv), time, |form| match form {
-            Form::Pair { dual, at, .. } => Evaluate::Pair(*dual, *at),
-            Form::Field { dual, .. } => Evaluate::Field(*dual),
-        });
+        let force = self.total(&seeded(x, dx), &seeded(v, dv), time);
         force.iter().map(|force| force.eps).collect()
     }
 
-    /// Both Jacobians, column by column.
-    pub fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Jacobians {
-        let seeded = |values: &[f64], seed: Option<usize>| -> Vec<Dual64> {
-            let number = |(place, value): (usize, &f64)| {
-                Dual64::new(*value, f64::from(u8::from(seed == Some(place))))
-            };
-            values.iter().enumerate().map(number).collect()
-        };
-        let columns = |by_velocity: bool| {
-            let mut matrix = DMatrix::zeros(x.len(), x.len());
-            for column in 0..x.len() {
-                let (x, v) = match by_velocity {
-                    false => (seeded(x, Some(column)), seeded(v, None)),
-                    true => (seeded(x, None), seeded(v, Some(column))),
-                };
-                let force = self.total(&x, &v, time, |form| match form {
-                    Form::Pair { dual, at, .. } => Evaluate::Pair(*dual, *at),
-                    Form::Field { dual, .. } => Evaluate::Field(*dual),
-                });
-                for (entry, force) in matrix.column_mut(column).iter_mut().zip(&force) {
-                    *entry = force.eps;
+    /// The forces on the particles of a stencil.
+    pub fn forces_on(
+        &self,
+        stencil: &Stencil<'_>,
+        x: &[f64],
+        v: &[f64],
+        time: f64,
+    ) -> Vec<Vector<f64>> {
+        self.evaluate(stencil, &self.all_at(stencil, x, v, time))
+    }
+
+    /// Both Jacobians of the forces on the particles of a stencil, column by column.
+    pub fn jacobians_on(
+        &self,
+        stencil: &Stencil<'_>,
+        x: &[f64],
+        v: &[f64],
+        time: f64,
+    ) -> Jacobians {
+        let here = self.all_at(stencil, x, v, time);
+        let here: Vec<At<'_, Dual64>> = here.iter().map(At::dual).collect();
+        let dimension = self.dimension();
+        let mut jacobians = Jacobians::zeros(here.len() * dimension);
+        let Jacobians { by_position, by_velocity } = &mut jacobians;
+        for (is_velocity, matrix) in [(false, by_position), (true, by_velocity)] {
+            for (column, mut entries) in matrix.column_iter_mut().enumerate() {
+                let mut seeded = here.clone();
+                let At { position, velocity, .. } = &mut seeded[column / dimension];
+                let moved = if is_velocity { velocity } else { position };
+                moved[column % dimension].eps = 1.0;
+                let forces = self.evaluate(stencil, &seeded);
+                for (row, entry) in entries.iter_mut().enumerate() {
+                    *entry = forces[row / dimension][row % dimension].eps;
                 }
             }
-            matrix
-        };
-        Jacobians { by_position: columns(false), by_velocity: columns(true) }
+        }
+        jacobians
+    }
+
+    /// Both Jacobians.
+    pub fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Jacobians {
+        let dimension = self.dimension();
+        let mut sum = Jacobians::zeros(x.len());
+        for stencil in &self.stencils {
+            let own = self.jacobians_on(stencil, x, v, time);
+            let of =
+                |place: usize| stencil.particles[place / dimension] * dimension + place % dimension;
+            for (sum, own) in
+                [(&mut sum.by_position, &own.by_position), (&mut sum.by_velocity, &own.by_velocity)]
+            {
+                for (column, entries) in own.column_iter().enumerate() {
+                    for (row, entry) in entries.iter().enumerate() {
+                        sum[(of(row), of(column))] += entry;
+                    }
+                }
+            }
+        }
+        sum
     }
 
     /// The scale of each particle's values.
     pub fn scales(&self, x: &[f64], v: &[f64], time: f64) -> Vec<Scale> {
-        let dimension = self.dimension();
-        self.scales_at(x, v, time, |pair| norm(&difference(v, dimension, pair)))
+        self.scales_at(x, v, time, |[i, j]| norm(&difference(i, j)))
     }
 
     /// The scale if the velocities themselves have rounding errors too.
     pub fn scales_of_rounded(&self, x: &[f64], v: &[f64], time: f64) -> Vec<Scale> {
-        let speed = |particle| norm(&vector(v, self.dimension(), particle));
-        self.scales_at(x, v, time, |[i, j]| speed(i) + speed(j))
+        self.scales_at(x, v, time, |[i, j]| norm(i) + norm(j))
     }
 
     fn scales_at(
@@ -276,102 +379,106 @@ impl<'a> Expectation<'a> {
         x: &[f64],
         v: &[f64],
         time: f64,
-        speed: impl Fn([usize; 2]) -> f64,
+        speed: impl Fn([&Vector<f64>; 2]) -> f64,
     ) -> Vec<Scale> {
-        let dimension = self.dimension();
         let mut scales = vec![Scale::default(); self.scene.particles.len()];
-        for (element, parameters) in self.scene.forces.iter().zip(&self.parameters) {
-            match (&self.law.form, element.pair()) {
-                (Form::Pair { scale, at, .. }, Some([i, j])) => {
-                    let parameters = &at(parameters, time);
-                    let length = norm(&difference(x, dimension, [i, j]));
-                    let speed = speed([i, j]);
-                    let masses = self.scene.particles[i].mass * self.scene.particles[j].mass;
-                    let scale = scale(parameters, masses, length, speed);
-                    scales[i] += scale;
-                    scales[j] += scale;
-                }
-                (Form::Field { scale, .. }, _) => {
-                    for (particle, sum) in scales.iter_mut().enumerate() {
-                        *sum += scale(parameters, &self.at(particle, x, v, time));
-                    }
-                }
-                (Form::Pair { .. }, None) => {}
-            }
+        for stencil in &self.stencils {
+            let parameters = &stencil.element.parameters;
+            let at = self.all_at(stencil, x, v, time);
+            let scale = match (&self.law.form, &at[..]) {
+                (Form::Pair { scale, at, .. }, [i, j]) => scale(
+                    &at(parameters, time),
+                    i.mass * j.mass,
+                    norm(&difference(&i.position, &j.position)),
+                    speed([&i.velocity, &j.velocity]),
+                ),
+                (Form::Field { scale, .. }, [particle]) => scale(parameters, particle),
+                (Form::Stencil { scale, .. }, all) => scale(parameters, all),
+                _ => Scale::default(),
+            };
+            stencil.particles.iter().for_each(|particle| scales[*particle] += scale);
         }
         scales
     }
 
-    /// The length within which the law is smooth: the shortest distance between two particles joined by an element, or a
-    /// fifth of the box over which a field varies with the position.
+    /// The length within which the law is smooth: the shortest distance between two particles of an element, or a fifth of
+    /// the box over which a field varies with the position.
     pub fn shortest(&self, x: &[f64]) -> Option<f64> {
-        if !self.law.is_pair() {
-            let varies = self.law.schema().depends_on().position;
+        if self.law.is_field() {
+            let varies = self.scene.forces.iter().any(|force| force.schema.depends_on().position);
             return varies.then(|| 0.2 * field::diagonal(&self.starts));
         }
-        let lengths = self.scene.forces.iter().filter_map(|element| {
-            element.pair().map(|pair| norm(&difference(x, self.dimension(), pair)))
+        let position = |particle: &usize| vector(x, self.dimension(), *particle);
+        let lengths = self.stencils.iter().flat_map(|Stencil { particles, .. }| {
+            let pairs = particles
+                .iter()
+                .enumerate()
+                .flat_map(|(place, i)| particles[place + 1..].iter().map(move |j| (i, j)));
+            pairs.map(|(i, j)| norm(&difference(&position(i), &position(j))))
         });
         lengths.reduce(f64::min)
     }
 
     /// Whether the law couples these particles, or both are the same.
     pub fn joins(&self, a: usize, b: usize) -> bool {
-        let is_pair = |pair: [usize; 2]| pair == [a, b] || pair == [b, a];
-        a == b || self.scene.forces.iter().any(|element| element.pair().is_some_and(is_pair))
+        let has = |of: &Stencil<'_>| of.particles.contains(&a) && of.particles.contains(&b);
+        a == b || self.stencils.iter().any(has)
     }
 
-    fn at<T: Number>(&self, particle: usize, x: &[T], v: &[T], time: f64) -> At<'_, T> {
-        At {
-            mass: self.scene.particles[particle].mass,
-            position: vector(x, self.dimension(), particle),
-            velocity: vector(v, self.dimension(), particle),
-            time,
-            starts: &self.starts,
-        }
-    }
-
-    fn total<T: Number>(
+    fn all_at<T: Number>(
         &self,
+        stencil: &Stencil<'_>,
         x: &[T],
         v: &[T],
         time: f64,
-        choose: impl Fn(&'static Form) -> Evaluate<T>,
-    ) -> Vec<T> {
+    ) -> Vec<At<'_, T>> {
+        let at = |particle: &usize| At {
+            mass: self.scene.particles[*particle].mass,
+            position: vector(x, self.dimension(), *particle),
+            velocity: vector(v, self.dimension(), *particle),
+            time,
+            starts: &self.starts,
+        };
+        stencil.particles.iter().map(at).collect()
+    }
+
+    fn evaluate<T: Stated>(&self, stencil: &Stencil<'_>, at: &[At<'_, T>]) -> Vec<Vector<T>> {
+        let parameters = &stencil.element.parameters;
+        match (T::law(&self.law.form), at) {
+            (Evaluate::Pair(law, parameters_at), [i, j]) => {
+                let parameters = parameters_at(parameters, i.time);
+                let d = difference(&i.position, &j.position);
+                let w = difference(&i.velocity, &j.velocity);
+                let force = law(&parameters, [i.mass, j.mass], d, w);
+                vec![force, force.map(|component| -component)]
+            }
+            (Evaluate::Field(law), [particle]) => vec![law(parameters, particle)],
+            (Evaluate::Stencil(law), all) => law(parameters, all),
+            _ => Vec::new(),
+        }
+    }
+
+    fn total<T: Stated>(&self, x: &[T], v: &[T], time: f64) -> Vec<T> {
         let dimension = self.dimension();
         let mut total = vec![T::from(0.0); x.len()];
-        for (element, parameters) in self.scene.forces.iter().zip(&self.parameters) {
-            match (choose(&self.law.form), element.pair()) {
-                (Evaluate::Pair(law, at), Some([i, j])) => {
-                    let parameters = &at(parameters, time);
-                    let masses = [i, j].map(|particle| self.scene.particles[particle].mass);
-                    let d = difference(x, dimension, [i, j]);
-                    let w = difference(v, dimension, [i, j]);
-                    let force = law(parameters, masses, d, w);
-                    for axis in 0..dimension {
-                        total[i * dimension + axis] += force[axis];
-                        total[j * dimension + axis] -= force[axis];
-                    }
+        for stencil in &self.stencils {
+            let forces = self.evaluate(stencil, &self.all_at(stencil, x, v, time));
+            for (particle, force) in stencil.particles.iter().zip(forces) {
+                for axis in 0..dimension {
+                    total[particle * dimension + axis] += force[axis];
                 }
-                (Evaluate::Field(law), _) => {
-                    for particle in 0..self.scene.particles.len() {
-                        let force = law(parameters, &self.at(particle, x, v, time));
-                        for axis in 0..dimension {
-                            total[particle * dimension + axis] += force[axis];
-                        }
-                    }
-                }
-                (Evaluate::Pair(..), None) => {}
             }
         }
         total
     }
 }
 
-/// A law for one number type.
-enum Evaluate<T> {
-    Pair(PairLaw<T>, fn(&Parameters, f64) -> Parameters),
-    Field(FieldLaw<T>),
+/// The parameters of an element by name.
+///
+/// # Panics
+/// Where they are fewer. A test holds that each law names those of its force.
+fn named<const N: usize>(parameters: &[f64]) -> [f64; N] {
+    std::array::from_fn(|place| parameters[place])
 }
 
 fn vector<T: Number>(values: &[T], dimension: usize, particle: usize) -> Vector<T> {
@@ -381,15 +488,17 @@ fn vector<T: Number>(values: &[T], dimension: usize, particle: usize) -> Vector<
     })
 }
 
-fn difference<T: Number>(values: &[T], dimension: usize, [i, j]: [usize; 2]) -> Vector<T> {
-    let (first, second) = (vector(values, dimension, i), vector(values, dimension, j));
-    std::array::from_fn(|axis| first[axis] - second[axis])
+/// `a − b`.
+pub fn difference<T: Number>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
+    std::array::from_fn(|axis| a[axis] - b[axis])
 }
 
-fn dot<T: Number>(a: Vector<T>, b: Vector<T>) -> T {
+/// `a·b`.
+pub fn dot<T: Number>(a: Vector<T>, b: Vector<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn norm(vector: &Vector<f64>) -> f64 {
-    dot(*vector, *vector).sqrt()
+/// `|a|`.
+pub fn norm(a: &Vector<f64>) -> f64 {
+    dot(*a, *a).sqrt()
 }

@@ -10,7 +10,9 @@
 //!               l0 + (l1 − l0) min(t/t1, 1)
 //! ```
 
-use super::{Form, Law, Number, Parameters, Scale, Symmetry, Vector, dot};
+use scene::Parameters;
+
+use super::{Form, Law, Number, Scale, Symmetry, Vector, dot, named};
 
 /// The laws of this file.
 pub(super) static LAWS: &[&Law] =
@@ -20,11 +22,11 @@ static SPRING: Law = Law {
     tag: "springforce",
     parameters: &["k", "l0", "b"],
     symmetry: Symmetry::Isotropic,
-    form: Form::Pair { plain: spring, dual: spring, scale: spring_scale, at: always },
+    form: Form::pair(spring, spring, spring_scale),
 };
 
-fn spring<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
-    let [k, l0, b, _] = *p;
+fn spring<T: Number>(p: &[f64], _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
+    let [k, l0, b] = named(p);
     if l0 == 0.0 && b == 0.0 {
         // Needs no direction, even at length zero.
         return d.map(|component| component * -k);
@@ -35,8 +37,8 @@ fn spring<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, w: Vector<T>) ->
     n.map(|component| -(tension * component))
 }
 
-fn spring_scale(p: &Parameters, _: f64, l: f64, speed: f64) -> Scale {
-    let [k, l0, b, _] = *p;
+fn spring_scale(p: &[f64], _: f64, l: f64, speed: f64) -> Scale {
+    let [k, l0, b] = named(p);
     let per_length = |amount: f64| if amount == 0.0 { 0.0 } else { amount / l };
     Scale {
         energy: 0.5 * k * (l + l0) * (l + l0),
@@ -50,23 +52,18 @@ static GRAVITATION: Law = Law {
     tag: "gravitationalforce",
     parameters: &["G"],
     symmetry: Symmetry::Isotropic,
-    form: Form::Pair {
-        plain: gravitation,
-        dual: gravitation,
-        scale: gravitation_scale,
-        at: always,
-    },
+    form: Form::pair(gravitation, gravitation, gravitation_scale),
 };
 
-fn gravitation<T: Number>(p: &Parameters, m: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
-    let [g, ..] = *p;
+fn gravitation<T: Number>(p: &[f64], m: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
+    let [g] = named(p);
     let squared = dot(d, d);
     let cubed = squared * squared.sqrt();
     d.map(|component| -(component / cubed * (g * m[0] * m[1])))
 }
 
-fn gravitation_scale(p: &Parameters, masses: f64, l: f64, _: f64) -> Scale {
-    let [g, ..] = *p;
+fn gravitation_scale(p: &[f64], masses: f64, l: f64, _: f64) -> Scale {
+    let [g] = named(p);
     let strength = g.abs() * masses;
     Scale {
         energy: strength / l,
@@ -80,19 +77,19 @@ static VORTEX: Law = Law {
     tag: "vortexforce",
     parameters: &["kbs", "kvc"],
     symmetry: Symmetry::AboutZ,
-    form: Form::Pair { plain: vortex, dual: vortex, scale: vortex_scale, at: always },
+    form: Form::pair(vortex, vortex, vortex_scale),
 };
 
-fn vortex<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
-    let [kbs, kvc, ..] = *p;
+fn vortex<T: Number>(p: &[f64], _: [f64; 2], d: Vector<T>, w: Vector<T>) -> Vector<T> {
+    let [kbs, kvc] = named(p);
     let squared = dot(d, d);
     let l = squared.sqrt();
     let turned = [-d[1] / l, d[0] / l, d[2] / l];
     std::array::from_fn(|axis| (turned[axis] * kbs - w[axis]) / squared * kvc)
 }
 
-fn vortex_scale(p: &Parameters, _: f64, l: f64, speed: f64) -> Scale {
-    let [kbs, kvc, ..] = p.map(f64::abs);
+fn vortex_scale(p: &[f64], _: f64, l: f64, speed: f64) -> Scale {
+    let [kbs, kvc] = named(p).map(f64::abs);
     Scale {
         energy: 0.0,
         force: kvc * (kbs + speed) / (l * l),
@@ -105,22 +102,17 @@ static GREEN_SPRING: Law = Law {
     tag: "greenspringforce",
     parameters: &["k", "l0"],
     symmetry: Symmetry::Isotropic,
-    form: Form::Pair {
-        plain: green_spring,
-        dual: green_spring,
-        scale: green_spring_scale,
-        at: always,
-    },
+    form: Form::pair(green_spring, green_spring, green_spring_scale),
 };
 
-fn green_spring<T: Number>(p: &Parameters, _: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
-    let [k, l0, ..] = *p;
+fn green_spring<T: Number>(p: &[f64], _: [f64; 2], d: Vector<T>, _: Vector<T>) -> Vector<T> {
+    let [k, l0] = named(p);
     let strain = dot(d, d) / (l0 * l0) - T::from(1.0);
     d.map(|component| -(component * strain * (2.0 * k)))
 }
 
-fn green_spring_scale(p: &Parameters, _: f64, l: f64, _: f64) -> Scale {
-    let [k, l0, ..] = *p;
+fn green_spring_scale(p: &[f64], _: f64, l: f64, _: f64) -> Scale {
+    let [k, l0] = named(p);
     let strain = l * l / (l0 * l0) + 1.0;
     Scale {
         energy: 0.5 * k * l0 * l0 * strain * strain,
@@ -128,11 +120,6 @@ fn green_spring_scale(p: &Parameters, _: f64, l: f64, _: f64) -> Scale {
         by_position: 2.0 * k * (3.0 * strain),
         by_velocity: 0.0,
     }
-}
-
-/// The parameters of a law that does not change with time.
-fn always(p: &Parameters, _: f64) -> Parameters {
-    *p
 }
 
 static SCRIPTED_SPRING: Law = Law {
@@ -143,8 +130,8 @@ static SCRIPTED_SPRING: Law = Law {
 };
 
 /// The parameters of a spring without damping.
-fn scripted_spring(p: &Parameters, time: f64) -> Parameters {
-    let [k, l0, l1, t1] = *p;
+fn scripted_spring(p: &[f64], time: f64) -> Parameters {
+    let [k, l0, l1, t1] = named(p);
     let share = (time / t1).min(1.0);
-    [k, (1.0 - share) * l0 + share * l1, 0.0, 0.0]
+    [k, (1.0 - share) * l0 + share * l1, 0.0].as_slice().into()
 }

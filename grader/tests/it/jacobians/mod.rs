@@ -4,10 +4,13 @@
 //! formulas. [`property`] plants mistakes that no single block shows. The results are in `docs/jacobians.md`, which
 //! `UPDATE_DOCS=1 cargo test --release -p grader jacobians` writes.
 
+#[path = "../../../../simulator/tests/it/support/bending.rs"]
+mod bending;
 mod element;
 mod mistake;
 mod planted;
 mod property;
+mod stencil;
 mod table;
 mod variant;
 

@@ -178,6 +178,7 @@ impl Problem {
             }
             Self::NotAnIndex { .. } => "particles and edges are numbered 0, 1, 2, …".into(),
             Self::NoSuch { what, count: 0, .. } => format!("the scene has no {what}; add one"),
+            Self::NoSuch { what, count: 1, .. } => format!("the scene has one {what}: number 0"),
             Self::NoSuch { what, count, .. } => {
                 format!("the scene has {count} of them: {what}s 0 to {}", count - 1)
             }

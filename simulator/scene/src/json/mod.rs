@@ -54,7 +54,7 @@ pub fn is_json(path: &Path) -> bool {
 /// Whether the JSON file at `path` is meant to be a scene: it is an object with a key `obj` or `k`. A file that
 /// cannot be read, or is malformed, counts as a scene, so that its error is reported.
 pub fn is_scene(path: &Path) -> bool {
-    // What is no file, such as a pipe, would be waited for.
+    // Opening a pipe would block.
     if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
         return false;
     }
@@ -273,9 +273,10 @@ fn areas(mesh: &Mesh, source: &mut Source<'_>) -> Result<Vec<f64>, SceneError> {
     let areas = masses::voronoi_areas(mesh);
     let is_mass = |area: &f64| Domain::Positive.contains(*area);
     let Some(vertex) = areas.iter().position(|area| !is_mass(area)) else { return Ok(areas) };
-    let problem = match areas[vertex] == 0.0 {
-        true => JsonProblem::NoArea { vertex: vertex + 1 },
-        false => JsonProblem::AreaOverflow { vertex: vertex + 1 },
+    let problem = if areas[vertex] == 0.0 {
+        JsonProblem::NoArea { vertex: vertex + 1 }
+    } else {
+        JsonProblem::AreaOverflow { vertex: vertex + 1 }
     };
     Err(source.error(mesh.places[vertex] as usize, problem))
 }

@@ -26,7 +26,7 @@ const MAX_FIELD: usize = 64;
 /// Bytes that are asked for at a time.
 const READ_SIZE: usize = 1 << 16;
 
-/// What some editors put before UTF-8.
+/// Byte order mark of UTF-8, which some editors write.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// The columns of a trace of this shape.
@@ -197,7 +197,7 @@ impl<R: Read> CsvReader<R> {
         (is_next && row.0.is_none()).then_some(())
     }
 
-    /// What is wrong with the current line, which is not the row of the next step.
+    /// The fault of the current line, which is not the row of the next step.
     fn row_fault(&self) -> TraceFault {
         let columns = columns(self.shape, self.velocities);
         let fields = || self.lines.current().split(|byte| *byte == b',').map(<[u8]>::trim_ascii);
@@ -239,7 +239,7 @@ impl<R: Read + Send> TraceReader for CsvReader<R> {
     }
 }
 
-/// What is left of a row; `None` after its last field.
+/// The rest of a row; `None` after its last field.
 struct Row<'a>(Option<&'a [u8]>);
 
 impl Row<'_> {
@@ -290,7 +290,7 @@ fn excerpt(bytes: &[u8]) -> String {
 /// Memory is that of the longest line, and no line may be longer than the limit.
 struct Lines<R> {
     input: R,
-    /// What was read; the current line is at `line`, and what follows it at `rest`.
+    /// Bytes read; the current line is at `line`, the bytes after it at `rest`.
     buffer: Vec<u8>,
     line: Range<usize>,
     rest: Range<usize>,

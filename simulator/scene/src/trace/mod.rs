@@ -49,7 +49,7 @@ impl TraceFormat {
     /// Every format.
     pub const ALL: [Self; 2] = [Self::Csv, Self::Fosssim];
 
-    /// Its name on a command line, beside its extension.
+    /// Its name on a command line, where its extension stands for it too.
     pub fn name(self) -> &'static str {
         match self {
             Self::Csv => "csv",
@@ -139,7 +139,7 @@ pub fn open(
     })
 }
 
-/// Opens the trace of `scene` at `path`. If the scene's method has no velocities of its own, as the local-global
+/// Opens the trace of `scene` at `path`. If the scene's method computes no velocities, as the local-global
 /// solver, rows of a CSV file may hold positions alone; velocities are then differences of positions.
 ///
 /// # Errors
@@ -157,9 +157,10 @@ pub fn open_of_scene(
     let file = crate::input::open(path)
         .map_err(|source| TraceError::Unreadable { path: path.to_path_buf(), source })?;
     let reader = csv::CsvReader::with_optional_velocities(file, path, shape)?;
-    Ok(match reader.has_velocities() {
-        true => Box::new(reader),
-        false => Box::new(derived::DerivedVelocities::new(reader, scene)),
+    Ok(if reader.has_velocities() {
+        Box::new(reader)
+    } else {
+        Box::new(derived::DerivedVelocities::new(reader, scene))
     })
 }
 

@@ -34,7 +34,7 @@ pub(super) struct UnresolvedIntegrator {
 
 pub(super) struct UnresolvedForce {
     pub(super) schema: &'static ForceSchema,
-    /// What the attributes of its stencil name.
+    /// References to the particles or the edge of its stencil.
     pub(super) stencil: SmallVec<[Reference; 2]>,
     pub(super) parameters: Parameters,
     pub(super) location: Location,

@@ -1,7 +1,7 @@
 //! The part of HTTP/1.1 that the viewer needs: requests with a body of known length, and whole responses.
 //!
-//! A request is read strictly: lines end with CRLF, a header that counts stands once, and everything has a limit. What is
-//! not so is refused, and its connection closed. Source: RFC 9112.
+//! A request is read strictly: lines end with CRLF, a header that counts stands once, and everything has a limit. Any
+//! other request is refused, and its connection closed. Source: RFC 9112.
 
 use std::borrow::Cow;
 use std::io::{self, BufRead, Read, Write};

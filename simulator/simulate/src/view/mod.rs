@@ -182,7 +182,7 @@ struct Session<'a> {
     runs: Vec<Run<'a>>,
 }
 
-/// What the page asks for before each picture.
+/// A request of the page, before each picture.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 struct Frame {
@@ -198,7 +198,7 @@ struct Frame {
     settings: Vec<Settings>,
 }
 
-/// What the page is built from.
+/// Data of the page.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Opened<'a> {
@@ -261,7 +261,7 @@ impl<'a> Server<'a> {
         }
     }
 
-    /// What a request asks for, if its path starts with the token.
+    /// The requested resource, if the path starts with the token.
     fn inside<'r>(&self, request: &'r Request) -> Option<&'r str> {
         let (token, name) = request.target[1..].split_once('/')?;
         is_same(token, &self.token).then_some(name)
@@ -430,7 +430,7 @@ fn bounds(scene: &Scene) -> Bounds {
     let found = Arc::new(Mutex::new(first));
     let interrupt = Interrupt::default();
     let (ended, end) = mpsc::channel();
-    // A step may take longer than the look: a thread of its own takes the steps, and ends after the one that is running.
+    // A step may take longer than the look: a separate thread takes the steps, and ends after the one that is running.
     let look = {
         let (scene, found, interrupt) = (scene.clone(), Arc::clone(&found), interrupt.clone());
         move || {

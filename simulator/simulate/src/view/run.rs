@@ -4,7 +4,7 @@
 //! for bit. A change builds the simulation anew at the current state. A new time step h continues at the multiple of h that
 //! is nearest to the current time.
 //!
-//! A thread of its own takes the steps of a run ([`worker`](super::worker)). A step that takes long does not hold up the
+//! A separate thread takes the steps of a run ([`worker`](super::worker)). A step that takes long does not hold up the
 //! page: [`Run::finish`] gives up waiting, and says for how long the step has been running. A reset and a change of the
 //! settings abandon it. A particle that is held, or let go, waits for its end.
 
@@ -68,10 +68,10 @@ pub(super) struct Run<'a> {
     budget: Duration,
     settings: Settings,
     hold: Option<Hold>,
-    /// What the page holds now; it takes effect once the running steps have ended.
+    /// The particle that the page holds now; it takes effect once the running steps have ended.
     wanted: Option<Hold>,
     worker: Worker,
-    /// What the worker does not know yet: the scene, and that the state is not that of its last step.
+    /// Changes that the worker does not know yet: the scene, and that the state is not that of its last step.
     scene: Option<Scene>,
     placed: bool,
     /// Whether steps may start: the page is not paused.
@@ -104,7 +104,7 @@ enum Standstill {
     Refused,
 }
 
-/// What a call of [`Run::finish`] found.
+/// Result of [`Run::finish`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Status {
@@ -395,7 +395,7 @@ impl<'a> Run<'a> {
             break;
         }
         let late = if self.failure.is_none() { (self.owed - h).max(0.0) } else { 0.0 };
-        // What was not computed in time is left out.
+        // States that were not computed in time are left out.
         self.owed = self.owed.min(h);
         let [kinetic, potential] = [0, 1].map(|which| {
             self.energies.map(|energies| energies[which]).filter(|energy| energy.is_finite())

@@ -1,4 +1,4 @@
-//! Takes the steps of a run on a thread of its own.
+//! Takes the steps of a run on a separate thread.
 //!
 //! The thread has one job at a time: it builds the simulation where the scene has changed, sets the state where it is not
 //! that of the last step, and takes steps until they are taken, or the next one would exceed the budget of computing time; at
@@ -33,7 +33,7 @@ pub(super) struct Job {
     pub(super) steps: u64,
 }
 
-/// What a job did.
+/// Result of a job.
 pub(super) struct Done {
     /// Steps that were asked for, and that were taken.
     pub(super) asked: u64,

@@ -315,7 +315,7 @@ fn references_must_name_existing_elements() {
         edge to 2^64 | <edge i="0" | <edge ¶i="18446744073709551616" | is not a whole number |
         edge to itself | <edge i="0" j="1" | <edge i="1" ¶j="1" | <edge> names particle 1 twice | two different particles
         no j | <edge i="0" j="1" | ¶<edge i="0" | <edge> has no attribute "j" |
-        spring on no edge | edge="0" | ¶edge="1" | <springforce> edge="1": there is no such edge | edges 0 to 0
+        spring on no edge | edge="0" | ¶edge="1" | <springforce> edge="1": there is no such edge | the scene has one edge: number 0
         gravitation to nowhere | <gravitationalforce i="0" j="1" | <gravitationalforce i="0" ¶j="7" | <gravitationalforce> j="7": there is no such particle | the scene has 2 of them: particles 0 to 1
         gravitation to itself | <gravitationalforce i="0" j="1" | <gravitationalforce i="0" ¶j="0" | <gravitationalforce> names particle 0 twice |
         vortex to nowhere | <vortexforce i="1" | <vortexforce ¶i="2" | <vortexforce> i="2": there is no such particle | the scene has 2 of them: particles 0 to 1

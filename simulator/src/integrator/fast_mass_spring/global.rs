@@ -108,7 +108,7 @@ impl<const P: usize> GlobalSolver<P> {
         self.panels.solve(x);
     }
 
-    /// What [`solve`](Self::solve) does with the factor.
+    /// Substitutes with the factor, for [`solve`](Self::solve).
     pub(super) fn work_of_solve(&self) -> FactorWork {
         let mut work = FactorWork::default();
         work.add_substitutions(self.panels.n_values(), P);

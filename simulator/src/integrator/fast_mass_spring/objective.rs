@@ -223,7 +223,7 @@ impl<const P: usize> StepObjective<P> {
         self.global.solve(&mut self.change);
     }
 
-    /// What [`solve`](Self::solve) does with the factor.
+    /// Substitutes with the factor, for [`solve`](Self::solve).
     pub(super) fn work_of_solve(&self) -> FactorWork {
         self.global.work_of_solve()
     }

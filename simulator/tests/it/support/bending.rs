@@ -9,7 +9,8 @@
 
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, ForceSchema, Masses, ParameterSchema, PartSchema, Potential, Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
 use simulator::force::stencil::{Local, LocalJacobians, StencilForce, StencilLaw};
 use simulator::force::{Block, Force, ForceKind, Numbered, Vector};
@@ -19,22 +20,19 @@ pub(crate) static BENDING: ForceKind = ForceKind {
         tag: "testbendingforce",
         title: "bending spring",
         formula: "`F = −∂U/∂x` of `U = k/2 (c − c0)²`, with `c` the cosine of the angle at `j`",
+        derivatives: Derivatives { by_position: "", by_velocity: "", energy: "" },
         stencil: Stencil::Named(&["i", "j", "k"]),
         parameters: &[
             ParameterSchema::new("stiffness", "stiffness", (0.5, 2.0), [0.75, 0.5, 1.25])
                 .non_negative(),
             ParameterSchema::new("c0", "cosine at rest", (-1.0, 1.0), [0.25, -0.5, 0.75]),
         ],
-        parts: &[PartSchema {
-            name: "all",
-            title: "",
-            meaning: "the force",
-            scaled_by: &["stiffness"],
-            shaped_by: &["c0"],
-            stands_alone: true,
-            depends_on: Dependence::POSITION,
-            derives_from: Potential::Energy,
-        }],
+        parts: &[PartSchema::whole(
+            &["stiffness"],
+            &["c0"],
+            Dependence::POSITION,
+            Potential::Energy,
+        )],
         masses: Masses::None,
         conserves: Conserves::AngularMomentum,
         example: r#"<testbendingforce i="0" j="1" k="2" stiffness="2" c0="-1"/>"#,
@@ -110,9 +108,5 @@ impl<const D: usize> StencilLaw<2, D> for Bending {
                 (g[a] * g[b].transpose() + curvature * (c - self.rest)) * -self.stiffness;
         }
         Some(jacobians)
-    }
-
-    fn symmetric(&self) -> bool {
-        true
     }
 }

@@ -199,6 +199,19 @@ def visible(results):
     return results["output"] + "".join(test["output"] for test in tests)
 
 
+def hidden(results):
+    """What only instructors read."""
+    return "".join(test["output"] for test in results["tests"] if test.get("visibility") == "hidden")
+
+
+def protected(setting):
+    """Whether the image would be built in such a container; what is said."""
+    log = AUTOGRADER / "protection.log"
+    command = f"cd {INSIDE}/source/suite && ../grade protection"
+    code = inside(f"{INSIDE}/setting --no-user-namespaces {setting} -- sh -c '{command}' > {INSIDE}/{log.name} 2>&1", 60)
+    return code == 0, log.read_text()
+
+
 def show(name, results, seconds):
     passed = sum(test.get("status") == "passed" for test in results["tests"])
     print(f"  {name:<28} {results['score']:>6} points, {passed} of {len(results['tests'])} tests passed, {seconds:.0f} s")
@@ -223,7 +236,9 @@ def check():
     results, stdout, seconds = run()
     show("right", results, seconds)
     assert results["score"] == 29, visible(results)
-    assert "without these protections" in visible(results) and seconds < 600, stdout
+    # Students cannot change how their programs are run.
+    assert "protection" not in visible(results) and seconds < 600, visible(results)
+    assert "without these protections" in hidden(results), hidden(results)
     assert [entry["name"] for entry in results["leaderboard"]] == ["Points", "Seconds for all required scenes"]
 
     # Late by two days begun: 40 % are taken off. An earlier submission had more.
@@ -233,6 +248,14 @@ def check():
         show(f"late, earlier ones {previous}", results, seconds)
         assert abs(results["score"] - score) < 1e-9, results["score"]
         assert "Late, on day 2 after the deadline: 40 %" in results["output"]
+
+    # The same time, with an extension: in time.
+    about = metadata("2026-02-03T00:10:00.000000-08:00")
+    about["users"][0]["assignment"] = {"due_date": "2026-02-03T23:59:00.000000-08:00", "late_due_date": None}
+    hand_in(student(), about)
+    results, _, seconds = run()
+    show("late, with an extension", results, seconds)
+    assert results["score"] == 29 and "Late" not in results["output"], results["output"]
 
     hand_in(student("damping: dF/dv missing"))
     results, _, seconds = run()
@@ -297,11 +320,32 @@ def check():
     rubric.write_text(rules + '\n[protection]\nrequire = ["network", "signals", "system-calls"]\n')
     results, _, seconds = run(capabilities="--no-capabilities")
     show("the same, if not required", results, seconds)
-    assert results["score"] == 29 and "without these protections: files, " in visible(results), visible(results)
+    assert results["score"] == 29 and "without these protections: files, " in hidden(results), hidden(results)
     hand_in(script(HOSTILE))
     results, stdout, seconds = run(capabilities="--no-capabilities")
     show("malicious, there", results, seconds)
     assert results["score"] == 0 and "BREACH" not in json.dumps(results) + stdout, stdout
+    # Neither Landlock nor namespaces, as before Docker 20.10.18: no image is built, unless the rubric accepts less.
+    bare = "--no-admin --no-landlock"
+    rubric.write_text(rules)
+    built, said = protected(bare)
+    assert not built and "protection of: files" in said and "closed-folders" in said, said
+    rubric.write_text(rules + '\n[protection]\nrequire = ["closed-folders"]\n')
+    built, said = protected(bare)
+    assert built and "closed folders" in said, said
+    (AUTOGRADER / "source").chmod(0o755)
+    built, said = protected(bare)
+    assert not built and "every user can read it" in said, said
+    (AUTOGRADER / "source").chmod(0o700)
+    hand_in(student())
+    results, _, seconds = run(capabilities=bare)
+    show("closed folders", results, seconds)
+    assert results["score"] == 29 and "a user ID of its own and closed folders alone" in hidden(results), hidden(results)
+    hand_in(script(HOSTILE))
+    results, stdout, seconds = run(capabilities=bare)
+    show("malicious, there", results, seconds)
+    assert results["score"] == 0 and "BREACH" not in json.dumps(results) + stdout, stdout
+    rubric.write_text(rules)
     hand_in(student())
     scene = next((AUTOGRADER / "source/suite/expected/Spring").glob("*linearized*.csv"))
     scene.rename(scene.with_suffix(".away"))

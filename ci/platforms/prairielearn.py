@@ -55,7 +55,7 @@ def script(text):
 
 def course():
     shutil.rmtree(WORK, ignore_errors=True)
-    files = ["--file", "submission.toml", "--file", "student.cpp"]
+    files = ["--file", "submission.toml", "--file", "student.cpp", "--file", "*.h"]
     command = [GRADE, "export", "prairielearn", "--root", ROOT, "--assignment", "t1m3", "--image", "course/grader"]
     for _ in range(2):
         subprocess.run([*command, *files, "-o", COURSE], check=True, stderr=subprocess.DEVNULL)
@@ -63,7 +63,7 @@ def course():
     info = json.loads((question / "info.json").read_text())
     uuid.UUID(info["uuid"])
     options = info["externalGradingOptions"]
-    assert options["enabled"] and options["image"] == "course/grader" and options["timeout"] <= 600
+    assert info["gradingMethod"] == "External" and options["image"] == "course/grader" and options["timeout"] <= 600
     assert options["entrypoint"] == ["bash", "/grade/tests/run.sh"]
     elements = {}
 
@@ -72,7 +72,7 @@ def course():
             elements[tag] = dict(attrs)
 
     Elements().feed((question / "question.html").read_text())
-    assert elements["pl-file-upload"] == {"file-names": "submission.toml,student.cpp"}, elements
+    assert elements["pl-file-upload"] == {"file-names": "submission.toml,student.cpp", "optional-file-patterns": "*.h"}, elements
     assert "pl-external-grader-results" in elements
     docker = (COURSE / "image" / "Dockerfile").read_text()
     assert "COPY --chmod=755 grade " in docker and os.access(COURSE / "image" / "grade", os.X_OK)
@@ -132,6 +132,10 @@ def check(question):
     hand_in(question, student())
     results = run()
     assert results["gradable"] and results["score"] == 1 and results["images"] == []
+    # PrairieLearn shows both sums above all: extra credit has no maximum.
+    sums = [sum(test[name] for test in results["tests"]) for name in ("points", "max_points")]
+    assert sums == [29, 19] and "extra credit" in results["message"], (sums, results["message"])
+    assert "protection" not in results["output"], results["output"]
 
     hand_in(question, student("damping: dF/dv missing"))
     results = run()
@@ -141,11 +145,12 @@ def check(question):
 
     hand_in(question, student(source=PROGRAM.replace("int main", "int mian(", 1)))
     results = run()
-    assert not results["gradable"] and "error:" in results["format_errors"][0], results
+    assert not results["gradable"] and "error:" in results["output"], results
+    assert "error:" not in results["format_errors"][0], results
 
     hand_in(question, {})
     results = run()
-    assert not results["gradable"] and "submission.toml" in results["format_errors"][0]
+    assert not results["gradable"] and "submission.toml" in results["output"]
 
     hand_in(question, script(HOSTILE))
     results = run()

@@ -1,4 +1,4 @@
-# Sourced by ci/platforms.sh and ci/roots.sh: what both need. Sets python, an interpreter with jsonschema and PyYAML, and
+# Sourced by ci/platforms.sh and ci/roots.sh: what both need. Sets python, an interpreter with jsonschema, xmlschema and PyYAML, and
 # setting, a program that refuses namespaces and drops capabilities; builds grade. Says what is missing, and ends.
 
 job=$(basename "$0" .sh)
@@ -14,10 +14,10 @@ for program in python3 c++ cc unshare; do
     command -v "$program" >/dev/null || skip "$program is not installed"
 done
 python=python3
-if ! python3 -c "import jsonschema, yaml" 2>/dev/null; then
-    echo "+ pip install jsonschema pyyaml"
-    python3 -m venv target/platforms/python && target/platforms/python/bin/pip install --quiet jsonschema pyyaml \
-        || skip "jsonschema and PyYAML could not be installed"
+if ! python3 -c "import jsonschema, xmlschema, yaml" 2>/dev/null; then
+    echo "+ pip install jsonschema xmlschema pyyaml"
+    python3 -m venv target/platforms/python && target/platforms/python/bin/pip install --quiet jsonschema xmlschema pyyaml \
+        || skip "jsonschema, xmlschema and PyYAML could not be installed"
     python=target/platforms/python/bin/python
 fi
 

@@ -165,10 +165,18 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// Whether it is about the numbers of a trace, which findings explain.
+    pub fn has_numbers(&self) -> bool {
+        matches!(self, Self::Differs | Self::Drifts { .. } | Self::FailsAltered { .. })
+    }
+
+    /// The name of a hand-in whose files cannot be graded.
+    pub const BAD_HAND_IN: &str = "bad-hand-in";
+
     /// The failure's name.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::BadHandIn { .. } => "bad-hand-in",
+            Self::BadHandIn { .. } => Self::BAD_HAND_IN,
             Self::NotImplemented { .. } => "not-implemented",
             Self::Missing { .. } => "missing",
             Self::NoOutput { .. } => "no-output",

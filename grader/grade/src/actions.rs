@@ -1,4 +1,4 @@
-//! A step of GitHub Actions: its files, and the commands in what it prints.
+//! A step of GitHub Actions: its summary, and the commands in what it prints.
 
 use std::fs::OpenOptions;
 use std::hash::{BuildHasher, Hasher};
@@ -6,8 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use grader::grading::Grading;
-use platforms::github::{annotations, classroom, commands_off, commands_on, summary};
-use report::SceneTimes;
+use platforms::github::{annotations, commands_off, commands_on, summary};
 
 use crate::output::print;
 use crate::stop::Stop;
@@ -16,8 +15,6 @@ use crate::stop::Stop;
 pub(super) struct Actions {
     /// The file of the job's summary.
     summary: PathBuf,
-    /// The file of the step's outputs.
-    output: PathBuf,
     /// Ends the time without commands.
     token: String,
 }
@@ -35,35 +32,27 @@ impl Actions {
                 ))
             })
         };
-        let (summary, output) = (file("GITHUB_STEP_SUMMARY")?, file("GITHUB_OUTPUT")?);
+        let summary = file("GITHUB_STEP_SUMMARY")?;
         // The standard library's hashers have random keys.
         let random = || std::hash::RandomState::new().build_hasher().finish();
         let token = format!("{:016x}{:016x}", random(), random());
         print(commands_off(&token).as_bytes())?;
-        Ok(Self { summary, output, token })
+        Ok(Self { summary, token })
     }
 
-    /// Ends the step with the summary, the annotations and the points of a grading.
-    pub(super) fn end(
-        &self,
-        grading: &Grading,
-        times: &SceneTimes,
-        details: usize,
-    ) -> Result<(), Stop> {
+    /// Ends the step with the summary and the annotations of a grading.
+    pub(super) fn end(&self, grading: &Grading, details: usize) -> Result<(), Stop> {
         let summary = summary::render(grading, details).map_err(Stop::fault)?;
-        let points = classroom::render(grading, times).map_err(Stop::fault)?;
-        self.write(&summary, &points, &annotations::render(grading))
+        self.write(&summary, &annotations::render(grading))
     }
 
     /// Ends the step of a submission that was not graded.
     pub(super) fn end_not_graded(&self, reason: &str) -> Result<(), Stop> {
-        let points = classroom::not_graded().map_err(Stop::fault)?;
-        self.write(&summary::not_graded(reason), &points, &annotations::not_graded(reason))
+        self.write(&summary::not_graded(reason), &annotations::not_graded(reason))
     }
 
-    fn write(&self, summary: &str, points: &str, annotations: &str) -> Result<(), Stop> {
+    fn write(&self, summary: &str, annotations: &str) -> Result<(), Stop> {
         append(&self.summary, summary)?;
-        append(&self.output, &format!("result={points}\n"))?;
         print((commands_on(&self.token) + annotations).as_bytes())
     }
 }

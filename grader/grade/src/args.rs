@@ -12,7 +12,7 @@ use simulator::force;
 #[derive(Args)]
 pub(super) struct RootArgs {
     /// Folder with assets/ (scenes, assignments), extracreditassets/ and expected/ [default: the current folder or the
-    /// nearest parent with assets/]
+    /// nearest parent with assets/, else those that come with the program]
     #[arg(long, value_name = "DIR")]
     pub(super) root: Option<PathBuf>,
 }

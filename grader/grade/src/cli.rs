@@ -8,6 +8,7 @@ use scene::spelling::closest;
 use crate::commands::accuracy::AccuracyArgs;
 use crate::commands::assignments::AssignmentsArgs;
 use crate::commands::class::ClassCommand;
+use crate::commands::completions::CompletionsArgs;
 use crate::commands::creative::{CreativeArgs, GalleryArgs};
 use crate::commands::explain::ExplainArgs;
 use crate::commands::export::ExportCommand;
@@ -16,6 +17,7 @@ use crate::commands::init::InitArgs;
 use crate::commands::jacobians::JacobianArgs;
 use crate::commands::needs::NeedsArgs;
 use crate::commands::oracle::OracleCommand;
+use crate::commands::protection::ProtectionArgs;
 use crate::commands::selftest::SelfTestArgs;
 use crate::commands::stability::StabilityArgs;
 use crate::commands::verify_report::VerifyReportArgs;
@@ -58,6 +60,8 @@ enum Command {
     Init(InitArgs),
     Stability(StabilityArgs),
     Needs(NeedsArgs),
+    Protection(ProtectionArgs),
+    Completions(CompletionsArgs),
     Selftest(SelfTestArgs),
     /// Write what a course uploads to a platform, so that the platform grades with grade
     #[command(subcommand)]
@@ -82,6 +86,8 @@ impl Cli {
             Command::Init(args) => args.run(),
             Command::Stability(args) => args.run(),
             Command::Needs(args) => args.run(),
+            Command::Protection(args) => args.run(),
+            Command::Completions(args) => args.run(Cli::command()),
             Command::Selftest(args) => args.run(),
             Command::Export(command) => command.run(),
             Command::Oracle(command) => command.run(),
@@ -154,5 +160,28 @@ mod tests {
         for right in ["class hand-ins", "my-simulator", "-o clas", "src", "help clas"] {
             assert_eq!(check(right), None, "{right}");
         }
+    }
+
+    #[test]
+    fn completions_of_bash_offer_commands_and_options() {
+        let mut script = Vec::new();
+        clap_complete::generate(
+            clap_complete::Shell::Bash,
+            &mut Cli::command(),
+            "grade",
+            &mut script,
+        );
+        let ask = "COMP_WORDS=(grade \"$@\") COMP_CWORD=$#; _grade grade \"${!#}\" x; echo \"${COMPREPLY[@]}\"";
+        let script = String::from_utf8(script).unwrap() + ask;
+        let answer = |words: &[&str]| {
+            let bash = std::process::Command::new("bash")
+                .args(["-c", &script, "bash"])
+                .args(words)
+                .output();
+            String::from_utf8(bash.unwrap().stdout).unwrap()
+        };
+        assert!(answer(&["cl"]).split_whitespace().any(|word| word == "class"));
+        assert!(answer(&["class", "--gradeb"]).contains("--gradebook"));
+        assert!(answer(&["export", "class"]).contains("classroom50"));
     }
 }

@@ -12,6 +12,7 @@ use grader::suite::{Case, Section, Suite};
 use scene::ParseOptions;
 
 use crate::args::{CriteriaArg, JudgeArgs, RootArgs, SuiteArgs};
+use crate::installed;
 use crate::stop::{Stop, complain};
 
 /// The inputs of a run.
@@ -285,17 +286,14 @@ pub(super) fn assignments_below(root: &Path) -> PathBuf {
     root.join("assets").join(assignment::FOLDER)
 }
 
-/// The nearest folder with assets/ in it: the current one (as the empty path) or a parent.
+/// The nearest folder with assets/ in it: the current one (as the empty path) or a parent; else that of the program.
 pub(super) fn find_root() -> Result<PathBuf, Stop> {
     if Path::new("assets").is_dir() {
         return Ok(PathBuf::new());
     }
     let here = std::env::current_dir().map_err(Stop::bad_input)?;
     let root = here.ancestors().find(|folder| folder.join("assets").is_dir());
-    root.map(Path::to_path_buf).ok_or_else(|| {
-        let message = "no assets/ folder in the current folder or its parents\n  help: run grade in the folder of the scenes, or name a folder with --root or --assets";
-        Stop::bad_input(message)
-    })
+    root.map_or_else(|| installed::folder().map(Path::to_path_buf), |root| Ok(root.to_path_buf()))
 }
 
 /// Opens the oracle in a folder, which must exist.

@@ -11,16 +11,14 @@ use grader::boundary::own_file;
 use grader::grading::Grading;
 use grader::suite::hash_bytes;
 
+use crate::installed::cache;
 use crate::output::write_file;
 
 /// The file for a submission, graded on the scenes beside `expected`; `None` without a cache folder.
 pub(super) fn file(submission: Option<&Path>, expected: &Path) -> Option<PathBuf> {
-    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    let cache = variable("XDG_CACHE_HOME").map(PathBuf::from);
-    let cache = cache.or_else(|| Some(PathBuf::from(variable("HOME")?).join(".cache")))?;
     let real = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let key = format!("{:?} {:?}", submission.map(real), real(expected));
-    Some(cache.join("spring-oracle/failed").join(hash_bytes(key.as_bytes())))
+    Some(cache()?.join("spring-oracle/failed").join(hash_bytes(key.as_bytes())))
 }
 
 /// The names in the file; none if it does not exist.

@@ -8,6 +8,7 @@ mod args;
 mod cli;
 mod commands;
 mod inputs;
+mod installed;
 mod submission;
 
 mod actions;

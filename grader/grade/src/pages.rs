@@ -36,6 +36,11 @@ impl Pages {
         )))
     }
 
+    /// The folder.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Whether the folder below it holds pages of this program.
     pub(super) fn is_written(&self, below: &str) -> bool {
         let index = own_file::text(&self.folder.join(below).join("index.html"));

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use grader::boundary::door::Door;
 use grader::boundary::printed::RawUse;
+use grader::rubric::late::PlatformRule;
+use platforms::github::classroom50;
 use platforms::gradescope::metadata::Metadata;
 use platforms::gradescope::results::{self, Results};
 use platforms::gradescope::score::Score;
@@ -23,6 +25,7 @@ const FAULT: &str = "Your submission was not graded: the autograder has a fault,
 pub(super) struct Platforms {
     gradescope: Option<PathBuf>,
     prairielearn: Option<PathBuf>,
+    classroom50: Option<PathBuf>,
     actions: Option<Actions>,
 }
 
@@ -37,6 +40,7 @@ impl Platforms {
             match report {
                 ReportArg::Gradescope(file) => platforms.gradescope = Some(file.clone()),
                 ReportArg::Prairielearn(file) => platforms.prairielearn = Some(file.clone()),
+                ReportArg::Classroom50(file) => platforms.classroom50 = Some(file.clone()),
                 ReportArg::Github => platforms.actions = Some(Actions::begin()?),
                 ReportArg::Plain(..) | ReportArg::Html(_) => {}
             }
@@ -46,7 +50,8 @@ impl Platforms {
 
     /// Whether no platform's results are to be written.
     pub(super) fn is_empty(&self) -> bool {
-        self.gradescope.is_none() && self.prairielearn.is_none() && self.actions.is_none()
+        let files = [&self.gradescope, &self.prairielearn, &self.classroom50];
+        files.iter().all(|file| file.is_none()) && self.actions.is_none()
     }
 
     /// Writes the results.
@@ -66,7 +71,27 @@ impl Platforms {
             let results = prairielearn::results::render(grading).map_err(Stop::fault)?;
             put(results.as_bytes(), Some(file))?;
         }
-        self.actions.as_ref().map_or(Ok(()), |actions| actions.end(grading, times, details))
+        if let Some(file) = &self.classroom50 {
+            let points = classroom50::render(grading).map_err(Stop::fault)?;
+            put(points.as_bytes(), Some(file))?;
+        }
+        self.actions.as_ref().map_or(Ok(()), |actions| actions.end(grading, details))
+    }
+
+    /// Writes that a submission is over the limit, if it is, by the metadata of Gradescope.
+    pub(super) fn refuses(
+        &self,
+        rule: PlatformRule,
+        metadata: Option<&Metadata>,
+    ) -> Result<bool, Stop> {
+        let (Some(file), Some(metadata), Some(limit)) = (&self.gradescope, metadata, rule.limit)
+        else {
+            return Ok(false);
+        };
+        let Some(wait) = metadata.over(limit) else { return Ok(false) };
+        let text = results::refused(limit, wait, Score::refused(rule, metadata));
+        put(text.map_err(Stop::fault)?.as_bytes(), Some(file))?;
+        Ok(true)
     }
 
     /// Writes results that say why nothing was graded. On Gradescope, students read whether time ran out, and only
@@ -89,7 +114,7 @@ impl Platforms {
             put(text.as_bytes(), Some(file))
         });
         let prairielearn = self.prairielearn.as_ref().map(|file| {
-            let text = prairielearn::results::not_gradable(&message).map_err(Stop::fault)?;
+            let text = prairielearn::results::not_gradable(&message, "").map_err(Stop::fault)?;
             put(text.as_bytes(), Some(file))
         });
         let actions = self.actions.as_ref().map(|actions| actions.end_not_graded(reason));

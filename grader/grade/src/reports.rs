@@ -25,8 +25,10 @@ pub(super) enum ReportArg {
     Gradescope(PathBuf),
     /// Results for PrairieLearn.
     Prairielearn(PathBuf),
-    /// Summary, annotations and points, where the environment of GitHub Actions says.
+    /// Summary and annotations, where the environment of GitHub Actions says.
     Github,
+    /// Points for Classroom 50.
+    Classroom50(PathBuf),
 }
 
 /// A report with this file.
@@ -34,7 +36,7 @@ type WithFile = fn(Option<PathBuf>) -> Result<ReportArg, &'static str>;
 
 impl ReportArg {
     /// The kinds of reports, by name.
-    const KINDS: [(&str, WithFile); 7] = [
+    const KINDS: [(&str, WithFile); 8] = [
         ("text", |file| Ok(Self::Plain(Format::Text, file))),
         ("json", |file| Ok(Self::Plain(Format::Json, file))),
         ("junit", |file| Ok(Self::Plain(Format::Junit, file))),
@@ -44,6 +46,9 @@ impl ReportArg {
         }),
         ("prairielearn", |file| {
             file.map(Self::Prairielearn).ok_or("the results need a file: prairielearn=results.json")
+        }),
+        ("classroom50", |file| {
+            file.map(Self::Classroom50).ok_or("the points need a file: classroom50=points.json")
         }),
         ("github", |file| match file {
             None => Ok(Self::Github),
@@ -61,7 +66,10 @@ impl ReportArg {
     pub(super) fn file(&self) -> Option<&Path> {
         match self {
             Self::Plain(_, file) => file.as_deref(),
-            Self::Html(file) | Self::Gradescope(file) | Self::Prairielearn(file) => Some(file),
+            Self::Html(file)
+            | Self::Gradescope(file)
+            | Self::Prairielearn(file)
+            | Self::Classroom50(file) => Some(file),
             Self::Github => None,
         }
     }
@@ -120,7 +128,7 @@ impl Reports {
                 ReportArg::Html(folder) => reports.pages.push(Pages::open(&folder)?),
                 ReportArg::Prairielearn(_) => reports.has_pictures = true,
                 // `Platforms` writes the results of all platforms.
-                ReportArg::Gradescope(_) | ReportArg::Github => {}
+                ReportArg::Gradescope(_) | ReportArg::Github | ReportArg::Classroom50(_) => {}
             }
         }
         Ok(reports)

@@ -25,8 +25,17 @@ impl RunArgs {
             limits.set(name, *value).map_err(Stop::bad_input)?;
         }
         let absolute = |path: &PathBuf| std::fs::canonicalize(path).map_err(Stop::about(path));
-        let readable = self.readable.iter().map(absolute).collect::<Result<_, _>>()?;
+        let readable = self.readable.iter().map(absolute).collect::<Result<Vec<_>, _>>()?;
         let sandbox = open_sandbox(self.unprotected, rubric)?;
+        for path in &readable {
+            if let Some(part) = sandbox.closed_part(path) {
+                let (path, part) = (path.display(), part.display());
+                return Err(Stop::bad_input(format!(
+                    "--readable {path}: programs run as a user of their own, who may not read {part}\n  help: `chmod o+rX \
+                     {part}`, or name another folder"
+                )));
+            }
+        }
         let protections = sandbox.protections().to_vec();
         Ok((Runner::new(sandbox, limits, readable), protections))
     }
@@ -41,32 +50,60 @@ pub(super) fn open_sandbox(unprotected: bool, rubric: &Rubric) -> Result<Sandbox
         complain("warning", "programs run unprotected, with all your rights");
         return Ok(Sandbox::Unprotected);
     }
-    let launcher = std::env::current_exe().map_err(Stop::fault)?;
-    let help = "\n  help: --unprotected runs programs without protection";
-    let sandbox =
-        Sandbox::open(&launcher).map_err(|error| Stop::bad_input(format!("{error}{help}")))?;
+    let sandbox = strongest().map_err(|error| Stop::bad_input(format!("{error}{UNPROTECTED}")))?;
     check(&sandbox, rubric.required_protections())
-        .map_err(|missing| Stop::bad_input(format!("nothing is run: {missing}{help}")))?;
+        .map_err(|missing| Stop::bad_input(format!("{missing}{UNPROTECTED}")))?;
+    let launcher = std::env::current_exe().map_err(Stop::fault)?;
+    // Where a run has a root of its own, this program is not in it.
+    let is_shown = !sandbox.protections().contains(&Protection::Processes)
+        && sandbox::revealed_by(&launcher, &[]).is_some()
+        && sandbox.closed_part(&launcher).is_none();
+    if is_shown {
+        let warning = "programs can read this program, and the oracle in it\n  help: install it in another folder, such as \
+                       ~/.cargo/bin; if root runs it, `chmod 700` keeps others out";
+        complain("warning", format!("{}: {warning}", launcher.display()));
+    }
     Ok(sandbox)
+}
+
+/// The remedy that is left on a machine of one's own.
+const UNPROTECTED: &str = "\n  help: --unprotected runs programs without protection";
+
+/// The strongest sandbox of this system.
+pub(super) fn strongest() -> Result<Sandbox, String> {
+    let launcher = std::env::current_exe().map_err(|error| error.to_string())?;
+    Sandbox::open(&launcher).map_err(|error| error.to_string())
 }
 
 /// Warns of missing protections.
 ///
 /// # Errors
-/// A message, if a required protection is missing.
-fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
-    let is_missing = |protection: &&Protection| !sandbox.protections().contains(protection);
+/// A message with its remedy, if a required protection is missing.
+pub(super) fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), String> {
+    let in_force = sandbox.protections();
     let names = |protections: &[Protection]| {
-        let missing = protections.iter().filter(is_missing).map(|protection| protection.name());
-        missing.collect::<Vec<_>>().join(", ")
+        let missing = protections.iter().filter(|protection| !protection.holds_under(in_force));
+        missing.map(|protection| protection.name()).collect::<Vec<_>>().join(", ")
     };
     let reason = sandbox.refused().map(|reason| format!(" ({reason})")).unwrap_or_default();
     let say = |names: String| format!("this system does not offer protection of: {names}{reason}");
-    if required.iter().any(|protection| is_missing(&protection)) {
-        return Err(say(names(required)));
+    let is_closed = in_force.contains(&Protection::ClosedFolders);
+    if required.iter().any(|protection| !protection.holds_under(in_force)) {
+        let weaker = match is_closed {
+            true => {
+                "\n  help: require = [\"closed-folders\"] in [protection] of the rubric accepts a user ID of its own and \
+                 closed folders in the place of \"files\""
+            }
+            false => "",
+        };
+        return Err(format!("nothing is run: {}{weaker}", say(names(required))));
     }
-    if Protection::ALL.iter().any(|protection| is_missing(&protection)) {
-        complain("warning", say(names(&Protection::ALL)));
+    let missing = names(&Protection::ALL);
+    if !missing.is_empty() {
+        complain("warning", say(missing));
+    }
+    if is_closed {
+        complain("warning", format!("files are protected by {} alone", report::text::WEAKER));
     }
     Ok(())
 }
@@ -119,7 +156,7 @@ pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Res
     let mut readable = runner.readable.clone();
     readable.push(absolute);
     if !run.unprotected {
-        check_secrets(&inputs.secrets(), &readable)?;
+        check_secrets(&inputs.secrets(), &readable, &protections)?;
     }
     match open_entry(path, &name, runner, &inputs.rubric) {
         Submission::NotGraded { detail, .. } => Err(Stop::fault(detail)),
@@ -180,7 +217,7 @@ pub(super) fn open_program(
     let mut readable = runner.readable.clone();
     readable.extend(std::fs::canonicalize(path));
     if !run.unprotected {
-        check_secrets(secrets, &readable)?;
+        check_secrets(secrets, &readable, &protections)?;
     }
     let submission = if path.is_dir() {
         match folder::open(path, runner, rubric.build_limits()) {
@@ -219,7 +256,11 @@ pub(super) fn open_measured(path: &Path, run: &RunArgs) -> Result<Program, Stop>
 }
 
 /// Checks that a submission, which may read the system's folders and these, can read no secret.
-pub(super) fn check_secrets(secrets: &[PathBuf], readable: &[PathBuf]) -> Result<(), Stop> {
+pub(super) fn check_secrets(
+    secrets: &[PathBuf],
+    readable: &[PathBuf],
+    protections: &[Protection],
+) -> Result<(), Stop> {
     for secret in secrets.iter().filter_map(|secret| std::fs::canonicalize(secret).ok()) {
         if let Some(folder) = sandbox::revealed_by(&secret, readable) {
             return Err(Stop::bad_input(format!(
@@ -229,8 +270,31 @@ pub(super) fn check_secrets(secrets: &[PathBuf], readable: &[PathBuf]) -> Result
                 folder.display(),
             )));
         }
+        if protections.contains(&Protection::ClosedFolders) && !is_closed(&secret) {
+            let folder = secret.parent().unwrap_or(&secret);
+            return Err(Stop::bad_input(format!(
+                "{}: every user can read it, and nothing but closed folders protects files here\n  help: chmod 700 {}",
+                secret.display(),
+                folder.display(),
+            )));
+        }
     }
     Ok(())
+}
+
+/// Whether a folder on the way to this path, or the path itself, is closed to all but its owner and root.
+fn is_closed(path: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let is_closed = |part: &Path| part.metadata().is_ok_and(|about| about.mode() & 0o077 == 0);
+        path.ancestors().any(is_closed)
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = path;
+        false
+    }
 }
 
 /// Opens the submission at `path`, called `name` in its class. A defect of the submission becomes its verdict.

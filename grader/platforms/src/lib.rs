@@ -9,13 +9,25 @@
 //! from times that the platform tells ([`gradescope::score`]).
 
 use grader::grading::FeatureResult;
+use grader::suite::Section;
+use report::text;
 
 pub mod archive;
+pub mod bundle;
 pub mod github;
 pub mod gradebook;
 pub mod gradescope;
 pub mod package;
+pub mod pipeline;
 pub mod prairielearn;
+
+/// A feature as students read it: with its section, unless that is the required one.
+fn title(result: &FeatureResult) -> String {
+    match result.feature.section {
+        Section::Required => result.feature.to_string(),
+        section => format!("{}: {}", text::title(section), result.feature),
+    }
+}
 
 /// How many scenes of a feature passed, and how many need what is not implemented, which no writer explains one by one.
 fn passed(result: &FeatureResult) -> String {

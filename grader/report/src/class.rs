@@ -2,12 +2,12 @@
 
 use std::io::{self, Write};
 
-use super::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
+use super::table::{self, BAD, BOLD, Cell, GOOD, ODD, header};
 use super::text::{write_provenance, write_unprotected};
 use grader::boundary::printed::InertCsv;
 use grader::class::Row;
 use grader::class::entry::PassedOver;
-use grader::grading::points::NO_MARK;
+use grader::grading::points::{self, NO_MARK};
 use grader::grading::provenance::Provenance;
 use grader::verdict::Fault;
 use sandbox::Protection;
@@ -34,6 +34,9 @@ const COLUMNS: [&str; 16] = [
     "creative",
     "creative_of",
 ];
+
+/// Further columns of a class with adjustments: points granted and withdrawn, and why.
+const ADJUSTMENTS: [&str; 3] = ["granted", "withdrawn", "adjusted_because"];
 
 /// Whether some of its points were not judged.
 fn has_unjudged(row: &Row) -> bool {
@@ -153,15 +156,18 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
             writeln!(out, "  {ODD}{}: {copied}.{ODD:#}", row.name)?;
         }
     }
+    for row in rows {
+        for (points, reason) in &row.adjustments {
+            let sign = if points.starts_with('-') { "" } else { "+" };
+            writeln!(out, "  adjusted: {}: {sign}{points} points: {reason}", row.name)?;
+        }
+    }
     for (scene, fault) in unjudged.iter().take(UNJUDGED_SHOWN) {
         writeln!(out, "  {ODD}not judged for any submission: {scene}: {fault}{ODD:#}")?;
     }
     if unjudged.len() > UNJUDGED_SHOWN {
         let more = unjudged.len() - UNJUDGED_SHOWN;
         writeln!(out, "  {ODD}nor {more} more scenes; `grade oracle verify` lists them{ODD:#}")?;
-    }
-    for PassedOver { name, reason } in passed_over {
-        writeln!(out, "  {DIM}skipped: {name}: {reason}{DIM:#}")?;
     }
     let count = |wanted: fn(&Row) -> bool| rows.iter().filter(|row| wanted(row)).count();
     let passed = count(|row| row.verdict == "passed" || row.verdict == "passed-shipped");
@@ -193,6 +199,17 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
     for remark in remarks {
         writeln!(out, "  {remark}")?;
     }
+    let refused = rows.iter().filter(|row| row.is_refused());
+    let refused = refused.map(|row| format!("{}: {}", row.name, row.findings.join("; ")));
+    let skipped = passed_over.iter();
+    let skipped = skipped.map(|other| format!("skipped: {}: {}", other.name, other.reason));
+    let open: Vec<String> = refused.chain(skipped).collect();
+    if !open.is_empty() {
+        writeln!(out, "\n{ODD}Not graded, for people to look at{ODD:#}")?;
+    }
+    for line in open {
+        writeln!(out, "  {line}")?;
+    }
     Ok(())
 }
 
@@ -202,7 +219,10 @@ pub fn write(out: &mut dyn Write, summary: &Summary<'_>) -> io::Result<()> {
 /// # Errors
 /// Never in practice.
 pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
-    let mut table = InertCsv::new(COLUMNS)?;
+    let is_adjusted = rows.iter().any(|row| !row.adjustments.is_empty());
+    let further = ADJUSTMENTS.iter().filter(|_| is_adjusted);
+    let columns: Vec<&str> = COLUMNS.iter().chain(further).copied().collect();
+    let mut table = InertCsv::new(&columns)?;
     for row in rows {
         let texts = |pair: Option<(usize, usize)>| {
             pair.map(|(part, all)| (part.to_string(), all.to_string())).unwrap_or_default()
@@ -213,7 +233,8 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
         // A missing value is an empty cell.
         let (creative, creative_of) = row.creative.clone().unwrap_or_default();
         let creative = if creative == NO_MARK { "" } else { &creative };
-        table.row([
+        let [granted, withdrawn, reasons] = adjustments(row);
+        let cells = [
             row.name.as_str(),
             &row.verdict,
             &row.required.0,
@@ -230,14 +251,29 @@ pub fn csv(rows: &[Row], gaps: &[Gap<'_>]) -> csv::Result<Vec<u8>> {
             &jacobians,
             creative,
             &creative_of,
-        ])?;
+            &granted,
+            &withdrawn,
+            &reasons,
+        ];
+        table.row(&cells[..columns.len()])?;
     }
     for Gap { name, missing } in gaps {
         let mut record = vec![(*name).to_owned(), missing.name().to_owned()];
-        record.resize(COLUMNS.len(), String::new());
+        record.resize(columns.len(), String::new());
         table.row(record)?;
     }
     table.bytes()
+}
+
+/// The cells of [`ADJUSTMENTS`]: no number begins with a sign, which spreadsheets could read as a formula.
+fn adjustments(row: &Row) -> [String; 3] {
+    let numbers = || row.adjustments.iter().filter_map(|(points, _)| points.parse::<f64>().ok());
+    let sum = |sign: f64| match numbers().map(|points| (sign * points).max(0.0)).sum::<f64>() {
+        0.0 => String::new(),
+        sum => points::shown(sum),
+    };
+    let reasons: Vec<&str> = row.adjustments.iter().map(|(_, reason)| &**reason).collect();
+    [sum(1.0), sum(-1.0), reasons.join("; ")]
 }
 
 #[cfg(test)]
@@ -261,6 +297,7 @@ mod tests {
             hidden: None,
             jacobians: None,
             creative: None,
+            adjustments: Vec::new(),
             copied: None,
             findings: Vec::new(),
         }

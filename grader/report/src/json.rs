@@ -15,8 +15,8 @@ use grader::compare::calibration::{Bound, Envelope};
 use grader::compare::{Allowed, Comparison, Criteria, FirstWrong, Residuals, Tolerances};
 use grader::grading::altered::{Copied, Withdrawn};
 use grader::grading::{
-    Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, NotRunReason, SceneResult,
-    Totals,
+    Adjustment, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally, NotRunReason,
+    SceneResult, Totals,
 };
 use grader::rubric::FaultPoints;
 use grader::rubric::creative::CreativeCredit;
@@ -47,7 +47,7 @@ struct Report {
     /// Overall outcome.
     outcome: JsonOutcome,
     /// The protections under which the program was run ("files", "network", "signals", "processes",
-    /// "system-calls", "limits", "memory"); null if no program was run.
+    /// "system-calls", "limits", "memory", "closed-folders" in the place of "files"); null if no program was run.
     protection: Option<Vec<&'static str>>,
     /// The protections that were not in force; null as above.
     protection_missing: Option<Vec<&'static str>>,
@@ -71,6 +71,8 @@ struct Report {
     unscored: JsonTotals,
     /// Credit for the creative scene; null if the scenes of the class were not marked.
     creative: Option<JsonCreative>,
+    /// Points that the teacher granted or withdrew.
+    adjustments: Vec<JsonAdjustment>,
     /// Whether hidden scenes exist and were run; null if none are known.
     hidden: Option<JsonHidden>,
     /// Sums over the features of each group.
@@ -128,6 +130,15 @@ struct JsonWrongCopy {
     scene: String,
     /// The verdict on its copy, or "not-run" after several copies that exceeded a limit.
     verdict: &'static str,
+}
+
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct JsonAdjustment {
+    /// The points; negative if they were withdrawn.
+    points: f64,
+    /// Why.
+    reason: String,
 }
 
 #[derive(Serialize)]
@@ -437,6 +448,7 @@ impl Report {
             extra_credit: JsonTotals::of(grading.totals(Section::ExtraCredit), grading.faults),
             unscored: JsonTotals::of(grading.totals(Section::Unscored), grading.faults),
             creative: grading.creative.as_ref().map(JsonCreative::of),
+            adjustments: grading.adjustments.iter().map(JsonAdjustment::of).collect(),
             hidden: JsonHidden::of(grading),
             groups: JsonGroup::all_of(grading),
             features: grading
@@ -468,6 +480,12 @@ impl JsonCopied {
             unchecked: unchecked.clone(),
             bytes: bytes.clone(),
         }
+    }
+}
+
+impl JsonAdjustment {
+    fn of(Adjustment { points, reason }: &Adjustment) -> Self {
+        Self { points: *points, reason: reason.text() }
     }
 }
 

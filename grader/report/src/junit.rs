@@ -108,10 +108,10 @@ fn scene(scene: &SceneResult, failed: ProblemKind, times: &SceneTimes) -> TestCa
         verdict @ Verdict::Fail(_) => problem(scene, failed, verdict),
         verdict @ Verdict::GraderFault(_) => problem(scene, ProblemKind::Error, verdict),
     };
-    case.about(&scene.path, times.get(&scene.id).copied())
+    case.taking(times.get(&scene.id).copied())
 }
 
-/// A scene that did not pass: its verdict, the first wrong number and the cause, each on a line.
+/// A scene that did not pass: its verdict, the first wrong number, its file and the cause, each on a line.
 fn problem(scene: &SceneResult, kind: ProblemKind, verdict: &Verdict) -> TestCase {
     let mut message = verdict.to_string();
     if let Some(first) = &scene.comparison.first_wrong {
@@ -119,6 +119,7 @@ fn problem(scene: &SceneResult, kind: ProblemKind, verdict: &Verdict) -> TestCas
         message += &format!("\nfirst at {}, expected {expected}, got {got}", first.place);
         message += &format!(", tolerance {:.1e}", first.tolerance);
     }
+    message += &format!("\nscene: {}", scene.path);
     for cause in scene.diagnosis.iter().flat_map(|diagnosis| &diagnosis.causes) {
         message += &format!("\ncause: {cause}");
     }

@@ -120,7 +120,8 @@ const OTHER_RESULTS: [&str; 7] =
     ["required", "extra_credit", "unscored", "creative", "hidden", "copied", "repetition"];
 
 /// Keys of a report that are no results.
-const NO_RESULTS: [&str; 6] = [
+const NO_RESULTS: [&str; 7] = [
+    "adjustments",
     "schema_version",
     "grader_version",
     "submission",

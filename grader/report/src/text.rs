@@ -17,8 +17,8 @@ use grader::grading::altered::Copied;
 use grader::grading::points;
 use grader::grading::provenance::Provenance;
 use grader::grading::{
-    AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
-    NotRunReason, Repetition, SceneResult, Totals,
+    Adjustment, AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden,
+    HiddenTally, NotRunReason, Repetition, SceneResult, Totals,
 };
 use grader::probe::Probing;
 use grader::rubric::creative::CRITERIA;
@@ -31,6 +31,15 @@ use sandbox::Protection;
 pub struct TextOptions {
     /// Number of failed scenes to explain in detail.
     pub details: usize,
+}
+
+/// Who reads a report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Audience {
+    /// Whoever grades: also how programs were run.
+    Graders,
+    /// Students of a platform, who cannot change how programs are run.
+    Students,
 }
 
 /// Writes the report.
@@ -57,7 +66,7 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io:
     }
     write_failures(out, grading, config)?;
     write_hidden(out, grading)?;
-    write_summary(out, grading)
+    write_summary(out, grading, Audience::Graders)
 }
 
 /// What was measured of a program, if it offers any of it.
@@ -334,9 +343,13 @@ fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> 
 }
 
 /// Writes how it was judged and run, and remarks on its programs.
-pub(super) fn write_circumstances(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+pub(super) fn write_circumstances(
+    out: &mut dyn Write,
+    grading: &Grading,
+    audience: Audience,
+) -> io::Result<()> {
     write_criteria(out, grading)?;
-    if let Some(protection) = &grading.protection {
+    if let (Some(protection), Audience::Graders) = (&grading.protection, audience) {
         write_protection(out, protection)?;
     }
     if let Some(repetition) = &grading.repetition {
@@ -372,7 +385,10 @@ pub(super) fn write_provenance(out: &mut dyn Write, provenance: &Provenance) -> 
 }
 
 /// Writes the protections that were in force, and those that were missing.
-fn write_protection(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
+///
+/// # Errors
+/// If writing fails.
+pub fn write_protection(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
     if !in_force.is_empty() {
         let names: Vec<&str> = in_force.iter().map(|protection| protection.name()).collect();
         writeln!(out, "  {DIM}Run under protection: {}.{DIM:#}", names.join(", "))?;
@@ -386,8 +402,15 @@ pub(super) fn write_unprotected(out: &mut dyn Write, in_force: &[Protection]) ->
         _ if in_force.is_empty() => writeln!(out, "  {ODD}Run without protection.{ODD:#}"),
         missing if missing.is_empty() => Ok(()),
         missing => writeln!(out, "  {ODD}Run without these protections: {missing}.{ODD:#}"),
+    }?;
+    if in_force.contains(&Protection::ClosedFolders) {
+        writeln!(out, "  {ODD}Files were protected by {WEAKER} alone.{ODD:#}")?;
     }
+    Ok(())
 }
+
+/// The protection of files where the kernel offers none.
+pub const WEAKER: &str = "a user ID of its own and closed folders";
 
 /// The names of the protections that were not in force.
 pub(super) fn missing(in_force: &[Protection]) -> Vec<&'static str> {
@@ -533,10 +556,10 @@ fn write_list(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
 /// If writing fails.
 pub fn write_overview(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     write_findings(out, &grading.findings)?;
-    write_summary(out, grading)
+    write_summary(out, grading, Audience::Students)
 }
 
-fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+fn write_summary(out: &mut dyn Write, grading: &Grading, audience: Audience) -> io::Result<()> {
     let mut rows = Vec::new();
     for section in Section::ALL {
         let totals = grading.totals(section);
@@ -575,7 +598,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let graded_as = graded_as.unwrap_or_default();
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}{graded_as}", grading.submission.line())?;
     table::write_unnamed(out, &rows)?;
-    write_circumstances(out, grading)?;
+    write_circumstances(out, grading, audience)?;
     if let Some(interrupted) = grading.interrupted {
         return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
     }
@@ -586,6 +609,7 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     };
     let text = outcome(grading);
     write_score(out, grading)?;
+    write_adjustments(out, grading)?;
     match grading.hidden {
         Hidden::NotRun { scenes, reason } => {
             let not_run = not_run(scenes, reason);
@@ -600,6 +624,22 @@ fn write_summary(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
              --assignment {name}, or assignment = {name:?} in submission.toml."
         ),
         None => Ok(()),
+    }
+}
+
+/// Writes the points that the teacher granted or withdrew, and those that count.
+pub(super) fn write_adjustments(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    for Adjustment { points, reason } in &grading.adjustments {
+        let sign = if *points < 0.0 { "" } else { "+" };
+        writeln!(out, "  Adjusted: {sign}{} points: {}", points::shown(*points), reason.line())?;
+    }
+    match grading.credit().shown(grading.faults) {
+        Some(earned) if !grading.adjustments.is_empty() => writeln!(
+            out,
+            "  {BOLD}{} points{BOLD:#} count.",
+            points::shown(grading.adjusted(earned))
+        ),
+        _ => Ok(()),
     }
 }
 

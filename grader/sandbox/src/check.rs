@@ -34,6 +34,8 @@ const CONNECTION: Duration = Duration::from_millis(200);
 struct Targets {
     /// A world-readable file.
     file: PathBuf,
+    /// A world-readable file in a folder that only its owner may open.
+    closed: PathBuf,
     /// A port of the loopback interface with a listener.
     port: u16,
     /// A process of the same user.
@@ -103,6 +105,13 @@ fn test(
     // Make them world-readable, so that only the sandbox can keep the program out.
     let everybody = |path: &Path, mode| fs::set_permissions(path, Permissions::from_mode(mode));
     everybody(&file, 0o666).and_then(|()| everybody(folder.path(), 0o777)).map_err(fail)?;
+    let closed = folder.path().join("closed").join("file");
+    let close = |folder: &Path| {
+        fs::create_dir(folder)?;
+        fs::copy(&file, &closed)?;
+        everybody(folder, 0o700)
+    };
+    closed.parent().map_or(Ok(()), close).map_err(fail)?;
     // The run's own user may be unable to reach the launcher in its place.
     const EXECUTABLE: u32 = 0o005;
     let mode = fs::metadata(launcher).map_err(fail)?.mode();
@@ -119,6 +128,7 @@ fn test(
     let limits = Limits { wall: LONGEST, ..Limits::default() };
     let targets = Targets {
         file: file.clone(),
+        closed,
         port: listener.as_ref().ok().and_then(|at| at.local_addr().ok()).map_or(0, |at| at.port()),
         process: std::process::id().cast_signed(),
         cpu: limits.cpu.ceil() as u64 + 1,
@@ -146,8 +156,10 @@ fn test(
     let is_root = rustix::process::geteuid().is_root() && !walls.own_user;
     // The supervisor uses these files to track processes.
     let followed = Path::new("/proc/thread-self/children").exists();
+    let has_files = unchanged && !is_root && protections.contains(&Protection::Files);
     protections.retain(|protection| match protection {
-        Protection::Files => unchanged && !is_root,
+        Protection::Files => has_files,
+        Protection::ClosedFolders => walls.own_user && !has_files,
         // The kernel does not limit the number of root's processes.
         Protection::Limits => followed && !is_root,
         // A run does not begin outside its group.
@@ -161,8 +173,8 @@ fn test(
 pub(super) fn serve() -> io::Result<()> {
     let argument = std::env::args().nth(2).unwrap_or_default();
     let targets: Targets = serde_json::from_str(&argument)?;
-    let held: Vec<Protection> =
-        Protection::ALL.into_iter().filter(|protection| holds(*protection, &targets)).collect();
+    let all = Protection::ALL.into_iter().chain([Protection::ClosedFolders]);
+    let held: Vec<Protection> = all.filter(|protection| holds(*protection, &targets)).collect();
     io::stdout().write_all(&serde_json::to_vec(&held)?)
 }
 
@@ -193,5 +205,8 @@ fn holds(protection: Protection, targets: &Targets) -> bool {
         Protection::Limits => getrlimit(Resource::Cpu).maximum == Some(targets.cpu),
         // The supervisor knows.
         Protection::Memory => true,
+        Protection::ClosedFolders => {
+            fs::read(&targets.closed).is_err() && fs::write(&targets.closed, "reached").is_err()
+        }
     }
 }

@@ -171,10 +171,13 @@ pub enum Protection {
     Limits,
     /// Memory that no process shows as its own: the kernel counts all memory of the run.
     Memory,
+    /// Files in folders that only their owner may open: weaker than [`Protection::Files`], and in force only in its place. A
+    /// program of a user ID of its own sees every other file that everybody may read.
+    ClosedFolders,
 }
 
 impl Protection {
-    /// All protections.
+    /// All protections of which none takes the place of another.
     pub const ALL: [Self; 7] = [
         Self::Files,
         Self::Network,
@@ -195,7 +198,13 @@ impl Protection {
             Self::SystemCalls => "system-calls",
             Self::Limits => "limits",
             Self::Memory => "memory",
+            Self::ClosedFolders => "closed-folders",
         }
+    }
+
+    /// Whether a protection holds, or a stronger one in its place.
+    pub fn holds_under(self, in_force: &[Self]) -> bool {
+        in_force.contains(&self) || self == Self::ClosedFolders && in_force.contains(&Self::Files)
     }
 }
 
@@ -360,6 +369,15 @@ impl Sandbox {
             #[cfg(target_os = "linux")]
             Self::Protected(protected) => protected.walls.own_user,
             Self::Unprotected => false,
+        }
+    }
+
+    /// The part of a canonical path that programs cannot open, because they run as their own user and others may not read it.
+    pub fn closed_part<'a>(&self, path: &'a Path) -> Option<&'a Path> {
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Protected(protected) => protected.walls.closed_part(path),
+            Self::Unprotected => None,
         }
     }
 }

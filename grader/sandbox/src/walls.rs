@@ -1,5 +1,6 @@
 //! Restrictions around a program ("walls"): those that a system grants, and their set-up in a thread.
 
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use rustix::thread::disable_transparent_huge_pages;
@@ -81,6 +82,21 @@ pub(super) struct Walls {
     pub(super) groups: Option<Groups>,
     /// Readable paths of the system.
     pub(super) system: Vec<PathBuf>,
+}
+
+impl Walls {
+    /// The part of a path that a run cannot open, because others may not read it. In a root of its own, a run meets no folder
+    /// above the path.
+    pub(super) fn closed_part<'a>(&self, path: &'a Path) -> Option<&'a Path> {
+        let is_closed = |part: &&Path| {
+            let Ok(metadata) = part.metadata() else { return true };
+            let search = if metadata.is_dir() { 0o001 } else { 0 };
+            let read = if *part == path { 0o004 } else { 0 };
+            !metadata.mode() & (search | read) != 0
+        };
+        let parts = if self.namespaces.exist() { 1 } else { usize::MAX };
+        path.ancestors().take(parts).find(is_closed).filter(|_| self.own_user)
+    }
 }
 
 /// The paths of this system that every program may read.

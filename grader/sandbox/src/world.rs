@@ -50,6 +50,7 @@ struct Root {
 /// A message that names the failed step.
 pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<(), String> {
     let input = tree::open_folder(&job.folder).map_err(step(&job.folder))?;
+    let launcher = std::env::current_exe().map_err(step("this program"))?;
     let private = MountPropagationFlags::REC | MountPropagationFlags::PRIVATE;
     mount_change("/", private).map_err(step("/"))?;
     // Keep folders open that the mount will hide.
@@ -93,6 +94,7 @@ pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<()
             root.reveal(path)?;
         }
     }
+    root.hide(&launcher, job)?;
     root.protect(&writable(job, walls.namespaces), walls)?;
     root.limit(&tmp, job)?;
 
@@ -133,6 +135,17 @@ impl Root {
             fs::File::create(&at).map_err(step(path))?;
         }
         mount_bind_recursive(path, at).map_err(step(path))
+    }
+
+    /// Hides this program, unless it is the job: it may carry what submissions are judged by.
+    fn hide(&self, launcher: &Path, job: &Job) -> Result<(), String> {
+        let at = self.path(launcher);
+        let is_named = job.readable.iter().any(|path| path == launcher);
+        if is_named || !at.exists() {
+            return Ok(());
+        }
+        // Without devices, it cannot be opened.
+        mount_bind("/dev/null", at).map_err(step(launcher))
     }
 
     fn make_devices(&self, walls: &Walls) -> Result<(), String> {

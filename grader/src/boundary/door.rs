@@ -80,7 +80,7 @@ pub enum DoorError {
     /// It exceeds the limit.
     #[error("is larger than {0}")]
     TooLarge(Limit),
-    /// It is not UTF-8.
+    /// It is not UTF-8; a sheet is not Windows-1252 either.
     #[error("is not text in UTF-8")]
     NotText,
 }
@@ -234,7 +234,37 @@ impl Door {
         if more > 0 {
             return Err(DoorError::TooLarge(self.facts().limit));
         }
-        String::from_utf8(bytes).map(Untrusted::from).map_err(|_| DoorError::NotText)
+        let text = match self {
+            Self::Sheet => decoded(bytes),
+            _ => String::from_utf8(bytes).ok(),
+        };
+        text.map(Untrusted::from).ok_or(DoorError::NotText)
+    }
+}
+
+/// The text of a sheet as spreadsheets save it: UTF-16 with a byte order mark, UTF-8, else Windows-1252.
+fn decoded(bytes: Vec<u8>) -> Option<String> {
+    let units = |rest: &[u8], of: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = rest.chunks_exact(2).map(|pair| of([pair[0], pair[1]])).collect();
+        rest.len().is_multiple_of(2).then(|| String::from_utf16(&units).ok())?
+    };
+    match bytes.as_slice() {
+        [0xff, 0xfe, rest @ ..] => units(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => units(rest, u16::from_be_bytes),
+        _ => match String::from_utf8(bytes) {
+            Ok(text) => Some(text),
+            Err(error) => error.as_bytes().iter().map(|byte| windows_1252(*byte)).collect(),
+        },
+    }
+}
+
+/// A character of Windows-1252, which has five gaps.
+fn windows_1252(byte: u8) -> Option<char> {
+    const UPPER: &str = "€\0‚ƒ„…†‡ˆ‰Š‹Œ\0Ž\0\0‘’“”•–—˜™š›œ\0žŸ";
+    match byte {
+        0 => None,
+        0x80..=0x9f => UPPER.chars().nth((byte - 0x80).into()).filter(|it| *it != '\0'),
+        _ => Some(byte.into()),
     }
 }
 
@@ -303,5 +333,26 @@ mod tests {
         // A link that the teacher names is the teacher's.
         assert_eq!(read(Door::Sheet, "link").unwrap(), "text");
         assert!(read(Door::Sheet, "pipe").unwrap_err().starts_with("is a pipe"));
+    }
+
+    #[test]
+    fn sheets_are_read_in_the_encodings_of_spreadsheets() {
+        let text = "name;id\r\nŽoë “Ñ” €;1\r\n";
+        let little = text.encode_utf16().flat_map(u16::to_le_bytes);
+        let big = text.encode_utf16().flat_map(u16::to_be_bytes);
+        let western = b"name;id\r\n\x8eo\xeb \x93\xd1\x94 \x80;1\r\n".to_vec();
+        for bytes in [
+            text.as_bytes().to_vec(),
+            [0xff, 0xfe].into_iter().chain(little).collect(),
+            [0xfe, 0xff].into_iter().chain(big).collect(),
+            western,
+        ] {
+            assert_eq!(decoded(bytes).as_deref(), Some(text));
+        }
+        // A gap, half a character, a lone surrogate, and binary data are no text.
+        for bytes in [&b"a\x81"[..], &[0xff, 0xfe, 0x41], &[0xff, 0xfe, 0x00, 0xd8], &[0xff, 0x00]]
+        {
+            assert_eq!(decoded(bytes.to_vec()), None, "{bytes:?}");
+        }
     }
 }

@@ -20,6 +20,10 @@ const PREFIX: usize = 40;
 /// Names that some systems reserve, with any extension: <https://learn.microsoft.com/windows/win32/fileio/naming-a-file>.
 const RESERVED: [&str; 6] = ["con", "prn", "aux", "nul", "com", "lpt"];
 
+/// Names of what systems leave behind; version control leaves its own beside clones.
+const JUNK: [&str; 7] =
+    ["__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini", ".git", ".gitignore", ".gitattributes"];
+
 /// Number of hexadecimal digits of the hash: enough to make collisions infeasible.
 const HASH: usize = 32;
 
@@ -44,7 +48,7 @@ pub struct PassedOver {
     pub reason: String,
 }
 
-/// The submissions of a folder, sorted by name, and the entries that are skipped.
+/// The submissions of a folder, sorted by name, and the entries that are skipped. What systems leave behind is neither.
 ///
 /// # Errors
 /// If the folder cannot be read.
@@ -52,7 +56,9 @@ pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
     let mut found: Vec<(OsString, PathBuf)> = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
-        found.push((entry.file_name(), entry.path()));
+        if !is_junk(entry.file_name().as_encoded_bytes()) {
+            found.push((entry.file_name(), entry.path()));
+        }
     }
     found.sort();
     let (mut entries, mut others) = (Vec::new(), Vec::new());
@@ -83,6 +89,11 @@ pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
         entry.report = report_name(&entry.name, is_alone);
     }
     Ok((entries, others))
+}
+
+/// Whether systems leave files or folders of this name beside those of people.
+pub(super) fn is_junk(name: &[u8]) -> bool {
+    JUNK.iter().any(|junk| junk.as_bytes().eq_ignore_ascii_case(name)) || name.starts_with(b"._")
 }
 
 /// A report's name. A name that every file system stores unchanged is kept, unless a system reserves it, or it differs

@@ -1,19 +1,23 @@
 //! Grading of a class: a folder of submissions, with a report and a table row for each.
 //!
 //! ```text
+//! DIR ─> layout, arranged: one folder a student      layout/
 //! DIR ─> entries, by name ─> plan ─> shards, in any order: Submission -> Grading ─> reports ─> record ─┐
 //!          entry.rs         plan.rs                                                        record.rs   │
 //!                                                                  phase.rs, kept.rs: with hidden scenes, in two phases
 //!                              └──────────────────────────> merge <── records with the plan's keys <───┘
 //!                                                             └─> rows, by name ─> summary
 //!                    marks.rs ─> credit for creative scenes
+//!                   adjust.rs ─> points that the teacher grants or withdraws
 //!                                                    roster.rs ─> whose submission it is ─> gradebooks
 //! ```
 //!
 //! A row depends on its submission, the suite and the grader only.
 
+pub mod adjust;
 pub mod entry;
 pub mod fingerprint;
+pub mod layout;
 pub mod marks;
 pub mod phase;
 pub mod plan;
@@ -24,11 +28,12 @@ pub mod similar;
 
 use serde::{Deserialize, Serialize};
 
+use crate::boundary::printed::Untrusted;
 use crate::grading::points;
 use crate::grading::{Grading, GradingOutcome, Hidden, SceneResult};
 use crate::probe::Probing;
 use crate::suite::Section;
-use crate::verdict::Verdict;
+use crate::verdict::{Failure, Verdict};
 use diagnosis::findings::Finding;
 
 /// The table row of one submission. Points are text, as in the report, so that storing and reading them again cannot
@@ -47,10 +52,13 @@ pub struct Row {
     /// Credit for the creative scene, earned and maximum; "no mark" in the place of what is earned without marks. `None`
     /// where a class has none.
     pub creative: Option<(String, String)>,
-    /// Sum of all.
+    /// Sum of all, with adjustments.
     pub points: String,
-    /// The same sum without rounding, as the shortest decimal; `None` if nothing was judged, or points are withheld.
+    /// The sum without adjustments and without rounding, as the shortest decimal; `None` if nothing was judged, or points
+    /// are withheld.
     pub earned: Option<String>,
+    /// Points that the teacher granted or withdrew, as the shortest decimals, with the reasons.
+    pub adjustments: Vec<(String, String)>,
     /// Points of scenes that were not judged.
     pub not_judged: String,
     /// Shipped scenes: passed and total.
@@ -85,7 +93,15 @@ impl Row {
                 .creative
                 .as_ref()
                 .map(|creative| points::creative(creative, grading.faults)),
-            points: points::earned(&together, grading.faults),
+            points: match (together.shown(grading.faults), &*grading.adjustments) {
+                (Some(earned), [_, ..]) => points::shown(grading.adjusted(earned)),
+                _ => points::earned(&together, grading.faults),
+            },
+            adjustments: grading
+                .adjustments
+                .iter()
+                .map(|it| (it.points.to_string(), it.reason.line()))
+                .collect(),
             earned: together.shown(grading.faults).map(|earned| earned.to_string()),
             not_judged: points::unjudged(&together),
             scenes: (sum(|totals| totals.passed), sum(|totals| totals.scenes)),
@@ -97,15 +113,43 @@ impl Row {
         }
     }
 
+    /// The points that the teacher granted, less those withdrawn.
+    pub fn adjustment(&self) -> f64 {
+        self.adjustments.iter().filter_map(|(points, _)| points.parse::<f64>().ok()).sum()
+    }
+
+    /// Whether its files could not be graded, and somebody should look at them.
+    pub fn is_refused(&self) -> bool {
+        self.verdict == Failure::BAD_HAND_IN
+    }
+
     /// Whether something could not be judged.
     pub fn is_fault(&self) -> bool {
         self.verdict == FAULT
     }
 }
 
-/// The findings of the report.
+/// The findings of the report; without any, what all scenes failed by, such as the build.
 fn findings(grading: &Grading) -> Vec<String> {
-    grading.findings.list.iter().map(Finding::sentence).collect()
+    let mut findings: Vec<String> = grading.findings.list.iter().map(Finding::sentence).collect();
+    if findings.is_empty() {
+        let scenes = grading.features.iter().flat_map(|result| &result.scenes);
+        let mut failures = scenes.map(|scene| match &scene.comparison.verdict {
+            Verdict::Fail(failure) => Some(failure),
+            _ => None,
+        });
+        let first = failures.next().flatten();
+        let is_of_all = |first: &&Failure| {
+            failures.all(|failure| failure.is_some_and(|failure| failure.name() == first.name()))
+        };
+        findings.extend(first.filter(|first| !first.has_numbers()).filter(is_of_all).map(
+            |failure| {
+                let said = Untrusted::from(failure.to_string()).line();
+                format!("{}: {said}", failure.name().replace('-', " "))
+            },
+        ));
+    }
+    findings
 }
 
 /// Verdict of rows in which something could not be judged.

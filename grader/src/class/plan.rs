@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::entry::{ClassEntry, PassedOver};
+use super::layout::Arranged;
 use crate::boundary::own_file::read_text;
 use crate::boundary::seal::{LINES_BEFORE, Seal};
 
@@ -39,7 +40,7 @@ const MAX_MEBIBYTES: u64 = 1 << 10;
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     version: u32,
-    /// The folder in which `arguments` are to be read.
+    /// The folder in which `arguments` are to be read, from that of the plan: both can be moved together.
     pub folder: PathBuf,
     /// The arguments of `grade` that describe the class.
     pub arguments: Vec<String>,
@@ -51,6 +52,8 @@ pub struct Plan {
     pub anew: Option<String>,
     /// Entries of the class that are no submissions.
     pub passed_over: Vec<PassedOver>,
+    /// How the class was arranged, if it was: its submissions are then in the folder of the results.
+    pub arranged: Option<Arranged>,
     /// The submissions of each shard that had no result when the plan was made: their places in `submissions`.
     pub shards: Vec<Vec<usize>>,
 }
@@ -113,8 +116,18 @@ impl Plan {
         submissions: Vec<Planned>,
         passed_over: Vec<PassedOver>,
     ) -> Self {
-        let (version, anew, shards) = (VERSION, None, Vec::new());
-        Self { version, folder, arguments, inputs, submissions, anew, passed_over, shards }
+        let (version, anew, shards, arranged) = (VERSION, None, Vec::new(), None);
+        Self {
+            version,
+            folder,
+            arguments,
+            inputs,
+            submissions,
+            anew,
+            passed_over,
+            arranged,
+            shards,
+        }
     }
 
     /// Reads a plan, which the class in its folder has signed: its arguments say what programs may do.

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sandbox::Protection;
 use serde::{Deserialize, Serialize};
@@ -34,6 +34,8 @@ pub struct Record {
     pub protection: Option<Vec<Protection>>,
     /// Time that grading took, in seconds.
     pub seconds: f64,
+    /// The folder of the class's pages, if the submission has pages in it.
+    pub pages: Option<PathBuf>,
 }
 
 /// A file that is no record of this class: edited, or from elsewhere.
@@ -105,6 +107,7 @@ mod tests {
             reports: BTreeMap::new(),
             protection: None,
             seconds: 0.123_456_789_012_345_67,
+            pages: None,
         };
         let text = record.render("eve", &seal).unwrap();
         let parse = |text: &str, name, seal| Record::parse(&text.into(), name, seal);

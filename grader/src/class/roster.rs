@@ -68,12 +68,12 @@ enum Column {
     Due,
 }
 
-/// Names of the columns, in lower case: ours, then those in exports of Canvas and Moodle.
+/// Names of the columns, in lower case: ours, then those in exports of Canvas, Moodle, Blackboard and Brightspace.
 const COLUMNS: [(Column, &[&str]); 11] = [
     (Column::Name, &["name", STUDENT]),
-    (Column::FirstName, &["first name"]),
-    (Column::LastName, &["last name", "surname"]),
-    (Column::Id, &["id", "sis user id", "id number"]),
+    (Column::FirstName, &["first name", "firstname"]),
+    (Column::LastName, &["last name", "lastname", "surname"]),
+    (Column::Id, &["id", SIS_USER_ID, "id number", "student id", "orgdefinedid"]),
     (Column::CanvasId, &["canvas id"]),
     (Column::Login, &["login", "sis login id", "username"]),
     (Column::Email, &["email", "email address"]),
@@ -83,8 +83,16 @@ const COLUMNS: [(Column, &[&str]); 11] = [
     (Column::Due, &["due"]),
 ];
 
-/// Name of the column of names in exports of Canvas, where `ID` is Canvas's own.
+/// Name of the column of names in exports of Canvas.
 const STUDENT: &str = "student";
+
+/// Name of the column of the university's IDs in exports of Canvas, whose column `ID` is Canvas's own.
+const SIS_USER_ID: &str = "sis user id";
+
+/// Whether a header is that of an export of Canvas, which may split names.
+fn is_of_canvas(header: &StringRecord) -> bool {
+    header.iter().any(|name| [STUDENT, SIS_USER_ID].contains(&normalised(name).as_str()))
+}
 
 /// Which submission is whose.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -149,14 +157,14 @@ impl Roster {
         let mut roster = Self { path: path.to_path_buf(), students: Vec::new() };
         let header = &sheet.header;
         let columns = roster.columns(header)?;
-        let is_of_canvas = header.iter().any(|name| name.eq_ignore_ascii_case(STUDENT));
+        let is_of_canvas = is_of_canvas(header);
+        let has_canvas_ids = columns.contains(&Some(Column::CanvasId));
         for record in &sheet.records {
             let student = roster.student(&columns, record)?;
-            let student = match student {
-                // A row of Canvas about the assignments.
-                student if is_of_canvas && student.canvas_id.is_empty() => continue,
-                student => student,
-            };
+            // A row of Canvas about the assignments.
+            if is_of_canvas && has_canvas_ids && student.canvas_id.is_empty() {
+                continue;
+            }
             if student.keys().is_empty() {
                 let message =
                     "nothing identifies the student\n  help: fill in id, login, email or name";
@@ -170,7 +178,7 @@ impl Roster {
 
     /// The column of each place of the header.
     fn columns(&self, header: &StringRecord) -> Result<Vec<Option<Column>>, SheetError> {
-        let is_of_canvas = header.iter().any(|name| name.eq_ignore_ascii_case(STUDENT));
+        let is_of_canvas = is_of_canvas(header);
         let column = |name: &str| {
             let name = normalised(name);
             let known = COLUMNS.iter().find(|(_, names)| names.contains(&name.as_str()));
@@ -215,9 +223,9 @@ impl Roster {
             match column {
                 Some(Column::Name | Column::FirstName) => name = cell,
                 Some(Column::LastName) => last_name = cell,
-                Some(Column::Id) => student.id = cell.into(),
+                Some(Column::Id) => student.id = unmarked(cell).into(),
                 Some(Column::CanvasId) => student.canvas_id = cell.into(),
-                Some(Column::Login) => student.login = cell.into(),
+                Some(Column::Login) => student.login = unmarked(cell).into(),
                 Some(Column::Email) => student.email = cell.into(),
                 Some(Column::Section) => student.section = cell.into(),
                 Some(Column::Folder) => student.folder = cell.into(),
@@ -301,6 +309,17 @@ impl Roster {
         Matching { submissions, unknown, ambiguous }
     }
 
+    /// The submission, among these names, of the one student whom a text identifies.
+    pub fn submission_of<'a>(&self, text: &str, names: &[&'a str]) -> Option<&'a str> {
+        let key = normalised(text);
+        let mut fitting =
+            self.students.iter().enumerate().filter(|(_, student)| student.keys().contains(&key));
+        let (place, _) = fitting.next().filter(|_| !key.is_empty())?;
+        let is_only_one = fitting.next().is_none();
+        let submission = self.find_submissions(names).submissions[place];
+        submission.filter(|_| is_only_one).map(|submission| names[submission])
+    }
+
     /// What an ambiguity is, and its remedy.
     pub fn explain(
         &self,
@@ -331,6 +350,11 @@ impl Roster {
     pub fn wrong(&self, line: u64, message: impl Into<String>) -> SheetError {
         sheet::wrong(&self.path, line, message)
     }
+}
+
+/// An ID or a login without the `#` by which Brightspace keeps spreadsheets from changing it.
+fn unmarked(cell: &str) -> &str {
+    cell.strip_prefix('#').unwrap_or(cell)
 }
 
 /// Lower case, with single spaces.
@@ -388,6 +412,19 @@ mod tests {
             (*line, facts.each_ref()),
             (4, ["Lovelace, Ada", "11", "7", "ada"].map(str::to_owned).each_ref())
         );
+        // Canvas may split names.
+        let split = "LastName,FirstName,ID,SIS User ID,SIS Login ID,Section,Lab (9)\n    Points Possible,,,,,,10\nLovelace,Ada,11,7,ada,1,\n";
+        let roster = parse(split).unwrap();
+        let Student { name, canvas_id, id, login, .. } = &roster.students[0];
+        assert_eq!(roster.students.len(), 1);
+        assert_eq!(
+            [name, canvas_id, id, login].map(Untrusted::text),
+            ["Ada Lovelace", "11", "7", "ada"]
+        );
+        // Brightspace marks IDs and logins.
+        let roster = parse("OrgDefinedId,Username,End-of-Line Indicator\n#7,#ada,#\n").unwrap();
+        let Student { id, login, .. } = &roster.students[0];
+        assert_eq!([id, login].map(Untrusted::text), ["7", "ada"]);
     }
 
     #[test]

@@ -50,7 +50,8 @@ impl Sheet {
 
     /// Parses a sheet. `path` is the file's name in messages.
     pub(super) fn parse(text: &str, path: &Path) -> Result<Self, SheetError> {
-        let text = text.trim_start_matches('\u{feff}');
+        // Two characters at the end of a line would shift the numbers of lines.
+        let text = text.trim_start_matches('\u{feff}').replace("\r\n", "\n");
         let first = text.lines().next().unwrap_or_default();
         let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
         let separator = [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',');

@@ -46,8 +46,8 @@ use judge::{Judged, judge_case, of_case, restart_some};
 pub use judge::{judge, panic_message};
 use result::gather;
 pub use result::{
-    AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden, HiddenTally,
-    Interrupted, NotRunReason, Repetition, SceneResult, Totals,
+    Adjustment, AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden,
+    HiddenTally, Interrupted, NotRunReason, Repetition, SceneResult, Totals,
 };
 
 /// Maximum number of scenes that are run twice.

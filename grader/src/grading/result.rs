@@ -49,12 +49,23 @@ pub struct Grading {
     pub hidden: Hidden,
     /// Credit for its creative scene; `None` if no scenes were marked.
     pub creative: Option<CreativeCredit>,
+    /// Points that the teacher granted or withdrew.
+    pub adjustments: Vec<Adjustment>,
     /// Display of points if something could not be judged.
     pub faults: FaultPoints,
     /// Progress of a run that was ended early.
     pub interrupted: Option<Interrupted>,
     /// What it was made from; `None` if that is not known.
     pub provenance: Option<Provenance>,
+}
+
+/// Points that a teacher granted, or withdrew if they are negative.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adjustment {
+    /// The points.
+    pub points: f64,
+    /// Why; students read it.
+    pub reason: Untrusted,
 }
 
 /// An assignment in reports.
@@ -326,6 +337,11 @@ impl Grading {
     pub fn add_marks(&mut self, rule: CreativeRule, marks: &[[f64; CRITERIA.len()]]) {
         let required = self.totals(Section::Required).credit.points;
         self.creative = Some(rule.credit(marks, required));
+    }
+
+    /// Points after adjustments, which make none negative.
+    pub fn adjusted(&self, points: f64) -> f64 {
+        (points + self.adjustments.iter().map(|it| it.points).sum::<f64>()).max(0.0)
     }
 
     /// The features of `section`, group by group.

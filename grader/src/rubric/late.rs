@@ -8,6 +8,8 @@
 //!
 //! Times come from the platform or the roster, never from the clock: grading again gives the same.
 
+use std::num::NonZeroUsize;
+
 use serde::Deserialize;
 
 /// Seconds in a day.
@@ -59,7 +61,7 @@ impl LateRule {
 }
 
 /// The rules for course platforms, `[platform]`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlatformRule {
     /// Which submission of a student counts.
@@ -68,6 +70,34 @@ pub struct PlatformRule {
     pub hidden: Visibility,
     /// Whether the platform shows a leaderboard.
     pub leaderboard: bool,
+    /// How many submissions of a student are graded, if not all.
+    pub limit: Option<SubmissionLimit>,
+}
+
+/// So many submissions are graded in so many hours, `[platform.limit]`: counts of hidden scenes could be probed by many.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SubmissionLimit {
+    /// Submissions that are graded.
+    pub submissions: NonZeroUsize,
+    /// In any period of so many hours.
+    pub hours: Hours,
+}
+
+/// A time of more than nothing and at most a year, in hours.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Hours(pub f64);
+
+impl TryFrom<f64> for Hours {
+    type Error = String;
+
+    fn try_from(value: f64) -> Result<Self, String> {
+        let is_valid = value > 0.0 && value <= 8760.0;
+        is_valid
+            .then_some(Self(value))
+            .ok_or_else(|| format!("hours are more than 0 and at most 8760 (a year), not {value}"))
+    }
 }
 
 /// Which submission of a student counts.

@@ -56,12 +56,13 @@
 //! keep = "best"          # of the submissions of a student; or "last"
 //! hidden = "visible"     # when students see the results of hidden scenes; or "after-due-date", "after-published"
 //! leaderboard = false    # whether it shows points, and the time of programs that pass everything
+//! limit = { submissions = 5, hours = 24 }    # how many are graded in any such time; without it, all
 //!
 //! [class]                # what `grade class` accepts
 //! traces = false         # folders of traces; true: a folder without submission.toml is graded as traces
 //!
 //! [protection]           # protections without which no program is run
-//! require = ["files"]
+//! require = ["files"]    # or "closed-folders", which accepts a user ID of its own and closed folders in their place
 //! hidden-without-namespaces = false    # whether hidden scenes run where a program could tell the next one about them
 //! ```
 //!
@@ -404,9 +405,9 @@ impl Rubric {
         })?;
         let RubricFile { default, feature, scene, limits, build_limits, mut hidden, .. } = file;
         let protection = |name: Spanned<String>| {
-            let found = Protection::ALL.into_iter().find(|known| known.name() == name.as_ref());
-            found.ok_or_else(|| {
-                let names = Protection::ALL.map(Protection::name).join(", ");
+            let known = || Protection::ALL.into_iter().chain([Protection::ClosedFolders]);
+            known().find(|known| known.name() == name.as_ref()).ok_or_else(|| {
+                let names = known().map(Protection::name).collect::<Vec<_>>().join(", ");
                 let message = format!(
                     "unknown protection {:?}\n  help: the protections are {names}",
                     name.as_ref()

@@ -8,22 +8,42 @@ use clap::{Args, Subcommand};
 use grader::boundary::own_file;
 use grader::suite::Section;
 use platforms::archive;
-use platforms::github;
+use platforms::bundle::{self, Platform};
 use platforms::gradescope::export::{self, GLIBC, Program, Settings};
 use platforms::package::{PackageFile, add_folder, check_portable};
+use platforms::pipeline::{self, Host};
 use platforms::prairielearn;
 use scene::output::OutputFile;
 
 use crate::args::SuiteArgs;
 use crate::inputs::{Folders, Inputs, Judging, open_oracle};
-use crate::output::{leads_into, write_bytes, write_file};
+use crate::output::{leads_into, write_bytes};
 use crate::stop::{Exit, Stop, complain};
 
 #[derive(Subcommand)]
 pub(crate) enum ExportCommand {
     Gradescope(GradescopeArgs),
     Prairielearn(PrairielearnArgs),
-    Github(GithubArgs),
+    /// Write a workflow of GitHub Actions for a template repository
+    #[command(after_help = "\
+Examples:
+  grade export github --assignment t1m3 --repository course/spring-oracle -o template")]
+    Github(PipelineArgs),
+    /// Write a pipeline of GitLab for a template project
+    #[command(after_help = "\
+Examples:
+  grade export gitlab --assignment t1m3 --repository course/spring-oracle -o template")]
+    Gitlab(PipelineArgs),
+    /// Write the folder of an assignment's autograder for Classroom 50
+    #[command(after_help = "\
+Examples:
+  grade export classroom50 --assignment t1m3 -o classroom50/cs-principles")]
+    Classroom50(BundleArgs),
+    /// Write a grading script for Codio, with grade, the scenes and the oracle, where students cannot read them
+    #[command(after_help = "\
+Examples:
+  grade export codio --assignment t1m3 -o workspace")]
+    Codio(BundleArgs),
 }
 
 impl ExportCommand {
@@ -31,7 +51,10 @@ impl ExportCommand {
         match self {
             Self::Gradescope(args) => args.run(),
             Self::Prairielearn(args) => args.run(),
-            Self::Github(args) => args.run(),
+            Self::Github(args) => args.run(pipeline::GITHUB),
+            Self::Gitlab(args) => args.run(pipeline::GITLAB),
+            Self::Classroom50(args) => args.run(bundle::CLASSROOM_50),
+            Self::Codio(args) => args.run(bundle::CODIO),
         }
     }
 }
@@ -95,11 +118,12 @@ pub(crate) struct PrairielearnArgs {
     output: PathBuf,
 
     /// The name of the image in a registry, such as course/spring-oracle
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = parse_image)]
     image: String,
 
-    /// File that students hand in (repeatable)
-    #[arg(long, value_name = "NAME", default_values = ["submission.toml", "simulate.cpp"], value_parser = parse_file_name)]
+    /// File that students hand in, or a pattern of files that they may hand in, such as '*.h' (repeatable); folders cannot be
+    /// uploaded
+    #[arg(long, value_name = "NAME", default_values = ["submission.toml", "simulate.cpp"], value_parser = parse_pattern)]
     file: Vec<String>,
 
     /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program]
@@ -114,25 +138,22 @@ pub(crate) struct PrairielearnArgs {
     content: PackageArgs,
 }
 
-/// Write a workflow of GitHub Actions for a template repository, with points for GitHub Classroom
+/// A pipeline that builds grade from its source.
 #[derive(Args)]
 #[command(mut_arg("hidden", |arg| {
-    arg.help("Refused: students can edit the workflow, and read what it reads").hide(true)
+    arg.help("Refused: students can edit the pipeline, and read what it reads").hide(true)
 }))]
-#[command(after_help = "\
-Examples:
-  grade export github --assignment t1m3 --repository course/spring-oracle -o template")]
-pub(crate) struct GithubArgs {
-    /// Write the workflow into this repository: a folder with the files that students start from
+pub(crate) struct PipelineArgs {
+    /// Write the pipeline into this repository: a folder with the files that students start from
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 
-    /// The repository on GitHub that holds Spring Oracle, with the scenes and the oracle
+    /// The repository of the host that holds Spring Oracle, with the scenes and the oracle
     #[arg(long, value_name = "OWNER/NAME", value_parser = parse_repository)]
     repository: String,
 
     /// Its branch, tag or commit
-    #[arg(long, value_name = "NAME", default_value = "main")]
+    #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_reference)]
     reference: String,
 
     /// Minutes after which the job ends
@@ -143,18 +164,67 @@ pub(crate) struct GithubArgs {
     content: ContentArgs,
 }
 
-fn parse_file_name(text: &str) -> Result<String, &'static str> {
-    if is_file_name(text) {
+/// A folder with grade and the suite.
+#[derive(Args)]
+pub(crate) struct BundleArgs {
+    /// Write into this folder; its other files stay
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program]
+    #[arg(long, value_name = "FILE")]
+    program: Option<PathBuf>,
+
+    #[command(flatten)]
+    content: ContentArgs,
+}
+
+fn parse_pattern(text: &str) -> Result<String, &'static str> {
+    if is_file_name(&text.replace(['*', '?', '[', ']', '!'], "x")) {
+        Ok(text.to_owned())
+    } else if text.contains('/') {
+        Err("PrairieLearn uploads no folders: name files without a /")
+    } else {
+        Err("expected letters, digits, - _ . and the wildcards * ? [ ]")
+    }
+}
+
+/// The name of an image: parts of lower case between slashes, the first perhaps with a port, and a tag or a digest.
+fn parse_image(text: &str) -> Result<String, &'static str> {
+    let is_allowed =
+        |it: char| it.is_ascii_lowercase() || it.is_ascii_digit() || "-_.".contains(it);
+    let is_part = |part: &str| {
+        part.starts_with(|it: char| it.is_ascii_alphanumeric()) && part.chars().all(is_allowed)
+    };
+    let (name, digest) = text.split_once('@').unwrap_or((text, "sha256:0"));
+    let (host, path) = name.rsplit_once('/').map_or(("", name), |(host, path)| (host, path));
+    let (path, tag) = path.split_once(':').unwrap_or((path, "latest"));
+    let is_host =
+        |host: &str| host.split('/').all(|part| is_part(part.split(':').next().unwrap_or("")));
+    let is_valid = (host.is_empty() || is_host(host))
+        && is_part(path)
+        && is_file_name(tag)
+        && digest.starts_with("sha256:");
+    if is_valid {
         Ok(text.to_owned())
     } else {
-        Err("expected letters, digits, - _ and .")
+        Err("expected the name of an image, such as course/spring-oracle or course/spring-oracle:2")
     }
 }
 
 fn parse_repository(text: &str) -> Result<String, &'static str> {
-    match text.split_once('/') {
-        Some((owner, name)) if is_file_name(owner) && is_file_name(name) => Ok(text.to_owned()),
-        _ => Err("expected OWNER/NAME"),
+    if text.contains('/') && text.split('/').all(is_file_name) {
+        Ok(text.to_owned())
+    } else {
+        Err("expected OWNER/NAME")
+    }
+}
+
+fn parse_reference(text: &str) -> Result<String, &'static str> {
+    if text.split('/').all(is_file_name) && !text.starts_with('-') {
+        Ok(text.to_owned())
+    } else {
+        Err("expected the name of a branch, a tag or a commit")
     }
 }
 
@@ -189,7 +259,7 @@ impl GradescopeArgs {
             seconds: self.seconds,
         };
         let mut files = export::files(program, &settings).map_err(Stop::fault)?;
-        add_suite(&mut files, "suite/", &self.content.content.suite, &inputs)?;
+        add_suite(&mut files, "suite/", &self.content.content.suite, (&inputs, Traces::All))?;
         if is_source {
             add_source(&mut files, &self.content.content.suite)?;
         }
@@ -244,12 +314,7 @@ impl PrairielearnArgs {
     /// Writes a PrairieLearn course folder.
     fn run(&self) -> Result<Exit, Stop> {
         let inputs = self.content.content.read()?;
-        let Program::Built(program) = choose_program(self.program.as_deref())? else {
-            return Err(Stop::bad_input(
-                "this program does not run in the image\n  help: name a grade for x86-64 Linux with --program; \
-                 docs/prairielearn.md says how to build a static one",
-            ));
-        };
+        let program = built_program(self.program.as_deref())?;
         let assignment = inputs.assignment.as_ref();
         let name = inputs.assignment_name().to_owned();
         let settings = prairielearn::export::Settings {
@@ -266,53 +331,98 @@ impl PrairielearnArgs {
         };
         let mut files = prairielearn::export::files(program, &settings).map_err(Stop::fault)?;
         let suite = format!("{}tests/suite/", settings.question());
-        add_suite(&mut files, &suite, &self.content.content.suite, &inputs)?;
-        for PackageFile { path, bytes, is_program } in &files {
-            write_below(&self.output.join(path), bytes, *is_program)?;
-        }
+        add_suite(&mut files, &suite, &self.content.content.suite, (&inputs, Traces::All))?;
+        write_all(&self.output, &files)?;
         let image = self.output.join("image");
         complain(
             "note",
             format!("build and push the image: docker build -t {} {}", self.image, image.display()),
+        );
+        complain(
+            "note",
+            format!(
+                "{} must be public; after each push, choose Sync for it under \"Docker images\" on the course's page Sync",
+                self.image
+            ),
         );
         complain("note", format!("add the question {} to an assessment", settings.question()));
         Ok(Exit::Passed)
     }
 }
 
-impl GithubArgs {
-    /// Writes the workflow of a template repository.
-    fn run(&self) -> Result<Exit, Stop> {
+impl BundleArgs {
+    /// Writes the folder of a platform that runs a script beside grade and the suite.
+    fn run(&self, platform: Platform) -> Result<Exit, Stop> {
         let inputs = self.content.read()?;
-        self.keep_hidden_out(&inputs)?;
-        let settings = github::export::Settings {
+        if platform.is_public {
+            self.content
+                .keep_hidden_out(&inputs, "whoever finds the address of the bundle can read it")?;
+        }
+        let program = built_program(self.program.as_deref())?;
+        let name = inputs.assignment_name();
+        let mut files =
+            platform.files(program, name, inputs.hidden.is_some()).map_err(Stop::fault)?;
+        let suite = format!("{}suite/", platform.folder(name));
+        add_suite(&mut files, &suite, &self.content.suite, (&inputs, Traces::OfAssignment))?;
+        if let Some(most) = platform.most {
+            let mut bytes = Vec::new();
+            archive::write(&mut bytes, &files).map_err(Stop::fault)?;
+            if bytes.len() > most {
+                return Err(Stop::bad_input(format!(
+                    "the bundle has {} MiB compressed, and the platform fetches at most {}\n  help: strip a copy of grade, \
+                     and name it with --program",
+                    bytes.len().div_ceil(1 << 20),
+                    most >> 20
+                )));
+            }
+        }
+        write_all(&self.output, &files)?;
+        let script = self.output.join(platform.script(name));
+        complain("note", format!("{}: the platform runs it for each submission", script.display()));
+        Ok(Exit::Passed)
+    }
+}
+
+impl PipelineArgs {
+    /// Writes the pipeline of a template repository.
+    fn run(&self, host: Host) -> Result<Exit, Stop> {
+        let inputs = self.content.read()?;
+        self.content
+            .keep_hidden_out(&inputs, "students can edit the pipeline, and read what it reads")?;
+        let settings = pipeline::Settings {
             repository: self.repository.clone(),
             reference: self.reference.clone(),
             assignment: inputs.assignment_name().to_owned(),
             minutes: self.minutes,
         };
-        let path = self.output.join(github::export::PATH);
-        let unwritable = Stop::about(&path);
-        if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).map_err(&unwritable)?;
-        }
-        write_file(&path, github::export::workflow(&settings).as_bytes()).map_err(&unwritable)?;
+        let path = self.output.join(host.path);
+        write_below(&path, host.pipeline(&settings).as_bytes(), false)?;
         complain("note", format!("{}: commit it to the template repository", path.display()));
+        complain(
+            "note",
+            format!(
+                "if {} is private, students can read it by the token of the pipeline; keep what they must not see out of it, \
+                 and grade that with `grade class --hidden`",
+                self.repository
+            ),
+        );
         Ok(Exit::Passed)
     }
+}
 
-    /// Refuses hidden scenes that the workflow could read: students can edit it.
-    fn keep_hidden_out(&self, inputs: &Inputs) -> Result<(), Stop> {
-        let root = self.content.suite.folders()?.assets;
+impl ContentArgs {
+    /// Refuses hidden scenes that students could read.
+    fn keep_hidden_out(&self, inputs: &Inputs, why: &str) -> Result<(), Stop> {
+        let root = self.suite.folders()?.assets;
         let root = root.parent().unwrap_or(Path::new(""));
         let root = if root.as_os_str().is_empty() { Path::new(".") } else { root };
         let of_rubric = inputs.hidden.as_ref().map(|(_, folder)| folder);
         let is_inside = |folder: &&PathBuf| leads_into(folder, root).unwrap_or(true);
-        let Some(folder) = self.content.hidden.as_ref().or(of_rubric.filter(is_inside)) else {
+        let Some(folder) = self.hidden.as_ref().or(of_rubric.filter(is_inside)) else {
             return Ok(());
         };
         Err(Stop::bad_input(format!(
-            "{}: students can edit the workflow, and read what it reads: hidden scenes stay out of it and of {}\n  help: \
+            "{}: {why}: hidden scenes stay out of it and of {}\n  help: \
              leave out --hidden, keep hidden scenes outside of {1}, and grade them with `grade class --hidden` or in a \
              repository that students cannot write to (docs/github.md)",
             folder.display(),
@@ -328,6 +438,13 @@ fn uuid_of(assignment: &str) -> String {
     let hex: String = hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect();
     // Version 8: of the issuer's own making.
     format!("{}-{}-8{}-a{}-{}", &hex[..8], &hex[8..12], &hex[13..16], &hex[17..20], &hex[20..])
+}
+
+/// Writes files below a folder.
+fn write_all(folder: &Path, files: &[PackageFile]) -> Result<(), Stop> {
+    files.iter().try_for_each(|PackageFile { path, bytes, is_program }| {
+        write_below(&folder.join(path), bytes, *is_program)
+    })
 }
 
 /// Writes a file, and the folders that it lies in.
@@ -374,12 +491,32 @@ fn choose_program(named: Option<&Path>) -> Result<Program, Stop> {
     }
 }
 
+/// The named program, or this one, which must run on the platform.
+fn built_program(named: Option<&Path>) -> Result<Vec<u8>, Stop> {
+    match choose_program(named)? {
+        Program::Built(program) => Ok(program),
+        Program::Source => Err(Stop::bad_input(
+            "this program does not run on the platform\n  help: name a grade for x86-64 Linux with --program; \
+             docs/prairielearn.md says how to build a static one",
+        )),
+    }
+}
+
+/// The traces of the oracle in a package.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Traces {
+    /// Those of every scene.
+    All,
+    /// Those of the assignment, where the size of a package counts.
+    OfAssignment,
+}
+
 /// Adds the scenes, their traces, the rubric and the hidden scenes.
 fn add_suite(
     files: &mut Vec<PackageFile>,
     prefix: &str,
     suite: &SuiteArgs,
-    inputs: &Inputs,
+    (inputs, traces): (&Inputs, Traces),
 ) -> Result<(), Stop> {
     let Folders { assets, extra_credit, expected } = suite.folders()?;
     let mut add = |folder: &Path, name: &str, is_kept: &dyn Fn(&str) -> bool| {
@@ -389,7 +526,14 @@ fn add_suite(
     if let Some(folder) = extra_credit.filter(|folder| folder.is_dir()) {
         add(&folder, "extracreditassets", &|_| true)?;
     }
-    add(&expected, "expected", &|_| true)?;
+    let is_judged = |path: &str| {
+        let name = path.rsplit_once('.').map_or(path, |(name, _)| name);
+        let is_of = |id: &str| id == name || id.starts_with(&format!("{path}/"));
+        inputs.suite.cases.iter().any(|case| is_of(&case.id))
+    };
+    // Beside the folders of traces lie the manifest and the envelopes.
+    let is_kept = |path: &str| traces == Traces::All || path.ends_with(".toml") || is_judged(path);
+    add(&expected, "expected", &is_kept)?;
     if let Some((_, hidden)) = &inputs.hidden {
         let parts = ["assets", "extracreditassets", "expected"];
         let is_part = |path: &str| parts.iter().any(|part| path.split('/').next() == Some(part));

@@ -57,7 +57,7 @@ pub(crate) struct GradeArgs {
     watch: bool,
 
     /// Write a report (repeatable): text, json or junit, with =FILE to a file, else to standard output; html=DIR;
-    /// gradescope=FILE; prairielearn=FILE; or github, in a step of GitHub Actions
+    /// gradescope=FILE; prairielearn=FILE; classroom50=FILE; or github, in a step of GitHub Actions
     #[arg(long, value_name = "KIND[=FILE]", value_parser = ReportArg::parse, conflicts_with_all = ["format", "output"])]
     report: Vec<ReportArg>,
 
@@ -99,7 +99,7 @@ impl GradeArgs {
         let is_folder = self.submission.as_ref().is_some_and(|submission| submission.is_dir());
         self.report.iter().any(|report| match report {
             ReportArg::Gradescope(_) | ReportArg::Prairielearn(_) => true,
-            ReportArg::Github => is_folder,
+            ReportArg::Github | ReportArg::Classroom50(_) => is_folder,
             ReportArg::Plain(..) | ReportArg::Html(_) => false,
         })
     }
@@ -149,6 +149,10 @@ impl GradeArgs {
         let of_submission = chooses.and_then(named_assignment);
         let judging = Judging { of_submission: of_submission.as_deref(), ..self.judge.judging() };
         let mut inputs = self.suite.read_for(&judging)?;
+        if platforms.refuses(inputs.rubric.platform(), metadata.as_ref())? {
+            complain("note", "over the limit of submissions; not graded");
+            return Ok(Exit::Failed);
+        }
         let path = self.submission.as_deref().or(self.traces.as_deref());
         let record = last_failed::file(path, &inputs.expected);
         let only = self.choose(&inputs, record.as_deref());

@@ -14,6 +14,7 @@ use studies::stability::{self, Config, StabilityReport};
 
 use crate::args::ReportArgs;
 use crate::inputs::find_root;
+use crate::installed::refuse_change;
 use crate::output::{put, write_file, written};
 use crate::pages::Pages;
 use crate::progress::bar;
@@ -80,6 +81,9 @@ impl StabilityArgs {
     pub(crate) fn run(&self) -> Result<Exit, Stop> {
         let pages = self.html.as_deref().map(Pages::open).transpose()?;
         let path = self.expected_path()?;
+        if self.accept {
+            refuse_change(&path)?;
+        }
         let mut expectations = Expectations::load(&path).map_err(Stop::bad_input)?;
         let open = |folder: &PathBuf| Store::open(folder).map_err(Stop::about(folder));
         let store = self.resume.as_ref().map(open).transpose()?;

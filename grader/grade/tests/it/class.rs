@@ -273,7 +273,7 @@ fn class_grades_equal_grades_of_single_runs() {
     assert_eq!(project.json(&["class/fay"])["submission"], "a\u{fffd}[2Jb");
     for threads in ["1", "2"] {
         let run = project.class(&[&options[..], &["--threads", threads]].concat());
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert_eq!(run.code, 3, "{}", run.stderr);
         assert!(reports() == alone, "a neighbour changed a report");
         assert_eq!(project.row("ada"), row);
         for (name, verdict) in [
@@ -345,6 +345,31 @@ fn only_what_changed_is_graded_again() {
     assert_eq!(resume().code, 0);
     assert!(!marked("ada"));
     assert!(project.row("ada").starts_with("ada,passed,6,6,"));
+}
+
+#[test]
+fn pages_on_or_off_grade_nothing_again() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    let class = |options: &[&str]| {
+        let run = project.class(&[&["--format", "json"], options].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        (project.read("out/resume/ada.json"), run.stderr)
+    };
+    let link = || project.read("pages/index.html").contains("submissions/ada/index.html");
+    // With pages first: they stay, also through a run without.
+    let (record, _) = class(&["--html", "pages"]);
+    assert!(link());
+    assert_eq!(class(&["--resume"]).0, record);
+    assert_eq!(class(&["--resume", "--html", "pages"]).0, record);
+    assert!(link());
+    // Without pages first: the class has its page, and what has none is not linked.
+    fs::remove_dir_all(project.path("pages")).unwrap();
+    let (record, _) = class(&[]);
+    let (same, said) = class(&["--resume", "--html", "pages"]);
+    assert_eq!(same, record);
+    assert!(!link() && project.read("pages/index.html").contains("ada"));
+    assert!(said.contains("1 submissions were graded without --html, and have no pages"), "{said}");
 }
 
 #[test]
@@ -504,7 +529,7 @@ fn malformed_hand_in_fails_alone() {
     let run = project.class(&[]);
     let removed = Command::new("rm").arg("-rf").arg(project.path("class/deep")).status();
     assert!(removed.unwrap().success());
-    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    assert_eq!(run.code, 3, "{}{}", run.stdout, run.stderr);
     for (name, message) in [
         ("deep", "folders are nested more than 100 deep"),
         ("full", "the files are larger than 1024 MiB together, counted up to data.bin"),

@@ -18,7 +18,7 @@ fn oracle_copy_earns_no_credit_in_a_class() {
     let project = Project::with_hidden();
     copied_traces(&project, "class/eve");
     let run = project.class(&["--hidden", "hidden"]);
-    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(run.code, 3, "{}", run.stderr);
     assert_eq!(project.row("eve"), "eve,bad-hand-in,0,3,0,0,0,0,0,3,0,2,,,,");
     let shown = project.read("out/reports/eve.txt");
     assert!(shown.contains("there is no submission.toml in this folder"), "{shown}");
@@ -56,7 +56,7 @@ fn submission_names_do_not_collide_with_class_files() {
     }
     for _ in 0..2 {
         let run = project.class(&["--html", "pages"]);
-        assert_eq!(run.code, 0, "{}", run.stderr);
+        assert_eq!(run.code, 3, "{}", run.stderr);
         let front = project.read("pages/index.html");
         let links: Vec<&str> = front
             .split("<th scope=\"row\"><a href=\"")
@@ -100,7 +100,7 @@ fn upload_named_after_another_student_does_not_stop_the_class() {
         assert!(run.stdout.contains(line), "{line}: {}", run.stdout);
     }
     assert!(!run.stdout.contains("no submission: Ada"), "{}", run.stdout);
-    assert_eq!(project.read("moodle.csv"), "ID number,Spring Oracle\n1001,\n1002,2\n1003,\n");
+    assert_eq!(project.read("moodle.csv"), "ID number,Spring Oracle\n1002,2\n");
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn github_workflow_refuses_hidden_scenes() {
         project.grade(&[&common[..], arguments].concat())
     };
     let message =
-        "students can edit the workflow, and read what it reads: hidden scenes stay out of it";
+        "students can edit the pipeline, and read what it reads: hidden scenes stay out of it";
     let run = export(&["--hidden", "hidden"]);
     assert!(run.code == 2 && run.stderr.contains(message), "{}", run.stderr);
     // Those of the rubric, in the repository that the workflow checks out.
@@ -191,7 +191,7 @@ fn github_workflow_refuses_hidden_scenes() {
     fs::rename(project.path("hidden"), project.path("secret")).unwrap();
     let run = export(&[]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let workflow = project.read("template/.github/workflows/classroom.yml");
+    let workflow = project.read("template/.github/workflows/grade.yml");
     assert!(
         workflow.contains("must hold no hidden scenes") && !workflow.contains("--hidden hidden"),
         "{workflow}"

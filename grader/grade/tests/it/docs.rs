@@ -5,6 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use test_support::root;
 
+use crate::folder::Folder;
+
 use grader::rubric::Rubric;
 use grader::suite::assignment::{self, Assignment};
 use grader::suite::{Feature, Section, Suite};
@@ -277,4 +279,27 @@ fn the_methods_list_the_integrators_of_the_registry() {
         .collect();
     let header = "| integrator | option | values | default | meaning |";
     hold("docs/methods.md", &rows_of("docs/methods.md", header), &rows, "options");
+}
+
+/// The lines for other schedulers, run by a shell as these would.
+#[test]
+fn lines_for_schedulers_run_the_shard_of_their_index() {
+    let folder = Folder::new();
+    folder.program("bin/grade", "#!/bin/sh\necho \"$@\"\n");
+    let text = document("docs/teaching.md");
+    for variable in ["JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX", "PBS_ARRAY_INDEX"] {
+        let row = text.lines().find(|line| line.contains(&format!("${variable}"))).unwrap();
+        let start = row.find("exec grade").unwrap();
+        let end = start + row[start..].find(variable).unwrap() + variable.len();
+        let line = row[start..end].replace('"', "");
+        let path = format!("{}:/usr/bin:/bin", folder.path("bin").display());
+        let shell = std::process::Command::new("sh")
+            .args(["-c", &line])
+            .env("PATH", path)
+            .env(variable, "7")
+            .output();
+        let printed = String::from_utf8(shell.unwrap().stdout).unwrap();
+        assert_eq!(printed, "class run-shard results/plan.json 7\n", "{line}");
+    }
+    assert!(text.contains("'arguments = class run-shard results/plan.json $(Process)'"));
 }

@@ -82,10 +82,12 @@ fn rows(project: &Project, file: &str) -> Vec<Vec<String>> {
     rows.as_array().unwrap().iter().map(row).collect()
 }
 
-/// A class graded with both gradebooks.
+/// A class graded with gradebooks.
 fn graded() -> (Project, Run) {
     let project = project();
-    let gradebooks = ["--gradebook", "canvas=canvas.csv", "--gradebook", "moodle=moodle.csv"];
+    let kinds = ["canvas", "moodle", "brightspace"];
+    let gradebooks = kinds.map(|kind| ["--gradebook".to_owned(), format!("{kind}={kind}.csv")]);
+    let gradebooks: Vec<&str> = gradebooks.as_flattened().iter().map(String::as_str).collect();
     let run = class(&project, &[&gradebooks[..], &["--due", DUE, "--column", "=T1M3"]].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
     (project, run)
@@ -138,19 +140,23 @@ fn a_class_goes_into_the_gradebooks_of_canvas_and_moodle() {
     }
     assert!(!run.stdout.contains("Dot"), "extended deadline: {}", run.stdout);
 
-    let [canvas, moodle] = ["canvas.csv", "moodle.csv"].map(|file| rows(&project, file));
+    let files = ["canvas.csv", "moodle.csv", "brightspace.csv"];
+    let [canvas, moodle, brightspace] = files.map(|file| rows(&project, file));
     let header = ["Student", "ID", "SIS User ID", "SIS Login ID", "Section", "'=T1M3"];
     assert_eq!(canvas[0], header);
     assert_eq!(canvas[1], ["    Points Possible", "", "", "", "", "10"]);
     assert_eq!(canvas[2], ["'=HYPERLINK(1)", "", "1001", "", "1, 2", "10"]);
     assert_eq!(canvas[3][0], "Lovelace, '-Ada \"A\"");
     assert_eq!(canvas[4], ["Zoë", "", "1003", "", "1, 2", "3.75"]);
-    assert_eq!((canvas.len(), moodle.len()), (34, 33));
+    // Students without a submission have no row: an empty cell would remove what the platform has.
+    assert_eq!((canvas.len(), moodle.len(), brightspace.len()), (32, 31, 31));
     assert_eq!(moodle[0], ["Email address", "ID number", "'=T1M3"]);
     assert_eq!(moodle[7], ["s7@x.edu", "1007", "0"]);
     let points: Vec<&str> = moodle[1..].iter().map(|row| row[2].as_str()).collect();
     assert_eq!(points[..8], ["10", "8", "3.75", "10", "10", "10", "0", "10"]);
-    assert_eq!(points[29..], ["10", "", ""]);
+    assert_eq!(points[29..], ["10"]);
+    assert_eq!(brightspace[0], ["OrgDefinedId", "'=T1M3 Points Grade", "End-of-Line Indicator"]);
+    assert_eq!(brightspace[2], ["1002", "8", "#"]);
     let of_canvas: Vec<&str> = canvas[2..].iter().map(|row| row[5].as_str()).collect();
     assert_eq!(of_canvas, points);
 
@@ -174,18 +180,90 @@ fn ambiguous_roster_is_refused_before_grading() {
     let moodle = ["--gradebook", "moodle=moodle.csv"];
     for (roster, arguments, message) in [
         ("name,email\nAda,a@x.edu\n", &canvas[..], "roster.csv:2: canvas cannot find Ada"),
+        (
+            "id\n2\n",
+            &["--gradebook", "blackboard=b.csv"],
+            "blackboard cannot find 2\n  help: fill in one of the columns login",
+        ),
         ("name,canvas id\nAda,1\n", &moodle, "roster.csv:2: moodle cannot find Ada"),
         ("name,id\nAda,=1+2\n", &canvas, "roster.csv:2: spreadsheets read \"=1+2\" as a formula"),
         ("id,submitted\n2,2026-02-01T00:00:00Z\n", &canvas, "roster.csv:2: there is a time of"),
         ("id\n2\n", &["--folder-times"], "roster.csv:2: there is a time of submission, but no"),
         ("id\n2\n", &["--due", "monday"], "is no time with date and offset"),
-        ("id\n2\n", &["--gradebook", "excel=x"], "the gradebooks are canvas and moodle"),
+        (
+            "id\n2\n",
+            &["--gradebook", "excel=x"],
+            "the gradebooks are canvas, moodle, blackboard and brightspace",
+        ),
     ] {
         project.write("roster.csv", roster);
         let run = class(&project, arguments);
         assert!(run.code == 2 && run.stderr.contains(message), "{message}: {}", run.stderr);
         assert!(!project.path("out/summary.csv").exists() && !project.path("canvas.csv").exists());
     }
+}
+
+#[test]
+fn adjustments_are_kept_and_shown_with_their_reasons() {
+    let project = Project::new();
+    project.write("assets/rubric.toml", RUBRIC);
+    project.program("class/ada_t1", RIGHT);
+    project.program("class/bob", RIGHT);
+    project.write(
+        "roster.csv",
+        "name,login,submitted\nAda,ada,2026-02-02T12:00:00Z\nBob,bob,2026-01-01T00:00:00Z\n",
+    );
+    project
+        .write("a.csv", "student,points,reason\nAda,1.5,regrade 12\nbob,-20,handed in by =mail\n");
+    let options =
+        ["--gradebook", "moodle=m.csv", "--due", "2026-02-01T23:59:00Z", "--adjustments", "a.csv"];
+    let grade = |more: &[&str]| {
+        let run = class(&project, &[&options[..], more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        run.stdout
+    };
+    // A late submission loses a fifth of what it earned, and of no adjustment. No points are negative.
+    for more in [&[][..], &["--resume"]] {
+        let summary = grade(more);
+        assert!(summary.contains("  adjusted: ada_t1: +1.5 points: regrade 12\n"), "{summary}");
+        assert_eq!(project.read("m.csv"), "Username,Spring Oracle\nada,9.5\nbob,0\n");
+    }
+    let table = project.read("out/summary.csv");
+    assert!(table.contains(",11.5,0,") && table.contains(",1.5,,regrade 12\n"), "{table}");
+    assert!(table.contains(",,20,handed in by =mail\n"), "{table}");
+    let report: Value = serde_json::from_str(&project.read("out/reports/ada_t1.json")).unwrap();
+    assert_eq!(report["adjustments"][0]["reason"], "regrade 12");
+    // Only who is adjusted otherwise is graded again.
+    let [ada, bob] = ["ada_t1", "bob"].map(|name| project.read(&format!("out/resume/{name}.json")));
+    project.write("a.csv", "student,points,reason\nAda,2,regrade 12\nbob,-20,handed in by =mail\n");
+    grade(&["--resume"]);
+    assert_ne!(project.read("out/resume/ada_t1.json"), ada);
+    assert_eq!(project.read("out/resume/bob.json"), bob);
+    project.write("a.csv", "student,points,reason\nEve,2,x\n");
+    let run = class(&project, &options);
+    assert!(
+        run.code == 2 && run.stderr.contains("a.csv:2: \"Eve\" has no submission"),
+        "{}",
+        run.stderr
+    );
+}
+
+#[test]
+fn a_roster_of_excel_leads_to_blackboard() {
+    let project = Project::new();
+    project.write("assets/rubric.toml", RUBRIC);
+    project.program("class/zoe", RIGHT);
+    // As "Unicode text": UTF-16 with tabs.
+    let roster = "\u{feff}Last Name\tFirst Name\tUsername\r\nÅngström\tZoë\tzoe\r\nB\tBob\tbob\r\n";
+    let bytes: Vec<u8> = roster.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    fs::write(project.path("roster.csv"), bytes).unwrap();
+    let run = class(
+        &project,
+        &["--gradebook", "blackboard=b.csv", "--column", "T1M3 [Total Pts: 10] |123"],
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("no submission: Bob B (line 3)"), "{}", run.stdout);
+    assert_eq!(project.read("b.csv"), "Username,T1M3 [Total Pts: 10] |123\nzoe,10\n");
 }
 
 #[test]

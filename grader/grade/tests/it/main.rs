@@ -22,6 +22,10 @@ mod hidden;
 #[cfg(target_os = "linux")]
 mod init;
 #[cfg(target_os = "linux")]
+mod installed;
+#[cfg(target_os = "linux")]
+mod layouts;
+#[cfg(target_os = "linux")]
 mod marks;
 #[cfg(target_os = "linux")]
 mod pages;

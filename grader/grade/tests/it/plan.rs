@@ -323,6 +323,28 @@ fn equal_submissions_are_graded_once() {
     }
     let rows = ["ada", "bob", "cleo"].map(|name| project.row(name).replacen(name, "", 1));
     assert!(rows[0] == rows[1] && rows[1] == rows[2], "{rows:?}");
+    let summary = project.read("out/summary.txt");
+    assert!(summary.contains("  equal hand-ins: ada, bob, cleo\n"), "{summary}");
+}
+
+#[test]
+fn plan_runs_where_it_was_moved() {
+    let (project, whole) = with_whole();
+    let count = plan(&project, &["--shards", "3"]);
+    // Below another folder, as another machine may mount it.
+    for name in ["assets", "expected", "class", "out"] {
+        let moved = project.path("elsewhere").join(name);
+        fs::create_dir_all(moved.parent().unwrap()).unwrap();
+        fs::rename(project.path(name), moved).unwrap();
+    }
+    for shard in 0..count {
+        let run =
+            project.grade(&["class", "run-shard", "elsewhere/out/plan.json", &shard.to_string()]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    }
+    let run = project.grade(&["class", "merge", "elsewhere/out/plan.json"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(results(&project, "elsewhere/out") == whole);
 }
 
 /// A full disk: a file system of 64 KiB holds the results of a few submissions only.

@@ -1,9 +1,9 @@
 //! Annotations: `::error file=F,line=L,title=T::message`. GitHub shows at most ten errors and ten warnings of a step.
 
+use diagnosis::findings::FindingKind;
 use grader::grading::{FeatureResult, Grading, SceneResult};
 use grader::suite::Section;
 use grader::verdict::{Failure, Verdict};
-use report::text;
 
 /// Errors and warnings that a step shows, each.
 const SHOWN: usize = 10;
@@ -19,16 +19,16 @@ pub fn render(grading: &Grading) -> String {
     });
     errors.extend(output.iter().flat_map(|output| compiler_errors(output)));
     for result in grading.features.iter().filter(|result| !result.is_pass()) {
-        let section = result.feature.section;
-        let line = command(
-            if grading.decides(result) { "error" } else { "warning" },
-            &[("title", &title(result))],
-            &sentence(result),
-        );
-        match section {
+        let decides = grading.decides(result);
+        let kind = if decides { "error" } else { "warning" };
+        let line =
+            || command(kind, &[("title", &crate::title(result))], &sentence(result, grading));
+        match result.feature.section {
             Section::Unscored => {}
-            _ if grading.decides(result) => errors.push(line),
-            _ => warnings.push(line),
+            _ if decides => errors.push(line()),
+            // Nobody needs to hear that extra credit was not tried.
+            _ if is_untried(result) => {}
+            _ => warnings.push(line()),
         }
     }
     let lines = |lines: Vec<String>| lines.into_iter().take(SHOWN).collect::<String>();
@@ -40,15 +40,14 @@ pub fn not_graded(reason: &str) -> String {
     command("error", &[("title", "Not graded")], reason)
 }
 
-fn title(result: &FeatureResult) -> String {
-    match result.feature.section {
-        Section::Required => result.feature.to_string(),
-        section => format!("{}: {}", text::title(section), result.feature),
-    }
+/// Whether a feature is not implemented at all.
+fn is_untried(result: &FeatureResult) -> bool {
+    let is_lack = |scene: &SceneResult| scene.comparison.verdict.is_lack();
+    !result.scenes.is_empty() && result.scenes.iter().all(is_lack) && result.hidden.n_passed() == 0
 }
 
-/// How many scenes passed, and the verdicts of the others.
-fn sentence(result: &FeatureResult) -> String {
+/// How many scenes passed, the verdict of the first other one, and what is proven about the failures.
+fn sentence(result: &FeatureResult, grading: &Grading) -> String {
     let (passed, all) = (result.n_passed(), result.scenes.len());
     let mut sentence = format!("{passed} of {all} scenes passed");
     let not_passed = |scene: &&SceneResult| !scene.comparison.verdict.is_pass();
@@ -59,6 +58,12 @@ fn sentence(result: &FeatureResult) -> String {
     if result.hidden.n_scenes() > 0 {
         let (passed, all) = (result.hidden.n_passed(), result.hidden.n_scenes());
         sentence += &format!("; {passed} of {all} hidden scenes passed");
+    }
+    let is_here = |name: &String| result.scenes.iter().any(|scene| scene.id == *name);
+    let findings =
+        grading.findings.list.iter().filter(|finding| finding.kind == FindingKind::Cause);
+    for finding in findings.filter(|finding| finding.scenes.iter().any(is_here)) {
+        sentence += &format!("\n{finding}");
     }
     sentence
 }

@@ -1,20 +1,18 @@
-//! GitHub Actions and GitHub Classroom.
+//! GitHub Actions, and Classroom 50 in it.
 //!
 //! ```text
 //! Grading ──> summary.rs        Markdown, below the run of a workflow
 //!         ──> annotations.rs    marks at files of the submission, as commands on standard output
-//!         ──> classroom.rs      points, as an output of the step
-//! export.rs                     the workflow of a template repository
+//!         ──> classroom50.rs    points of Classroom 50
 //! ```
 //!
 //! Actions reads commands (`::error ::…`) in everything that a step prints, so a program could give them. Between
 //! [`commands_off`] and [`commands_on`] it reads none.
 //!
-//! Formats: GitHub's "Workflow commands for GitHub Actions" and Classroom's autograding reporter, of 2026.
+//! Formats: GitHub's "Workflow commands for GitHub Actions", of 2026.
 
 pub mod annotations;
-pub mod classroom;
-pub mod export;
+pub mod classroom50;
 pub mod summary;
 
 /// A line after which commands are ignored, until [`commands_on`] with the same token, which no program can guess.

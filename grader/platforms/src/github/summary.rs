@@ -47,11 +47,8 @@ pub fn not_graded(reason: &str) -> String {
 /// A row of the table. Groups are names of folders of the course, and could still contain markup.
 fn row(result: &FeatureResult, grading: &Grading) -> String {
     let section = result.feature.section;
-    let name = match section {
-        Section::Required => result.feature.to_string(),
-        _ => format!("{}: {}", text::title(section), result.feature),
-    };
-    let name: String = name.chars().filter(|it| !"|<>`*[]&\\\n".contains(*it)).collect();
+    let name: String =
+        crate::title(result).chars().filter(|it| !"|<>`*[]&\\\n".contains(*it)).collect();
     let points = match section {
         Section::Unscored => String::new(),
         _ => points::of(&result.credit(), grading.faults),

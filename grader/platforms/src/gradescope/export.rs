@@ -53,13 +53,12 @@ pub fn files(program: Program, settings: &Settings) -> io::Result<Vec<PackageFil
     if program == Program::Source {
         packages.extend(["build-essential", "ca-certificates", "curl"].map(str::to_owned));
     }
+    let hidden = if *hidden { " --hidden \"$source/suite/hidden\"" } else { "" };
     let setup = include_str!("setup.sh")
+        .replace("HIDDEN", hidden)
         .replace("PACKAGES", &packages.iter().map(|it| quoted(it)).collect::<Vec<_>>().join(" "))
         .replace("BUILD\n", build);
-    let mut arguments = format!(" --assignment {}", quoted(assignment));
-    if *hidden {
-        arguments += " --hidden \"$source/suite/hidden\"";
-    }
+    let arguments = format!(" --assignment {}{hidden}", quoted(assignment));
     let run = include_str!("run_autograder.sh")
         .replace("SECONDS_OF_RUN", &seconds.to_string())
         .replace(" ARGUMENTS", &arguments);

@@ -4,8 +4,9 @@
 
 use std::io;
 
+use grader::grading::points;
 use grader::grading::{Credit, FeatureResult, Grading, Hidden, SceneResult};
-use grader::rubric::late::{PlatformRule, Visibility};
+use grader::rubric::late::{PlatformRule, SubmissionLimit, Visibility};
 use grader::suite::Section;
 use report::SceneTimes;
 use report::text::{self, TextOptions};
@@ -70,6 +71,13 @@ struct ExtraData {
     assignment: Option<String>,
     points_earned: Option<f64>,
     points_own: Option<f64>,
+    /// Whether it was over the limit: the metadata of later submissions has this.
+    #[serde(rename = "refused", skip_serializing_if = "is_false")]
+    is_refused: bool,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 impl Results<'_> {
@@ -88,6 +96,7 @@ impl Results<'_> {
                 tests.extend(self.tests(result, number, same.is_some())?);
             }
         }
+        tests.extend(self.protection()?);
         let document = Document {
             score: score.counted,
             output: self.overview(same)?,
@@ -102,6 +111,7 @@ impl Results<'_> {
                 assignment: grading.assignment.as_ref().map(|assignment| assignment.name.clone()),
                 points_earned: Some(score.earned),
                 points_own: Some(score.own),
+                is_refused: false,
             },
         };
         render(&document)
@@ -126,6 +136,15 @@ impl Results<'_> {
         Ok(overview)
     }
 
+    /// How programs were run, for instructors.
+    fn protection(&self) -> io::Result<Option<Test>> {
+        let Some(protections) = &self.grading.protection else { return Ok(None) };
+        let mut out = Vec::new();
+        text::write_protection(&mut out, protections)?;
+        let (name, output) = ("Protection, for the instructor".to_owned(), utf8(out)?);
+        Ok(Some(Test { name, output, visibility: "hidden", ..Test::default() }))
+    }
+
     /// The test of a feature and, if it has hidden scenes, theirs. `is_told` if the overview explains the failures.
     fn tests(
         &self,
@@ -134,10 +153,7 @@ impl Results<'_> {
         is_told: bool,
     ) -> io::Result<Vec<Test>> {
         let section = result.feature.section;
-        let name = match section {
-            Section::Required => result.feature.to_string(),
-            _ => format!("{}: {}", text::title(section), result.feature),
-        };
+        let name = crate::title(result);
         let tags = vec![
             section.name().to_owned(),
             result.feature.group.clone(),
@@ -240,22 +256,47 @@ pub fn not_graded(message: &str, reason: &str, score: Score) -> io::Result<Strin
         visibility: "hidden",
         ..Test::default()
     };
-    render(&Document {
+    render(&Document { tests: vec![test], ..ungraded(output, score, false) })
+}
+
+/// The results of a submission over the limit; the next one is graded if it comes in `wait` seconds later.
+///
+/// # Errors
+/// Never in practice: it writes to memory.
+pub fn refused(limit: SubmissionLimit, wait: f64, score: Score) -> io::Result<String> {
+    let SubmissionLimit { submissions, hours } = limit;
+    let minutes = (wait / 60.0).ceil() as u64;
+    let output = format!(
+        "Not graded: {submissions} submissions in {} hours are graded, and there were as many before this one. The next \
+         one is graded if you hand it in {} h {} min after this one, or later.\nThe points are those of an earlier \
+         submission: {}.\n",
+        points::shown(hours.0),
+        minutes / 60,
+        minutes % 60,
+        points::shown(score.counted)
+    );
+    render(&ungraded(output, score, true))
+}
+
+/// Results without tests.
+fn ungraded(output: String, score: Score, is_refused: bool) -> Document {
+    Document {
         score: score.counted,
         output,
         output_format: "text",
         test_output_format: "text",
         test_name_format: "text",
         stdout_visibility: "hidden",
-        tests: vec![test],
+        tests: Vec::new(),
         leaderboard: Vec::new(),
         extra_data: ExtraData {
             grader_version: env!("CARGO_PKG_VERSION"),
             assignment: None,
             points_earned: None,
             points_own: None,
+            is_refused,
         },
-    })
+    }
 }
 
 fn render(document: &Document) -> io::Result<String> {

@@ -50,6 +50,15 @@ impl Score {
         Self { counted: before(platform, Some(metadata)), ..Self::default() }
     }
 
+    /// The points of a submission over the limit: with `keep = "last"`, those of the one before it.
+    pub fn refused(platform: PlatformRule, metadata: &Metadata) -> Self {
+        let kept = match platform.keep {
+            Keep::Best => metadata.best_before(),
+            Keep::Last => metadata.last_before(),
+        };
+        Self { counted: kept.map_or(0.0, |kept| kept.max(0.0)), ..Self::default() }
+    }
+
     /// What changed the points, a sentence each.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();

@@ -14,3 +14,11 @@ BUILD
 chmod 700 "$source"
 chmod 755 "$source/grade"
 "$source/grade" --version
+
+# Where programs cannot be run under protection, every submission would have no points: no image is better.
+cd "$source/suite"
+if ! "$source/grade" protectionHIDDEN; then
+    echo "setup.sh: the message above says what this system lacks, and which line of the rubric accepts less; export the" \
+        "package again with that line" >&2
+    exit 1
+fi

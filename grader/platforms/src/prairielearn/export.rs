@@ -25,7 +25,7 @@ pub struct Settings {
     pub uuid: String,
     /// The name of the image in a registry.
     pub image: String,
-    /// The files that students hand in.
+    /// The files that students hand in; a pattern such as `*.h` stands for any number of files, or none.
     pub files: Vec<String>,
     /// Whether there are hidden scenes.
     pub hidden: bool,
@@ -58,16 +58,25 @@ pub fn files(program: Vec<u8>, settings: &Settings) -> io::Result<Vec<PackageFil
         "type": "v3",
         "gradingMethod": "External",
         "externalGradingOptions": {
-            "enabled": true,
             "image": settings.image,
             "entrypoint": ["bash", "/grade/tests/run.sh"],
             "timeout": LONGEST.min(settings.seconds + 60),
         },
     });
-    let names = settings.files.join(",");
+    let is_pattern = |name: &&String| name.contains(['*', '?', '[']);
+    let (patterns, names): (Vec<_>, Vec<_>) = settings.files.iter().partition(is_pattern);
+    let attribute = |name: &str, values: Vec<&String>| match values.as_slice() {
+        [] => String::new(),
+        values => {
+            let values: Vec<&str> = values.iter().map(|value| value.as_str()).collect();
+            format!(" {name}=\"{}\"", values.join(","))
+        }
+    };
+    let attributes =
+        attribute("file-names", names) + &attribute("optional-file-patterns", patterns);
     let html = format!(
-        "<pl-question-panel>\n  <p>Hand in your simulator.</p>\n</pl-question-panel>\n\n<pl-file-upload \
-         file-names=\"{names}\"></pl-file-upload>\n\n<pl-submission-panel>\n  \
+        "<pl-question-panel>\n  <p>Hand in your simulator.</p>\n</pl-question-panel>\n\n\
+         <pl-file-upload{attributes}></pl-file-upload>\n\n<pl-submission-panel>\n  \
          <pl-external-grader-results></pl-external-grader-results>\n  \
          <pl-file-preview></pl-file-preview>\n</pl-submission-panel>\n"
     );
@@ -81,6 +90,7 @@ pub fn files(program: Vec<u8>, settings: &Settings) -> io::Result<Vec<PackageFil
     let docker = include_str!("Dockerfile").replace("PACKAGES", &settings.packages.join(" "));
     let not_gradable = results::not_gradable(
         "Your submission was not graded: the grader failed, which is not your fault. Tell your instructor.",
+        "",
     )?;
     let text = |value: &serde_json::Value| format!("{value:#}\n");
     Ok(vec![

@@ -1,11 +1,13 @@
 //! `results.json`: one test per feature with points, and pictures of the first scenes that are wrong.
 //!
-//! The score is a share of the required points. Extra credit makes up for lost points, and never exceeds them. A
-//! submission that cannot be built, or that could not be judged, is not gradable: it does not count as an attempt.
+//! The score is a share of the required points. Extra credit makes up for lost points, and never exceeds them: a test of it
+//! has no points of its own to lose, since PrairieLearn shows the sums of points and of maxima above all. A submission that
+//! cannot be built, or that could not be judged, is not gradable: it does not count as an attempt. PrairieLearn shows
+//! `output` as it is, and `format_errors` as a paragraph.
 
 use std::io;
 
-use grader::grading::{FeatureResult, Grading, SceneResult};
+use grader::grading::{Credit, FeatureResult, Grading, SceneResult, points};
 use grader::suite::Section;
 use grader::verdict::{Failure, Verdict};
 use report::text::{self, TextOptions};
@@ -48,12 +50,16 @@ struct Test {
 /// # Errors
 /// Never in practice: it writes to memory.
 pub fn render(grading: &Grading) -> io::Result<String> {
-    if let Some(error) = unusable(grading) {
-        return not_gradable(&error);
+    if let Some((kind, detail)) = unusable(grading) {
+        return not_gradable(
+            &format!("Your submission is not graded: {kind}. The output says why."),
+            &detail,
+        );
     }
     if grading.features.iter().any(FeatureResult::has_faults) {
         return not_gradable(
             "A part of your submission could not be judged, through no fault of yours. Tell your instructor.",
+            "",
         );
     }
     let [required, extra] =
@@ -69,6 +75,7 @@ pub fn render(grading: &Grading) -> io::Result<String> {
     let document = Document {
         gradable: true,
         score,
+        message: made_up(&required, &extra),
         output: plain(overview)?,
         images: images?.concat(),
         tests: features.map(|result| test(result, grading)).collect::<io::Result<_>>()?,
@@ -82,25 +89,40 @@ pub fn render(grading: &Grading) -> io::Result<String> {
     to_text(&Document { images: Vec::new(), ..document })
 }
 
-/// The results of a submission that does not count as an attempt.
+/// The results of a submission that does not count as an attempt: why, in a sentence, and what was printed.
 ///
 /// # Errors
 /// Never in practice.
-pub fn not_gradable(reason: &str) -> io::Result<String> {
-    let format_errors = vec![cut(reason)];
-    to_text(&Document { format_errors, ..Document::default() })
+pub fn not_gradable(reason: &str, printed: &str) -> io::Result<String> {
+    let (format_errors, output) = (vec![reason.to_owned()], cut(printed));
+    to_text(&Document { format_errors, output, ..Document::default() })
+}
+
+/// What extra credit changes about the score; nothing if none was earned.
+fn made_up(required: &Credit, extra: &Credit) -> String {
+    let lost = required.points - required.earned;
+    let [shown, extra, lost] = [required.points, extra.earned, lost].map(points::shown);
+    match (extra.as_str(), lost.as_str()) {
+        ("0", _) => String::new(),
+        (_, "0") => format!(
+            "The score is a share of {shown} points. {extra} points of extra credit do not raise it above 100 %."
+        ),
+        _ => format!(
+            "The score is a share of {shown} points. {extra} points of extra credit make up for {lost} lost points, as far as they reach."
+        ),
+    }
 }
 
 fn to_text(document: &Document) -> io::Result<String> {
     Ok(serde_json::to_string_pretty(document)? + "\n")
 }
 
-/// Why there is no program to grade, if so.
-fn unusable(grading: &Grading) -> Option<String> {
+/// Why there is no program to grade, if so: the kind of the failure, and the failure.
+fn unusable(grading: &Grading) -> Option<(String, String)> {
     let mut scenes = grading.features.iter().flat_map(|result| &result.scenes);
     scenes.find_map(|scene| match &scene.comparison.verdict {
         Verdict::Fail(failure @ (Failure::BuildFailed { .. } | Failure::BadHandIn { .. })) => {
-            Some(format!("{}: {failure}", failure.name().replace('-', " ")))
+            Some((failure.name().replace('-', " "), failure.to_string()))
         }
         _ => None,
     })
@@ -116,14 +138,14 @@ fn test(result: &FeatureResult, grading: &Grading) -> io::Result<Test> {
         0 => String::new(),
         all => format!("; {} of {all} hidden scenes", result.hidden.n_passed()),
     };
-    let name = match result.feature.section {
-        Section::Required => result.feature.to_string(),
-        section => format!("{}: {}", text::title(section), result.feature),
+    let max_points = match result.feature.section {
+        Section::ExtraCredit => 0.0,
+        _ => credit.points,
     };
     Ok(Test {
-        name,
+        name: crate::title(result),
         points: credit.shown(grading.faults).unwrap_or(0.0),
-        max_points: credit.points,
+        max_points,
         message: crate::passed(result) + &hidden,
         output: cut(&plain(output)?),
     })

@@ -14,5 +14,5 @@ cd "$root/tests/suite" || exit 0
 
 # Ends the run while there is time to write results.
 timeout --signal=TERM --kill-after=30 SECONDS_OF_RUN "$grade" "$root/student" ARGUMENTS \
-    --report text --report prairielearn="$results"
+    --no-progress --report text --report prairielearn="$results"
 echo "grade ended with exit code $?"

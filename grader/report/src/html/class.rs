@@ -24,8 +24,8 @@ pub const SUBMISSIONS: &str = "submissions";
 
 /// A class that was graded.
 pub struct ClassResult<'a> {
-    /// The row of each submission, and the name of its folder in [`SUBMISSIONS`].
-    pub rows: &'a [(&'a Row, &'a str)],
+    /// The row of each submission, and the name of its folder in [`SUBMISSIONS`], if it has pages.
+    pub rows: &'a [(&'a Row, Option<&'a str>)],
     /// The submissions without a result.
     pub gaps: &'a [Gap<'a>],
     /// Entries that are no submissions.
@@ -65,11 +65,15 @@ pub fn class(result: &ClassResult<'_>, sink: Sink<'_>) -> io::Result<()> {
     table(&mut html, result);
     let remarks = rows().filter_map(|row| Some((&row.name, row.copied.as_deref()?)));
     let skipped = result.passed_over.iter().map(|other| (&other.name, &*other.reason));
-    let remarks: Vec<_> = remarks.chain(skipped).collect();
+    let adjusted = rows().flat_map(|row| row.adjustments.iter().map(move |it| (&row.name, it)));
+    let adjusted = adjusted
+        .map(|(name, (points, reason))| (name, format!("adjusted by {points} points: {reason}")));
+    let remarks = remarks.chain(skipped).map(|(name, remark)| (name, remark.to_owned()));
+    let remarks: Vec<_> = adjusted.chain(remarks).collect();
     if !remarks.is_empty() {
         html.markup("<section aria-labelledby=\"remarks\"><h2 id=\"remarks\">Remarks</h2><ul>");
         for (name, remark) in remarks {
-            html.markup("<li><strong>").text(name).markup("</strong>: ").text(remark);
+            html.markup("<li><strong>").text(name).markup("</strong>: ").text(&remark);
             html.markup("</li>");
         }
         html.markup("</ul></section>");
@@ -77,9 +81,14 @@ pub fn class(result: &ClassResult<'_>, sink: Sink<'_>) -> io::Result<()> {
     sink("index.html", &Page { title: "Class", depth: 0, above: &[] }.render(&html))
 }
 
-/// The address of a submission's first page.
-fn pages_of(folder: &str) -> String {
-    address(&format!("{SUBMISSIONS}/{folder}/index.html"))
+/// Adds the name of a submission, linked to its first page if it has pages.
+fn named(html: &mut Html, row: &Row, folder: Option<&str>) {
+    match folder {
+        Some(folder) => {
+            html.link(&address(&format!("{SUBMISSIONS}/{folder}/index.html")), &row.name)
+        }
+        None => html.text(&row.name),
+    };
 }
 
 /// "good", "bad" or "odd".
@@ -151,7 +160,7 @@ fn distribution(html: &mut Html, result: &ClassResult<'_>) {
 
 /// Adds the findings by their number of submissions.
 fn findings(html: &mut Html, result: &ClassResult<'_>) {
-    let mut found: BTreeMap<&str, Vec<&(&Row, &str)>> = BTreeMap::new();
+    let mut found: BTreeMap<&str, Vec<&(&Row, Option<&str>)>> = BTreeMap::new();
     for entry in result.rows {
         for finding in &entry.0.findings {
             found.entry(finding).or_default().push(entry);
@@ -167,7 +176,7 @@ fn findings(html: &mut Html, result: &ClassResult<'_>) {
         html.markup("<li><strong>").text(finding).markup("</strong>: ");
         for (number, (row, folder)) in entries.iter().enumerate() {
             html.markup(if number > 0 { ", " } else { "" });
-            html.link(&pages_of(folder), &row.name);
+            named(html, row, *folder);
         }
         html.markup("</li>");
     }
@@ -194,7 +203,8 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
     for (row, folder) in result.rows {
         let class = verdict_class(row);
         html.open("tr", &[("data-verdict", class)]).markup("<th scope=\"row\">");
-        html.link(&pages_of(folder), &row.name).markup("</th>");
+        named(html, row, *folder);
+        html.markup("</th>");
         let of = |(part, all): (usize, usize)| format!("{part}/{all}");
         let nothing = || "–".to_owned();
         let points = match row.is_fault() {

@@ -10,7 +10,7 @@ use grader::verdict::{Verdict, number};
 
 use super::page::{Html, Page};
 use super::{findings, scene_address};
-use crate::text;
+use crate::text::{self, Audience};
 
 /// The page.
 ///
@@ -23,7 +23,7 @@ pub(super) fn render(grading: &Grading, above: &[(String, String)]) -> io::Resul
     features(&mut html, grading);
     scenes(&mut html, grading);
     html.markup("<section aria-labelledby=\"run\"><h2 id=\"run\">How it was judged</h2><ul>");
-    html.lines(|out| text::write_circumstances(out, grading))?;
+    html.lines(|out| text::write_circumstances(out, grading, Audience::Graders))?;
     html.markup("</ul></section>");
     let title = format!("{}: report", grading.submission.line());
     Ok(Page { title: &title, depth: 0, above }.render(&html))
@@ -53,6 +53,7 @@ fn verdict(html: &mut Html, grading: &Grading) -> io::Result<()> {
     html.markup("</p><ul class=\"score\">");
     if grading.interrupted.is_none() {
         html.lines(|out| text::write_score(out, grading))?;
+        html.lines(|out| text::write_adjustments(out, grading))?;
     }
     for section in Section::ALL {
         let totals = grading.totals(section);

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use grader::boundary::printed;
 use grader::class::Row;
+use grader::class::layout::{self, HandInFacts};
 use grader::class::plan::Plan;
 use grader::class::roster::{Matching, Roster, Student};
 use grader::grading::points;
@@ -35,12 +36,12 @@ fn parse_gradebook(text: &str) -> Result<GradebookArg, String> {
 /// Options for gradebooks.
 #[derive(Args)]
 pub(super) struct GradebookArgs {
-    /// Write the points as a gradebook to import (repeatable): canvas=FILE or moodle=FILE
+    /// Write the points as a gradebook to import (repeatable): canvas=FILE, moodle=FILE, blackboard=FILE or brightspace=FILE
     #[arg(long, value_name = "KIND=FILE", value_parser = parse_gradebook, requires = "roster")]
     pub(super) gradebook: Vec<GradebookArg>,
 
     /// The students (CSV), by columns: name, id, login, email, section; folder and submitted of their submissions; due.
-    /// Exports of Canvas and Moodle work unchanged
+    /// Exports of Canvas, Moodle, Blackboard and Brightspace work unchanged
     #[arg(long, value_name = "FILE")]
     pub(super) roster: Option<PathBuf>,
 
@@ -82,7 +83,10 @@ impl Class<'_> {
     pub(super) fn roster(&self, names: &[&str]) -> Result<Option<(Roster, Matching)>, Stop> {
         let args = &self.args.gradebook;
         let Some(path) = &args.roster else { return Ok(None) };
-        let roster = Roster::load(path).map_err(Stop::bad_input)?;
+        let mut roster = Roster::load(path).map_err(Stop::bad_input)?;
+        if let Some(arranged) = &self.arranged {
+            layout::assign(&mut roster, arranged);
+        }
         for GradebookArg { kind, .. } in &args.gradebook {
             kind.check(&roster).map_err(Stop::bad_input)?;
         }
@@ -175,8 +179,16 @@ impl Class<'_> {
         }
         let args = &self.args.gradebook;
         let of_folder = || self.folder_time(&row.name).filter(|_| args.folder_times);
+        let counted = |points: f64| points::shown((points + row.adjustment()).max(0.0));
         let Some(due) = student.due.or(args.due) else { return Some(row.points.clone()) };
         let Some(submitted) = student.submitted.or_else(of_folder) else {
+            if self.facts(&row.name).is_some_and(|facts| facts.late) {
+                remarks.push(format!(
+                    "marked as late: {shown}: {} counts as in time until the column submitted says when it came in",
+                    row.name
+                ));
+                return Some(row.points.clone());
+            }
             remarks.push(format!("time unknown: {shown}: {} counts as in time", row.name));
             return Some(row.points.clone());
         };
@@ -185,16 +197,24 @@ impl Class<'_> {
         };
         let Lateness { days, percent } = late;
         let remaining = points::shown(late.remaining(earned));
+        let of = points::shown(earned);
         remarks.push(format!(
-            "late: {shown}: on day {days} after the deadline, {} % taken off, {remaining} of {} points remain",
-            points::shown(percent),
-            row.points
+            "late: {shown}: on day {days} after the deadline, {} % taken off, {remaining} of {of} points remain",
+            points::shown(percent)
         ));
-        Some(remaining)
+        Some(counted(late.remaining(earned)))
+    }
+
+    /// What the platform says about a submission.
+    fn facts(&self, name: &str) -> Option<&HandInFacts> {
+        self.arranged.as_ref()?.of(name)
     }
 
     /// When the newest file of a submission was changed; `None` if it cannot be read, which is its verdict.
     fn folder_time(&self, name: &str) -> Option<Time> {
+        if let Some(facts) = self.facts(name) {
+            return facts.changed.map(|seconds| Time(seconds as f64));
+        }
         hand_in::last_changed(&self.folder.join(name)).ok().flatten()
     }
 }

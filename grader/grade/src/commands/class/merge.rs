@@ -1,5 +1,6 @@
 //! The summary of a class, from the results of its plan.
 
+use grader::boundary::printed;
 use grader::class::Row;
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
@@ -12,10 +13,19 @@ use sandbox::Protection;
 use super::save;
 use super::setting::{Class, FIRST_PHASE};
 use crate::output::print;
-use crate::stop::{Exit, Stop};
+use crate::stop::{Exit, Stop, complain};
 
-/// A result, or a gap: the submission's place in the plan, and why it has no result.
-type Found = Result<(Row, Option<Vec<Protection>>), Missing>;
+/// A result, or why there is none.
+type Found = Result<Graded, Missing>;
+
+/// The result of a submission.
+struct Graded {
+    row: Row,
+    /// The protections under which its program ran.
+    protection: Option<Vec<Protection>>,
+    /// Whether it has pages in the folder of this run.
+    has_pages: bool,
+}
 
 impl Class<'_> {
     /// Writes and prints the summary of the results that there are, in the order of the plan.
@@ -30,9 +40,9 @@ impl Class<'_> {
         let mut protections: Option<Vec<Protection>> = None;
         for (planned, found) in plan.submissions.iter().zip(found) {
             match found {
-                Ok((row, in_force)) => {
+                Ok(Graded { row, protection: in_force, has_pages }) => {
                     rows.push(row);
-                    names.push(&*planned.report);
+                    names.push(has_pages.then_some(&*planned.report));
                     protections = match (protections, in_force) {
                         (Some(mut known), Some(in_force)) => {
                             known.retain(|protection| in_force.contains(protection));
@@ -50,6 +60,11 @@ impl Class<'_> {
         let unjudged: Vec<(String, Fault)> =
             unjudged.map(|(case, fault)| (case.id.clone(), fault)).collect();
         let mut remarks = self.marks.as_ref().map_or_else(Vec::new, |marks| marks.remarks.clone());
+        let equal = self.equal(plan).into_iter();
+        remarks.extend(equal.map(|names| {
+            let names: Vec<String> = names.iter().map(|name| printed::text(name)).collect();
+            format!("equal hand-ins: {}", names.join(", "))
+        }));
         remarks.extend(self.write_gradebooks(plan, &rows)?);
         let csv = report::class::csv(&rows, &gaps).map_err(Stop::fault)?;
         save(&self.output.join("summary.csv"), &csv)?;
@@ -71,6 +86,16 @@ impl Class<'_> {
         self.progress.clear();
         print(&text)?;
         if let Some(pages) = &self.pages {
+            let lacking = names.iter().filter(|name| name.is_none()).count();
+            if lacking > 0 {
+                complain(
+                    "note",
+                    format!(
+                        "{lacking} submissions were graded without --html, and have no pages; grade without --resume to \
+                         write them"
+                    ),
+                );
+            }
             let rows: Vec<_> = rows.iter().zip(names).collect();
             let result = ClassResult {
                 rows: &rows,
@@ -90,13 +115,19 @@ impl Class<'_> {
         }
         // What phases without a result left behind.
         let _ = std::fs::remove_dir_all(self.output.join(FIRST_PHASE));
-        let has_faults = !unjudged.is_empty() || rows.iter().any(Row::is_fault);
+        let is_open = |row: &Row| row.is_fault() || row.is_refused();
+        let has_faults =
+            !unjudged.is_empty() || !plan.passed_over.is_empty() || rows.iter().any(is_open);
         Ok(if has_faults { Exit::GraderFault } else { Exit::Passed })
     }
 
     fn found(&self, plan: &Plan, planned: &Planned) -> Found {
         match self.record(plan, planned) {
-            Some(record) => Ok((record.row, record.protection)),
+            Some(record) => {
+                let has_pages = self.has_pages(planned, &record);
+                let Record { row, protection, .. } = record;
+                Ok(Graded { row, protection, has_pages })
+            }
             None if self.key(&planned.name).0 != planned.key => Err(Missing::Changed),
             None => {
                 let path = self.record_path(planned);

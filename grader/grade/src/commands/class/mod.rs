@@ -1,6 +1,7 @@
 //! `grade class`: plans the grading of every submission in a folder, and runs the plan here or on a cluster.
 //!
 //! ```text
+//! arrange.rs   one folder a student, where a platform laid out the class
 //! setting.rs   the options and inputs that all submissions share; the key of a submission
 //! shard.rs     grades submissions, one after the other        grade class run-shard PLAN K
 //! merge.rs     writes the summary from the results            grade class merge PLAN
@@ -12,6 +13,7 @@
 //! With hidden scenes, every shard runs twice: `run-shard PLAN K --hidden-scenes` after the first phase of all shards.
 //! Grading on this machine is the same plan: its shards run in this process, then the merge.
 
+mod arrange;
 mod gradebook;
 mod merge;
 mod setting;
@@ -20,11 +22,12 @@ mod similar;
 mod slurm;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::{Args, FromArgMatches, Subcommand, ValueEnum};
 use grader::class::entry::{self, ClassEntry, PassedOver};
+use grader::class::layout::Layout;
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::{Foreign, Record};
 use grader::grading::events::Observer;
@@ -33,9 +36,10 @@ use rayon::prelude::*;
 use report::class::{ALTERED, Gap, Missing};
 use report::html::{self, ClassResult};
 
-use crate::args::{DetailsArgs, Format, JudgeArgs, RunArgs, SuiteArgs};
+use crate::args::{DetailsArgs, Format, JudgeArgs, RunArgs, SuiteArgs, parse_named};
 use crate::output::{print, replace_file};
 use crate::stop::{Exit, Stop, complain};
+use arrange::{HAND_INS, arrange};
 use gradebook::GradebookArgs;
 use setting::Class;
 
@@ -67,11 +71,12 @@ Examples:
   grade class hand-ins -o results
   grade class hand-ins -o results --assignment t1m3 --html pages --resume
   grade class hand-ins -o results --roster roster.csv --gradebook canvas=grades.csv
+  grade class canvas-download -o results --layout canvas --roster roster.csv
   grade class hand-ins -o results --on slurm --at-once 50
   grade class hand-ins --similar --starter starter-code
 
-Exit codes: 0 all graded, whatever their verdicts; 2 bad usage or input; 3 something could not be judged or written; 130 \
-some are not graded (Ctrl-C, or a result is missing); continue with --resume."
+Exit codes: 0 all graded, whatever their verdicts; 2 bad usage or input; 3 something could not be judged or written, or is \
+no hand-in that can be graded; 130 some are not graded (Ctrl-C, or a result is missing); continue with --resume."
 )]
 pub(crate) struct ClassCommand {
     #[command(subcommand)]
@@ -126,9 +131,14 @@ Examples:
 /// The folders of a class. Clap can tell that they are given only if no group of arguments is in them.
 #[derive(Args)]
 struct ClassPlace {
-    /// Folder of submissions: programs, folders with submission.toml; folders of traces if the rubric allows them
+    /// Folder of submissions: programs, folders with submission.toml; folders of traces if the rubric allows them. Downloads
+    /// of Canvas, Gradescope and Moodle, and clones from GitHub, are recognised
     #[arg(value_name = "DIR")]
     folder: PathBuf,
+
+    /// How the folder is laid out [default: recognised]
+    #[arg(long, value_name = "NAME", value_parser = parse_named(Layout::ALL, Layout::name))]
+    layout: Option<Layout>,
 
     /// Folder for the reports (reports/NAME.txt, …), summary.txt and summary.csv, created if missing
     #[arg(short, long, value_name = "DIR", required_unless_present = "similar")]
@@ -192,6 +202,11 @@ struct GradedArgs {
     #[arg(long, value_name = "FILE", requires = "marks")]
     key: Option<PathBuf>,
 
+    /// Points that you grant or withdraw, with reasons (CSV): student,points,reason. The reports and gradebooks show them,
+    /// also when the class is graded again with this file
+    #[arg(long, value_name = "FILE")]
+    adjustments: Option<PathBuf>,
+
     /// Keep the trace of every run in the output folder too (runs/); with --resume, programs then run only on scenes
     /// that are new or changed
     #[arg(long)]
@@ -248,14 +263,17 @@ impl ClassCommand {
             (Some(ClassPart::Merge { plan, gradebook }), _) => {
                 planned(plan, with(gradebook)?, |class, plan| class.merge(plan))
             }
-            (None, Some(ClassPlace { folder, output: Some(output), similar: false, .. })) => {
+            (
+                None,
+                Some(ClassPlace { folder, output: Some(output), similar: false, layout, .. }),
+            ) => {
                 let args = &self.args;
                 if args.plan.attach {
                     planned(&output.join(PLAN), with(&args.gradebook)?, slurm::follow)
                 } else if args.plan.cancel {
                     slurm::cancel(output)
                 } else {
-                    grade(folder, output, args)
+                    grade((folder, *layout), output, args)
                 }
             }
             (None, Some(place)) => similar::list(place, &self.args.suite.root),
@@ -275,19 +293,27 @@ fn with(gradebook: &GradebookArgs) -> Result<impl FnOnce(&mut ClassArgs), Stop> 
     })
 }
 
-fn grade(folder: &Path, output: &Path, args: &ClassArgs) -> Result<Exit, Stop> {
-    let (entries, passed_over) = entry::list(folder).map_err(Stop::about(folder))?;
+fn grade(
+    (folder, layout): (&Path, Option<Layout>),
+    output: &Path,
+    args: &ClassArgs,
+) -> Result<Exit, Stop> {
+    let most = match args.plan.on {
+        On::Slurm => slurm::ready(output)?,
+        On::Local | On::Nothing => 0,
+    };
+    let arranged = arrange(folder, output, layout, args.gradebook.roster.as_deref())?;
+    let own = output.join(HAND_INS);
+    let folder = if arranged.is_some() { own.as_path() } else { folder };
+    let (entries, mut passed_over) = entry::list(folder).map_err(Stop::about(folder))?;
+    passed_over.extend(arranged.iter().flat_map(|arranged| arranged.passed_over.clone()));
     if entries.is_empty() {
         return Err(Stop::bad_input(format!(
             "{}: no submissions found\n  help: put programs, or folders with submission.toml, there",
             folder.display()
         )));
     }
-    let most = match args.plan.on {
-        On::Slurm => slurm::ready(output)?,
-        On::Local | On::Nothing => 0,
-    };
-    let class = Class::open(folder, output, args)?;
+    let class = Class::open((folder, arranged), output, args)?;
     class.roster(&entries.iter().map(|entry| &*entry.name).collect::<Vec<_>>())?;
     let plan = class.plan(entries, passed_over)?;
     let path = output.join(PLAN);
@@ -372,7 +398,8 @@ fn planned(
 ) -> Result<Exit, Stop> {
     let path = std::path::absolute(path).map_err(Stop::about(path))?;
     let plan = Plan::read(&path).map_err(Stop::bad_input)?;
-    std::env::set_current_dir(&plan.folder).map_err(Stop::about(&plan.folder))?;
+    let folder = path.parent().unwrap_or(Path::new("")).join(&plan.folder);
+    std::env::set_current_dir(&folder).map_err(Stop::about(&folder))?;
     // The first argument is the name of the command.
     let matches = ClassCommand::augment_args(clap::Command::new("class"));
     let matches = matches.try_get_matches_from(&plan.arguments);
@@ -386,7 +413,9 @@ fn planned(
         return Err(Stop::about(&path)("the arguments are not those of grade class"));
     };
     set(&mut args);
-    let class = Class::open(&folder, &output, &args)?;
+    let own = output.join(HAND_INS);
+    let folder = if plan.arranged.is_some() { own } else { folder };
+    let class = Class::open((folder.as_path(), plan.arranged.clone()), &output, &args)?;
     if class.inputs_hash() != plan.inputs {
         return Err(Stop::bad_input(format!(
             "{}: the scenes, their traces, the rubric, the marks or grade changed after the plan was made\n  help: plan again \
@@ -427,10 +456,12 @@ impl Class<'_> {
             })
         };
         let arguments = std::env::args_os().skip(1).map(argument).collect::<Result<_, _>>()?;
-        let folder = std::env::current_dir().map_err(Stop::fault)?;
+        let here = std::env::current_dir().map_err(Stop::fault)?;
+        let folder = relative(&real(self.output)?, &real(&here)?);
         let submissions: Vec<Planned> =
             entries.into_par_iter().map(|entry| self.planned(entry)).collect();
         let mut plan = Plan::new((folder, arguments), self.inputs_hash(), submissions, passed_over);
+        plan.arranged = self.arranged.clone();
         if !self.args.graded.resume {
             let moment = format!("{:?} {}", SystemTime::now(), std::process::id());
             plan.anew = Some(hash_bytes(moment.as_bytes()));
@@ -480,6 +511,13 @@ impl Class<'_> {
 
 fn save(path: &Path, bytes: &[u8]) -> Result<(), Stop> {
     replace_file(path, bytes).map_err(Stop::about(path))
+}
+
+/// The way from one folder to another, both absolute and without links.
+fn relative(from: &Path, to: &Path) -> PathBuf {
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    up.chain(to.components().skip(shared)).collect()
 }
 
 /// A path without links.

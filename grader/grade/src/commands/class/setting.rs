@@ -1,15 +1,19 @@
 //! The settings and inputs that all submissions of a class share.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use grader::boundary::seal::Seal;
+use grader::class::adjust::{self, Adjustments};
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
+use grader::class::layout::{self, Arranged};
 use grader::class::marks::{Marks, MarksRules};
 use grader::class::phase::{FirstPhase, Unfinished};
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
+use grader::class::roster::Roster;
 use grader::grading::provenance::Provenance;
 use grader::oracle::Oracle;
 use grader::submission::folder;
@@ -17,6 +21,7 @@ use grader::submission::hand_in::HandInError;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
 use grader::suite::assignment::Assignment;
+use rayon::prelude::*;
 use report::html::SUBMISSIONS;
 use sandbox::Protection;
 
@@ -39,6 +44,8 @@ pub(super) struct Class<'a> {
     pub(super) args: &'a ClassArgs,
     /// The folder of the submissions.
     pub(super) folder: &'a Path,
+    /// How that folder was arranged, if a platform had laid it out.
+    pub(super) arranged: Option<Arranged>,
     /// The folder of the results.
     pub(super) output: &'a Path,
     pub(super) inputs: Inputs,
@@ -58,13 +65,15 @@ pub(super) struct Class<'a> {
     pub(super) pages: Option<Pages>,
     /// The marks of creative scenes; `None` if they were not marked.
     pub(super) marks: Option<Marks>,
+    /// The adjustments of each submission.
+    pub(super) adjustments: Adjustments,
     pub(super) progress: Progress,
 }
 
 impl<'a> Class<'a> {
     /// Opens the class of these submissions, with its results in `output`.
     pub(super) fn open(
-        submissions: &'a Path,
+        (submissions, arranged): (&'a Path, Option<Arranged>),
         output: &'a Path,
         args: &'a ClassArgs,
     ) -> Result<Self, Stop> {
@@ -81,18 +90,20 @@ impl<'a> Class<'a> {
         let seal = Seal::of(output);
         let seal = seal.map_err(Stop::about(&output.join("records.key")))?;
         let pages = args.graded.html.as_deref().map(Pages::open).transpose()?;
-        keep_apart(args, (submissions, output), &inputs)?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
+        keep_apart(args, (submissions, output), &inputs, &protections)?;
         let running = running(args, &runner).map_err(Stop::fault)?;
         let fingerprint = fingerprint(args, submissions, (&inputs, &oracle), running.clone());
         let fingerprint = fingerprint.map_err(Stop::fault)?;
         let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, true), None)?;
         let marks = marks(args, submissions, &inputs)?;
+        let adjustments = adjustments(args, submissions, arranged.as_ref())?;
         let interrupt = Interrupt::listen()?;
         let progress = Progress::new(!args.judge.no_progress, interrupt);
         Ok(Self {
             args,
             folder: submissions,
+            arranged,
             output,
             inputs,
             oracle,
@@ -106,6 +117,7 @@ impl<'a> Class<'a> {
             seal,
             pages,
             marks,
+            adjustments,
             progress,
         })
     }
@@ -115,6 +127,9 @@ impl<'a> Class<'a> {
         let mut all = self.fingerprint.clone();
         if let Some(marks) = &self.marks {
             all.part(format!("{marks:?}").as_bytes());
+        }
+        if !self.adjustments.is_empty() {
+            all.part(format!("{:?}", self.adjustments).as_bytes());
         }
         all.finish()
     }
@@ -134,6 +149,9 @@ impl<'a> Class<'a> {
         }
         if let Some(marks) = &self.marks {
             key.part(format!("{:?}", marks.of.get(name)).as_bytes());
+        }
+        if let Some(own) = self.adjustments.get(name) {
+            key.part(format!("adjusted {own:?}").as_bytes());
         }
         (key.finish(), files)
     }
@@ -193,11 +211,39 @@ impl<'a> Class<'a> {
     pub(super) fn record(&self, plan: &Plan, planned: &Planned) -> Option<Record> {
         let path = self.record_path(planned);
         let record = Record::load(&path, &planned.report, &self.seal).ok().flatten()?;
-        let has_pages =
-            self.pages.as_ref().is_none_or(|pages| pages.is_written(&pages_of(planned)));
         let is_recent = plan.anew.is_none() || plan.anew == record.anew;
-        let is_valid = has_pages && is_recent && record.is_of(&planned.key, &self.reports);
+        let is_valid = is_recent && record.is_of(&planned.key, &self.reports);
         is_valid.then_some(record)
+    }
+
+    /// The folder of the class's pages, as records have it.
+    pub(super) fn pages_folder(&self) -> Option<PathBuf> {
+        self.pages.as_ref().and_then(|pages| std::path::absolute(pages.folder()).ok())
+    }
+
+    /// Whether a submission has pages in the folder of this run. They are of its record: one that was graded without
+    /// pages, or with pages elsewhere, is not graded again for them.
+    pub(super) fn has_pages(&self, planned: &Planned, record: &Record) -> bool {
+        let is_written = |pages: &Pages| pages.is_written(&pages_of(planned));
+        record.pages.is_some()
+            && record.pages == self.pages_folder()
+            && self.pages.as_ref().is_some_and(is_written)
+    }
+
+    /// Groups of submissions with the same files, whatever their names.
+    pub(super) fn equal(&self, plan: &Plan) -> Vec<Vec<String>> {
+        let files = |planned: &Planned| {
+            let mut files = Fingerprint::default();
+            files.submission(&self.folder.join(&planned.name)).ok()?;
+            Some((files.finish(), planned.name.clone()))
+        };
+        let mut groups: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for (files, name) in plan.submissions.par_iter().filter_map(files).collect::<Vec<_>>() {
+            groups.entry(files).or_default().push(name);
+        }
+        let mut groups: Vec<_> = groups.into_values().filter(|group| group.len() > 1).collect();
+        groups.sort();
+        groups
     }
 
     pub(super) fn record_path(&self, planned: &Planned) -> PathBuf {
@@ -228,6 +274,23 @@ fn marks(args: &ClassArgs, folder: &Path, inputs: &Inputs) -> Result<Option<Mark
         .map_err(Stop::bad_input)
 }
 
+/// The adjustments of the class, if there are any.
+fn adjustments(
+    args: &ClassArgs,
+    folder: &Path,
+    arranged: Option<&Arranged>,
+) -> Result<Adjustments, Stop> {
+    let Some(path) = &args.graded.adjustments else { return Ok(Adjustments::new()) };
+    let (entries, _) = entry::list(folder).map_err(Stop::about(folder))?;
+    let submissions: Vec<&str> = entries.iter().map(|entry| &*entry.name).collect();
+    let roster = args.gradebook.roster.as_deref().map(Roster::load).transpose();
+    let mut roster = roster.map_err(Stop::bad_input)?;
+    if let (Some(roster), Some(arranged)) = (&mut roster, arranged) {
+        layout::assign(roster, arranged);
+    }
+    adjust::load(path, &submissions, roster.as_ref()).map_err(Stop::bad_input)
+}
+
 /// Refuses a path for results that is in the folder of submissions: a link in it would lead elsewhere.
 pub(super) fn refuse_inside(path: &Path, submissions: &Path) -> Result<(), Stop> {
     match leads_into(path, submissions) {
@@ -246,6 +309,7 @@ fn keep_apart(
     args: &ClassArgs,
     (folder, output): (&Path, &Path),
     inputs: &Inputs,
+    protections: &[Protection],
 ) -> Result<(), Stop> {
     let mut secrets = inputs.secrets();
     for secret in &secrets {
@@ -258,11 +322,17 @@ fn keep_apart(
     }
     secrets.push(folder.to_path_buf());
     secrets.extend(
-        args.gradebook.roster.iter().chain(&args.graded.marks).chain(&args.graded.key).cloned(),
+        args.gradebook
+            .roster
+            .iter()
+            .chain(&args.graded.marks)
+            .chain(&args.graded.key)
+            .chain(&args.graded.adjustments)
+            .cloned(),
     );
     let readable =
         args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
-    check_secrets(&secrets, &readable)
+    check_secrets(&secrets, &readable, protections)
 }
 
 /// Hash of the grader, and of how it runs programs.
@@ -286,12 +356,11 @@ fn fingerprint(
         fingerprint.part(extension(format).as_bytes());
     }
     let how = format!(
-        "{} {} {} {:?} {:?}",
+        "{} {} {} {:?}",
         folder.display(),
         args.judge.no_jacobians,
         args.details.details,
         args.judge.criteria,
-        args.graded.html,
     );
     fingerprint.part(how.as_bytes());
     let assignment = inputs.assignment.as_ref().map(Assignment::path);

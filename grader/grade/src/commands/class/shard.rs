@@ -150,6 +150,7 @@ impl Class<'_> {
                 reports: BTreeMap::new(),
                 protection: grading.protection.clone(),
                 seconds,
+                pages: self.pages_folder(),
             };
             self.write(planned, &grading, reports.map_err(Stop::fault)?, record)?;
         }
@@ -166,6 +167,7 @@ impl Class<'_> {
             let own = marks.of.get(&planned.name).map_or(&[][..], |own| own);
             grading.add_marks(self.inputs.rubric.creative(), own);
         }
+        grading.adjustments = self.adjustments.get(&planned.name).cloned().unwrap_or_default();
         let submission = Some(origin(&self.folder.join(&planned.name)));
         grading.provenance = Some(Provenance { submission, ..self.provenance.clone() });
     }

@@ -3,6 +3,7 @@
 use std::fs;
 
 use grader::class::entry::{self, ClassEntry};
+use grader::class::layout::Arranged;
 use grader::class::similar::{self, Config, Sources};
 use grader::submission::init::{Language, Skeleton};
 use grader::suite::assignment::Assignment;
@@ -20,7 +21,13 @@ pub(super) fn list(args: &ClassPlace, root: &RootArgs) -> Result<Exit, Stop> {
     if let Some(output) = &args.output {
         refuse_inside(output, &args.folder)?;
     }
-    let (entries, passed_over) = entry::list(&args.folder).map_err(Stop::about(&args.folder))?;
+    let scratch = tempfile::tempdir().map_err(Stop::fault)?;
+    let own = scratch.path().join("hand-ins");
+    let arranged = Arranged::make((args.folder.as_path(), own.as_path()), args.layout, None, false);
+    let arranged = arranged.map_err(Stop::bad_input)?;
+    let folder = if arranged.is_some() { &own } else { &args.folder };
+    let (entries, mut passed_over) = entry::list(folder).map_err(Stop::about(folder))?;
+    passed_over.extend(arranged.into_iter().flat_map(|arranged| arranged.passed_over));
     let mut starter = skeletons(root);
     for folder in &args.starter {
         // Links are followed in what the caller names, and in nothing that is in it.

@@ -16,6 +16,7 @@ use grader::verdict::Verdict;
 
 use crate::args::SuiteArgs;
 use crate::inputs::{Inputs, open_oracle};
+use crate::installed::refuse_change;
 use crate::output::print;
 use crate::provenance;
 use crate::stop::{Exit, Stop, complain};
@@ -96,6 +97,7 @@ fn regenerate(accept: Option<&[String]>, args: &SuiteArgs) -> Result<Exit, Stop>
 fn stage(args: &SuiteArgs, accepts_all: bool) -> Result<(Staged, Inputs), Stop> {
     // An element that is not understood would be missing from the trace.
     let inputs = args.read_strictly()?;
+    refuse_change(&inputs.expected)?;
     let accept = if accepts_all { Acceptance::All } else { Acceptance::Nothing };
     let staged = Staged::make(&inputs.suite, &inputs.expected, &inputs.rubric, accept);
     Ok((staged.map_err(Stop::bad_input)?, inputs))
